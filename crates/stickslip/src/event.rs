@@ -1,0 +1,388 @@
+//! The certified next event: no root hides between two samples, however tangential.
+//!
+//! Unforced slip: between two extrema of the slip speed, whose times are known in closed form, it is monotone, so an end of
+//! the piece is crossed there exactly once or not at all. Forced slip and adhesion: march with the largest step in which a
+//! bound of the curvature excludes every root; such steps close in on the first root from below, quadratically.
+
+use crate::flow::exact::{Basis, Signal, Slip, Stick};
+use crate::law::{End, Friction, Hold, Law, Piece};
+
+/// What finding events has cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Events that occurred.
+    pub events: u64,
+    /// Evaluations of the closed-form motion.
+    pub evaluations: u64,
+}
+
+/// What is known of the slip speed where a mode starts; rounding must not contradict it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// Anywhere inside the piece.
+    Inside,
+    /// At the low end, moving up.
+    Low,
+    /// At the high end, moving down.
+    High,
+    /// Where the slip acceleration is zero, maybe at an end: a turn, or adhesion that broke at the force slip produces.
+    Turning,
+}
+
+/// The slip speed as seen by the search.
+struct Search<'a, const H: usize> {
+    slip: &'a Slip<H>,
+    u: Signal<H>,
+    du: Signal<H>,
+    ddu: Signal<H>,
+    work: &'a mut Work,
+}
+
+/// When and how slip along `piece` ends within `horizon`, if it does.
+#[must_use]
+pub fn end_of_slip<const H: usize>(
+    slip: &Slip<H>,
+    direction: f64,
+    drive_velocity: f64,
+    piece: &Piece,
+    start: Start,
+    horizon: f64,
+    work: &mut Work,
+) -> Option<(f64, End)> {
+    let u = slip.speed(direction, drive_velocity);
+    let du = u.derivative(&slip.decay, &slip.frequency);
+    let ddu = du.derivative(&slip.decay, &slip.frequency);
+    let mut search = Search {
+        slip,
+        u,
+        du,
+        ddu,
+        work,
+    };
+    let found = if H == 0 {
+        search.between_extrema(piece, start, horizon)
+    } else {
+        search.march(piece, start, horizon)
+    };
+    found.filter(|(t, _)| *t < horizon)
+}
+
+impl<const H: usize> Search<'_, H> {
+    fn basis(&mut self, t: f64) -> Basis<H> {
+        self.work.evaluations += 1;
+        self.slip.basis(t)
+    }
+
+    /// The first time t > 0 at which the free slip acceleration e^{−γt}(a C + b S) vanishes, and the sign it has before.
+    fn first_extremum(&self, turning: bool) -> (f64, bool) {
+        let decay = &self.slip.decay;
+        let (a, b) = (if turning { 0.0 } else { self.du.a }, self.du.b);
+        let rising = if a == 0.0 { b > 0.0 } else { a > 0.0 };
+        let time = if decay.oscillates() {
+            let sine = b / decay.omega;
+            let phase = if rising { a.atan2(sine) } else { (-a).atan2(-sine) };
+            (std::f64::consts::PI - phase) / decay.omega
+        } else {
+            // a cosh + b sinh / ω = 0
+            let ratio = -a * decay.omega / b;
+            if a == 0.0 || a * b >= 0.0 || ratio.abs() >= 1.0 {
+                f64::INFINITY
+            } else if ratio.abs() > 1e-8 {
+                ratio.abs().atanh() / decay.omega
+            } else {
+                -a / b
+            }
+        };
+        (time, rising)
+    }
+
+    fn between_extrema(&mut self, piece: &Piece, start: Start, horizon: f64) -> Option<(f64, End)> {
+        let (mut extremum, mut rising) = self.first_extremum(start == Start::Turning);
+        if self.du.a == 0.0 && self.du.b == 0.0 {
+            return None;
+        }
+        let half_period = if self.slip.decay.oscillates() {
+            std::f64::consts::PI / self.slip.decay.omega
+        } else {
+            f64::INFINITY
+        };
+        let mut from = 0.0;
+        let mut seen = [false; 2];
+        loop {
+            let until = extremum.min(horizon);
+            let (target, end) = if rising {
+                (piece.high, End::High)
+            } else {
+                (piece.low, End::Low)
+            };
+            let basis = self.basis(until);
+            let value = self.u.at(&basis);
+            let beyond = if rising { value > target } else { value < target };
+            if beyond {
+                let bend = (extremum <= horizon).then(|| (value, self.ddu.at(&basis)));
+                return Some((self.crossing(target, from, until, rising, bend), end));
+            }
+            if extremum >= horizon {
+                return None;
+            }
+            if piece.turns {
+                return Some((extremum, End::Turn { rising: !rising }));
+            }
+            // A decaying oscillation that missed both ends once misses them for ever.
+            seen[usize::from(rising)] = true;
+            if self.slip.decay.gamma >= 0.0 && seen[0] && seen[1] {
+                return None;
+            }
+            from = extremum;
+            extremum += half_period;
+            rising = !rising;
+        }
+    }
+
+    /// The root of u(t) = target in (from, until], where u is monotone: Halley, kept inside the bracket by bisection.
+    /// `bend` is (u, ü) at `until`, where that is an extremum.
+    fn crossing(
+        &mut self,
+        target: f64,
+        from: f64,
+        until: f64,
+        rising: bool,
+        bend: Option<(f64, f64)>,
+    ) -> f64 {
+        let sign = if rising { 1.0 } else { -1.0 };
+        let (mut low, mut high) = (from, until);
+        let mut t = 0.5 * (low + high);
+        if let Some((value, curve)) = bend {
+            // Near the extremum the speed is a parabola.
+            let back = (2.0 * (target - value) / curve).sqrt();
+            if until - back > low {
+                t = until - back;
+            }
+        }
+        for _ in 0..200 {
+            let basis = self.basis(t);
+            let value = sign * (self.u.at(&basis) - target);
+            if value == 0.0 {
+                return t;
+            }
+            if value > 0.0 {
+                high = t
+            } else {
+                low = t
+            }
+            let (first, second) = (sign * self.du.at(&basis), sign * self.ddu.at(&basis));
+            let newton = value / first;
+            let halley = newton / (1.0 - 0.5 * newton * second / first).max(0.5);
+            let mut next = t - halley;
+            if !(next > low && next < high) {
+                next = 0.5 * (low + high);
+            }
+            if (next - t).abs() <= 2.0 * f64::EPSILON * t.abs() {
+                return next;
+            }
+            t = next;
+        }
+        t
+    }
+
+    /// March in steps that a bound on the curvature certifies to be free of roots.
+    fn march(&mut self, piece: &Piece, start: Start, horizon: f64) -> Option<(f64, End)> {
+        let third = self.ddu.derivative(&self.slip.decay, &self.slip.frequency);
+        let fastest = self.slip.frequency.iter().copied().fold(0.0, f64::max);
+        let reach = 1.0 / (self.slip.decay.omega + self.slip.decay.gamma.abs() + fastest);
+        let tiny = 4.0 * f64::EPSILON * reach;
+        let mut t = 0.0;
+        // The sign of the acceleration in this mode, for laws that care.
+        let mut sense = 0.0;
+        loop {
+            let basis = self.basis(t);
+            let (value, mut slope, curve) = (self.u.at(&basis), self.du.at(&basis), self.ddu.at(&basis));
+            let jerk = third.bound(&self.slip.decay, t, reach);
+            let bend = (curve.abs() + jerk * reach).min(self.ddu.bound(&self.slip.decay, t, reach));
+            let first = t == 0.0;
+            let turning = first && start == Start::Turning;
+            if first {
+                slope = if turning { 0.0 } else { slope };
+                sense = if turning { curve } else { slope };
+            }
+            let mut step = reach;
+            let mut end = None;
+            let mut guard = |margin: f64, rate: f64, bound: f64, which: End| {
+                let free = (rate + (rate * rate + 2.0 * bound * margin.max(0.0)).sqrt()) / bound;
+                if free < step {
+                    step = free;
+                    end = Some(which);
+                }
+            };
+            if turning && curve > 0.0 {
+                // At a turn that may lie on the end: the cubic bound ü τ²/2 − jerk τ³/6 keeps it away.
+                guard(0.0, 1.5 * curve, jerk, End::Low);
+            } else {
+                let margin = if first && start == Start::Low {
+                    0.0
+                } else {
+                    value - piece.low
+                };
+                guard(margin, slope, bend, End::Low);
+            }
+            if turning && curve < 0.0 {
+                guard(0.0, -1.5 * curve, jerk, End::High);
+            } else if piece.high.is_finite() {
+                let margin = if first && start == Start::High {
+                    0.0
+                } else {
+                    piece.high - value
+                };
+                guard(margin, -slope, bend, End::High);
+            }
+            if piece.turns {
+                let sign = f64::signum(sense);
+                guard(
+                    sign * slope,
+                    sign * curve,
+                    jerk,
+                    End::Turn { rising: sense < 0.0 },
+                );
+            }
+            if let Some(end) = end
+                && step <= tiny.max(2.0 * f64::EPSILON * t)
+                && !(first && step > 0.0)
+            {
+                return Some((t, end));
+            }
+            t += step.max(tiny);
+            if t >= horizon {
+                return None;
+            }
+        }
+    }
+}
+
+/// When adhesion breaks within `horizon`, if it does.
+#[must_use]
+pub fn end_of_stick<const H: usize>(
+    stick: &Stick<H>,
+    law: &Law,
+    horizon: f64,
+    work: &mut Work,
+) -> Option<f64> {
+    let mut t = 0.0;
+    let curvature = stick.curvature();
+    let feels_rate = law.feels_force_rate();
+    let reach = if H == 0 {
+        f64::INFINITY
+    } else {
+        1.0 / stick.frequency.iter().copied().fold(0.0, f64::max)
+    };
+    let limit = |t: f64, rate: f64| {
+        law.break_away(Hold {
+            stick_time: t,
+            force_rate: rate.abs(),
+        })
+    };
+    loop {
+        work.evaluations += 1;
+        let (force, rate) = stick.at(t);
+        let bears = limit(t, rate);
+        let margin = bears - force.abs();
+        if margin <= 0.0 {
+            return Some(t);
+        }
+        let growth = law.growth_bound(t);
+        if growth == 0.0 && H == 0 {
+            // A constant limit and a force linear in time.
+            let free = margin_time(bears, force, rate, 0.0);
+            let at = t + free;
+            return (at < horizon).then_some(at);
+        }
+        // As the limit does not fall while the contact rests, its value now, at the worst force rate ahead, is a lower bound.
+        let mut step = margin_time(bears, force, rate, curvature).min(reach);
+        if feels_rate && H > 0 {
+            while step > 0.0
+                && limit(t, rate.abs() + curvature * step)
+                    - force.abs()
+                    - rate.abs() * step
+                    - 0.5 * curvature * step * step
+                    <= 0.0
+            {
+                step *= 0.5;
+                if step < f64::EPSILON * reach {
+                    return Some(t);
+                }
+            }
+        }
+        if !feels_rate || H == 0 {
+            let outward = rate * force.signum();
+            if growth < outward - curvature * (2.0 * step) && force != 0.0 {
+                // The margin falls from here on: one root, close it.
+                if let Some(root) = close(stick, &limit, t, t + 2.0 * step, work) {
+                    return (root < horizon).then_some(root);
+                }
+            }
+        }
+        if step <= 2.0 * f64::EPSILON * t.max(1e-3 * reach.min(1.0)) {
+            return Some(t);
+        }
+        t += step;
+        if t >= horizon {
+            return None;
+        }
+    }
+}
+
+/// The largest step in which |force + rate τ| + curvature τ²/2 stays within `bears`.
+fn margin_time(bears: f64, force: f64, rate: f64, curvature: f64) -> f64 {
+    let side = |margin: f64, outward: f64| {
+        if curvature > 0.0 {
+            ((outward * outward + 2.0 * curvature * margin).sqrt() - outward) / curvature
+        } else if outward > 0.0 {
+            margin / outward
+        } else {
+            f64::INFINITY
+        }
+    };
+    side(bears - force, rate).min(side(bears + force, -rate))
+}
+
+/// The root of the falling margin in (low, high], if there is one: secant steps inside a bracket (Illinois).
+fn close<const H: usize>(
+    stick: &Stick<H>,
+    limit: &impl Fn(f64, f64) -> f64,
+    mut low: f64,
+    mut high: f64,
+    work: &mut Work,
+) -> Option<f64> {
+    let mut margin = |t: f64| {
+        work.evaluations += 1;
+        let (force, rate) = stick.at(t);
+        limit(t, rate) - force.abs()
+    };
+    let (mut above, mut below) = (margin(low), margin(high));
+    if below > 0.0 {
+        return None;
+    }
+    let mut moved = 0;
+    for _ in 0..200 {
+        if below == 0.0 || high - low <= 2.0 * f64::EPSILON * high {
+            return Some(high);
+        }
+        let mut t = high - below * (high - low) / (below - above);
+        if !(t > low && t < high) {
+            t = 0.5 * (low + high);
+            if t <= low || t >= high {
+                return Some(high);
+            }
+        }
+        let value = margin(t);
+        if value > 0.0 {
+            (low, above) = (t, value);
+            below *= if moved == 1 { 0.5 } else { 1.0 };
+            moved = 1;
+        } else {
+            (high, below) = (t, value);
+            above *= if moved == 2 { 0.5 } else { 1.0 };
+            moved = 2;
+        }
+    }
+    Some(high)
+}

@@ -1,0 +1,3 @@
+//! Motion between two events.
+
+pub mod exact;

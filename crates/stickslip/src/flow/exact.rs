@@ -1,0 +1,335 @@
+//! Closed-form motion of one mass in a mode whose friction is linear in the slip speed: evaluated, never stepped.
+
+use crate::drive::{Clock, Harmonic};
+use crate::error::Error;
+use crate::law::Piece;
+use crate::structure::Oscillator;
+
+/// How m ẍ + c ẋ + k x decays: γ = c/2m, κ = γ² − k/m, ω = √|κ|.
+#[derive(Clone, Copy, Debug)]
+pub struct Decay {
+    /// γ = c/2m.
+    pub gamma: f64,
+    kappa: f64,
+    /// ω = √|γ² − k/m|.
+    pub omega: f64,
+}
+
+impl Decay {
+    /// Of mass, damping and stiffness.
+    #[must_use]
+    pub fn new(mass: f64, damping: f64, stiffness: f64) -> Self {
+        let gamma = 0.5 * damping / mass;
+        let kappa = gamma * gamma - stiffness / mass;
+        Self {
+            gamma,
+            kappa,
+            omega: kappa.abs().sqrt(),
+        }
+    }
+
+    /// Whether the free motion oscillates.
+    #[must_use]
+    pub fn oscillates(&self) -> bool {
+        self.kappa < 0.0
+    }
+
+    /// The two real exponents of a motion that does not oscillate, the smaller in size first.
+    fn exponents(&self) -> (f64, f64) {
+        let natural = self.gamma * self.gamma - self.kappa;
+        if self.gamma >= 0.0 {
+            let fast = -(self.gamma + self.omega);
+            (natural / fast, fast)
+        } else {
+            let fast = self.omega - self.gamma;
+            (natural / fast, fast)
+        }
+    }
+
+    /// e^{−γτ} C(τ) and e^{−γτ} S(τ), where C, S = cos ωτ, sin(ωτ)/ω or their hyperbolic or linear counterparts.
+    #[inline]
+    fn basis(&self, t: f64) -> (f64, f64) {
+        if self.oscillates() {
+            let decay = (-self.gamma * t).exp();
+            let (sin, cos) = (self.omega * t).sin_cos();
+            (decay * cos, decay * sin / self.omega)
+        } else {
+            let (slow, fast) = self.exponents();
+            let (slow, fast) = if slow > fast { (slow, fast) } else { (fast, slow) };
+            let (upper, spread) = ((slow * t).exp(), 2.0 * self.omega * t);
+            let s = if spread > 1e-8 {
+                -(-spread).exp_m1() / (2.0 * self.omega)
+            } else {
+                t
+            };
+            (0.5 * (upper + (fast * t).exp()), upper * s)
+        }
+    }
+}
+
+/// constant + e^{−γτ} (a C + b S) + Σ (p cos Ωτ + q sin Ωτ): any coordinate of the motion in one mode.
+#[derive(Clone, Copy, Debug)]
+pub struct Signal<const H: usize> {
+    /// The part that rests.
+    pub constant: f64,
+    /// Coefficient of e^{−γτ} C.
+    pub a: f64,
+    /// Coefficient of e^{−γτ} S.
+    pub b: f64,
+    /// Coefficients of cos Ωτ.
+    pub p: [f64; H],
+    /// Coefficients of sin Ωτ.
+    pub q: [f64; H],
+}
+
+/// The functions of time a [`Signal`] is made of, at one time.
+#[derive(Clone, Copy, Debug)]
+pub struct Basis<const H: usize> {
+    c: f64,
+    s: f64,
+    cos: [f64; H],
+    sin: [f64; H],
+}
+
+impl<const H: usize> Signal<H> {
+    /// Its value.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, basis: &Basis<H>) -> f64 {
+        let mut value = self.constant + self.a * basis.c + self.b * basis.s;
+        for j in 0..H {
+            value += self.p[j] * basis.cos[j] + self.q[j] * basis.sin[j];
+        }
+        value
+    }
+
+    /// Its value at τ = 0.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        self.constant + self.a + self.p.iter().sum::<f64>()
+    }
+
+    /// Its derivative in time.
+    #[must_use]
+    pub fn derivative(&self, decay: &Decay, frequency: &[f64; H]) -> Self {
+        Self {
+            constant: 0.0,
+            a: self.b - decay.gamma * self.a,
+            b: decay.kappa * self.a - decay.gamma * self.b,
+            p: std::array::from_fn(|j| frequency[j] * self.q[j]),
+            q: std::array::from_fn(|j| -frequency[j] * self.p[j]),
+        }
+    }
+
+    /// A bound of |signal − constant| over [τ, τ + reach].
+    #[must_use]
+    pub fn bound(&self, decay: &Decay, t: f64, reach: f64) -> f64 {
+        let growth = |exponent: f64| (exponent * if exponent > 0.0 { t + reach } else { t }).exp();
+        let free = if decay.oscillates() {
+            self.a.hypot(self.b / decay.omega) * growth(-decay.gamma)
+        } else {
+            let (one, two) = decay.exponents();
+            if decay.omega > 0.0 && (one - two).abs() > 1e-6 * (one.abs() + two.abs()) {
+                let first = (self.b + (-decay.gamma - two) * self.a) / (one - two);
+                first.abs() * growth(one) + (self.a - first).abs() * growth(two)
+            } else {
+                (self.a.abs() + self.b.abs() * (t + reach)) * growth(-decay.gamma)
+            }
+        };
+        (0..H).fold(free, |sum, j| sum + self.p[j].hypot(self.q[j]))
+    }
+}
+
+/// Slip along one piece of friction in one direction: x(τ), closed.
+#[derive(Clone, Copy, Debug)]
+pub struct Slip<const H: usize> {
+    /// How its free part decays.
+    pub decay: Decay,
+    /// Frequencies of the forcing.
+    pub frequency: [f64; H],
+    /// Position.
+    pub x: Signal<H>,
+    /// Velocity.
+    pub v: Signal<H>,
+}
+
+/// Adhesion: the mass moves with the drive. The friction force that holds it is start + rate τ + Σ (p cos Ωτ + q sin Ωτ).
+#[derive(Clone, Copy, Debug)]
+pub struct Stick<const H: usize> {
+    /// Frequencies of the forcing.
+    pub frequency: [f64; H],
+    /// Its part linear in time, at τ = 0.
+    pub start: f64,
+    /// The rate of that part.
+    pub rate: f64,
+    /// Coefficients of cos Ωτ.
+    pub p: [f64; H],
+    /// Coefficients of sin Ωτ.
+    pub q: [f64; H],
+}
+
+/// What stays the same along an orbit.
+#[derive(Clone, Debug)]
+pub struct Frame<const H: usize> {
+    /// Mass m.
+    pub mass: f64,
+    /// Stiffness k.
+    pub stiffness: f64,
+    /// Damping D.
+    pub damping: f64,
+    /// Drive velocity s.
+    pub drive_velocity: f64,
+    /// Harmonic forces.
+    pub forcing: [Harmonic; H],
+}
+
+impl<const H: usize> Frame<H> {
+    /// The frame of an oscillator with `H` harmonics.
+    #[must_use]
+    pub(crate) fn of(oscillator: &Oscillator) -> Self {
+        Self {
+            mass: oscillator.mass,
+            stiffness: oscillator.stiffness,
+            damping: oscillator.damping,
+            drive_velocity: oscillator.drive_velocity,
+            forcing: std::array::from_fn(|j| oscillator.forcing[j]),
+        }
+    }
+
+    /// The motion from (x, v) at `clock` along `piece`, slipping in `direction` (the sign of w).
+    ///
+    /// # Errors
+    /// A harmonic that meets an undamped resonance of this mode.
+    pub fn slip(
+        &self,
+        clock: Clock,
+        x: f64,
+        v: f64,
+        direction: f64,
+        piece: &Piece,
+    ) -> Result<Slip<H>, Error> {
+        for harmonic in &self.forcing {
+            let real = 1.0 - self.mass / self.stiffness * harmonic.frequency * harmonic.frequency;
+            let imaginary = (self.damping + piece.slope) * harmonic.frequency / self.stiffness;
+            if real.hypot(imaginary) < 1e-9 {
+                return Err(Error::Resonance {
+                    frequency: harmonic.frequency,
+                });
+            }
+        }
+        Ok(self.closed(clock, x, v, direction, piece))
+    }
+
+    /// [`Frame::slip`] for a mode known to have a bounded forced response.
+    #[must_use]
+    pub(crate) fn closed(&self, clock: Clock, x: f64, v: f64, direction: f64, piece: &Piece) -> Slip<H> {
+        let damping = self.damping + piece.slope;
+        let decay = Decay::new(self.mass, damping, self.stiffness);
+        let frequency = self.forcing.map(|harmonic| harmonic.frequency);
+        let (mut p, mut q) = ([0.0; H], [0.0; H]);
+        for j in 0..H {
+            let (force_cos, force_sin) = self.forcing[j].quadratures(clock);
+            // (k − mΩ² + icΩ) X = F for x = Re X e^{iΩτ}, F = force_cos − i force_sin.
+            let (real, imaginary) = (
+                self.stiffness - self.mass * frequency[j] * frequency[j],
+                damping * frequency[j],
+            );
+            let size = real * real + imaginary * imaginary;
+            p[j] = (force_cos * real - force_sin * imaginary) / size;
+            q[j] = (force_sin * real + force_cos * imaginary) / size;
+        }
+        let constant = (direction * piece.offset + piece.slope * self.drive_velocity) / self.stiffness;
+        let a = x - constant - p.iter().sum::<f64>();
+        let free_velocity = v - (0..H).map(|j| frequency[j] * q[j]).sum::<f64>();
+        let x = Signal {
+            constant,
+            a,
+            b: free_velocity + decay.gamma * a,
+            p,
+            q,
+        };
+        Slip {
+            decay,
+            frequency,
+            x,
+            v: x.derivative(&decay, &frequency),
+        }
+    }
+
+    /// The friction force that holds the mass on the drive, from position `x` at `clock`.
+    #[must_use]
+    pub fn stick(&self, clock: Clock, x: f64) -> Stick<H> {
+        let (mut p, mut q) = ([0.0; H], [0.0; H]);
+        for j in 0..H {
+            let (force_cos, force_sin) = self.forcing[j].quadratures(clock);
+            (p[j], q[j]) = (-force_cos, -force_sin);
+        }
+        Stick {
+            frequency: self.forcing.map(|harmonic| harmonic.frequency),
+            start: self.damping * self.drive_velocity + self.stiffness * x,
+            rate: self.stiffness * self.drive_velocity,
+            p,
+            q,
+        }
+    }
+}
+
+fn waves<const H: usize>(frequency: &[f64; H], t: f64) -> ([f64; H], [f64; H]) {
+    let (mut cos, mut sin) = ([0.0; H], [0.0; H]);
+    for j in 0..H {
+        (sin[j], cos[j]) = (frequency[j] * t).sin_cos();
+    }
+    (cos, sin)
+}
+
+impl<const H: usize> Slip<H> {
+    /// The functions of time at τ = t.
+    #[inline]
+    #[must_use]
+    pub fn basis(&self, t: f64) -> Basis<H> {
+        let (c, s) = self.decay.basis(t);
+        let (cos, sin) = waves(&self.frequency, t);
+        Basis { c, s, cos, sin }
+    }
+
+    /// Position and velocity.
+    #[must_use]
+    pub fn at(&self, t: f64) -> (f64, f64) {
+        let basis = self.basis(t);
+        (self.x.at(&basis), self.v.at(&basis))
+    }
+
+    /// The slip speed u = σ (s − ẋ) as a signal.
+    #[must_use]
+    pub fn speed(&self, direction: f64, drive_velocity: f64) -> Signal<H> {
+        Signal {
+            constant: direction * drive_velocity,
+            a: -direction * self.v.a,
+            b: -direction * self.v.b,
+            p: self.v.p.map(|value| -direction * value),
+            q: self.v.q.map(|value| -direction * value),
+        }
+    }
+}
+
+impl<const H: usize> Stick<H> {
+    /// The holding force and its rate.
+    #[must_use]
+    pub fn at(&self, t: f64) -> (f64, f64) {
+        let (cos, sin) = waves(&self.frequency, t);
+        let (mut force, mut rate) = (self.start + self.rate * t, self.rate);
+        for j in 0..H {
+            force += self.p[j] * cos[j] + self.q[j] * sin[j];
+            rate += self.frequency[j] * (self.q[j] * cos[j] - self.p[j] * sin[j]);
+        }
+        (force, rate)
+    }
+
+    /// A bound of the second derivative of the holding force.
+    #[must_use]
+    pub fn curvature(&self) -> f64 {
+        (0..H)
+            .map(|j| self.frequency[j] * self.frequency[j] * self.p[j].hypot(self.q[j]))
+            .sum()
+    }
+}

@@ -1,0 +1,160 @@
+//! Friction laws: immutable, tagged data that answer two questions, what force adhesion can bear and what force slip produces.
+//!
+//! A law never sees the sign of the slip velocity: the mode carries it. It speaks of the *slip speed* u = |w| ≥ 0 and of the
+//! friction that opposes slip, ≥ 0 as a rule. Kinetic friction comes as linear [`Piece`]s; where a piece ends, the law names
+//! the next one. What a law remembers lies in [`Memory`], which belongs to the mode.
+
+mod adhesion;
+mod bogacz_ryczek;
+mod coulomb;
+mod dwell_time;
+mod piecewise_linear;
+mod static_kinetic;
+
+use serde::{Deserialize, Serialize};
+
+pub use adhesion::StaticFriction;
+pub use bogacz_ryczek::{Alpha, BRANCHES, BogaczRyczek};
+pub use coulomb::Coulomb;
+pub use dwell_time::DwellTime;
+pub use piecewise_linear::PiecewiseLinear;
+pub use static_kinetic::StaticKinetic;
+
+use crate::error::Error;
+
+/// A point (slip speed, friction force) of the characteristic.
+pub type Point = [f64; 2];
+
+/// How the contact has been held: what static friction may depend on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hold {
+    /// Time since the contact stuck, t_s.
+    pub stick_time: f64,
+    /// |dF/dt| of the friction force now, δ.
+    pub force_rate: f64,
+}
+
+/// A linear piece of kinetic friction, valid for low ≤ u ≤ high: force = offset + slope · u.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Force at zero slip speed, extrapolated.
+    pub offset: f64,
+    /// df/du.
+    pub slope: f64,
+    /// Slip speed at the low end.
+    pub low: f64,
+    /// Slip speed at the high end.
+    pub high: f64,
+    /// Which branch of its law this is; only the law reads it.
+    pub branch: u32,
+    /// Whether the law wants to know when the slip acceleration changes sign.
+    pub turns: bool,
+}
+
+impl Piece {
+    /// The line through `point` with `slope`, over low ≤ u ≤ high.
+    pub(crate) fn line(point: Point, slope: f64, low: f64, high: f64, branch: u32) -> Self {
+        Self {
+            offset: point[1] - slope * point[0],
+            slope,
+            low,
+            high,
+            branch,
+            turns: false,
+        }
+    }
+
+    /// The same force at every slip speed.
+    pub(crate) fn constant(force: f64) -> Self {
+        Self::line([0.0, force], 0.0, 0.0, f64::INFINITY, 0)
+    }
+
+    /// Friction force at slip speed `u`.
+    #[must_use]
+    pub fn force(&self, u: f64) -> f64 {
+        self.offset + self.slope * u
+    }
+}
+
+/// How a piece ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The slip speed fell to the low end.
+    Low,
+    /// The slip speed rose to the high end.
+    High,
+    /// The slip acceleration changed its sign inside the piece; `rising` after it.
+    Turn {
+        /// The sense of the slip acceleration after the turn.
+        rising: bool,
+    },
+}
+
+/// What a contact remembers; written at events, read by laws that have a memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Memory {
+    /// Where the upper branch starts.
+    pub anchor: Point,
+    /// Where the upper, the lower and the common line meet.
+    pub corner: Point,
+    /// The break-away force, where the anchor was set by a break-away.
+    pub released_at: Option<f64>,
+}
+
+/// The answers every law gives. To add a law: one file with this trait, one line in [`Law`], and the same in Python.
+pub trait Friction {
+    /// Check the parameters.
+    ///
+    /// # Errors
+    /// The first parameter that makes no sense.
+    fn validate(&self) -> Result<(), Error>;
+
+    /// The largest force adhesion bears. It must not fall with the stick time nor rise with the force rate.
+    fn break_away(&self, hold: Hold) -> f64;
+
+    /// An upper bound of ∂f_s/∂t_s at and after `stick_time`; 0 for a law without dwell.
+    fn growth_bound(&self, _stick_time: f64) -> f64 {
+        0.0
+    }
+
+    /// Whether static friction depends on the force rate.
+    fn feels_force_rate(&self) -> bool {
+        false
+    }
+
+    /// The first piece after adhesion broke at `force`, slip speed 0.
+    fn leave(&self, force: f64, memory: &mut Memory) -> Piece;
+
+    /// The piece for a motion that starts while slipping at speed `u`; `balance` is the friction at which the slip speed
+    /// would not change.
+    fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece;
+
+    /// The piece that follows where `piece` ended at slip speed `u`.
+    fn next(&self, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Piece;
+}
+
+macro_rules! laws {
+    ($($name:ident),+) => {
+        /// Any friction law, as one tagged document: `{"type": "Coulomb", "kinetic": 0.5}`.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(tag = "type")]
+        pub enum Law { $(#[doc = "See the struct of that name."] $name($name)),+ }
+
+        impl Friction for Law {
+            fn validate(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.validate()),+ } }
+            #[inline]
+            fn break_away(&self, hold: Hold) -> f64 { match self { $(Self::$name(law) => law.break_away(hold)),+ } }
+            fn growth_bound(&self, stick_time: f64) -> f64 { match self { $(Self::$name(law) => law.growth_bound(stick_time)),+ } }
+            fn feels_force_rate(&self) -> bool { match self { $(Self::$name(law) => law.feels_force_rate()),+ } }
+            #[inline]
+            fn leave(&self, force: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.leave(force, memory)),+ } }
+            fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.begin(u, balance, memory)),+ } }
+            #[inline]
+            fn next(&self, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.next(piece, end, u, memory)),+ } }
+        }
+
+        $(impl From<$name> for Law { fn from(law: $name) -> Self { Self::$name(law) } })+
+    };
+}
+
+laws!(Coulomb, StaticKinetic, PiecewiseLinear, DwellTime, BogaczRyczek);

@@ -1,0 +1,393 @@
+//! The law of Bogacz and Ryczek: static friction with memory and two piecewise-linear branches with shared geometry.
+//!
+//! What the paper states and what we had to read into it stands in `docs/paper-law.md`. In short, with an *anchor* on the
+//! upper branch and the *corner* where all branches meet:
+//!
+//! ```text
+//!  f │  ╲ upper (pencil A)            ╱ common (pencil C)
+//!    │   ╲                          ╱
+//!    │ steep╲↑↓ or climb (pencil D)╱
+//!    │___ lower╲____ (pencil B) __╱ corner, on the line l
+//!    └────────────────────────────────── u = |w|
+//! ```
+
+use serde::{Deserialize, Serialize};
+
+use super::piecewise_linear::increasing;
+use super::{End, Friction, Hold, Memory, Piece, Point, StaticFriction};
+use crate::error::{Error, finite, not_negative};
+
+/// Drop of friction over the first slip, as a number or as a table over the break-away force.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Alpha {
+    /// The same drop after every break-away.
+    Constant(f64),
+    /// Nodes (f_s, α), linear between them and constant beyond.
+    Table(Vec<Point>),
+}
+
+impl Alpha {
+    fn at(&self, force: f64) -> f64 {
+        match self {
+            Self::Constant(drop) => *drop,
+            Self::Table(nodes) => {
+                let above = nodes.partition_point(|node| node[0] <= force);
+                if above == 0 {
+                    return nodes[0][1];
+                }
+                if above == nodes.len() {
+                    return nodes[above - 1][1];
+                }
+                let (from, to) = (nodes[above - 1], nodes[above]);
+                from[1] + (to[1] - from[1]) * (force - from[0]) / (to[0] - from[0])
+            }
+        }
+    }
+}
+
+/// The friction law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
+///
+/// Pencils A, C and D may lie at infinity (`None`); their lines then have the angles φ, ψ and η.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BogaczRyczek {
+    /// The surface f_s(t_s, δ).
+    pub static_friction: StaticFriction,
+    /// Pencil of the upper, falling lines.
+    #[serde(rename = "A")]
+    pub a: Option<Point>,
+    /// Pencil of the lower lines.
+    #[serde(rename = "B")]
+    pub b: Point,
+    /// Pencil of the common, rising lines.
+    #[serde(rename = "C")]
+    pub c: Option<Point>,
+    /// Pencil of the lines that climb from the lower to the upper branch.
+    #[serde(rename = "D")]
+    pub d: Option<Point>,
+    /// The line of corners, (slope, intercept).
+    pub l: Point,
+    /// α(f_s): how far friction falls after break-away.
+    pub alpha: Alpha,
+    /// β: the slip speed over which it falls.
+    pub beta: f64,
+    /// φ in degrees: angle of the upper line when A lies at infinity.
+    pub phi: f64,
+    /// ψ in degrees: angle of the common line when C lies at infinity.
+    pub psi: f64,
+    /// η in degrees: angle of the steepest climb, and of every passage between the branches but D's.
+    pub eta: f64,
+}
+
+/// The paper's geometry with our calibration of what it leaves open: f_s(t_s, δ), α.
+impl Default for BogaczRyczek {
+    fn default() -> Self {
+        Self {
+            static_friction: StaticFriction {
+                initial: 1.084,
+                limit: 0.3,
+                rate: 0.3,
+                exponent: 1.0,
+                force_rate_scale: Some(0.5),
+                force_rate_exponent: 1.0,
+            },
+            a: None,
+            b: [-0.41, 1.33],
+            c: None,
+            d: Some([0.33, 2.40]),
+            l: [3.41, -0.28],
+            alpha: Alpha::Constant(0.0),
+            beta: 0.01,
+            phi: -58.0,
+            psi: 39.0,
+            eta: 89.0,
+        }
+    }
+}
+
+const FALL: u32 = 0;
+const UPPER: u32 = 1;
+const COMMON: u32 = 2;
+const LOWER: u32 = 3;
+const CLIMB: u32 = 4;
+const STEEP: u32 = 5;
+
+/// Names of the branches, by the number an orbit's segment carries.
+pub const BRANCHES: [&str; 6] = ["fall", "upper", "common", "lower", "climb", "steep"];
+
+impl BogaczRyczek {
+    fn steepest(&self) -> f64 {
+        self.eta.to_radians().tan()
+    }
+
+    fn upper_slope(&self, anchor: Point) -> f64 {
+        match self.a {
+            None => self.phi.to_radians().tan(),
+            Some(a) => slope(a, anchor),
+        }
+    }
+
+    fn common_slope(&self, corner: Point) -> f64 {
+        match self.c {
+            None => self.psi.to_radians().tan(),
+            Some(c) => slope(c, corner),
+        }
+    }
+
+    /// Where the upper line from `anchor` meets l; the anchor itself where it already lies beyond l.
+    fn corner(&self, anchor: Point) -> Point {
+        let falling = self.upper_slope(anchor);
+        let [rising, intercept] = self.l;
+        let w = (anchor[1] - falling * anchor[0] - intercept) / (rising - falling);
+        if w > anchor[0] {
+            [w, rising * w + intercept]
+        } else {
+            anchor
+        }
+    }
+
+    fn remember(&self, anchor: Point, memory: &mut Memory) {
+        memory.anchor = anchor;
+        memory.corner = self.corner(anchor);
+    }
+
+    /// The upper characteristic at slip speed `u`, on which the motion is while the slip speed rises.
+    fn rising(&self, u: f64, memory: &Memory) -> Piece {
+        match memory.released_at {
+            Some(force) if u < memory.anchor[0] => self.fall(force, memory),
+            _ if u < memory.corner[0] => self.upper(memory),
+            _ => self.common(memory),
+        }
+    }
+
+    /// The first slip after a break-away at `force`.
+    fn fall(&self, force: f64, memory: &Memory) -> Piece {
+        let slope = slope([0.0, force], memory.anchor);
+        Piece {
+            turns: true,
+            ..Piece::line([0.0, force], slope, 0.0, memory.anchor[0], FALL)
+        }
+    }
+
+    fn upper(&self, memory: &Memory) -> Piece {
+        let slope = self.upper_slope(memory.anchor);
+        // It is left by rising beyond the corner or by a turn, never at a low end.
+        Piece {
+            turns: true,
+            ..Piece::line(memory.anchor, slope, 0.0, memory.corner[0], UPPER)
+        }
+    }
+
+    fn common(&self, memory: &Memory) -> Piece {
+        let slope = self.common_slope(memory.corner);
+        Piece {
+            turns: true,
+            ..Piece::line(memory.corner, slope, memory.corner[0], f64::INFINITY, COMMON)
+        }
+    }
+
+    fn lower(&self, memory: &Memory) -> Piece {
+        let slope = slope(self.b, memory.corner);
+        Piece {
+            turns: true,
+            ..Piece::line(memory.corner, slope, 0.0, memory.corner[0], LOWER)
+        }
+    }
+
+    /// From the turning point `from` up to static friction at zero stick time (the paper's Eq. 7).
+    fn climb(&self, from: Point) -> Piece {
+        let steepest = self.steepest();
+        let slope = match self.d {
+            Some(d) if from[0] < d[0] && d[1] > from[1] => slope(from, d).min(steepest),
+            _ => steepest,
+        };
+        let high = from[0] + (self.static_friction.initial - from[1]) / slope;
+        Piece {
+            turns: true,
+            ..Piece::line(from, slope, from[0], high, CLIMB)
+        }
+    }
+
+    /// What follows where the slip speed turns to rise at `from`, on the lower or the common line.
+    fn turn_up(&self, from: Point, piece: &Piece, memory: &Memory) -> Piece {
+        if from[1] < self.static_friction.initial {
+            self.climb(from)
+        } else if piece.branch == LOWER {
+            // Friction is already above what adhesion bears: the branches stay as they are.
+            self.steep_up(from, memory)
+        } else {
+            *piece
+        }
+    }
+
+    /// The characteristic at slip speed `u` while it falls.
+    fn falling(&self, u: f64, memory: &Memory) -> Piece {
+        if u > memory.corner[0] {
+            self.common(memory)
+        } else {
+            self.lower(memory)
+        }
+    }
+
+    /// The passage from `from`, on the lower branch, up to the upper characteristic that is there.
+    fn steep_up(&self, from: Point, memory: &Memory) -> Piece {
+        let steepest = self.steepest();
+        let mut high = from[0];
+        let fall = memory.released_at.map(|force| self.fall(force, memory));
+        for line in fall.into_iter().chain([self.upper(memory), self.common(memory)]) {
+            high = (from[1] - steepest * from[0] - line.offset) / (line.slope - steepest);
+            if high <= line.high {
+                break;
+            }
+        }
+        Piece {
+            turns: true,
+            ..Piece::line(from, steepest, from[0], high.max(from[0]), STEEP)
+        }
+    }
+
+    /// The passage from `from`, on the upper branch, down to the lower branch.
+    fn steep_down(&self, from: Point, memory: &Memory) -> Piece {
+        let steepest = self.steepest();
+        let lower = self.lower(memory);
+        let low = (from[1] - steepest * from[0] - lower.offset) / (lower.slope - steepest);
+        Piece {
+            turns: true,
+            ..Piece::line(from, steepest, low.max(0.0), from[0], STEEP)
+        }
+    }
+}
+
+impl Friction for BogaczRyczek {
+    fn validate(&self) -> Result<(), Error> {
+        self.static_friction.validate()?;
+        let points = [
+            ("A", self.a),
+            ("B", Some(self.b)),
+            ("C", self.c),
+            ("D", self.d),
+            ("l", Some(self.l)),
+        ];
+        for (name, point) in points {
+            if let Some([w, f]) = point {
+                finite(name, w)?;
+                finite(name, f)?;
+            }
+        }
+        match &self.alpha {
+            Alpha::Constant(drop) => {
+                not_negative("alpha", *drop)?;
+            }
+            Alpha::Table(nodes) => {
+                if nodes.is_empty() {
+                    return Err(Error::TooFewNodes {
+                        name: "alpha",
+                        expected: 1,
+                        got: 0,
+                    });
+                }
+                increasing("alpha", nodes)?;
+                for node in nodes {
+                    not_negative("alpha", node[1])?;
+                }
+            }
+        }
+        not_negative("beta", self.beta)?;
+        for (name, angle, low, high) in [
+            ("phi", self.phi, -90.0, 90.0),
+            ("psi", self.psi, -90.0, 90.0),
+            ("eta", self.eta, 0.0, 90.0),
+        ] {
+            if finite(name, angle)? <= low || angle >= high {
+                return Err(Error::Geometry {
+                    what: "the angles phi, psi must lie in (−90°, 90°) and eta in (0°, 90°)",
+                    value: angle,
+                });
+            }
+        }
+        if self.b[0] > 0.0 {
+            return Err(Error::Geometry {
+                what: "the pencil B of the lower lines must lie at w ≤ 0",
+                value: self.b[0],
+            });
+        }
+        let mut memory = Memory::default();
+        self.remember([0.0, self.static_friction.initial], &mut memory);
+        if memory.corner[0] <= 0.0 || !memory.corner[0].is_finite() {
+            return Err(Error::Geometry {
+                what: "the upper line from (0, f_s(0)) must meet the line l at w > 0",
+                value: memory.corner[0],
+            });
+        }
+        let lower = self.lower(&memory).force(0.0);
+        if lower > self.static_friction.initial {
+            return Err(Error::Geometry {
+                what: "the lower branch must lie below the upper one: move B down or l up; its force at w = 0 must not exceed f_s(0)",
+                value: lower,
+            });
+        }
+        Ok(())
+    }
+
+    fn break_away(&self, hold: Hold) -> f64 {
+        self.static_friction.force(hold)
+    }
+
+    fn growth_bound(&self, stick_time: f64) -> f64 {
+        self.static_friction.growth_bound(stick_time)
+    }
+
+    fn feels_force_rate(&self) -> bool {
+        self.static_friction.limit > 0.0 && self.static_friction.force_rate_scale.is_some()
+    }
+
+    fn leave(&self, force: f64, memory: &mut Memory) -> Piece {
+        self.remember([self.beta, force - self.alpha.at(force)], memory);
+        memory.released_at = (self.beta > 0.0).then_some(force);
+        self.rising(0.0, memory)
+    }
+
+    fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece {
+        self.leave(self.static_friction.initial, memory);
+        let rising = self.rising(u, memory);
+        if u >= memory.corner[0] || balance >= rising.force(u) {
+            return rising;
+        }
+        let lower = self.lower(memory);
+        if balance <= lower.force(u) {
+            return lower;
+        }
+        // Between the branches neither sign of the acceleration is consistent: start on the steep passage, at rest.
+        let down = self.steep_down([u, balance], memory);
+        let up = self.steep_up([u, balance], memory);
+        Piece {
+            high: up.high,
+            ..down
+        }
+    }
+
+    fn next(&self, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Piece {
+        match (piece.branch, end) {
+            (FALL, End::High) => self.rising(memory.anchor[0], memory),
+            (UPPER, End::High) => self.common(memory),
+            (COMMON | STEEP, End::Low) => self.lower(memory),
+            (CLIMB, End::Low) => self.falling(u, memory),
+            (CLIMB, End::High) => {
+                self.remember([piece.high, self.static_friction.initial], memory);
+                memory.released_at = None;
+                self.rising(piece.high, memory)
+            }
+            (STEEP, End::High) => self.rising(u, memory),
+            (FALL | UPPER, End::Turn { rising: false }) => self.steep_down([u, piece.force(u)], memory),
+            (LOWER | COMMON, End::Turn { rising: true }) => self.turn_up([u, piece.force(u)], piece, memory),
+            // Any other turn, down the common line or on a steep one, goes back along it.
+            _ => *piece,
+        }
+    }
+}
+
+/// Slope of the line through two points.
+fn slope(from: Point, to: Point) -> f64 {
+    (to[1] - from[1]) / (to[0] - from[0])
+}

@@ -1,0 +1,91 @@
+//! Kinetic friction by a table of nodes, linear between them.
+
+use serde::{Deserialize, Serialize};
+
+use super::static_kinetic::at_least_kinetic;
+use super::{End, Friction, Hold, Memory, Piece, Point};
+use crate::error::{Error, finite};
+
+/// F(w) linear between nodes (w_i, f_i), w_0 = 0; the last slope goes on beyond the last node. |F| ≤ f_s at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PiecewiseLinear {
+    /// Nodes (slip speed, kinetic force), the first at slip speed 0.
+    pub nodes: Vec<Point>,
+    /// Break-away force f_s.
+    pub break_away: f64,
+}
+
+impl PiecewiseLinear {
+    /// The piece between node `index` and the next one.
+    fn piece(&self, index: usize) -> Piece {
+        let from = self.nodes[index];
+        let to = self.nodes[index + 1];
+        let slope = (to[1] - from[1]) / (to[0] - from[0]);
+        let last = index + 2 == self.nodes.len();
+        let high = if last { f64::INFINITY } else { to[0] };
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a table has fewer than 2^32 nodes"
+        )]
+        Piece::line(from, slope, from[0], high, index as u32)
+    }
+}
+
+impl Friction for PiecewiseLinear {
+    fn validate(&self) -> Result<(), Error> {
+        if self.nodes.len() < 2 {
+            return Err(Error::TooFewNodes {
+                name: "nodes",
+                expected: 2,
+                got: self.nodes.len(),
+            });
+        }
+        increasing("nodes", &self.nodes)?;
+        if self.nodes[0][0] != 0.0 {
+            return Err(Error::FirstNodeNotAtZero {
+                got: self.nodes[0][0],
+            });
+        }
+        at_least_kinetic(self.break_away, self.nodes[0][1])
+    }
+
+    fn break_away(&self, _hold: Hold) -> f64 {
+        self.break_away
+    }
+
+    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
+        self.piece(0)
+    }
+
+    fn begin(&self, u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+        let above = self.nodes.partition_point(|node| node[0] <= u);
+        self.piece(above.saturating_sub(1).min(self.nodes.len() - 2))
+    }
+
+    fn next(&self, piece: &Piece, end: End, _u: f64, _memory: &mut Memory) -> Piece {
+        let index = piece.branch as usize;
+        match end {
+            End::High => self.piece(index + 1),
+            End::Low => self.piece(index - 1),
+            End::Turn { .. } => *piece,
+        }
+    }
+}
+
+/// Check that a table is finite and its abscissae increase strictly.
+pub(super) fn increasing(name: &'static str, nodes: &[Point]) -> Result<(), Error> {
+    for (index, node) in nodes.iter().enumerate() {
+        finite(name, node[0])?;
+        finite(name, node[1])?;
+        if index > 0 && node[0] <= nodes[index - 1][0] {
+            return Err(Error::NodesNotIncreasing {
+                name,
+                index,
+                before: nodes[index - 1][0],
+                after: node[0],
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,47 @@
+//! Static and kinetic friction: adhesion bears more than slip produces.
+
+use serde::{Deserialize, Serialize};
+
+use super::{End, Friction, Hold, Memory, Piece};
+use crate::error::{Error, finite, not_negative};
+
+/// |F| ≤ f_s at rest, F = f_k sgn w in motion, f_s ≥ f_k.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StaticKinetic {
+    /// Break-away force f_s.
+    pub break_away: f64,
+    /// Kinetic force f_k.
+    pub kinetic: f64,
+}
+
+impl Friction for StaticKinetic {
+    fn validate(&self) -> Result<(), Error> {
+        let kinetic = not_negative("kinetic", self.kinetic)?;
+        at_least_kinetic(self.break_away, kinetic)
+    }
+
+    fn break_away(&self, _hold: Hold) -> f64 {
+        self.break_away
+    }
+
+    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.kinetic)
+    }
+
+    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.kinetic)
+    }
+
+    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
+        *piece
+    }
+}
+
+/// Adhesion must bear at least what slip produces at zero speed.
+pub(super) fn at_least_kinetic(break_away: f64, kinetic: f64) -> Result<(), Error> {
+    if finite("break_away", break_away)? < kinetic {
+        return Err(Error::BreakAwayBelowKinetic { break_away, kinetic });
+    }
+    Ok(())
+}

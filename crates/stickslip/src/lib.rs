@@ -1,0 +1,38 @@
+//! The motion of masses with dry friction, exact between certified events.
+//!
+//! | module | one sentence |
+//! |---|---|
+//! | [`structure`] | the oscillator: mass, stiffness, damping, drive, law, forcing |
+//! | [`drive`] | what acts from outside, and the compensated clock |
+//! | [`law`] | friction laws: two questions, one file a law |
+//! | [`mode`] | the automaton: stick, slip, and what follows an event |
+//! | [`flow`] | closed-form motion between events |
+//! | [`event`] | the certified next event |
+//! | [`simulate`] | the loop, and why it stopped |
+//! | [`orbit`] | what a run returns, evaluable at any time |
+//! | [`replay`] | a law along a measured motion |
+//! | [`error`] | everything a user can get wrong, one sentence each |
+//!
+//! ```
+//! use stickslip::{law::StaticKinetic, simulate::{Run, simulate}, structure::Oscillator};
+//!
+//! let oscillator = Oscillator {
+//!     mass: 1.0, stiffness: 1.0, damping: 0.0, drive_velocity: 0.2,
+//!     law: StaticKinetic { break_away: 1.0, kinetic: 0.6 }.into(), forcing: vec![],
+//! };
+//! let orbit = simulate(&oscillator, Run::stuck(100.0)).unwrap();
+//! let release: Vec<f64> = orbit.events.iter().step_by(2).map(|event| event.t).collect();
+//! assert!((release[4] - release[3] - 8.068_887_871_591_405).abs() < 1e-13);
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod drive;
+pub mod error;
+pub mod event;
+pub mod flow;
+pub mod law;
+pub mod mode;
+pub mod orbit;
+pub mod replay;
+pub mod simulate;
+pub mod structure;

@@ -1,0 +1,132 @@
+//! The automaton: which mode the mass is in, and which mode follows an event.
+//!
+//! Selection rule. With f_s > f_k both adhesion and slip can be consistent where the slip velocity reaches zero: the automaton
+//! chooses adhesion whenever the force it asks for is within the break-away force at stick time zero. Otherwise the mass slips
+//! in the direction of the force that adhesion could not bear, starting with the break-away force at stick time zero.
+
+use crate::event::Start;
+use crate::flow::exact::Frame;
+use crate::law::{End, Friction, Hold, Law, Memory, Piece};
+
+/// What the contact does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mode {
+    /// The mass moves with the drive.
+    Stick,
+    /// The mass slips; `direction` is the sign of the slip velocity w.
+    Slip {
+        /// Sign of w.
+        direction: f64,
+        /// The line of friction.
+        piece: Piece,
+        /// What is known of the slip speed at the start.
+        start: Start,
+    },
+}
+
+/// What happens at an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Kind {
+    /// Adhesion breaks.
+    Release,
+    /// The mass sticks.
+    Capture,
+    /// The slip velocity changes its sign without a stick.
+    Crossing,
+    /// The slip acceleration changes its sign (reported for laws that have branches by that sign).
+    Reversal,
+    /// The next linear piece of the law begins.
+    Node,
+}
+
+impl Kind {
+    /// Every kind, by its number.
+    pub const ALL: [Self; 5] = [
+        Self::Release,
+        Self::Capture,
+        Self::Crossing,
+        Self::Reversal,
+        Self::Node,
+    ];
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Release => "release",
+            Self::Capture => "capture",
+            Self::Crossing => "crossing",
+            Self::Reversal => "reversal",
+            Self::Node => "node",
+        }
+    }
+}
+
+/// The mode in which a motion from (x, v) starts, given the `holding` force of adhesion there and its rate.
+#[must_use]
+pub fn first<const H: usize>(
+    frame: &Frame<H>,
+    law: &Law,
+    (v, holding, rate): (f64, f64, f64),
+    memory: &mut Memory,
+) -> Mode {
+    let w = frame.drive_velocity - v;
+    if w == 0.0 {
+        return at_zero(law, holding, rate, memory);
+    }
+    let direction = w.signum();
+    // m u̇ = σ·holding − D u − f(u): the friction that would keep the slip speed.
+    let balance = direction * holding - frame.damping * w.abs();
+    Mode::Slip {
+        direction,
+        piece: law.begin(w.abs(), balance, memory),
+        start: Start::Inside,
+    }
+}
+
+/// The mode at zero slip velocity: adhesion if it can bear the holding force, else slip towards it.
+#[must_use]
+pub fn at_zero(law: &Law, holding: f64, rate: f64, memory: &mut Memory) -> Mode {
+    let bears = law.break_away(Hold {
+        stick_time: 0.0,
+        force_rate: rate.abs(),
+    });
+    if holding.abs() <= bears {
+        Mode::Stick
+    } else {
+        slip_from_zero(law, holding, bears, memory)
+    }
+}
+
+/// Slip that starts at zero speed in the direction of `holding`, adhesion having broken at the size `force`.
+#[must_use]
+pub fn slip_from_zero(law: &Law, holding: f64, force: f64, memory: &mut Memory) -> Mode {
+    let piece = law.leave(force, memory);
+    let start = if piece.force(0.0) >= holding.abs() {
+        Start::Turning
+    } else {
+        Start::Low
+    };
+    Mode::Slip {
+        direction: holding.signum(),
+        piece,
+        start,
+    }
+}
+
+/// The mode after `piece` ended by `end` away from zero speed.
+#[must_use]
+pub fn after(law: &Law, direction: f64, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Mode {
+    let next = law.next(piece, end, u, memory);
+    let start = match end {
+        End::High => Start::Low,
+        End::Low => Start::High,
+        End::Turn { .. } => Start::Turning,
+    };
+    Mode::Slip {
+        direction,
+        piece: next,
+        start,
+    }
+}

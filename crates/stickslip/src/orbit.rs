@@ -1,0 +1,196 @@
+//! What a run returns: segments that are exact at any time, and the table of events.
+
+use crate::drive::Clock;
+use crate::event::Work;
+use crate::flow::exact::Frame;
+use crate::law::Piece;
+use crate::mode::{Kind, Mode};
+use crate::simulate::{Run, Stop};
+use crate::structure::Oscillator;
+
+/// One event.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
+    /// Time.
+    pub t: f64,
+    /// What happened.
+    pub kind: Kind,
+    /// Position.
+    pub x: f64,
+    /// Velocity.
+    pub v: f64,
+    /// Friction force on the mass just before the event.
+    pub force: f64,
+    /// Time of adhesion before a release; not a number elsewhere.
+    pub stick_time: f64,
+    /// d|F|/dt at a release; not a number elsewhere.
+    pub force_rate: f64,
+}
+
+/// The state at the start of a mode and the line of friction in it: enough to evaluate the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// When the mode starts.
+    pub clock: Clock,
+    /// Position there.
+    pub x: f64,
+    /// Velocity there.
+    pub v: f64,
+    /// Sign of the slip velocity, 0 while stuck.
+    pub direction: f64,
+    /// Friction opposing slip is offset + slope · u.
+    pub offset: f64,
+    /// The slope of that line.
+    pub slope: f64,
+    /// Branch of the law, for pictures.
+    pub branch: u32,
+}
+
+impl Segment {
+    pub(crate) fn new(clock: Clock, x: f64, v: f64, mode: &Mode) -> Self {
+        let (direction, offset, slope, branch) = match *mode {
+            Mode::Stick => (0.0, 0.0, 0.0, 0),
+            Mode::Slip { direction, piece, .. } => (direction, piece.offset, piece.slope, piece.branch),
+        };
+        Self {
+            clock,
+            x,
+            v,
+            direction,
+            offset,
+            slope,
+            branch,
+        }
+    }
+}
+
+/// Whoever is told of a run.
+pub trait Record {
+    /// A mode starts.
+    fn segment(&mut self, segment: Segment);
+    /// An event occurred.
+    fn event(&mut self, event: Event);
+}
+
+/// The state of the motion at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Position.
+    pub x: f64,
+    /// Velocity.
+    pub v: f64,
+    /// Acceleration ẍ.
+    pub a: f64,
+    /// Friction force on the mass.
+    pub force: f64,
+    /// Whether the mass sticks.
+    pub stuck: bool,
+}
+
+/// A whole run.
+#[derive(Clone, Debug)]
+pub struct Orbit {
+    /// What moved.
+    pub oscillator: Oscillator,
+    /// From where and how long.
+    pub run: Run,
+    /// The modes, in time.
+    pub segments: Vec<Segment>,
+    /// The events, in time.
+    pub events: Vec<Event>,
+    /// Why it ended.
+    pub stop: Stop,
+    /// What it cost.
+    pub work: Work,
+}
+
+impl Record for Orbit {
+    fn segment(&mut self, segment: Segment) {
+        self.segments.push(segment);
+    }
+
+    fn event(&mut self, event: Event) {
+        self.events.push(event);
+    }
+}
+
+impl Orbit {
+    pub(crate) fn new(oscillator: Oscillator, run: Run) -> Self {
+        Self {
+            oscillator,
+            run,
+            segments: Vec::new(),
+            events: Vec::new(),
+            stop: Stop::End,
+            work: Work::default(),
+        }
+    }
+
+    /// The time up to which the orbit is known: t_end, or where the run stopped before.
+    #[must_use]
+    pub fn t_last(&self) -> f64 {
+        match self.stop {
+            Stop::End => self.run.t_end,
+            Stop::MaxEvents | Stop::Accumulation => self.events.last().map_or(0.0, |event| event.t),
+        }
+    }
+
+    /// The states at `times`, in any order.
+    #[must_use]
+    pub fn states(&self, times: &[f64]) -> Vec<State> {
+        match self.oscillator.forcing.len() {
+            0 => self.evaluate::<0>(times),
+            1 => self.evaluate::<1>(times),
+            2 => self.evaluate::<2>(times),
+            3 => self.evaluate::<3>(times),
+            _ => self.evaluate::<4>(times),
+        }
+    }
+
+    fn evaluate<const H: usize>(&self, times: &[f64]) -> Vec<State> {
+        let frame = Frame::<H>::of(&self.oscillator);
+        times
+            .iter()
+            .map(|&t| {
+                let index = self
+                    .segments
+                    .partition_point(|segment| segment.clock.until(t) >= 0.0)
+                    .max(1)
+                    - 1;
+                let segment = &self.segments[index];
+                let tau = segment.clock.until(t);
+                if segment.direction == 0.0 {
+                    let x = segment.x + segment.v * tau;
+                    let force = frame.stick(segment.clock, segment.x).at(tau).0;
+                    return State {
+                        x,
+                        v: segment.v,
+                        a: 0.0,
+                        force,
+                        stuck: true,
+                    };
+                }
+                let piece = Piece {
+                    offset: segment.offset,
+                    slope: segment.slope,
+                    low: 0.0,
+                    high: f64::INFINITY,
+                    branch: segment.branch,
+                    turns: false,
+                };
+                let slip = frame.closed(segment.clock, segment.x, segment.v, segment.direction, &piece);
+                let basis = slip.basis(tau);
+                let v = slip.v.at(&basis);
+                let force = segment.direction * piece.force(segment.direction * (frame.drive_velocity - v));
+                let a = slip.v.derivative(&slip.decay, &slip.frequency).at(&basis);
+                State {
+                    x: slip.x.at(&basis),
+                    v,
+                    a,
+                    force,
+                    stuck: false,
+                }
+            })
+            .collect()
+    }
+}

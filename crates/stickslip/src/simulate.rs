@@ -1,0 +1,256 @@
+//! The loop: from event to event until the end, a limit or an accumulation.
+
+use crate::drive::Clock;
+use crate::error::{Error, finite, positive};
+use crate::event::{Work, end_of_slip, end_of_stick};
+use crate::flow::exact::Frame;
+use crate::law::{End, Friction, Hold, Law, Memory};
+use crate::mode::{self, Kind, Mode};
+use crate::orbit::{Event, Orbit, Record, Segment};
+use crate::structure::Oscillator;
+
+/// Why a run ended. Ending is a value, not an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Stop {
+    /// The asked time was reached.
+    End,
+    /// As many events as allowed occurred.
+    MaxEvents,
+    /// Events followed each other without time passing.
+    Accumulation,
+}
+
+impl Stop {
+    /// Every reason, by its number.
+    pub const ALL: [Self; 3] = [Self::End, Self::MaxEvents, Self::Accumulation];
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::End => "t_end",
+            Self::MaxEvents => "max_events",
+            Self::Accumulation => "accumulation",
+        }
+    }
+
+    /// What it means and what to do about it.
+    #[must_use]
+    pub fn sentence(self) -> &'static str {
+        match self {
+            Self::End => "the run reached t_end",
+            Self::MaxEvents => "the run stopped at max_events: raise max_events to go on",
+            Self::Accumulation => {
+                "the run stopped where events accumulate without time passing: look at the last rows of the table of events"
+            }
+        }
+    }
+}
+
+/// Where and how long to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run {
+    /// Position at t = 0.
+    pub x0: f64,
+    /// Velocity at t = 0; none: that of the drive.
+    pub v0: Option<f64>,
+    /// Time to run.
+    pub t_end: f64,
+    /// Most events.
+    pub max_events: u64,
+}
+
+impl Run {
+    /// From x = 0 at the velocity of the drive, for `t_end`.
+    #[must_use]
+    pub fn stuck(t_end: f64) -> Self {
+        Self {
+            x0: 0.0,
+            v0: None,
+            t_end,
+            max_events: 10_000_000,
+        }
+    }
+
+    fn validate(&self) -> Result<(), Error> {
+        finite("x0", self.x0)?;
+        if let Some(v0) = self.v0 {
+            finite("v0", v0)?;
+        }
+        positive("t_end", self.t_end).map(drop)
+    }
+}
+
+/// Simulate and keep the whole orbit.
+///
+/// # Errors
+/// The first value of the oscillator or the run that makes no sense.
+pub fn simulate(oscillator: &Oscillator, run: Run) -> Result<Orbit, Error> {
+    let mut orbit = Orbit::new(oscillator.clone(), run);
+    let (stop, work) = observe(oscillator, run, &mut orbit)?;
+    orbit.stop = stop;
+    orbit.work = work;
+    Ok(orbit)
+}
+
+/// Simulate and tell `record` of every segment and event.
+///
+/// # Errors
+/// The first value of the oscillator or the run that makes no sense.
+pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
+    oscillator.validate()?;
+    run.validate()?;
+    match oscillator.forcing.len() {
+        0 => Loop::<0>::new(oscillator, run).go(run, record),
+        1 => Loop::<1>::new(oscillator, run).go(run, record),
+        2 => Loop::<2>::new(oscillator, run).go(run, record),
+        3 => Loop::<3>::new(oscillator, run).go(run, record),
+        _ => Loop::<4>::new(oscillator, run).go(run, record),
+    }
+}
+
+/// As many events without time passing are an accumulation.
+const ACCUMULATION: u32 = 1000;
+
+struct Loop<'a, const H: usize> {
+    law: &'a Law,
+    frame: Frame<H>,
+    clock: Clock,
+    x: f64,
+    v: f64,
+    memory: Memory,
+    work: Work,
+}
+
+impl<'a, const H: usize> Loop<'a, H> {
+    fn new(oscillator: &'a Oscillator, run: Run) -> Self {
+        Self {
+            law: &oscillator.law,
+            frame: Frame::of(oscillator),
+            clock: Clock::default(),
+            x: run.x0,
+            v: run.v0.unwrap_or(oscillator.drive_velocity),
+            memory: Memory::default(),
+            work: Work::default(),
+        }
+    }
+
+    fn go(mut self, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
+        let (holding, rate) = self.frame.stick(self.clock, self.x).at(0.0);
+        let mut mode = mode::first(&self.frame, self.law, (self.v, holding, rate), &mut self.memory);
+        let mut still = 0;
+        loop {
+            record.segment(Segment::new(self.clock, self.x, self.v, &mode));
+            let horizon = self.clock.until(run.t_end);
+            let before = self.clock;
+            let next = match mode {
+                Mode::Stick => self.stick(horizon, record),
+                Mode::Slip {
+                    direction,
+                    piece,
+                    start,
+                } => {
+                    let slip = self.frame.slip(self.clock, self.x, self.v, direction, &piece)?;
+                    end_of_slip(
+                        &slip,
+                        direction,
+                        self.frame.drive_velocity,
+                        &piece,
+                        start,
+                        horizon,
+                        &mut self.work,
+                    )
+                    .map(|(t, end)| {
+                        (self.x, self.v) = slip.at(t);
+                        self.clock = self.clock.after(t);
+                        self.slipped(direction, &piece, end, record)
+                    })
+                }
+            };
+            let Some(next) = next else {
+                return Ok((Stop::End, self.work));
+            };
+            mode = next;
+            self.work.events += 1;
+            if self.work.events >= run.max_events {
+                return Ok((Stop::MaxEvents, self.work));
+            }
+            still = if self.clock == before { still + 1 } else { 0 };
+            if still >= ACCUMULATION {
+                return Ok((Stop::Accumulation, self.work));
+            }
+        }
+    }
+
+    /// Adhesion until it breaks; the mode after that.
+    fn stick(&mut self, horizon: f64, record: &mut impl Record) -> Option<Mode> {
+        let stick = self.frame.stick(self.clock, self.x);
+        let t = end_of_stick(&stick, self.law, horizon, &mut self.work)?;
+        let (holding, rate) = stick.at(t);
+        self.x += self.frame.drive_velocity * t;
+        self.v = self.frame.drive_velocity;
+        self.clock = self.clock.after(t);
+        let force = self.law.break_away(Hold {
+            stick_time: t,
+            force_rate: rate.abs(),
+        });
+        record.event(Event {
+            stick_time: t,
+            force_rate: rate * holding.signum(),
+            ..self.event(Kind::Release, holding.signum() * force)
+        });
+        Some(mode::slip_from_zero(self.law, holding, force, &mut self.memory))
+    }
+
+    /// What follows where slip along `piece` ended at the present state.
+    fn slipped(
+        &mut self,
+        direction: f64,
+        piece: &crate::law::Piece,
+        end: End,
+        record: &mut impl Record,
+    ) -> Mode {
+        let speed = match end {
+            End::Low => piece.low,
+            End::High => piece.high,
+            End::Turn { .. } => direction * (self.frame.drive_velocity - self.v),
+        };
+        let force = direction * piece.force(speed);
+        if !matches!(end, End::Turn { .. }) {
+            // The slip velocity is known exactly here.
+            self.v = self.frame.drive_velocity - direction * speed;
+        }
+        if speed > 0.0 || end == (End::Turn { rising: true }) {
+            let next = mode::after(self.law, direction, piece, end, speed, &mut self.memory);
+            let kind = if matches!(end, End::Turn { .. }) {
+                Kind::Reversal
+            } else {
+                Kind::Node
+            };
+            record.event(self.event(kind, force));
+            return next;
+        }
+        let (holding, rate) = self.frame.stick(self.clock, self.x).at(0.0);
+        let mode = mode::at_zero(self.law, holding, rate, &mut self.memory);
+        let kind = if mode == Mode::Stick {
+            Kind::Capture
+        } else {
+            Kind::Crossing
+        };
+        record.event(self.event(kind, force));
+        mode
+    }
+
+    fn event(&self, kind: Kind, force: f64) -> Event {
+        Event {
+            t: self.clock.high,
+            kind,
+            x: self.x,
+            v: self.v,
+            force,
+            stick_time: f64::NAN,
+            force_rate: f64::NAN,
+        }
+    }
+}
