@@ -1,0 +1,110 @@
+# Every target does its own set-up inside this folder. Wanted on the machine: Python >= 3.11, Rust, a C compiler.
+# PYTHON=... chooses the interpreter, PYTEST="..." adds options to pytest, STICKSLIP_DATA=... says where real records lie.
+
+.PHONY: help setup demo test test-slow test-core test-python check format-check lint types format bench lock clean
+.DEFAULT_GOAL := help
+
+UV := .tools/uv
+UV_VERSION := 0.13.8
+BIN := .venv/bin
+PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python; do \
+	"$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v "$$python"; break; }; done)
+PYTEST ?=
+RUST := Cargo.toml Cargo.lock $(shell find crates -name '*.rs' -o -name Cargo.toml)
+
+export MPLBACKEND := Agg
+# pyo3 asks the first python on the PATH otherwise, which may be too old.
+export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
+# A new rustup is on the PATH only after the next login.
+export PATH := $(PATH):$(HOME)/.cargo/bin
+
+help:
+	@echo "make demo     the whole way on what ships with the package, report in demo-report/"
+	@echo "make test     tests of the core and of the Python package (test-slow: the long ones)"
+	@echo "make check    the gate: format, lint, types, tests"
+	@echo "make format   rewrite Rust and Python in the common format"
+	@echo "make bench    benchmarks, side by side with other solvers"
+	@echo "make setup    the environment in .venv only"
+	@echo "make lock     resolve the Python dependencies anew into requirements.lock"
+	@echo "make clean    remove everything the targets made"
+
+demo: .venv/.built
+	$(BIN)/stickslip demo -o demo-report
+
+test: test-core test-python
+
+test-core: .tools/.rust
+	cargo test --quiet --package stickslip
+
+test-python: .venv/.built
+	$(BIN)/python -m pytest --quiet $(PYTEST)
+
+test-slow: .venv/.built
+	$(BIN)/python -m pytest --quiet -m slow $(PYTEST)
+
+check: format-check lint types test
+
+format-check: .venv/.installed .tools/.rust
+	cargo fmt --all --check
+	$(BIN)/ruff format --quiet --check .
+
+lint: .venv/.installed .tools/.rust
+	cargo clippy --quiet --locked --workspace --all-targets -- -D warnings
+	$(BIN)/ruff check --quiet .
+
+types: .venv/.built
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest stickslip._core
+
+format: .venv/.installed .tools/.rust
+	cargo fmt --all
+	$(BIN)/ruff check --quiet --fix-only .
+	$(BIN)/ruff format --quiet .
+
+bench: .venv/.built
+	$(BIN)/python benchmarks/run.py
+
+setup: .venv/.built
+
+# Universal: one file for Python 3.11 and later on every platform. Keeps the versions it can; UPGRADE=--upgrade takes new ones.
+lock: $(UV)
+	$(UV) pip compile --quiet --universal --python-version 3.11 --group dev --generate-hashes --no-emit-index-url \
+		--no-emit-find-links --custom-compile-command "make lock" $(UPGRADE) pyproject.toml --output-file requirements.lock
+
+clean:
+	rm -rf .venv .tools target demo-report .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -f python/stickslip/_core.*.so
+	find python tests benchmarks examples -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+
+# --- set-up, one stamp a step -------------------------------------------------------------------------------------
+
+# The uv on the PATH where it is new enough for pyproject.toml, else one of our own.
+$(UV):
+	@mkdir -p .tools
+	@if uv cache dir >/dev/null 2>&1; then ln -sf "$$(command -v uv)" $(UV); \
+	else \
+		test -n "$(PYTHON)" || { echo "stickslip needs Python 3.11 or newer: install it, or name it with make PYTHON=..." >&2; exit 1; }; \
+		echo "stickslip: fetching uv $(UV_VERSION) into .tools"; \
+		"$(PYTHON)" -m venv --clear .tools/venv \
+			|| { echo "stickslip needs Python's venv module: install it (Debian, Ubuntu: apt install python3-venv), then run make again." >&2; exit 1; }; \
+		.tools/venv/bin/python -m pip install --quiet --disable-pip-version-check uv==$(UV_VERSION) && ln -sf venv/bin/uv $(UV); \
+	fi
+
+.tools/.rust:
+	@command -v cargo >/dev/null || { echo "stickslip needs Rust: install it from https://rustup.rs, then run make again." >&2; exit 1; }
+	@command -v cc >/dev/null || { echo "stickslip needs a C compiler to link with: install gcc or clang, then run make again." >&2; exit 1; }
+	@mkdir -p .tools && touch $@
+
+.venv/.installed: requirements.lock | $(UV)
+	@test -n "$(PYTHON)" || { echo "stickslip needs Python 3.11 or newer: install it, or name it with make PYTHON=..." >&2; exit 1; }
+	@$(BIN)/python -c '' 2>/dev/null || $(UV) venv --quiet --clear --no-python-downloads --python "$(PYTHON)" .venv
+	$(UV) pip sync --quiet --python $(BIN)/python --require-hashes --compile-bytecode requirements.lock
+	@touch $@
+
+# Built by the maturin of requirements.lock, so that it too is checked by its hash and a rebuild needs no network.
+# Always refreshed: make knows what changed, and uv's cache of the built package outlives `make clean`.
+.venv/.built: $(RUST) pyproject.toml .venv/.installed | .tools/.rust
+	@echo "stickslip: building the core"
+	$(UV) pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation \
+		--reinstall-package stickslip --refresh-package stickslip --editable .
+	@touch $@

@@ -1,0 +1,24 @@
+"""What every test may ask for: the real records, and the same examples from hypothesis on every run."""
+
+import os
+from pathlib import Path
+
+import hypothesis
+import pytest
+
+# Before anything imports pyplot: no test opens a window.
+os.environ["MPLBACKEND"] = "Agg"
+
+# A gate that fails by chance is no gate: the same examples every time, however slow the machine.
+hypothesis.settings.register_profile("gate", derandomize=True, deadline=None)
+hypothesis.settings.load_profile("gate")
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """Folder of the real records: STICKSLIP_DATA, or beside the checkout. Without it the test is skipped."""
+    beside = Path(__file__).parents[2] / "shared" / "data"
+    folder = Path(os.environ.get("STICKSLIP_DATA") or beside)
+    if not folder.is_dir():
+        pytest.skip(f"no real records in {folder}: set STICKSLIP_DATA to the folder that holds them")
+    return folder
