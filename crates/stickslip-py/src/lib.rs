@@ -191,6 +191,13 @@ impl Orbit {
         ))
     }
 
+    /// What was asked: x0, v0, t_end, max_events.
+    #[getter]
+    fn run(&self) -> (f64, Option<f64>, f64, u64) {
+        let run = self.0.run;
+        (run.x0, run.v0, run.t_end, run.max_events)
+    }
+
     #[getter]
     fn t_last(&self) -> f64 {
         self.0.t_last()

@@ -1,0 +1,75 @@
+"""stickslip: from a record of something that rubs to a friction law with its uncertainty, and from the law to every motion.
+
+>>> import stickslip as ss
+>>> orbit = ss.simulate(ss.paper.oscillator(0.30), t_end=200)
+>>> orbit.regime()
+'almost_harmonic'
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stickslip import laws, paper, show
+    from stickslip.errors import InputError
+    from stickslip.identification import identify
+    from stickslip.laws import force_along, load_law
+    from stickslip.measurement import measure
+    from stickslip.orbit import Orbit, load
+    from stickslip.simulation import simulate
+    from stickslip.system import Harmonic, Oscillator, load_system
+
+# Where each public name lives; it is imported when it is first asked for, so that `import stickslip` costs nothing.
+_HOME = {
+    "Harmonic": "system",
+    "InputError": "errors",
+    "Orbit": "orbit",
+    "Oscillator": "system",
+    "force_along": "laws",
+    "identify": "identification",
+    "laws": "",
+    "load": "orbit",
+    "load_law": "laws",
+    "load_system": "system",
+    "measure": "measurement",
+    "paper": "",
+    "show": "",
+    "simulate": "simulation",
+}
+
+__all__ = [
+    "Harmonic",
+    "InputError",
+    "Orbit",
+    "Oscillator",
+    "force_along",
+    "identify",
+    "laws",
+    "load",
+    "load_law",
+    "load_system",
+    "measure",
+    "paper",
+    "show",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from stickslip import _core
+
+        return _core.__version__
+    if name not in _HOME:
+        raise AttributeError(f"module 'stickslip' has no attribute {name!r}")
+    home = _HOME[name]
+    module = importlib.import_module(f"stickslip.{home or name}")
+    value = getattr(module, name) if home else module
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,85 @@
+"""Documents on disk: TOML tables read and checked with one clear sentence, files written whole or not at all."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from stickslip.errors import InputError
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return " (did you mean 'x'?)" where a known word is close to `word`, else nothing.
+
+    >>> did_you_mean("stifness", ["mass", "stiffness"])
+    " (did you mean 'stiffness'?)"
+    """
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def check_keys(table: Mapping[str, Any], known: Iterable[str], required: Iterable[str], where: str) -> None:
+    """Refuse a table with unknown or missing keys; `where` names it in the sentence."""
+    known = list(known)
+    for key in table:
+        if key not in known:
+            raise InputError(f"{where}: unknown key {key!r}{did_you_mean(key, known)}; known are {', '.join(known)}")
+    for key in required:
+        if key not in table:
+            raise InputError(f"{where}: {key} is missing; add a line `{key} = ...`")
+
+
+def number(name: str, value: object, where: str) -> float:
+    """`value` as a float; anything but a finite number is refused."""
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        raise InputError(f"{where}: {name} must be a number, got {value!r}")
+    result = float(value)
+    if not math.isfinite(result):
+        raise InputError(f"{where}: {name} must be a finite number, got {result}")
+    return result
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The table of a TOML file."""
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; check the path") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: expected a TOML file, got a folder") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: expected a TOML file in UTF-8, got something else") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not a TOML document ({error}); correct that line") from None
+
+
+def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
+    """Let `write` fill a temporary file beside `path`, then give it that name; on failure nothing is left.
+
+    Raises
+    ------
+    InputError
+        where the folder does not exist or cannot be written to.
+    """
+    path = Path(path)
+    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        write(draft)
+        draft.replace(path)
+    except FileNotFoundError:
+        raise InputError(f"{path}: the folder {path.parent} does not exist; make it first") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another place") from None
+    finally:
+        draft.unlink(missing_ok=True)
+    return path

@@ -1,0 +1,352 @@
+"""Friction laws: immutable data, checked and evaluated by the core.
+
+Every law answers two questions: what force adhesion can bear (:meth:`Law.break_away_force`) and what force slip produces
+(:meth:`Law.kinetic_force`, :func:`force_along`). Friction on the mass has the sign of the slip velocity w.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip import _core
+from stickslip.documents import check_keys, did_you_mean, number, read_toml
+from stickslip.errors import InputError
+
+Point = tuple[float, float]
+
+
+class Table:
+    """A frozen dataclass of numbers, points and tables that is also a plain document."""
+
+    def __post_init__(self) -> None:
+        where = type(self).__name__
+        for item in fields(self):  # type: ignore[arg-type]
+            object.__setattr__(self, item.name, _tidy(item.name, getattr(self, item.name), where))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document: numbers, lists and tables only; what is None is left out."""
+        values = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
+        return {name: _plain(value) for name, value in values.items() if value is not None}
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], where: str = "law") -> Self:
+        """Make it from a document; `where` names that document in error messages."""
+        if not isinstance(table, Mapping):
+            raise InputError(f"{where}: expected a table with the keys of {cls.__name__}, got {table!r}")
+        items = fields(cls)  # type: ignore[arg-type]
+        required = [item.name for item in items if item.default is MISSING and item.default_factory is MISSING]
+        check_keys(table, [item.name for item in items], required, where)
+        try:
+            return cls(**table)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+
+
+def _tidy(name: str, value: Any, where: str) -> Any:
+    """Numbers as floats, sequences of them as tuples, so that equal laws compare equal."""
+    if value is None or isinstance(value, Table):
+        return value
+    if isinstance(value, str | bytes | Mapping):
+        raise InputError(f"{where}: {name} must be a number or a list of numbers, got {value!r}")
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, Sequence):
+        return tuple(_tidy(name, item, where) for item in value)
+    return number(name, value, where)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Table):
+        return value.to_dict()
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+@dataclass(frozen=True)
+class Law(Table):
+    """What all friction laws have in common.
+
+    For developers: a new law is a frozen dataclass with its parameters here, one file with the trait ``Friction`` in the
+    core, one line in each of the two lists of laws, a page in ``docs/laws.md`` and a test. CONTRIBUTING.md walks through it.
+    """
+
+    ALL: ClassVar[dict[str, type[Law]]] = {}
+
+    def __init_subclass__(cls) -> None:
+        Law.ALL[cls.__name__] = cls
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        try:
+            _core.check_law(self.to_json())
+        except InputError:
+            raise
+        except ValueError as error:
+            raise InputError(f"{type(self).__name__}: {error}") from None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document, with the law's name under ``type``."""
+        return {"type": type(self).__name__, **super().to_dict()}
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], where: str = "law") -> Self:
+        """Any law from its document."""
+        if not isinstance(table, Mapping) or "type" not in table:
+            raise InputError(f"{where}: type is missing; add `type = \"...\"` with one of {', '.join(Law.ALL)}")
+        name = table["type"]
+        if name not in Law.ALL:
+            hint = did_you_mean(str(name), Law.ALL)
+            raise InputError(f"{where}: unknown law {name!r}{hint}; known are {', '.join(Law.ALL)}")
+        law = super(Law, Law.ALL[name]).from_dict({key: table[key] for key in table if key != "type"}, where)
+        if not isinstance(law, cls):
+            raise InputError(f"{where}: expected the law {cls.__name__}, got {name}")
+        return law
+
+    def to_json(self) -> str:
+        """The document as JSON; floats survive to the bit."""
+        return json.dumps(self.to_dict())
+
+    def break_away_force(self, stick_time: ArrayLike = 0.0, force_rate: ArrayLike = 0.0) -> Any:
+        """The largest force adhesion bears, f_s(t_s, δ).
+
+        Parameters
+        ----------
+        stick_time : time of adhesion t_s, any shape.
+        force_rate : |dF/dt| while stuck δ, same shape or a number.
+
+        Returns
+        -------
+        float or array of that shape.
+
+        >>> round(DwellTime(kinetic=0.5, limit=0.5, rate=0.4).break_away_force(1.0), 4)
+        0.6648
+        """
+        time, rate = np.broadcast_arrays(np.asarray(stick_time, float), np.asarray(force_rate, float))
+        flat = _core.break_away(self.to_json(), np.ascontiguousarray(time.ravel()), np.ascontiguousarray(rate.ravel()))
+        return flat.reshape(time.shape)[()]
+
+    def kinetic_force(self, w: ArrayLike) -> Any:
+        """Friction at slip velocity w for a slip that speeds up steadily from rest, with the sign of w.
+
+        For laws with branches this is the upper one, after a break-away at stick time zero.
+
+        >>> StaticKinetic(break_away=1.0, kinetic=0.6).kinetic_force([-0.1, 0.2])
+        array([-0.6,  0.6])
+        """
+        w = np.asarray(w, float)
+        speed, back = np.unique(np.abs(w), return_inverse=True)
+        path = np.concatenate([[0.0], speed])
+        stuck = np.arange(path.size) == 0
+        force = force_along(self, np.zeros_like(path), path, stuck, np.zeros_like(path))[1:]
+        return (force[back].reshape(w.shape) * np.where(w < 0, -1.0, 1.0))[()]
+
+
+@dataclass(frozen=True)
+class Coulomb(Law):
+    """|F| ≤ f_k at rest, F = f_k sgn w in motion.
+
+    Parameters
+    ----------
+    kinetic : friction force f_k ≥ 0.
+
+    Source: Coulomb (1785); Den Hartog, Trans. ASME 53 (1931) 107.
+
+    >>> Coulomb(kinetic=0.5).break_away_force()
+    0.5
+    """
+
+    kinetic: float
+
+
+@dataclass(frozen=True)
+class StaticKinetic(Law):
+    """|F| ≤ f_s at rest, F = f_k sgn w in motion.
+
+    Parameters
+    ----------
+    break_away : break-away force f_s ≥ f_k.
+    kinetic : kinetic force f_k ≥ 0.
+
+    With f_s > f_k the motion at the onset of slip is not unique: the automaton chooses adhesion wherever adhesion can bear
+    the force.
+
+    >>> StaticKinetic(break_away=0.5, kinetic=0.6)
+    Traceback (most recent call last):
+    ...
+    stickslip.errors.InputError: StaticKinetic: break-away force must be at least the kinetic force at zero slip velocity
+    (0.6), got 0.5: raise the break-away force or lower the kinetic one
+    """
+
+    break_away: float
+    kinetic: float
+
+
+@dataclass(frozen=True)
+class PiecewiseLinear(Law):
+    """F(|w|) linear between nodes (w_i, f_i), the last slope going on beyond the last; |F| ≤ f_s at rest.
+
+    Parameters
+    ----------
+    nodes : two or more pairs (slip speed, force), the first at slip speed 0, slip speeds increasing.
+    break_away : break-away force f_s ≥ f_0.
+
+    >>> PiecewiseLinear(nodes=[(0, 1), (0.2, 0.6), (0.3, 0.61)], break_away=1).kinetic_force([0.1, 0.5])
+    array([0.8 , 0.63])
+    """
+
+    nodes: tuple[Point, ...]
+    break_away: float
+
+
+@dataclass(frozen=True)
+class DwellTime(Law):
+    """f_s(t_s) = f_k + Δ∞ (1 − exp(−γ t_s^m)) at rest, F = f_k sgn w in motion.
+
+    Parameters
+    ----------
+    kinetic : kinetic force f_k ≥ 0.
+    limit : growth of static friction after an infinite rest, Δ∞ ≥ 0.
+    rate : γ > 0, in 1/time^m.
+    exponent : m > 0; 0.36 to 0.67 in Kato's measurements.
+
+    Source: Kato, Sato & Matsubayashi, Wear 20 (1972) 315.
+
+    >>> DwellTime(kinetic=0.5, limit=0.5, rate=0.4).break_away_force(float(10**6))
+    1.0
+    """
+
+    kinetic: float
+    limit: float
+    rate: float
+    exponent: float = 1.0
+
+
+@dataclass(frozen=True)
+class StaticFriction(Table):
+    """The surface f_s(t_s, δ) = f_0 + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
+
+    Parameters
+    ----------
+    initial : f_0 = f_s(0, ·) > 0.
+    limit : Δ∞ ≥ 0, growth after an infinite rest at a vanishing force rate.
+    rate, exponent : γ > 0 and m > 0.
+    force_rate_scale : δ₀ > 0, the force rate that halves the growth; None: no dependence on the force rate.
+    force_rate_exponent : q > 0.
+
+    The growth with rest is Kato's; static friction falling with the force rate is the finding of Johannes, Green &
+    Brockley, Wear 24 (1973) 381, in a form of our own.
+    """
+
+    initial: float
+    limit: float = 0.0
+    rate: float = 1.0
+    exponent: float = 1.0
+    force_rate_scale: float | None = None
+    force_rate_exponent: float = 1.0
+
+
+@dataclass(frozen=True)
+class BogaczRyczek(Law):
+    """The law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
+
+    Static friction f_s(t_s, δ) and two piecewise-linear kinetic branches, the upper one while |w| grows, the lower one while
+    it falls. The branches are lines of four pencils and meet at a corner on the line l; see ``docs/paper-law.md`` for what
+    the paper states, what we read into it and what we calibrated. The default has the paper's geometry and our calibration.
+
+    Parameters
+    ----------
+    static_friction : the surface f_s(t_s, δ), calibrated.
+    A : pencil (w, f) of the upper lines, None at infinity: then they have the angle `phi`.
+    B : pencil of the lower lines, at w ≤ 0.
+    C : pencil of the common lines, None at infinity: then they have the angle `psi`.
+    D : pencil of the climbs from the lower to the upper branch, None at infinity: then they have the angle `eta`.
+    l : (slope, intercept) of the line of corners f* = slope · w* + intercept.
+    alpha : fall of friction after break-away, a number or nodes (f_s, α).
+    beta : slip speed over which it falls.
+    phi, psi, eta : angles in degrees.
+
+    Change the geometry point by point with :func:`dataclasses.replace`.
+
+    >>> from dataclasses import replace
+    >>> law = replace(BogaczRyczek(), D=(0.33, 2.2))
+    >>> round(law.break_away_force(0.0), 3)
+    1.084
+    """
+
+    static_friction: StaticFriction = field(
+        default_factory=lambda: StaticFriction(initial=1.084, limit=0.3, rate=0.3, force_rate_scale=0.5)
+    )
+    A: Point | None = None
+    B: Point = (-0.41, 1.33)
+    C: Point | None = None
+    D: Point | None = (0.33, 2.40)
+    l: Point = (3.41, -0.28)
+    alpha: float | tuple[Point, ...] = 0.0
+    beta: float = 0.01
+    phi: float = -58.0
+    psi: float = 39.0
+    eta: float = 89.0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.static_friction, Mapping):
+            surface = StaticFriction.from_dict(self.static_friction, "static_friction")
+            object.__setattr__(self, "static_friction", surface)
+        for name in ("A", "B", "C", "D", "l"):
+            point = getattr(self, name)
+            if point == "infinity" and name in "ACD":
+                object.__setattr__(self, name, None)
+            elif point is not None and np.shape(point) != (2,):
+                raise InputError(f"BogaczRyczek: {name} must be a pair of numbers, got {point!r}")
+        super().__post_init__()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document; D at infinity is said, as its default is a point."""
+        return super().to_dict() | ({"D": "infinity"} if self.D is None else {})
+
+    def to_json(self) -> str:
+        """The document for the core, where a pencil at infinity is not there."""
+        return json.dumps(super().to_dict())
+
+
+def force_along(
+    law: Law, t: ArrayLike, w: ArrayLike, stuck: ArrayLike, force_rate: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """The friction force a law predicts along a measured motion, its memory included.
+
+    Parameters
+    ----------
+    law : any law.
+    t, w : time and slip velocity, shape (n,).
+    stuck : whether the mass sticks, shape (n,).
+    force_rate : dF/dt while stuck, shape (n,); default 0.
+
+    Returns
+    -------
+    Shape (n,): the kinetic force with the sign of w while slipping. While stuck friction is a reaction, which no law knows:
+    there it is the break-away force of that moment, with the sign of `force_rate`.
+
+    >>> law = StaticKinetic(break_away=1.0, kinetic=0.6)
+    >>> force_along(law, [0, 1, 2], [0, 0.1, -0.1], [True, False, False])
+    array([ 1. ,  0.6, -0.6])
+    """
+    t, w = np.ascontiguousarray(t, float), np.ascontiguousarray(w, float)
+    rate = np.zeros_like(t) if force_rate is None else np.ascontiguousarray(force_rate, float)
+    for name, values in (("t", t), ("w", w), ("force_rate", rate)):
+        if not np.isfinite(values).all():
+            raise InputError(f"force_along: {name} must be finite, got {values[~np.isfinite(values)][0]}")
+    return _core.force_along(law.to_json(), t, w, np.ascontiguousarray(stuck, bool), rate)
+
+
+def load_law(path: str | Path) -> Law:
+    """The law of a law file: its table ``[law]``."""
+    document = read_toml(path)
+    check_keys(document, ("law", "uncertainty", "source"), ("law",), str(path))
+    return Law.from_dict(document["law"], f"{path}: law")

@@ -1,0 +1,234 @@
+"""What a simulation returns: a motion that is exact at any time, its events, why it stopped and what it cost."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip import _core
+from stickslip.documents import write_whole
+from stickslip.errors import InputError
+from stickslip.system import Oscillator
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+#: Regimes that :meth:`Orbit.regime` tells apart.
+REGIMES = ("stick_slip", "almost_harmonic", "stable_slip", "back_and_forth", "at_rest")
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a run cost: events that occurred and evaluations of the closed-form motion to find them."""
+
+    events: int
+    evaluations: int
+
+
+class Orbit:
+    """The motion of an oscillator from event to event.
+
+    Attributes
+    ----------
+    system : the oscillator.
+    stop : ``"t_end"``, ``"max_events"`` or ``"accumulation"``; `stop_sentence` says what it means.
+    work : events and evaluations.
+    t_end : the time up to which the orbit is known.
+    """
+
+    def __init__(self, system: Oscillator, core: _core.Orbit) -> None:
+        self.system = system
+        self._core = core
+        self._stop, self.stop, self.stop_sentence = core.stop
+        self.work = Work(*core.work)
+        self.t_end = core.t_last
+
+    def __repr__(self) -> str:
+        return f"<Orbit of {self.work.events} events to t = {self.t_end:g}, stop: {self.stop}>"
+
+    @cached_property
+    def events(self) -> pd.DataFrame:
+        """The table of events: t, kind, contact, x, v, force, stick_time, force_rate.
+
+        kind is release, capture, crossing (w changes sign without a stick), reversal (ẇ changes sign; for laws that have
+        branches by that sign) or node (the next linear piece). force is the friction on the mass just before the event;
+        stick_time and force_rate belong to a release and are missing elsewhere.
+        """
+        import pandas as pd
+
+        rows = self._core.events().reshape(-1, 7)
+        kinds = pd.Categorical.from_codes(rows[:, 1].astype(int), categories=_core.KINDS)
+        return pd.DataFrame(
+            {
+                "t": rows[:, 0],
+                "kind": kinds,
+                "contact": np.zeros(len(rows), dtype=int),
+                "x": rows[:, 2],
+                "v": rows[:, 3],
+                "force": rows[:, 4],
+                "stick_time": rows[:, 5],
+                "force_rate": rows[:, 6],
+            }
+        )
+
+    @cached_property
+    def segments(self) -> pd.DataFrame:
+        """The modes: start time and state, direction of slip (0 while stuck) and the line of friction there."""
+        import pandas as pd
+
+        columns = ["t", "t_low", "x", "v", "direction", "offset", "slope", "branch"]
+        frame = pd.DataFrame(self._core.segments().reshape(-1, 8), columns=columns)
+        return frame.astype({"direction": int, "branch": int})
+
+    def at(self, t: ArrayLike) -> tuple[Any, Any]:
+        """Position and velocity at any time up to `t_end`, exact.
+
+        Parameters
+        ----------
+        t : time, any shape.
+
+        Returns
+        -------
+        x, v : arrays of that shape (numbers for a number).
+
+        Raises
+        ------
+        InputError
+            for a time outside the orbit.
+        """
+        x, v, *_ = self._states(t)
+        return x, v
+
+    def _states(self, t: ArrayLike) -> tuple[Any, ...]:
+        times = np.asarray(t, float)
+        if times.size and not (times.min() >= 0 and times.max() <= self.t_end):
+            raise InputError(
+                f"orbit: t must lie in [0, {self.t_end:g}], got [{times.min():g}, {times.max():g}]: simulate longer"
+            )
+        columns = self._core.states(np.ascontiguousarray(times.ravel()))
+        return tuple(column.reshape(times.shape)[()] for column in columns)
+
+    def times(self, per_period: int = 200, most: int = 200_000) -> NDArray[np.float64]:
+        """A regular grid over the orbit, `per_period` points a natural period but no more than `most`."""
+        count = int(min(most, max(2, per_period * self.t_end / self.system.natural_period)))
+        return np.linspace(0.0, self.t_end, count)
+
+    def to_xarray(self, t: ArrayLike | None = None) -> xr.Dataset:
+        """The motion sampled at times `t` (default :meth:`times`).
+
+        Returns
+        -------
+        Dataset with the dimension ``time`` and x, v, a, slip_velocity, force (friction on the mass) and stuck.
+        """
+        import xarray as xr
+
+        times = self.times() if t is None else np.asarray(t, float)
+        x, v, a, force, stuck = self._states(times)
+        w = self.system.drive_velocity - v
+        columns = {"x": x, "v": v, "a": a, "slip_velocity": np.where(stuck, 0.0, w), "force": force, "stuck": stuck}
+        return xr.Dataset(
+            {name: ("time", values) for name, values in columns.items()},
+            coords={"time": times},
+            attrs={"title": "stickslip orbit", "system": json.dumps(self.system.to_dict())},
+        )
+
+    def regime(self, transient: float = 0.5) -> str:
+        """The kind of motion after a transient.
+
+        Parameters
+        ----------
+        transient : the fraction of the orbit that is left out, in [0, 1).
+
+        Returns
+        -------
+        ``"stick_slip"``: adhesion breaks again and again; ``"at_rest"``: stuck throughout; ``"stable_slip"``: slip velocity
+        constant within 0.1 % of the drive velocity; ``"almost_harmonic"``: it oscillates and keeps its sign;
+        ``"back_and_forth"``: it changes its sign without sticking.
+
+        Limits: a slow transient near a threshold needs a longer orbit; look at two lengths.
+        """
+        if not 0 <= transient < 1:
+            raise InputError(f"regime: transient must lie in [0, 1), got {transient}")
+        start = transient * self.t_end
+        times = self.times()
+        late = self.to_xarray(times[times >= start])
+        kinds = self.events["kind"][self.events["t"] >= start]
+        stuck = late["stuck"].to_numpy()
+        if (kinds == "release").any() or stuck.any():
+            return "at_rest" if stuck.all() else "stick_slip"
+        w = late["slip_velocity"].to_numpy()
+        if np.ptp(w) <= 2e-3 * np.abs(w).max():
+            return "stable_slip"
+        return "almost_harmonic" if w.min() * w.max() > 0 else "back_and_forth"
+
+    def save(self, path: str | Path) -> Path:
+        """Write a netCDF file: the sampled motion at the root, the groups ``events`` and ``segments``.
+
+        The segments are exact: :func:`load` gives back the same orbit to the bit.
+        """
+        import xarray as xr
+
+        run = self._run()
+        attrs = {"stickslip": "orbit", "run": json.dumps(run), "work": [self.work.events, self.work.evaluations]}
+        root = self.to_xarray().assign_attrs(attrs, stop=self.stop)
+        tables = {"events": self._core.events().reshape(-1, 7), "segments": self._core.segments().reshape(-1, 8)}
+        columns = {"events": ["t", "kind", "x", "v", "force", "stick_time", "force_rate"], "segments": list(self.segments)}
+        groups = {
+            name: xr.Dataset({column: (name[:-1], table[:, i]) for i, column in enumerate(columns[name])})
+            for name, table in tables.items()
+        }
+        groups["events"]["kind"].attrs["meaning"] = ", ".join(f"{i} {kind}" for i, kind in enumerate(_core.KINDS))
+
+        def write(draft: Path) -> None:
+            tree = xr.DataTree.from_dict({"/": root, **{f"/{name}": group for name, group in groups.items()}})
+            tree.to_netcdf(draft, engine="h5netcdf")
+
+        return write_whole(path, write)
+
+    def _run(self) -> dict[str, Any]:
+        x0, v0, t_end, max_events = self._core.run
+        return {"x0": x0, "v0": v0, "t_end": t_end, "max_events": max_events, "stop": self._stop}
+
+
+def load(path: str | Path) -> Orbit:
+    """Read back an orbit saved by :meth:`Orbit.save`, the same to the bit.
+
+    Raises
+    ------
+    InputError
+        where the file is not there or holds no orbit.
+    """
+    import xarray as xr
+
+    if not Path(path).exists():
+        raise InputError(f"{path}: no such file; check the path")
+    try:
+        tree = xr.open_datatree(path, engine="h5netcdf")
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: not a netCDF file, or a truncated one ({error}); simulate again") from None
+    with tree:
+        if tree.attrs.get("stickslip") != "orbit":
+            raise InputError(f"{path}: expected an orbit, got another netCDF file; make one with Orbit.save")
+        run = json.loads(tree.attrs["run"])
+        system = Oscillator.from_dict(json.loads(tree.attrs["system"]))
+        tables = {
+            name: np.stack([column.to_numpy().astype(float) for column in tree[name].to_dataset().data_vars.values()], axis=-1)
+            for name in ("segments", "events")
+        }
+        events, evaluations = (int(value) for value in tree.attrs["work"])
+    core = _core.Orbit.restore(
+        system.to_json(),
+        (run["x0"], run["v0"], run["t_end"], run["max_events"]),
+        run["stop"],
+        (events, evaluations),
+        np.ascontiguousarray(tables["segments"].ravel()),
+        np.ascontiguousarray(tables["events"].ravel()),
+    )
+    return Orbit(system, core)

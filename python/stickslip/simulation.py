@@ -1,0 +1,51 @@
+"""From a system to its motion."""
+
+from __future__ import annotations
+
+from stickslip import _core
+from stickslip.documents import number
+from stickslip.errors import InputError
+from stickslip.orbit import Orbit
+from stickslip.system import Oscillator
+
+
+def simulate(
+    system: Oscillator,
+    t_end: float,
+    x0: float | None = None,
+    v0: float | None = None,
+    max_events: int = 10_000_000,
+) -> Orbit:
+    """Simulate from event to event, each mode in closed form.
+
+    Parameters
+    ----------
+    system : the oscillator.
+    t_end : time to run > 0, in the system's unit of time.
+    x0 : position at t = 0; default 0.
+    v0 : velocity at t = 0; default that of the drive, so that the mass starts stuck where adhesion can hold it.
+    max_events : the run ends there at the latest, with ``orbit.stop == "max_events"``.
+
+    Returns
+    -------
+    Orbit, exact at any time in [0, t_end].
+
+    Raises
+    ------
+    InputError
+        for a value that makes no sense, or a forcing that meets an undamped resonance.
+
+    >>> from stickslip.laws import StaticKinetic
+    >>> orbit = simulate(Oscillator(damping=0.0, drive_velocity=0.2, law=StaticKinetic(1.0, 0.6)), t_end=100)
+    >>> orbit.events["stick_time"].iloc[-2]
+    4.0...
+    """
+    if isinstance(max_events, bool) or not isinstance(max_events, int) or max_events < 1:
+        raise InputError(f"simulate: max_events must be a whole number of at least 1, got {max_events!r}")
+    start = 0.0 if x0 is None else number("x0", x0, "simulate")
+    velocity = None if v0 is None else number("v0", v0, "simulate")
+    try:
+        core = _core.Orbit.simulate(system.to_json(), start, velocity, number("t_end", t_end, "simulate"), max_events)
+    except ValueError as error:
+        raise InputError(f"simulate: {error}") from None
+    return Orbit(system, core)
