@@ -1,0 +1,87 @@
+"""The table of break-aways: how long each stick lasted, how fast it was loaded, at what force it gave way."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from stickslip.measure.force import Friction
+from stickslip.measure.sticks import Stick
+
+
+def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
+    """One row for each stick whose end lies inside the record.
+
+    Returns
+    -------
+    Dataset over `event`, each variable with its ``_error``:
+        t : end of the stick, s.
+        stick_time : length of the stick, s; NaN where its start lies before the record.
+        force_rate : slope of the friction force over the stick, N/s; NaN for sticks of fewer than four samples.
+        force : friction force when it gives way, N.
+        drop : fall of the spring force k x from there to its lowest value before the next stick, N; NaN where the
+            record ends before that.
+    """
+    o, time = friction.fit.oscillator, friction.time
+    rows: list[list[float]] = []
+    ends = np.array([stick.end for stick in sticks if stick.ends])
+    if len(ends) == 0:
+        return _table(np.zeros((0, 10)))
+    terms = {0: -o.stiffness, 1: -o.damping}
+    level_error = friction.fit.deviation(ends, terms, friction.noise)
+    path, slip = friction.fit.evaluate(ends, 0), friction.fit.evaluate(ends, 1)
+    forces = o.stiffness * (o.drive_velocity * (ends - time[0]) - path) + o.damping * (o.drive_velocity - slip)
+    row = -1
+    for number, stick in enumerate(sticks):
+        if not stick.ends:
+            continue
+        row += 1
+        a, b = np.searchsorted(time, [stick.start, stick.end])
+        rate, rate_error = _slope(friction, int(a), int(b))
+        following = sticks[number + 1].start if number + 1 < len(sticks) else time[-1]
+        c = int(np.searchsorted(time, following, side="right"))
+        drop = float("nan")
+        if number + 1 < len(sticks) and c > b:
+            drop = o.stiffness * (float(np.interp(stick.end, time, friction.extension)) - friction.extension[b:c].min())
+        stick_time = stick.end - stick.start if stick.starts else float("nan")
+        force_error = math.hypot(float(level_error[row]), rate * stick.end_error if math.isfinite(rate) else 0.0)
+        rows.append(
+            [
+                stick.end,
+                stick.end_error,
+                stick_time,
+                math.hypot(stick.start_error, stick.end_error),
+                rate,
+                rate_error,
+                float(forces[row]),
+                force_error,
+                drop,
+                math.sqrt(2) * force_error,
+            ]
+        )
+    return _table(np.array(rows))
+
+
+def _slope(friction: Friction, a: int, b: int) -> tuple[float, float]:
+    """Straight-line slope of the friction force over samples a to b and its error, creep included."""
+    if b - a < 4:
+        return float("nan"), float("nan")
+    t = friction.time[a:b] - friction.time[a:b].mean()
+    f = friction.force[a:b]
+    square = float(np.sum(t * t))
+    slope = float(np.sum(t * f)) / square
+    noise = friction.fit.oscillator.stiffness * friction.noise
+    # what bends away from the line counts once per stick, not once per sample
+    bend = float(np.std(f - f.mean() - slope * t)) / (t[-1] - t[0])
+    return slope, math.hypot(noise / math.sqrt(square), bend)
+
+
+def _table(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> xr.Dataset:
+    names = {"t": "s", "stick_time": "s", "force_rate": "N/s", "force": "N", "drop": "N"}
+    table = xr.Dataset()
+    for i, (name, unit) in enumerate(names.items()):
+        table[name] = ("event", rows[:, 2 * i], {"units": unit})
+        table[f"{name}_error"] = ("event", rows[:, 2 * i + 1], {"units": unit})
+    return table

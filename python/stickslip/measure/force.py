@@ -1,0 +1,170 @@
+"""The indirect method: friction force and slip velocity from a record whose sticks are known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize_scalar
+
+from stickslip.measure.pieces import Kind, Oscillator, Part, PiecewiseFit
+from stickslip.measure.sticks import Stick, cutoff_limits, own_period
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction force over time, with what it was computed from.
+
+    force = k x + D x' + m x'' and slip_velocity = V - x', from a fit that is smooth inside every piece between events,
+    has one value and one slope across an event, and may jump in x'' there.
+
+    Attributes
+    ----------
+    time : (n,) seconds.
+    extension, velocity : (n,) x and x'.
+    slip_velocity, slip_acceleration : (n,) w and w'.
+    force, force_error : (n,) friction and its standard error (noise and smoothing; not the rig's own constants).
+    stuck : (n,) whether the sample lies inside a stick.
+    noise : residual standard deviation of x.
+    cutoff : in Hz, of slips and creeping sticks.
+    fit : the pieces.
+    """
+
+    time: Array
+    extension: Array
+    velocity: Array
+    slip_velocity: Array
+    slip_acceleration: Array
+    force: Array
+    force_error: Array
+    stuck: npt.NDArray[np.bool_]
+    noise: float
+    cutoff: dict[Part, float]
+    fit: PiecewiseFit
+
+
+def fit_pieces(
+    time: Array,
+    extension: Array,
+    weight: Array,
+    sticks: list[Stick],
+    rigid: bool,
+    oscillator: Oscillator,
+    knots: float,
+) -> PiecewiseFit:
+    """Fit the record in pieces that end at the limits of the sticks, each part with its likeliest cut-off."""
+    period = own_period(oscillator)
+    rest: Kind = "rigid" if rigid else "creep"
+    breaks: list[float] = [float(time[0])]
+    kinds: list[Kind] = []
+    for stick in sticks:
+        if stick.starts:
+            kinds.append("slip")
+            breaks.append(stick.start)
+        kinds.append(rest)
+        if stick.ends:
+            breaks.append(stick.end)
+    if not sticks or sticks[-1].ends:
+        kinds.append("slip")
+    breaks.append(float(time[-1]))
+    path = oscillator.drive_velocity * (time - time[0]) - extension
+    fit = PiecewiseFit(
+        time,
+        path,
+        weight,
+        np.array(breaks),
+        list(kinds),
+        oscillator,
+        slip_knots=knots,
+        creep_knots=max(period / 20, knots),
+    )
+    cutoff: dict[Part, float] = {}
+    slip_limits = cutoff_limits(oscillator, fit.step, knots)
+    creep_limits = (0.01 / period, slip_limits[1] / 2)
+    if "slip" in kinds:
+        cutoff["slip"] = math.sqrt(slip_limits[0] * slip_limits[1])
+    if "creep" in kinds:
+        cutoff["creep"] = 0.3 / period
+        cutoff["creep"] = fit.best_cutoff("creep", creep_limits, {k: v for k, v in cutoff.items() if k != "creep"})
+    if "slip" in kinds:
+        cutoff["slip"] = fit.best_cutoff("slip", slip_limits, {k: v for k, v in cutoff.items() if k != "slip"})
+    return fit.solve(cutoff)
+
+
+def friction_force(fit: PiecewiseFit, sticks: list[Stick]) -> Friction:
+    """Friction force, slip velocity and their errors at the samples of the fit."""
+    o, time = fit.oscillator, fit.time
+    w = fit.evaluate(time, 1)
+    slip_acceleration = fit.evaluate(time, 2)
+    extension = o.drive_velocity * (time - time[0]) - fit.evaluate(time, 0)
+    velocity = o.drive_velocity - w
+    force = o.stiffness * extension + o.damping * velocity - o.mass * slip_acceleration
+    # the error is smooth, so a long record needs it at its knots only
+    places = np.unique(np.concatenate(fit.knots))
+    coarse = fit.deviation(places, {0: o.stiffness, 1: o.damping, 2: o.mass}, fit.noise)
+    stuck = np.zeros(len(time), dtype=bool)
+    for stick in sticks:
+        a, b = np.searchsorted(time, [stick.start, stick.end])
+        stuck[a:b] = True
+    return Friction(
+        time=time,
+        extension=extension,
+        velocity=velocity,
+        slip_velocity=w,
+        slip_acceleration=slip_acceleration,
+        force=force,
+        force_error=np.interp(time, places, coarse),
+        stuck=stuck,
+        noise=fit.noise,
+        cutoff=fit.cutoff,
+        fit=fit,
+    )
+
+
+def likeliest_inertia(friction: Friction, most: int = 30_000) -> tuple[float, float]:
+    """Inertia in kg under which the friction force of the slips comes out smoothest, with its standard error.
+
+    The fit prefers a friction force that changes little, so the likelihood of the record under it, with the cut-off
+    free, tells which inertia leaves the least change; unlike a regression on the third derivative it is not biased by
+    noise. A law that changes steeply with velocity shifts it: it is a check on the mass and not a measurement of it.
+
+    Parameters
+    ----------
+    friction : a measured record.
+    most : samples from the beginning of the record that are used.
+
+    Returns
+    -------
+    inertia, error : NaN where no inertia between 0.25 and 2.5 times the one used is likeliest.
+    """
+    fit, o = friction.fit, friction.fit.oscillator
+    n = min(len(friction.time), most)
+    end = friction.time[n - 1]
+    count = max(int(np.searchsorted(fit.breaks, end)), 1)
+    breaks, kinds = np.append(fit.breaks[:count], end), fit.kinds[:count]
+    if "slip" not in kinds:
+        return float("nan"), float("nan")
+    others: dict[Part, float] = {part: value for part, value in fit.cutoff.items() if part != "slip"}
+    limits = (fit.cutoff["slip"] / 2.5, fit.cutoff["slip"] * 2.5)
+
+    def deviance(log_factor: float) -> float:
+        trial = replace(o, mass=o.mass * math.exp(log_factor))
+        part = PiecewiseFit(
+            friction.time[:n], fit.path[:n], fit.weight[:n], breaks, kinds, trial, fit.slip_knots, fit.creep_knots
+        )
+        return part.deviance({**others, "slip": part.best_cutoff("slip", limits, others)})
+
+    low, high = math.log(0.25), math.log(2.5)
+    found = minimize_scalar(deviance, bounds=(low, high), method="bounded", options={"xatol": 0.01, "maxiter": 14})
+    best, h = float(found.x), 0.15
+    if min(best - low, high - best) < 0.05:
+        return float("nan"), float("nan")
+    curvature = (deviance(best - h) + deviance(best + h) - 2 * float(found.fun)) / h**2
+    if curvature <= 0:
+        return float("nan"), float("nan")
+    inertia = o.mass * math.exp(best)
+    return inertia, inertia * math.sqrt(2 / curvature)

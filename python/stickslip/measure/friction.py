@@ -1,0 +1,299 @@
+"""The arrow from a record and its rig to a friction record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from stickslip.errors import InputError
+from stickslip.measure.break_away import break_aways
+from stickslip.measure.force import Friction, fit_pieces, friction_force, likeliest_inertia
+from stickslip.measure.noise import impulses, line_excess, mains_line, noise_level
+from stickslip.measure.pieces import Oscillator
+from stickslip.measure.read import Record, as_record
+from stickslip.measure.regime import quiet_window, regime, slow_share
+from stickslip.measure.rig import Rig
+from stickslip.measure.spectra import Line, main_line
+from stickslip.measure.sticks import (
+    Flanks,
+    Pilot,
+    RigidSearch,
+    Stick,
+    creeping_sticks,
+    find_flanks,
+    is_rigid,
+    make_pilot,
+    refine_rigid,
+    rigid_candidates,
+    rigid_slope,
+    stick_slope,
+)
+
+Array = npt.NDArray[np.float64]
+
+
+def measure(record: Any, rig: Rig | str | Path) -> xr.DataTree:
+    """Friction force, slip velocity and break-aways of a record.
+
+    friction = k x + D x' + m x'' and w = V - x' (the indirect method). The sticks are found first and the derivatives
+    are taken from smooth pieces between them, so that nothing is smeared across an event.
+
+    Parameters
+    ----------
+    record : path of a MATLAB (v5) or CSV/text file, or an xarray Dataset, a pandas DataFrame or a dict of (n,) arrays
+        that holds the rig's column and time.
+    rig : a `Rig` or the path of a rig TOML.
+
+    Returns
+    -------
+    DataTree. Root: `slip_velocity`, `slip_acceleration`, `force`, `force_error`, `stuck`, `displacement`, `velocity`
+    over `time`. Child ``break_away``: `t`, `stick_time`, `force_rate`, `force`, `drop` and their ``_error`` over
+    `event`. Attributes of the root: `source`, `rig` (TOML), `command`, `version`, `notes` (what was assumed, corrected or
+    found inconsistent, one sentence each), `regime`, `main_line` and `main_line_error` (Hz), `slow_share` and `stuck_share`,
+    and the constants that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`.
+
+    Raises
+    ------
+    InputError
+        one sentence, for a record or rig that cannot be used.
+
+    Notes
+    -----
+    The drive velocity is constant and the slip in one sense. `force_error` holds the noise and what smoothing leaves
+    open, not the errors of the rig's own constants; those that the record contradicts stand in `notes`.
+
+    Examples
+    --------
+    A dimensionless oscillator with static friction 1 and kinetic friction 0.6, sampled without noise:
+
+    >>> from stickslip.measure import Rig, measure
+    >>> t = np.linspace(0, 40, 1001)
+    >>> x = 0.7 * np.sin(t)
+    >>> rig = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=1.0)
+    >>> friction = measure({"t": t, "x": x + 1e-3 * np.random.default_rng(0).standard_normal(1001)}, rig)
+    >>> friction.attrs["regime"], bool(np.abs(friction["force"]).max() < 0.05)
+    ('almost_harmonic', True)
+    """
+    if not isinstance(rig, Rig):
+        rig = Rig.load(rig)
+    recorded = as_record(record, rig)
+    found = _measure(recorded, rig)
+    return _tree(recorded, rig, found)
+
+
+@dataclass
+class _Found:
+    """What the stages hand on."""
+
+    friction: Friction
+    sticks: list[Stick]
+    rigid: bool
+    slow: float
+    line: Line
+    regime: str
+    notes: list[str]
+
+
+def _measure(record: Record, rig: Rig) -> _Found:
+    notes = list(record.notes)
+    signal = _without_mains(record, rig, notes) * rig.force_unit
+    o = Oscillator(rig.inertia, rig.damping, rig.stiffness, rig.drive_velocity)
+    spring = rig.gauge == "spring_force"
+    x = signal / o.stiffness if spring else signal
+    time = record.time
+    if float(np.ptp(x)) == 0.0:
+        raise InputError(f"{record.source}: column {rig.column!r} is constant; there is no motion in it to measure")
+    known_noise = None if rig.noise is None else rig.noise * rig.force_unit / (o.stiffness if spring else 1.0)
+    noise = known_noise or noise_level(x)
+    if noise == 0.0:
+        noise = 1e-9 * float(np.ptp(x))
+    spikes = impulses(x, noise)
+    weight = np.where(spikes, 0.0, 1.0)
+    if spikes.any():
+        notes.append(
+            f"{np.count_nonzero(spikes)} isolated impulses ({100 * spikes.mean():.1f} % of the samples) were left out"
+        )
+
+    pilot = make_pilot(time, x, weight, o, noise)
+    flanks = find_flanks(pilot, rig.least_drop)
+    if flanks.smaller:
+        notes.append(
+            f"{flanks.smaller} falls of the spring smaller than {rig.least_drop:g} of the median fall were taken as "
+            "creep inside a stick, not as slips (rig: least_drop)"
+        )
+
+    # the spring and the drive as the sticks show them
+    fine = 4 * pilot.rate_error < 0.5 * o.drive_velocity
+    trial = rigid_candidates(pilot, flanks, o.drive_velocity) if fine else []
+    slope = rigid_slope(time, x, weight, trial, noise) if trial else None
+    rigid = slope is not None and is_rigid(time, x, weight, trial, slope.value, noise)
+    if not trial and fine:
+        rigid = True  # nothing sticks, so nothing creeps
+    if not rigid:
+        slope = stick_slope(time, x, weight, flanks, pilot, o.drive_velocity)
+    ratio = 1.0 if slope is None else slope.value / o.drive_velocity
+    if slope is not None and abs(slope.value - o.drive_velocity) > max(4 * slope.error, 0.003 * o.drive_velocity):
+        if spring:
+            notes.append(
+                f"stick-phase slope is {ratio:.3f} +- {slope.error / o.drive_velocity:.3f} times k V: stiffness "
+                f"re-calibrated from {o.stiffness:g} to {o.stiffness * ratio:.4g} N/m so that v = 0 while stuck (an "
+                "error of the force scale or of V would look the same)"
+            )
+            o = replace(o, stiffness=o.stiffness * ratio)
+            x = x / ratio
+            noise = noise / ratio
+            pilot = replace(
+                pilot,
+                extension=pilot.extension / ratio,
+                rate=pilot.rate / ratio,
+                rate_error=pilot.rate_error / ratio,
+                noise=noise,
+            )
+        else:
+            notes.append(
+                f"while stuck the mass moves at {ratio:.4f} +- {slope.error / o.drive_velocity:.4f} times the drive "
+                f"velocity: drive velocity re-calibrated from {o.drive_velocity:g} to {slope.value:.5g}"
+            )
+            o = replace(o, drive_velocity=slope.value)
+
+    if rigid:
+        sticks, fit = _rigid_fit(time, x, weight, pilot, flanks, o, noise)
+    else:
+        sticks = creeping_sticks(pilot, flanks, o.drive_velocity)
+        fit = fit_pieces(time, x, weight, sticks, False, o, _knots(pilot, o))
+        if sticks:
+            notes.append(
+                "while stuck the mass creeps by more than the noise: sticks are bounded where w passes half of V, and "
+                "w is measured, not set to zero, inside them"
+            )
+    friction = friction_force(fit, sticks)
+    window = quiet_window(noise, record.step, o.drive_velocity)
+    slow = slow_share(friction.slip_velocity, o.drive_velocity, window)
+    word = regime(friction.slip_velocity, o.drive_velocity, slow, rigid, len(sticks), len(flanks.limits))
+    line = main_line(friction.slip_acceleration, record.step)
+    _inertia_notes(friction, rig, word, line, notes)
+    return _Found(friction, sticks, rigid, slow, line, word, notes)
+
+
+def _without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:
+    signal = record.signal
+    if rig.mains_frequency is not None:
+        if rig.mains_frequency * record.step > 0.4:
+            raise InputError(
+                f"{record.source}: a mains line of {rig.mains_frequency:g} Hz cannot be seen at "
+                f"{1 / record.step:g} samples per second; remove mains_frequency from the rig"
+            )
+        line = mains_line(signal, record.step, rig.mains_frequency)
+        notes.append(
+            f"a mains line at {rig.mains_frequency:g} Hz with an amplitude of {math.sqrt(2) * float(np.std(line)):.2g} "
+            f"{rig.unit} was subtracted"
+        )
+        return signal - line
+    if rig.unit != "1":  # a dimensionless record has no mains
+        for frequency in (50.0, 60.0):
+            excess = line_excess(signal, record.step, frequency)
+            if excess > 10:
+                notes.append(
+                    f"the record has a line at {frequency:g} Hz, {excess:.0f} times its neighbourhood; set "
+                    f"mains_frequency = {frequency:g} in the rig to take it out"
+                )
+    return signal
+
+
+def _knots(pilot: Pilot, oscillator: Oscillator) -> float:
+    step = float((pilot.time[-1] - pilot.time[0]) / (len(pilot.time) - 1))
+    period = 2 * math.pi * math.sqrt(oscillator.mass / oscillator.stiffness)
+    return max(period / 50, 2 * step)
+
+
+def _rigid_fit(
+    time: Array, x: Array, weight: Array, pilot: Pilot, flanks: Flanks, o: Oscillator, noise: float
+) -> tuple[list[Stick], Any]:
+    """Alternate between the limits of the sticks and the cut-off of the slips."""
+    knots = _knots(pilot, o)
+    sticks = rigid_candidates(pilot, flanks, o.drive_velocity)
+    path = o.drive_velocity * (time - time[0]) - x
+    cutoff = pilot.cutoff
+    for _ in range(2):
+        sticks = refine_rigid(RigidSearch(time, path, weight, o, noise, knots, cutoff), sticks)
+        fit = fit_pieces(time, x, weight, sticks, True, o, knots)
+        changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
+        cutoff = fit.cutoff.get("slip", cutoff)
+        if changed < 0.1 or not sticks:
+            break
+    return sticks, fit
+
+
+def _inertia_notes(friction: Friction, rig: Rig, word: str, line: Line, notes: list[str]) -> None:
+    o = friction.fit.oscillator
+    own = math.sqrt(o.stiffness / o.mass) / (2 * math.pi)
+    nominal = math.sqrt(rig.stiffness / o.mass) / (2 * math.pi)
+    if word in ("almost_harmonic", "intermittent") and line.frequency > 0:
+        ratio = line.frequency / own
+        if abs(ratio - 1) > max(0.05, 3 * line.error / own):
+            notes.append(
+                f"the resonance line at {line.frequency:.3g} +- {line.error:.2g} Hz is {ratio:.2f} times sqrt(k/m)/2pi "
+                f"= {own:.3g} Hz ({line.frequency / nominal:.2f} times the {nominal:.3g} Hz of the nominal stiffness): "
+                f"the effective inertia would be {1 / ratio**2:.2f} of the mass {o.mass:g} kg"
+            )
+    inertia, error = likeliest_inertia(friction)
+    if math.isfinite(inertia) and abs(inertia - o.mass) > max(3 * error, 0.15 * o.mass):
+        notes.append(
+            f"the inertia that makes the friction force of the slips smoothest is {inertia / o.mass:.2f} +- "
+            f"{error / o.mass:.2f} times the {o.mass:g} kg used here; rig: effective_mass sets another"
+        )
+
+
+def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
+    from importlib.metadata import PackageNotFoundError, version
+
+    f, o = found.friction, found.friction.fit.oscillator
+    si = rig.unit != "1"
+    length, force = ("m", "N") if si else ("1", "1")
+    speed, acceleration = ("m/s", "m/s^2") if si else ("1", "1")
+    data = xr.Dataset(coords={"time": ("time", f.time, {"units": "s" if si else "1"})})
+    data["slip_velocity"] = ("time", f.slip_velocity, {"units": speed})
+    data["slip_acceleration"] = ("time", f.slip_acceleration, {"units": acceleration})
+    data["force"] = ("time", f.force, {"units": force, "long_name": "friction force"})
+    data["force_error"] = ("time", f.force_error, {"units": force})
+    data["stuck"] = ("time", f.stuck)
+    data["displacement"] = ("time", f.extension, {"units": length, "long_name": "extension of the spring"})
+    data["velocity"] = ("time", f.velocity, {"units": speed})
+    events = break_aways(f, found.sticks)
+    if not si:
+        for name in events:
+            events[name].attrs["units"] = "1"
+    try:
+        release = version("stickslip")
+    except PackageNotFoundError:
+        release = "unknown"
+    data.attrs = {
+        "source": record.source,
+        "rig": rig.to_toml(),
+        "command": "stickslip measure",
+        "version": release,
+        "notes": found.notes,
+        "regime": found.regime,
+        "main_line": found.line.frequency,
+        "main_line_error": found.line.error,
+        "slow_share": found.slow,
+        "stuck_share": float(np.mean(f.stuck)),
+        "slips": int(events.sizes["event"]),
+        "creeps": int(not found.rigid),
+        "stiffness": o.stiffness,
+        "mass": rig.mass,
+        "inertia": o.mass,
+        "damping": o.damping,
+        "drive_velocity": o.drive_velocity,
+        "weight": rig.mass * rig.gravity,
+        "noise": f.noise,
+        "slip_cutoff": f.cutoff.get("slip", math.nan),
+        "creep_cutoff": f.cutoff.get("creep", math.nan),
+    }
+    return xr.DataTree.from_dict({"/": data, "/break_away": events})

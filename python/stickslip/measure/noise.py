@@ -1,0 +1,104 @@
+"""What does not belong to the motion: white noise, isolated impulses, the mains line."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import median_filter, uniform_filter1d
+
+Array = npt.NDArray[np.float64]
+
+MAD_TO_SIGMA = 1.4826
+
+
+def noise_level(signal: Array) -> float:
+    """Standard deviation of white noise on a smooth signal, from its third differences.
+
+    A third difference removes what is quadratic over four samples and has 20 times the variance of the noise; the
+    median makes it blind to impulses and to the samples at events.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> round(noise_level(np.sin(np.arange(5000) / 50) + 0.01 * rng.standard_normal(5000)), 3)
+    0.01
+    """
+    differences = np.abs(np.diff(signal, 3))
+    level = MAD_TO_SIGMA * float(np.median(differences)) / math.sqrt(20)
+    if level == 0.0:  # a coarsely quantised record: most differences vanish
+        level = float(np.sqrt(np.mean(np.minimum(differences, np.quantile(differences, 0.99)) ** 2) / 20))
+    return level
+
+
+def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
+    """Samples that stand out alone, more than five sigmas from the median of their seven neighbours.
+
+    The excess over the neighbourhood's own range is what counts, so a steep slip is not taken for an impulse.
+    """
+    middle = median_filter(signal, 7, mode="nearest")
+    deviation = np.abs(signal - middle)
+    # on a slope the median of seven is off by up to three steps of the slope
+    slope = np.abs(np.gradient(median_filter(signal, 5, mode="nearest")))
+    slope = median_filter(slope, 5, mode="nearest")
+    return np.asarray(deviation > 5 * max(noise, 1e-300) + 3 * slope)
+
+
+def mains_line(signal: Array, step: float, frequency: float, block: float = 4.0) -> Array:
+    """The mains line of a record, as a sine whose amplitude and phase may drift from block to block.
+
+    It is fitted to what is left after a running mean over one period, with the samples near events left out, so it
+    rings nowhere; subtract it.
+
+    Parameters
+    ----------
+    signal : (n,) record.
+    step : sampling interval in s.
+    frequency : of the line in Hz, below half the sampling rate.
+    block : length over which amplitude and phase are taken as constant, in s.
+
+    Returns
+    -------
+    (n,) the line.
+    """
+    n = len(signal)
+    time = np.arange(n) * step
+    period = max(round(1 / (frequency * step)), 2)
+    trend = uniform_filter1d(uniform_filter1d(signal, period, mode="nearest"), period, mode="nearest")
+    rest = signal - trend
+    spread = MAD_TO_SIGMA * float(np.median(np.abs(rest)))
+    good = np.abs(rest) < 4 * max(spread, 1e-300)
+    good[: 2 * period] = good[-2 * period :] = False
+    blocks = max(int(n * step / block), 1)
+    edges = np.linspace(0, n, blocks + 1).astype(int)
+    phase = 2 * math.pi * frequency * time
+    waves = np.stack([np.cos(phase), np.sin(phase)], axis=1)
+    amplitudes = np.zeros((blocks, 2))
+    for i, (a, b) in enumerate(pairwise(edges.tolist())):
+        inside = good[a:b]
+        if np.count_nonzero(inside) >= 4 * period:
+            amplitudes[i] = np.linalg.lstsq(waves[a:b][inside], rest[a:b][inside], rcond=None)[0]
+    middles = (time[edges[:-1]] + time[np.maximum(edges[1:] - 1, 0)]) / 2
+    line = np.zeros(n)
+    for column in range(2):
+        line += waves[:, column] * np.interp(time, middles, amplitudes[:, column])
+    return line
+
+
+def line_excess(signal: Array, step: float, frequency: float) -> float:
+    """Power at this frequency over the median of its neighbourhood; 1 where there is no line, 0 where it is unseen."""
+    from scipy.signal import welch
+
+    if frequency > 0.45 / step:
+        return 0.0
+    length = int(min(len(signal) // 4, round(200 / (frequency * step))))
+    if length < 64:
+        return 0.0
+    frequencies, power = welch(signal, 1 / step, nperseg=length, detrend="constant")
+    near = np.abs(frequencies - frequency) <= 1.5 / (length * step)
+    around = (np.abs(frequencies - frequency) <= 0.3 * frequency) & ~near
+    if not near.any() or np.count_nonzero(around) < 5:
+        return 0.0
+    return float(power[near].max() / max(np.median(power[around]), 1e-300))

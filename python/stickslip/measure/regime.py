@@ -1,0 +1,62 @@
+"""One word for the motion of a whole record."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import uniform_filter1d
+
+Array = npt.NDArray[np.float64]
+
+SLOW_LEVEL = 0.2
+"""Below this fraction of the drive velocity a mass counts as slow."""
+STEADY = 0.1
+"""Slip is stable if the slip velocity scatters less than this fraction of the drive velocity."""
+MOSTLY_SLOW = 0.4
+"""A creeping motion is stick-slip if it is slow for at least this share of the time."""
+HARDLY_SLOW = 0.25
+"""A sine that just touches w = 0 is slow for 20 % of the time; less than this is almost-harmonic motion."""
+
+
+def slow_share(slip_velocity: Array, drive_velocity: float, window: int = 1) -> float:
+    """Share of the time with |w| < 0.2 V, for w averaged over `window` samples so that its noise does not decide."""
+    mean = uniform_filter1d(slip_velocity, max(window, 1), mode="nearest")
+    return float(np.mean(np.abs(mean) < SLOW_LEVEL * drive_velocity))
+
+
+def quiet_window(noise: float, step: float, drive_velocity: float) -> int:
+    """Samples over which a slope of the extension is known to 5 % of the drive velocity.
+
+    A straight line through samples a step apart with this noise, over a time T, has the slope error
+    noise sqrt(12 step) / T^(3/2).
+    """
+    length = math.pow(noise * math.sqrt(12 * step) / (0.05 * drive_velocity), 2 / 3)
+    return max(round(length / step), 1)
+
+
+def regime(slip_velocity: Array, drive_velocity: float, slow: float, rigid: bool, sticks: int, cycles: int) -> str:
+    """``"stick_slip"``, ``"almost_harmonic"``, ``"intermittent"`` or ``"stable_slip"``.
+
+    - ``stable_slip``: the slip velocity scatters by less than 0.1 V;
+    - where sticks are exact (`rigid`): ``stick_slip`` if at least four in five cycles stick, ``almost_harmonic`` if at
+      most one in five does, else ``intermittent``;
+    - where the mass creeps: ``stick_slip`` if |w| < 0.2 V for at least 40 % of the time, ``almost_harmonic`` if for
+      less than 25 %, else ``intermittent``.
+
+    Parameters
+    ----------
+    slip_velocity : (n,) w.
+    drive_velocity : V in the same unit.
+    slow : share of the time with |w| < 0.2 V, from `slow_share`.
+    rigid : whether the mass rests while it sticks, to within the noise.
+    sticks, cycles : how many cycles stick, and how many there are.
+    """
+    if float(np.std(slip_velocity)) < STEADY * drive_velocity:
+        return "stable_slip"
+    share = sticks / max(cycles, 1) if rigid else slow
+    high, low = (0.8, 0.2) if rigid else (MOSTLY_SLOW, HARDLY_SLOW)
+    if share >= high:
+        return "stick_slip"
+    return "almost_harmonic" if share <= low else "intermittent"

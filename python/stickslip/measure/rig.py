@@ -1,0 +1,176 @@
+"""What a record was taken with: the gauge, the spring, the mass and the drive."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from stickslip.errors import InputError
+
+GAUGES = ("spring_force", "displacement")
+UNITS = {"spring_force": ("N", "mg", "1"), "displacement": ("m", "1")}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rig:
+    """The rig behind one record of an oscillator that is driven by friction.
+
+    m x'' + D x' + k x = friction, with x the extension of the spring from where it is slack. For a slider that a
+    moving stage pulls through a spring, x' = drive_velocity - slider velocity.
+
+    Parameters
+    ----------
+    gauge : ``"spring_force"`` (the record is the force k x of the spring) or ``"displacement"`` (it is x itself).
+    column : name of the recorded variable.
+    unit : ``"N"`` or ``"mg"`` (force over weight) for a spring force, ``"m"`` for a displacement, ``"1"`` for either
+        when the whole rig is dimensionless.
+    stiffness : k in N/m, > 0.
+    mass : m in kg, > 0; it also gives the weight of the unit ``"mg"``.
+    drive_velocity : V in m/s, > 0.
+    damping : D in N s/m, >= 0.
+    effective_mass : inertia that acts on the friction force in kg, where it is known to differ from the mass; default
+        the mass.
+    time_column : name of the time variable (s), or None for a record without one; then `sampling_rate` is needed.
+    sampling_rate : samples per second; checked against the time stamps where there are any.
+    mains_frequency : line in Hz (50 or 60) to take out of the record.
+    noise : standard deviation of the record's white noise in its own unit; default: estimated from the record.
+    gravity : m/s^2, used for the unit ``"mg"``.
+    least_drop : a fall of the spring force counts as a slip if it is at least this fraction of the median fall
+        (and stands clear of the noise); smaller ones are creep inside a stick.
+
+    Raises
+    ------
+    InputError
+        with one sentence that names the key, what it must be and what came.
+
+    Examples
+    --------
+    >>> rig = Rig(gauge="spring_force", column="Fnorm", unit="mg", stiffness=168.0, mass=0.0307, drive_velocity=42e-6)
+    >>> round(rig.force_unit, 4)
+    0.3012
+    >>> Rig.from_toml(rig.to_toml()) == rig
+    True
+    """
+
+    gauge: str
+    column: str
+    stiffness: float
+    mass: float
+    drive_velocity: float
+    unit: str = ""
+    damping: float = 0.0
+    effective_mass: float | None = None
+    time_column: str | None = "t"
+    sampling_rate: float | None = None
+    mains_frequency: float | None = None
+    noise: float | None = None
+    gravity: float = 9.81
+    least_drop: float = 0.4
+
+    def __post_init__(self) -> None:
+        if self.gauge not in GAUGES:
+            raise InputError(
+                f"rig: gauge must be one of {', '.join(GAUGES)}, got {self.gauge!r}"
+                f"{_did_you_mean(str(self.gauge), GAUGES)}"
+            )
+        if self.unit == "":
+            object.__setattr__(self, "unit", UNITS[self.gauge][0])
+        if self.unit not in UNITS[self.gauge]:
+            raise InputError(
+                f"rig: unit of a {self.gauge} record must be one of {', '.join(UNITS[self.gauge])}, got {self.unit!r}"
+            )
+        if not isinstance(self.column, str) or not self.column:
+            raise InputError(f"rig: column must be the name of the recorded variable, got {self.column!r}")
+        if self.time_column is not None and not isinstance(self.time_column, str):
+            raise InputError(f"rig: time_column must be the name of the time variable, got {self.time_column!r}")
+        for name in ("stiffness", "mass", "drive_velocity", "gravity"):
+            self._check_number(name, positive=True)
+        for name in ("sampling_rate", "mains_frequency", "noise", "effective_mass"):
+            if getattr(self, name) is not None:
+                self._check_number(name, positive=True)
+        for name in ("damping", "least_drop"):
+            self._check_number(name, positive=False)
+
+    def _check_number(self, name: str, *, positive: bool) -> None:
+        value = getattr(self, name)
+        wanted = "a positive number" if positive else "zero or a positive number"
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise InputError(f"rig: {name} must be {wanted}, got {value!r}")
+        if not math.isfinite(value) or value < 0 or (positive and value == 0):
+            raise InputError(f"rig: {name} must be {wanted}, got {value!r}")
+        object.__setattr__(self, name, float(value))
+
+    @property
+    def inertia(self) -> float:
+        """Mass that multiplies the acceleration, in kg."""
+        return self.mass if self.effective_mass is None else self.effective_mass
+
+    @property
+    def force_unit(self) -> float:
+        """Newtons per unit of a spring-force record."""
+        return self.mass * self.gravity if self.unit == "mg" else 1.0
+
+    @property
+    def natural_frequency(self) -> float:
+        """sqrt(k/m)/2pi in Hz, with the inertia."""
+        return math.sqrt(self.stiffness / self.inertia) / (2 * math.pi)
+
+    @classmethod
+    def from_toml(cls, text: str, source: str = "rig") -> Rig:
+        """Read a rig from the text of a TOML document; `source` names it in error messages."""
+        try:
+            table = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(f"{source}: not a TOML document ({error}); correct that line") from None
+        known = [field.name for field in fields(cls)]
+        for key in table:
+            if key not in known:
+                raise InputError(
+                    f"{source}: unknown key {key!r}{_did_you_mean(key, known)}; a rig has the keys {', '.join(known)}"
+                )
+        for key in ("gauge", "column", "stiffness", "mass", "drive_velocity"):
+            if key not in table:
+                raise InputError(f"{source}: {key} is missing; add a line `{key} = ...`")
+        if "time_column" not in table and "sampling_rate" in table:
+            # a file without time stamps says its rate; one with stamps in "t" may say both
+            table["time_column"] = None
+        try:
+            return cls(**table)
+        except InputError as error:
+            raise InputError(str(error).replace("rig:", f"{source}:", 1)) from None
+
+    @classmethod
+    def load(cls, path: str | Path) -> Rig:
+        """Read a rig file."""
+        path = Path(path)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            raise InputError(f"{path}: no such rig file; give the path of a rig TOML") from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{path}: the rig file cannot be read ({error}); give a UTF-8 TOML file") from None
+        return cls.from_toml(text, source=str(path))
+
+    def to_toml(self) -> str:
+        """The rig as a TOML document that `from_toml` reads back to an equal rig."""
+        lines = []
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None:
+                lines.append(f"{field.name} = {_toml_value(value)}")
+        return "\n".join(lines) + "\n"
+
+
+def _toml_value(value: str | float) -> str:
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        return f'"{escaped}"'
+    return repr(value)
+
+
+def _did_you_mean(word: str, known: tuple[str, ...] | list[str]) -> str:
+    close = difflib.get_close_matches(word, known, n=1)
+    return f" (did you mean {close[0]!r}?)" if close else ""

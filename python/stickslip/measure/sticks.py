@@ -1,0 +1,455 @@
+"""Sticks found first: where the mass rests on its partner, with the limits of every stick."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize_scalar
+
+from stickslip.measure.pieces import Kind, Oscillator, PiecewiseFit
+from stickslip.measure.regime import SLOW_LEVEL, quiet_window
+
+Array = npt.NDArray[np.float64]
+
+CREEP_LEVEL = 0.5
+"""A creeping stick ends where the slip velocity passes this fraction of the drive velocity."""
+
+
+@dataclass(frozen=True)
+class Stick:
+    """One stick; `starts` and `ends` tell whether its limits lie inside the record."""
+
+    start: float
+    end: float
+    start_error: float
+    end_error: float
+    starts: bool = True
+    ends: bool = True
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """A first smooth reading of the record that knows no events: good to find them, not to measure friction.
+
+    Attributes
+    ----------
+    time : (n,) seconds.
+    extension : (n,) x of the spring.
+    rate : (n,) x'.
+    rate_error : standard error of x' away from events.
+    cutoff : of the smoothing in Hz.
+    noise : standard deviation of the samples of x.
+    """
+
+    time: Array
+    extension: Array
+    rate: Array
+    rate_error: float
+    cutoff: float
+    noise: float
+
+
+def make_pilot(time: Array, extension: Array, weight: Array, oscillator: Oscillator, noise: float) -> Pilot:
+    """Smooth the whole record as one slip; the cut-off is the likeliest on stretches spread over the record."""
+    period = own_period(oscillator)
+    step = float((time[-1] - time[0]) / (len(time) - 1))
+    knots = max(period / 50, 2 * step)
+    path = oscillator.drive_velocity * (time - time[0]) - extension
+
+    def whole(part: slice) -> PiecewiseFit:
+        t = time[part]
+        return PiecewiseFit(t, path[part], weight[part], t[[0, -1]], ["slip"], oscillator, knots, knots)
+
+    n, most = len(time), 6000
+    starts = [0] if n <= 4 * most else [int(s) for s in np.linspace(0, n - most, 4)]
+    parts = [whole(slice(s, s + most) if n > 4 * most else slice(None)) for s in starts]
+    limits = cutoff_limits(oscillator, step, knots)
+
+    def deviance(log_frequency: float) -> float:
+        return sum(part.deviance({"slip": math.exp(log_frequency)}, noise) for part in parts)
+
+    found = minimize_scalar(
+        deviance, bounds=(math.log(limits[0]), math.log(limits[1])), method="bounded", options={"xatol": 0.05}
+    )
+    cutoff = math.exp(float(found.x))
+    middle = parts[len(parts) // 2].solve({"slip": cutoff})
+    inside = middle.time[len(middle.time) // 4 : 3 * len(middle.time) // 4 : 7]
+    rate_error = float(np.median(middle.deviation(inside, {1: 1.0}, noise)))
+    fit = whole(slice(None)).solve({"slip": cutoff})
+    rate = oscillator.drive_velocity - fit.evaluate(time, 1)
+    smooth = oscillator.drive_velocity * (time - time[0]) - fit.evaluate(time, 0)
+    return Pilot(time, smooth, rate, rate_error, cutoff, noise)
+
+
+def own_period(oscillator: Oscillator) -> float:
+    """Period of the free mass on its spring, in s."""
+    return 2 * math.pi * math.sqrt(oscillator.mass / oscillator.stiffness)
+
+
+def cutoff_limits(oscillator: Oscillator, step: float, knots: float) -> tuple[float, float]:
+    """Cut-offs (Hz) worth trying for slips: above the free oscillation, below what knots and samples resolve."""
+    low = 1.5 / own_period(oscillator)
+    return low, max(min(0.3 / step, 0.5 / knots), 2 * low)
+
+
+def turning_points(values: Array, least: float) -> tuple[list[int], list[int]]:
+    """Valleys and peaks between which the values change by more than `least`, alternating in time.
+
+    Returns
+    -------
+    valleys, peaks : indices, each in order.
+
+    Examples
+    --------
+    >>> turning_points(np.array([0.0, 2.0, 1.9, 3.0, 1.0, 4.0, 0.0]), 0.5)
+    ([0, 4], [3, 5])
+    """
+    valleys: list[int] = []
+    peaks: list[int] = []
+    high = low = 0
+    rising: bool | None = None
+    for i, value in enumerate(values.tolist()):
+        if rising is not False:
+            if value > values[high]:
+                high = i
+            elif values[high] - value > least:
+                peaks.append(high)
+                rising, low = False, i
+        if rising is not True:
+            if value < values[low]:
+                low = i
+            elif value - values[low] > least:
+                valleys.append(low)
+                rising, high = True, i
+    return valleys, peaks
+
+
+@dataclass(frozen=True)
+class Flanks:
+    """Stretches on which the spring is wound up, each from a valley to a peak; all sticks lie on them.
+
+    Attributes
+    ----------
+    limits : (first, last) sample of each.
+    drops : (m,) falls of x between them.
+    least : the smallest fall that was counted.
+    smaller : number of falls that stand clear of the noise but are smaller than that.
+    """
+
+    limits: list[tuple[int, int]]
+    drops: Array
+    least: float
+    smaller: int
+
+
+def find_flanks(pilot: Pilot, least_drop: float) -> Flanks:
+    """Cut the record at every fall of the spring that counts as a slip.
+
+    Falls must stand eight sigmas of the pilot clear of the noise, and reach `least_drop` times their median.
+    """
+    floor = 8 * _wander(pilot)
+    _, drops = _walk(pilot.extension, floor)
+    if len(drops) == 0:
+        return Flanks([], drops, floor, 0)
+    least = max(floor, least_drop * float(np.median(drops)))
+    limits, counted = _walk(pilot.extension, least)
+    return Flanks(limits, counted, least, int(len(drops) - len(counted)))
+
+
+def _wander(pilot: Pilot) -> float:
+    """Standard error of the pilot's level: white noise averaged over its resolution."""
+    step = float((pilot.time[-1] - pilot.time[0]) / (len(pilot.time) - 1))
+    return pilot.noise * min(math.sqrt(2 * step * pilot.cutoff), 1.0)
+
+
+def _walk(values: Array, least: float) -> tuple[list[tuple[int, int]], Array]:
+    valleys, peaks = turning_points(values, least)
+    if not peaks or not valleys:
+        return [], np.zeros(0)
+    marks = sorted([(i, False) for i in valleys] + [(i, True) for i in peaks])
+    limits: list[tuple[int, int]] = []
+    drops: list[float] = []
+    if marks[0][1] and marks[0][0] > 0:
+        limits.append((0, marks[0][0]))
+    for (i, is_peak), (j, _) in pairwise(marks):
+        if is_peak:
+            drops.append(float(values[i] - values[j]))
+        else:
+            limits.append((i, j))
+    last, is_peak = marks[-1]
+    if is_peak:  # a fall that the record's end cuts off, or the last valley and what follows it
+        tail = last + int(np.argmin(values[last:]))
+        drops.append(float(values[last] - values[tail]))
+        last = tail
+    if last < len(values) - 1:
+        limits.append((last, len(values) - 1))
+    return limits, np.array(drops)
+
+
+def local_slopes(time: Array, extension: Array, weight: Array, flanks: Flanks, window: int) -> Array:
+    """Straight-line slopes of x in consecutive windows of the flanks, from the raw samples.
+
+    Returns
+    -------
+    (j, 2) index of the flank, slope.
+    """
+    found: list[tuple[int, float]] = []
+    for number, (first, last) in enumerate(flanks.limits):
+        count = (last - first) // window
+        for i in range(count):
+            part = slice(first + i * window, first + (i + 1) * window)
+            w = weight[part]
+            total = w.sum()
+            if total < window / 2:
+                continue
+            t = time[part] - np.sum(w * time[part]) / total
+            found.append((number, float(np.sum(w * t * extension[part]) / np.sum(w * t * t))))
+    return np.array(found).reshape(-1, 2)
+
+
+@dataclass(frozen=True)
+class StickSlope:
+    """How fast the spring is wound up while the mass sticks, dx/dt, as the record itself shows it."""
+
+    value: float
+    error: float
+    share: float
+
+
+def stick_slope(
+    time: Array, extension: Array, weight: Array, flanks: Flanks, pilot: Pilot, drive_velocity: float
+) -> StickSlope | None:
+    """The commonest slope on the flanks: a stick repeats its slope, slip does not.
+
+    Windows are as long as a slope error of 5 % of the drive velocity asks for. The mode, not the mean, because creep
+    before a slip lowers the slope of a part of each flank. None where there is no such mode.
+    """
+    if len(flanks.limits) < 3:
+        return None
+    step = float((time[-1] - time[0]) / (len(time) - 1))
+    lengths = np.array([last - first for first, last in flanks.limits])
+    window = int(np.clip(quiet_window(pilot.noise, step, drive_velocity), 6, max(np.median(lengths) / 3, 6)))
+    slopes = local_slopes(time, extension, weight, flanks, window)
+    if len(slopes) < 12:
+        return None
+    values = slopes[:, 1] / drive_velocity
+    value = _mode(values)
+    if not 0.5 < value < 2.0:
+        return None
+    near = np.abs(values - value) < 0.15 * value
+    # the scatter of modes over interleaved parts of the record
+    parts = [_mode(values[slopes[:, 0] % 6 == i]) for i in range(6)]
+    error = float(np.std(parts, ddof=1) / math.sqrt(6))
+    return StickSlope(value * drive_velocity, error * drive_velocity, float(np.mean(near)))
+
+
+def _mode(values: Array) -> float:
+    """Peak of a Gaussian density estimate."""
+    if len(values) < 2:
+        return float("nan")
+    inner = values[(values > 0.3) & (values < 3)]
+    if len(inner) < 2:
+        return float("nan")
+    quartiles = np.quantile(inner, [0.25, 0.75])
+    width = max(0.9 * min(float(np.std(inner)), float(quartiles[1] - quartiles[0]) / 1.34), 1e-3) * len(inner) ** -0.2
+    grid = np.linspace(0.3, 3.0, 1351)
+    density = np.zeros_like(grid)
+    for value in inner:
+        density += np.exp(-0.5 * ((grid - value) / width) ** 2)
+    return float(grid[np.argmax(density)])
+
+
+def creeping_sticks(pilot: Pilot, flanks: Flanks, drive_velocity: float) -> list[Stick]:
+    """Sticks of a mass that creeps: from where the slip velocity has fallen to half of V to where it passes it again.
+
+    The level is raised to four sigmas of the velocity where the noise asks for it.
+    """
+    slip = drive_velocity - pilot.rate
+    level = max(CREEP_LEVEL * drive_velocity, 4 * pilot.rate_error)
+    slow = max(SLOW_LEVEL * drive_velocity, 3 * pilot.rate_error)
+    step = pilot.time[1] - pilot.time[0]
+    acceleration = np.gradient(slip, pilot.time)
+    sticks: list[Stick] = []
+    for first, last in flanks.limits:
+        below = np.flatnonzero(slip[first : last + 1] < level)
+        if len(below) < 3 or np.min(slip[first : last + 1]) > slow:
+            continue
+        a, b = first + int(below[0]), first + int(below[-1])
+        errors = [math.hypot(step / 2, pilot.rate_error / max(abs(float(acceleration[i])), 1e-300)) for i in (a, b)]
+        longest = (pilot.time[b] - pilot.time[a]) / 2
+        sticks.append(
+            Stick(
+                start=float(pilot.time[a]),
+                end=float(pilot.time[b]),
+                start_error=min(errors[0], longest),
+                end_error=min(errors[1], longest),
+                starts=a > 0,
+                ends=b < len(pilot.time) - 1,
+            )
+        )
+    return sticks
+
+
+def rigid_candidates(pilot: Pilot, flanks: Flanks, drive_velocity: float) -> list[Stick]:
+    """Where a mass that does not creep may stick: the slip velocity vanishes within its error."""
+    slip = drive_velocity - pilot.rate
+    level = max(0.1 * drive_velocity, 4 * pilot.rate_error)
+    step = float(pilot.time[1] - pilot.time[0])
+    sticks: list[Stick] = []
+    for first, last in flanks.limits:
+        below = np.flatnonzero(np.abs(slip[first : last + 1]) < level)
+        if len(below) < 2:
+            continue
+        a, b = first + int(below[0]), first + int(below[-1])
+        sticks.append(Stick(float(pilot.time[a]), float(pilot.time[b]), step, step, a > 2, b < len(pilot.time) - 3))
+    return sticks
+
+
+def rigid_slope(time: Array, extension: Array, weight: Array, sticks: list[Stick], noise: float) -> StickSlope | None:
+    """One slope for the middle halves of all sticks, by least squares with an offset for each; None without samples."""
+    product = square = 0.0
+    for stick in sticks:
+        quarter = (stick.end - stick.start) / 4
+        part = slice(*np.searchsorted(time, [stick.start + quarter, stick.end - quarter]))
+        w = weight[part]
+        total = float(w.sum())
+        if total < 6:
+            continue
+        t = time[part] - np.sum(w * time[part]) / total
+        product += float(np.sum(w * t * extension[part]))
+        square += float(np.sum(w * t * t))
+    if square == 0.0:
+        return None
+    return StickSlope(product / square, noise / math.sqrt(square), 1.0)
+
+
+def is_rigid(time: Array, extension: Array, weight: Array, sticks: list[Stick], slope: float, noise: float) -> bool:
+    """Whether the middle halves of the sticks are lines of this slope to within the noise."""
+    squares, count = 0.0, 0
+    for stick in sticks:
+        quarter = (stick.end - stick.start) / 4
+        a, b = np.searchsorted(time, [stick.start + quarter, stick.end - quarter])
+        w = weight[a:b]
+        if b - a < 8 or w.sum() < 6:
+            continue
+        rest = extension[a:b] - slope * (time[a:b] - time[a])
+        rest = rest - np.sum(w * rest) / w.sum()
+        # a running mean of four keeps slow departures and halves the noise, so creep shows sooner
+        squares += float(np.sum(w * rest**2))
+        count += int(w.sum()) - 1
+    if count == 0:
+        return True
+    return math.sqrt(squares / count) < 1.15 * noise + 3 * noise / math.sqrt(2 * count)
+
+
+@dataclass(frozen=True)
+class RigidSearch:
+    """What the refinement of a rigid stick's limits needs."""
+
+    time: Array
+    path: Array
+    weight: Array
+    oscillator: Oscillator
+    noise: float
+    knots: float
+    cutoff: float
+
+    def fit(self, low: float, high: float, breaks: list[float], kinds: list[Kind]) -> PiecewiseFit:
+        """The record between two times as pieces."""
+        a, b = np.searchsorted(self.time, [low, high])
+        part = slice(int(a), int(b) + 1)
+        t = self.time[part]
+        limits = np.array([t[0], *breaks, t[-1]])
+        return PiecewiseFit(
+            t, self.path[part], self.weight[part], limits, kinds, self.oscillator, self.knots, self.knots
+        )
+
+    def deviance(self, low: float, high: float, stick: Stick) -> float:
+        """-2 log likelihood of the stretch with this stick in it."""
+        breaks: list[float] = []
+        kinds: list[Kind] = ["rigid"]
+        if stick.starts:
+            breaks.append(stick.start)
+            kinds.insert(0, "slip")
+        if stick.ends:
+            breaks.append(stick.end)
+            kinds.append("slip")
+        return self._value(self.fit(low, high, breaks, kinds))
+
+    def without(self, low: float, high: float) -> float:
+        """-2 log likelihood of the stretch as one slip without a stick."""
+        return self._value(self.fit(low, high, [], ["slip"]))
+
+    def _value(self, fit: PiecewiseFit) -> float:
+        return fit.deviance({"slip": self.cutoff}, self.noise) + fit.normaliser()
+
+
+def refine_rigid(search: RigidSearch, sticks: list[Stick]) -> list[Stick]:
+    """Move the limits of each stick to where the record is likeliest, and drop sticks the record does not need.
+
+    The stretch from the middle of the slip before to the middle of the slip after is fitted as slip, rest, slip. A
+    stick stays if it is likelier than a slip without it by more than its two limits cost (Bayes' information
+    criterion).
+    """
+    step = float(search.time[1] - search.time[0])
+    refined: list[Stick] = []
+    for number, stick in enumerate(sticks):
+        low = search.time[0] if number == 0 else (sticks[number - 1].end + stick.start) / 2
+        high = search.time[-1] if number == len(sticks) - 1 else (stick.end + sticks[number + 1].start) / 2
+        # one free oscillation on each side tells all there is to know about the limits
+        reach = own_period(search.oscillator)
+        low, high = max(float(low), stick.start - reach), min(float(high), stick.end + reach)
+        found = _refine_one(search, stick, low, high, step)
+        if found is not None:
+            refined.append(found)
+    return refined
+
+
+def _refine_one(search: RigidSearch, stick: Stick, low: float, high: float, step: float) -> Stick | None:
+    def moved(now: Stick, which: str, to: float) -> Stick:
+        return replace(now, start=to) if which == "start" else replace(now, end=to)
+
+    def best(which: str, now: Stick, span: float) -> Stick:
+        at = now.start if which == "start" else now.end
+        if which == "start":
+            bounds = (max(at - span, low + 3 * step), min(at + span, now.end - step))
+        else:
+            bounds = (max(at - span, now.start + step), min(at + span, high - 3 * step))
+        if bounds[1] <= bounds[0]:
+            return now
+        found = minimize_scalar(
+            lambda to: search.deviance(low, high, moved(now, which, float(to))),
+            bounds=bounds,
+            method="bounded",
+            options={"xatol": 0.1 * step, "maxiter": 20},
+        )
+        return moved(now, which, float(found.x))
+
+    limits = [which for which, free in (("start", stick.starts), ("end", stick.ends)) if free]
+    span = max(8 * step, 0.06 * own_period(search.oscillator))
+    for _ in range(3):
+        before = stick
+        for which in limits:
+            stick = best(which, stick, span)
+        if abs(stick.start - before.start) + abs(stick.end - before.end) < 0.5 * step:
+            break
+        span = max(span / 4, 2 * step)
+    with_stick = search.deviance(low, high, stick)
+    if len(limits) == 2:
+        samples = np.count_nonzero((search.time >= low) & (search.time <= high))
+        if search.without(low, high) - with_stick < 2 * math.log(samples):
+            return None
+    errors: dict[str, float] = {}
+    for which in limits:
+        at = stick.start if which == "start" else stick.end
+        h = step
+        sides = [search.deviance(low, high, moved(stick, which, at + d)) for d in (-h, h)]
+        curvature = (sides[0] + sides[1] - 2 * with_stick) / h**2
+        errors[which] = math.sqrt(2 / curvature) if curvature > 2 / (10 * h) ** 2 else 10 * h
+    return replace(
+        stick, start_error=errors.get("start", stick.start_error), end_error=errors.get("end", stick.end_error)
+    )
