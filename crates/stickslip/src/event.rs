@@ -115,12 +115,25 @@ impl<const H: usize> Search<'_, H> {
             } else {
                 (piece.low, End::Low)
             };
+            let beyond = |value: f64| if rising { value > target } else { value < target };
             let basis = self.basis(until);
             let value = self.u.at(&basis);
-            let beyond = if rising { value > target } else { value < target };
-            if beyond {
-                let bend = (extremum <= horizon).then(|| (value, self.ddu.at(&basis)));
-                return Some((self.crossing(target, from, until, rising, bend), end));
+            if beyond(value) {
+                let crossing = if extremum <= horizon {
+                    self.crossing(target, from, until, rising, Some((value, self.ddu.at(&basis))))
+                } else {
+                    // A creeping approach with no extremum ahead: bracket it from the near side.
+                    let (mut near, mut step) = (from, self.slip.decay.time());
+                    while near + step < until && {
+                        let basis = self.basis(near + step);
+                        !beyond(self.u.at(&basis))
+                    } {
+                        near += step;
+                        step *= 2.0;
+                    }
+                    self.crossing(target, near, until.min(near + step), rising, None)
+                };
+                return Some((crossing, end));
             }
             if extremum >= horizon {
                 return None;
@@ -159,6 +172,8 @@ impl<const H: usize> Search<'_, H> {
                 t = until - back;
             }
         }
+        let mut last = high - low;
+        let settled = 1e-5 * self.slip.decay.time();
         for _ in 0..200 {
             let basis = self.basis(t);
             let value = sign * (self.u.at(&basis) - target);
@@ -174,10 +189,15 @@ impl<const H: usize> Search<'_, H> {
             let newton = value / first;
             let halley = newton / (1.0 - 0.5 * newton * second / first).max(0.5);
             let mut next = t - halley;
-            if !(next > low && next < high) {
+            // Halley's error is cubic: from a step this short the next one would be below rounding.
+            if halley.abs() < settled && (halley * second).abs() < 1e-5 * first.abs() {
+                return next.clamp(low, high);
+            }
+            if !(next > low && next < high && halley.abs() < 0.5 * last) {
                 next = 0.5 * (low + high);
             }
-            if (next - t).abs() <= 2.0 * f64::EPSILON * t.abs() {
+            last = (next - t).abs();
+            if last <= f64::EPSILON * t.abs() {
                 return next;
             }
             t = next;
@@ -200,7 +220,14 @@ impl<const H: usize> Search<'_, H> {
             let jerk = third.bound(&self.slip.decay, t, reach);
             let bend = (curve.abs() + jerk * reach).min(self.ddu.bound(&self.slip.decay, t, reach));
             let first = t == 0.0;
-            let turning = first && start == Start::Turning;
+            // At an end the slope points inward; one that rounding made zero or worse is a turn.
+            let turning = first
+                && match start {
+                    Start::Inside => false,
+                    Start::Turning => true,
+                    Start::Low => slope <= 0.0,
+                    Start::High => slope >= 0.0,
+                };
             if first {
                 slope = if turning { 0.0 } else { slope };
                 sense = if turning { curve } else { slope };

@@ -99,17 +99,17 @@ pub fn at_zero(law: &Law, holding: f64, rate: f64, memory: &mut Memory) -> Mode 
     }
 }
 
-/// Slip that starts at zero speed in the direction of `holding`, adhesion having broken at the size `force`.
+/// Slip that starts at zero speed under the `pull` that adhesion, broken at the size `force`, could not bear.
 #[must_use]
-pub fn slip_from_zero(law: &Law, holding: f64, force: f64, memory: &mut Memory) -> Mode {
+pub fn slip_from_zero(law: &Law, pull: f64, force: f64, memory: &mut Memory) -> Mode {
     let piece = law.leave(force, memory);
-    let start = if piece.force(0.0) >= holding.abs() {
+    let start = if piece.force(0.0) >= pull.abs() {
         Start::Turning
     } else {
         Start::Low
     };
     Mode::Slip {
-        direction: holding.signum(),
+        direction: pull.signum(),
         piece,
         start,
     }

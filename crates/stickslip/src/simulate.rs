@@ -195,12 +195,15 @@ impl<'a, const H: usize> Loop<'a, H> {
             stick_time: t,
             force_rate: rate.abs(),
         });
+        // The exact limit rather than the holding force computed beside it.
+        let pull = force.copysign(holding);
+        let (stick_time, force_rate) = (t, rate * holding.signum());
         record.event(Event {
-            stick_time: t,
-            force_rate: rate * holding.signum(),
-            ..self.event(Kind::Release, holding.signum() * force)
+            stick_time,
+            force_rate,
+            ..self.event(Kind::Release, pull)
         });
-        Some(mode::slip_from_zero(self.law, holding, force, &mut self.memory))
+        Some(mode::slip_from_zero(self.law, pull, force, &mut self.memory))
     }
 
     /// What follows where slip along `piece` ended at the present state.

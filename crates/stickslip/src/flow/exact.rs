@@ -34,6 +34,11 @@ impl Decay {
         self.kappa < 0.0
     }
 
+    /// The time in which it changes much.
+    pub(crate) fn time(&self) -> f64 {
+        1.0 / self.omega.max(self.gamma.abs())
+    }
+
     /// The two real exponents of a motion that does not oscillate, the smaller in size first.
     fn exponents(&self) -> (f64, f64) {
         let natural = self.gamma * self.gamma - self.kappa;
