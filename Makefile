@@ -102,9 +102,11 @@ $(UV):
 	@touch $@
 
 # Built by the maturin of requirements.lock, so that it too is checked by its hash and a rebuild needs no network.
+# The stamp has the time of the start: what is edited during a build is built next time.
 # Always refreshed: make knows what changed, and uv's cache of the built package outlives `make clean`.
 .venv/.built: $(RUST) pyproject.toml .venv/.installed | .tools/.rust
 	@echo "stickslip: building the core"
+	@touch $@.begun
 	$(UV) pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation \
 		--reinstall-package stickslip --refresh-package stickslip --editable .
-	@touch $@
+	@mv $@.begun $@
