@@ -52,7 +52,6 @@ impl Orbit {
 
     /// An orbit from its saved columns.
     #[staticmethod]
-    #[expect(clippy::too_many_arguments, reason = "one argument a column of the file")]
     #[expect(
         clippy::needless_pass_by_value,
         reason = "that is how arrays cross the border"

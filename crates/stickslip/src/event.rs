@@ -120,7 +120,7 @@ impl<const H: usize> Search<'_, H> {
             let value = self.u.at(&basis);
             if beyond(value) {
                 let crossing = if extremum <= horizon {
-                    self.crossing(target, from, until, rising, Some((value, self.ddu.at(&basis))))
+                    self.crossing(target, from, until, rising, Some(value))
                 } else {
                     // A creeping approach with no extremum ahead: bracket it from the near side.
                     let (mut near, mut step) = (from, self.slip.decay.time());
@@ -153,23 +153,17 @@ impl<const H: usize> Search<'_, H> {
     }
 
     /// The root of u(t) = target in (from, until], where u is monotone: Halley, kept inside the bracket by bisection.
-    /// `bend` is (u, ü) at `until`, where that is an extremum.
-    fn crossing(
-        &mut self,
-        target: f64,
-        from: f64,
-        until: f64,
-        rising: bool,
-        bend: Option<(f64, f64)>,
-    ) -> f64 {
+    /// `extremum` is u(until), where that is an extremum.
+    fn crossing(&mut self, target: f64, from: f64, until: f64, rising: bool, extremum: Option<f64>) -> f64 {
         let sign = if rising { 1.0 } else { -1.0 };
         let (mut low, mut high) = (from, until);
         let mut t = 0.5 * (low + high);
-        if let Some((value, curve)) = bend {
-            // Near the extremum the speed is a parabola.
-            let back = (2.0 * (target - value) / curve).sqrt();
-            if until - back > low {
-                t = until - back;
+        if let Some(value) = extremum {
+            // Between extrema the speed is nearly a cosine about its rest value.
+            let share = (target - self.u.constant) / (value - self.u.constant);
+            let guess = until - share.clamp(-1.0, 1.0).acos() / self.slip.decay.omega;
+            if self.slip.decay.oscillates() && guess > low {
+                t = guess;
             }
         }
         let mut last = high - low;
@@ -181,9 +175,9 @@ impl<const H: usize> Search<'_, H> {
                 return t;
             }
             if value > 0.0 {
-                high = t
+                high = t;
             } else {
-                low = t
+                low = t;
             }
             let (first, second) = (sign * self.du.at(&basis), sign * self.ddu.at(&basis));
             let newton = value / first;
@@ -389,6 +383,7 @@ fn close<const H: usize>(
         return None;
     }
     let mut moved = 0;
+    let scale = above - below;
     for _ in 0..200 {
         if below == 0.0 || high - low <= 2.0 * f64::EPSILON * high {
             return Some(high);
@@ -401,6 +396,9 @@ fn close<const H: usize>(
             }
         }
         let value = margin(t);
+        if value.abs() <= f64::EPSILON * scale {
+            return Some(t);
+        }
         if value > 0.0 {
             (low, above) = (t, value);
             below *= if moved == 1 { 0.5 } else { 1.0 };

@@ -155,14 +155,14 @@ impl BogaczRyczek {
     /// The upper characteristic at slip speed `u`, on which the motion is while the slip speed rises.
     fn rising(&self, u: f64, memory: &Memory) -> Piece {
         match memory.released_at {
-            Some(force) if u < memory.anchor[0] => self.fall(force, memory),
+            Some(force) if u < memory.anchor[0] => Self::fall(force, memory),
             _ if u < memory.corner[0] => self.upper(memory),
             _ => self.common(memory),
         }
     }
 
     /// The first slip after a break-away at `force`.
-    fn fall(&self, force: f64, memory: &Memory) -> Piece {
+    fn fall(force: f64, memory: &Memory) -> Piece {
         let slope = slope([0.0, force], memory.anchor);
         Piece {
             turns: true,
@@ -234,7 +234,7 @@ impl BogaczRyczek {
     fn steep_up(&self, from: Point, memory: &Memory) -> Piece {
         let steepest = self.steepest();
         let mut high = from[0];
-        let fall = memory.released_at.map(|force| self.fall(force, memory));
+        let fall = memory.released_at.map(|force| Self::fall(force, memory));
         for line in fall.into_iter().chain([self.upper(memory), self.common(memory)]) {
             high = (from[1] - steepest * from[0] - line.offset) / (line.slope - steepest);
             if high <= line.high {
