@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
+from scipy.special import erfc
 
 from stickslip.measure.pieces import Kind, Oscillator, Part, PiecewiseFit
 from stickslip.measure.sticks import Stick, cutoff_limits, own_period
@@ -27,7 +28,8 @@ class Friction:
     time : (n,) seconds.
     extension, velocity : (n,) x and x'.
     slip_velocity, slip_acceleration : (n,) w and w'.
-    force, force_error : (n,) friction and its standard error (noise and smoothing; not the rig's own constants).
+    force, force_error : (n,) friction and its standard error (noise, smoothing and the time of events; not the rig's
+        own constants).
     stuck : (n,) whether the sample lies inside a stick.
     noise : residual standard deviation of x.
     cutoff : in Hz, of slips and creeping sticks.
@@ -117,12 +119,29 @@ def friction_force(fit: PiecewiseFit, sticks: list[Stick]) -> Friction:
         slip_velocity=w,
         slip_acceleration=slip_acceleration,
         force=force,
-        force_error=np.interp(time, places, coarse),
+        force_error=np.hypot(np.interp(time, places, coarse), _misplaced(fit, sticks)),
         stuck=stuck,
         noise=fit.noise,
         cutoff=fit.cutoff,
         fit=fit,
     )
+
+
+def _misplaced(fit: PiecewiseFit, sticks: list[Stick]) -> Array:
+    """Error of samples that may lie on the other side of an event, where the force jumps: the jump times sqrt(p)."""
+    error = np.zeros(len(fit.time))
+    events = [(s.start, s.start_error) for s in sticks if s.starts] + [(s.end, s.end_error) for s in sticks if s.ends]
+    if not events:
+        return error
+    at = np.array([event[0] for event in events])
+    aside = 1e-6 * fit.step
+    jumps = fit.oscillator.mass * np.abs(fit.evaluate(at + aside, 2) - fit.evaluate(at - aside, 2))
+    for (place, spread), jump in zip(events, jumps, strict=True):
+        spread = max(spread, fit.step / 4)
+        near = slice(*np.searchsorted(fit.time, [place - 4 * spread, place + 4 * spread]))
+        probability = 0.5 * erfc(np.abs(fit.time[near] - place) / (math.sqrt(2) * spread))
+        error[near] = np.hypot(error[near], jump * np.sqrt(probability))
+    return error
 
 
 def likeliest_inertia(friction: Friction, most: int = 30_000) -> tuple[float, float]:

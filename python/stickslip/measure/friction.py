@@ -14,6 +14,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.measure.break_away import break_aways
 from stickslip.measure.force import Friction, fit_pieces, friction_force, likeliest_inertia
+from stickslip.measure.limits import LimitSearch, refine_sticks
 from stickslip.measure.noise import impulses, line_excess, mains_line, noise_level
 from stickslip.measure.pieces import Oscillator
 from stickslip.measure.read import Record, as_record
@@ -23,13 +24,11 @@ from stickslip.measure.spectra import Line, main_line
 from stickslip.measure.sticks import (
     Flanks,
     Pilot,
-    RigidSearch,
     Stick,
     creeping_sticks,
     find_flanks,
     is_rigid,
     make_pilot,
-    refine_rigid,
     rigid_candidates,
     rigid_slope,
     stick_slope,
@@ -54,9 +53,10 @@ def measure(record: Any, rig: Rig | str | Path) -> xr.DataTree:
     -------
     DataTree. Root: `slip_velocity`, `slip_acceleration`, `force`, `force_error`, `stuck`, `displacement`, `velocity`
     over `time`. Child ``break_away``: `t`, `stick_time`, `force_rate`, `force`, `drop` and their ``_error`` over
-    `event`. Attributes of the root: `source`, `rig` (TOML), `command`, `version`, `notes` (what was assumed, corrected or
-    found inconsistent, one sentence each), `regime`, `main_line` and `main_line_error` (Hz), `slow_share` and `stuck_share`,
-    and the constants that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`.
+    `event`. Attributes of the root: `source`, `rig` (TOML), `command`, `version`, `notes` (what was assumed, corrected
+    or found inconsistent, one sentence each), `regime`, `main_line` and `main_line_error` (Hz), `slow_share` (of the
+    time with |w| < 0.2 V) and `stuck_share`, and the constants that were used: `stiffness`, `mass`, `damping`,
+    `drive_velocity`, `inertia`, `weight`.
 
     Raises
     ------
@@ -209,7 +209,7 @@ def _without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:
 def _knots(pilot: Pilot, oscillator: Oscillator) -> float:
     step = float((pilot.time[-1] - pilot.time[0]) / (len(pilot.time) - 1))
     period = 2 * math.pi * math.sqrt(oscillator.mass / oscillator.stiffness)
-    return max(period / 50, 2 * step)
+    return max(min(period / 50, 0.25 / pilot.cutoff), 2 * step)
 
 
 def _rigid_fit(
@@ -221,7 +221,7 @@ def _rigid_fit(
     path = o.drive_velocity * (time - time[0]) - x
     cutoff = pilot.cutoff
     for _ in range(2):
-        sticks = refine_rigid(RigidSearch(time, path, weight, o, noise, knots, cutoff), sticks)
+        sticks = refine_sticks(LimitSearch(time, path, weight, o, noise, knots, cutoff), sticks)
         fit = fit_pieces(time, x, weight, sticks, True, o, knots)
         changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
         cutoff = fit.cutoff.get("slip", cutoff)
@@ -246,7 +246,7 @@ def _inertia_notes(friction: Friction, rig: Rig, word: str, line: Line, notes: l
     if math.isfinite(inertia) and abs(inertia - o.mass) > max(3 * error, 0.15 * o.mass):
         notes.append(
             f"the inertia that makes the friction force of the slips smoothest is {inertia / o.mass:.2f} +- "
-            f"{error / o.mass:.2f} times the {o.mass:g} kg used here; rig: effective_mass sets another"
+            f"{error / o.mass:.2f} times the {o.mass:g} kg used here (a law that is steep in w shifts this; rig: effective_mass sets another)"
         )
 
 

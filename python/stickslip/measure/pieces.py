@@ -259,36 +259,6 @@ class PiecewiseFit:
             return value + free * math.log(misfit / free)
         return value + misfit / noise**2 + free * math.log(noise**2)
 
-    def normaliser(self) -> float:
-        """-log determinant of the slips' penalty with the state at one end of each slip held apart.
-
-        Read as a prior, the penalty describes a slip by its state (u, u', u'') at one end and by how the friction force
-        changes from there. This is what the density of a longer slip or a finer basis costs, so deviances of fits with
-        different breaks compare only with it added. States are measured in V and in units of the free oscillation.
-        """
-        o = self.oscillator
-        rate = math.sqrt(o.stiffness / o.mass)
-        units = [rate / o.drive_velocity, 1 / o.drive_velocity, 1 / (o.drive_velocity * rate)]
-        held = np.zeros_like(self.normal)
-        level_held = False
-        for j, kind in enumerate(self.kinds):
-            if kind != "slip":
-                continue
-            # the end at a stick, where u and u' belong to the stick and only u'' is free
-            at_end = j + 1 < len(self.kinds)
-            alone = j == 0 and not at_end
-            free = [0, 1, 2] if alone else [2] if level_held else [0, 2]
-            level_held = True
-            spacing = np.diff(self.knots[j])[-1 if at_end and j == 0 else 0]
-            place = self.breaks[j + 1] - 1e-9 * spacing if at_end and j == 0 else self.breaks[j] + 1e-9 * spacing
-            for derivative in free:
-                row = self.design(np.array([place]), derivative) * units[derivative]
-                held += _lower_band(row.T @ row)
-        scale = float(held[0].sum() / self.penalty["slip"][0].sum())
-        matrix = held + scale * self.penalty["slip"]
-        factor = cholesky_banded(matrix, lower=True, check_finite=False)
-        return -(2 * float(np.sum(np.log(factor[0]))) - self.rank["slip"] * math.log(scale))
-
     def best_cutoff(self, part: Part, limits: tuple[float, float], others: dict[Part, float]) -> float:
         """Cut-off (Hz) of one part that makes the record most likely."""
 
@@ -309,9 +279,10 @@ class PiecewiseFit:
 
         It holds the noise and what the smoothing leaves open (the posterior of the penalty read as a prior).
         """
-        rows = sparse.csr_matrix((len(time), self.joints.shape[1]))
-        for derivative, factor in terms.items():
-            rows = sparse.csr_matrix(rows + sparse.csr_matrix(self.design(time, derivative) * factor))
+        stacked = sparse.vstack([factor * self.design(time, derivative) for derivative, factor in terms.items()])
+        places = np.tile(np.arange(len(time)), len(terms))
+        total = sparse.csr_matrix((np.ones(len(places)), (places, np.arange(len(places)))))
+        rows = sparse.csr_matrix(total @ stacked)
         size = self.joints.shape[1]
         # columns of the inverse fade within some tens of knots, so unit vectors that far apart share one solve
         stride = min(size, 96)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
-from stickslip.measure.pieces import Kind, Oscillator, PiecewiseFit
+from stickslip.measure.pieces import Oscillator, PiecewiseFit
 from stickslip.measure.regime import SLOW_LEVEL, quiet_window
 
 Array = npt.NDArray[np.float64]
@@ -344,112 +344,3 @@ def is_rigid(time: Array, extension: Array, weight: Array, sticks: list[Stick], 
     if count == 0:
         return True
     return math.sqrt(squares / count) < 1.15 * noise + 3 * noise / math.sqrt(2 * count)
-
-
-@dataclass(frozen=True)
-class RigidSearch:
-    """What the refinement of a rigid stick's limits needs."""
-
-    time: Array
-    path: Array
-    weight: Array
-    oscillator: Oscillator
-    noise: float
-    knots: float
-    cutoff: float
-
-    def fit(self, low: float, high: float, breaks: list[float], kinds: list[Kind]) -> PiecewiseFit:
-        """The record between two times as pieces."""
-        a, b = np.searchsorted(self.time, [low, high])
-        part = slice(int(a), int(b) + 1)
-        t = self.time[part]
-        limits = np.array([t[0], *breaks, t[-1]])
-        return PiecewiseFit(
-            t, self.path[part], self.weight[part], limits, kinds, self.oscillator, self.knots, self.knots
-        )
-
-    def deviance(self, low: float, high: float, stick: Stick) -> float:
-        """-2 log likelihood of the stretch with this stick in it."""
-        breaks: list[float] = []
-        kinds: list[Kind] = ["rigid"]
-        if stick.starts:
-            breaks.append(stick.start)
-            kinds.insert(0, "slip")
-        if stick.ends:
-            breaks.append(stick.end)
-            kinds.append("slip")
-        return self._value(self.fit(low, high, breaks, kinds))
-
-    def without(self, low: float, high: float) -> float:
-        """-2 log likelihood of the stretch as one slip without a stick."""
-        return self._value(self.fit(low, high, [], ["slip"]))
-
-    def _value(self, fit: PiecewiseFit) -> float:
-        return fit.deviance({"slip": self.cutoff}, self.noise) + fit.normaliser()
-
-
-def refine_rigid(search: RigidSearch, sticks: list[Stick]) -> list[Stick]:
-    """Move the limits of each stick to where the record is likeliest, and drop sticks the record does not need.
-
-    The stretch from the middle of the slip before to the middle of the slip after is fitted as slip, rest, slip. A
-    stick stays if it is likelier than a slip without it by more than its two limits cost (Bayes' information
-    criterion).
-    """
-    step = float(search.time[1] - search.time[0])
-    refined: list[Stick] = []
-    for number, stick in enumerate(sticks):
-        low = search.time[0] if number == 0 else (sticks[number - 1].end + stick.start) / 2
-        high = search.time[-1] if number == len(sticks) - 1 else (stick.end + sticks[number + 1].start) / 2
-        # one free oscillation on each side tells all there is to know about the limits
-        reach = own_period(search.oscillator)
-        low, high = max(float(low), stick.start - reach), min(float(high), stick.end + reach)
-        found = _refine_one(search, stick, low, high, step)
-        if found is not None:
-            refined.append(found)
-    return refined
-
-
-def _refine_one(search: RigidSearch, stick: Stick, low: float, high: float, step: float) -> Stick | None:
-    def moved(now: Stick, which: str, to: float) -> Stick:
-        return replace(now, start=to) if which == "start" else replace(now, end=to)
-
-    def best(which: str, now: Stick, span: float) -> Stick:
-        at = now.start if which == "start" else now.end
-        if which == "start":
-            bounds = (max(at - span, low + 3 * step), min(at + span, now.end - step))
-        else:
-            bounds = (max(at - span, now.start + step), min(at + span, high - 3 * step))
-        if bounds[1] <= bounds[0]:
-            return now
-        found = minimize_scalar(
-            lambda to: search.deviance(low, high, moved(now, which, float(to))),
-            bounds=bounds,
-            method="bounded",
-            options={"xatol": 0.1 * step, "maxiter": 20},
-        )
-        return moved(now, which, float(found.x))
-
-    limits = [which for which, free in (("start", stick.starts), ("end", stick.ends)) if free]
-    span = max(8 * step, 0.06 * own_period(search.oscillator))
-    for _ in range(3):
-        before = stick
-        for which in limits:
-            stick = best(which, stick, span)
-        if abs(stick.start - before.start) + abs(stick.end - before.end) < 0.5 * step:
-            break
-        span = max(span / 4, 2 * step)
-    with_stick = search.deviance(low, high, stick)
-    if len(limits) == 2:
-        samples = np.count_nonzero((search.time >= low) & (search.time <= high))
-        if search.without(low, high) - with_stick < 2 * math.log(samples):
-            return None
-    errors: dict[str, float] = {}
-    for which in limits:
-        at = stick.start if which == "start" else stick.end
-        h = step
-        sides = [search.deviance(low, high, moved(stick, which, at + d)) for d in (-h, h)]
-        curvature = (sides[0] + sides[1] - 2 * with_stick) / h**2
-        errors[which] = math.sqrt(2 / curvature) if curvature > 2 / (10 * h) ** 2 else 10 * h
-    return replace(
-        stick, start_error=errors.get("start", stick.start_error), end_error=errors.get("end", stick.end_error)
-    )
