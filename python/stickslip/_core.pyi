@@ -1,5 +1,9 @@
+from typing import final
+
 import numpy as np
 from numpy.typing import NDArray
+
+__all__ = ["BRANCHES", "KINDS", "Orbit", "__version__", "break_away", "check_law", "check_oscillator", "force_along"]
 
 _Floats = NDArray[np.float64]
 _Flags = NDArray[np.bool_]
@@ -8,6 +12,7 @@ __version__: str
 KINDS: list[str]
 BRANCHES: list[str]
 
+@final
 class Orbit:
     @staticmethod
     def simulate(document: str, x0: float, v0: float | None, t_end: float, max_events: int) -> Orbit: ...

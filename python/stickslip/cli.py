@@ -92,7 +92,11 @@ def _measure(options: argparse.Namespace) -> None:
         return
     for name, value in summary(friction).items():
         if name != "notes":
-            print(f"{name.replace('_', ' '):28s}{value:.6g}" if isinstance(value, float) else f"{name.replace('_', ' '):28s}{value}")
+            print(
+                f"{name.replace('_', ' '):28s}{value:.6g}"
+                if isinstance(value, float)
+                else f"{name.replace('_', ' '):28s}{value}"
+            )
     for note in friction.attrs["notes"]:
         print(f"note: {note}")
     if options.output:
@@ -109,7 +113,11 @@ def _identify(options: argparse.Namespace) -> None:
     if options.plot and agreement is not None:
         _save_figure(agreement.plot(), options.plot)
     if options.json:
-        document = {"law": result.law.to_dict(), "parameters": result.parameters.to_dict("index"), "notes": result.notes}
+        document = {
+            "law": result.law.to_dict(),
+            "parameters": result.parameters.to_dict("index"),
+            "notes": result.notes,
+        }
         if agreement is not None:
             document["agreement"] = agreement.table.to_dict("index")
         _print_json(document)
@@ -160,7 +168,9 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser("identify", help="fit a friction law to friction files, and simulate with it")
     command.add_argument("friction", nargs="+", metavar="FRICTION.nc")
     command.add_argument("--law", default="DwellTime", metavar="NAME", help="law to fit; default DwellTime")
-    command.add_argument("--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one")
+    command.add_argument(
+        "--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one"
+    )
     command.add_argument("-o", "--output", metavar="LAW.toml", help="write the law file")
     command.set_defaults(run=_identify)
 

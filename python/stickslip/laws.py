@@ -100,7 +100,7 @@ class Law(Table):
     def from_dict(cls, table: Mapping[str, Any], where: str = "law") -> Self:
         """Any law from its document."""
         if not isinstance(table, Mapping) or "type" not in table:
-            raise InputError(f"{where}: type is missing; add `type = \"...\"` with one of {', '.join(Law.ALL)}")
+            raise InputError(f'{where}: type is missing; add `type = "..."` with one of {", ".join(Law.ALL)}')
         name = table["type"]
         if name not in Law.ALL:
             hint = did_you_mean(str(name), Law.ALL)
@@ -131,7 +131,7 @@ class Law(Table):
         """
         time, rate = np.broadcast_arrays(np.asarray(stick_time, float), np.asarray(force_rate, float))
         flat = _core.break_away(self.to_json(), np.ascontiguousarray(time.ravel()), np.ascontiguousarray(rate.ravel()))
-        return flat.reshape(time.shape)[()]
+        return flat.reshape(time.shape) if time.ndim else float(flat[0])
 
     def kinetic_force(self, w: ArrayLike) -> Any:
         """Friction at slip velocity w for a slip that speeds up steadily from rest, with the sign of w.
@@ -146,7 +146,8 @@ class Law(Table):
         path = np.concatenate([[0.0], speed])
         stuck = np.arange(path.size) == 0
         force = force_along(self, np.zeros_like(path), path, stuck, np.zeros_like(path))[1:]
-        return (force[back].reshape(w.shape) * np.where(w < 0, -1.0, 1.0))[()]
+        signed = force[back].reshape(w.shape) * np.where(w < 0, -1.0, 1.0)
+        return signed if w.ndim else float(signed)
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ class Orbit:
         import pandas as pd
 
         rows = self._core.events().reshape(-1, 7)
-        kinds = pd.Categorical.from_codes(rows[:, 1].astype(int), categories=_core.KINDS)
+        kinds = pd.Categorical.from_codes(rows[:, 1].astype(np.int64), categories=pd.Index(_core.KINDS))
         return pd.DataFrame(
             {
                 "t": rows[:, 0],
@@ -113,7 +113,7 @@ class Orbit:
                 f"orbit: t must lie in [0, {self.t_end:g}], got [{times.min():g}, {times.max():g}]: simulate longer"
             )
         columns = self._core.states(np.ascontiguousarray(times.ravel()))
-        return tuple(column.reshape(times.shape)[()] for column in columns)
+        return tuple(column.reshape(times.shape) if times.ndim else column[0].item() for column in columns)
 
     def times(self, per_period: int = 200, most: int = 200_000) -> NDArray[np.float64]:
         """A regular grid over the orbit, `per_period` points a natural period but no more than `most`."""
@@ -179,7 +179,10 @@ class Orbit:
         attrs = {"stickslip": "orbit", "run": json.dumps(run), "work": [self.work.events, self.work.evaluations]}
         root = self.to_xarray().assign_attrs(attrs, stop=self.stop)
         tables = {"events": self._core.events().reshape(-1, 7), "segments": self._core.segments().reshape(-1, 8)}
-        columns = {"events": ["t", "kind", "x", "v", "force", "stick_time", "force_rate"], "segments": list(self.segments)}
+        columns: dict[str, list[str]] = {
+            "events": ["t", "kind", "x", "v", "force", "stick_time", "force_rate"],
+            "segments": list(self.segments),
+        }
         groups = {
             name: xr.Dataset({column: (name[:-1], table[:, i]) for i, column in enumerate(columns[name])})
             for name, table in tables.items()
@@ -219,7 +222,9 @@ def load(path: str | Path) -> Orbit:
         run = json.loads(tree.attrs["run"])
         system = Oscillator.from_dict(json.loads(tree.attrs["system"]))
         tables = {
-            name: np.stack([column.to_numpy().astype(float) for column in tree[name].to_dataset().data_vars.values()], axis=-1)
+            name: np.stack(
+                [column.to_numpy().astype(float) for column in tree[name].to_dataset().data_vars.values()], axis=-1
+            )
             for name in ("segments", "events")
         }
         events, evaluations = (int(value) for value in tree.attrs["work"])

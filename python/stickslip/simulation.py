@@ -37,8 +37,8 @@ def simulate(
 
     >>> from stickslip.laws import StaticKinetic
     >>> orbit = simulate(Oscillator(damping=0.0, drive_velocity=0.2, law=StaticKinetic(1.0, 0.6)), t_end=100)
-    >>> orbit.events["stick_time"].iloc[-2]
-    4.0...
+    >>> round(float(orbit.events["stick_time"].dropna().iloc[-1]), 12)
+    4.0
     """
     if isinstance(max_events, bool) or not isinstance(max_events, int) or max_events < 1:
         raise InputError(f"simulate: max_events must be a whole number of at least 1, got {max_events!r}")

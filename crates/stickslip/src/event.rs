@@ -229,7 +229,7 @@ impl<const H: usize> Search<'_, H> {
             let mut step = reach;
             let mut end = None;
             let mut guard = |margin: f64, rate: f64, bound: f64, which: End| {
-                let free = (rate + (rate * rate + 2.0 * bound * margin.max(0.0)).sqrt()) / bound;
+                let free = free_time(margin.max(0.0), rate, bound);
                 if free < step {
                     step = free;
                     end = Some(which);
@@ -303,11 +303,19 @@ pub fn end_of_stick<const H: usize>(
     };
     loop {
         work.evaluations += 1;
-        let (force, rate) = stick.at(t);
+        let (force, rate, bend) = stick.at(t);
         let bears = limit(t, rate);
         let margin = bears - force.abs();
-        if margin <= 0.0 {
-            return Some(t);
+        let outward = rate * force.signum();
+        let rounding = 4.0 * f64::EPSILON * bears;
+        if margin <= rounding {
+            // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches.
+            let inward = -bend * force.signum();
+            if inward <= 0.0 || (outward > 0.0 && outward * outward > 2.0 * inward * rounding) {
+                return Some(t);
+            }
+            t += outward.max(0.0) / inward + (16.0 * rounding / inward).sqrt();
+            continue;
         }
         let growth = law.growth_bound(t);
         if growth == 0.0 && H == 0 {
@@ -332,13 +340,10 @@ pub fn end_of_stick<const H: usize>(
                 }
             }
         }
-        if !feels_rate || H == 0 {
-            let outward = rate * force.signum();
-            if growth < outward - curvature * (2.0 * step) && force != 0.0 {
-                // The margin falls from here on: one root, close it.
-                if let Some(root) = close(stick, &limit, t, t + 2.0 * step, work) {
-                    return (root < horizon).then_some(root);
-                }
+        if (!feels_rate || H == 0) && force != 0.0 && growth < outward - curvature * (2.0 * step) {
+            // The margin falls from here on: one root, close it.
+            if let Some(root) = close(stick, &limit, t, t + 2.0 * step, work) {
+                return (root < horizon).then_some(root);
             }
         }
         if step <= 2.0 * f64::EPSILON * t.max(1e-3 * reach.min(1.0)) {
@@ -353,16 +358,19 @@ pub fn end_of_stick<const H: usize>(
 
 /// The largest step in which |force + rate τ| + curvature τ²/2 stays within `bears`.
 fn margin_time(bears: f64, force: f64, rate: f64, curvature: f64) -> f64 {
-    let side = |margin: f64, outward: f64| {
-        if curvature > 0.0 {
-            ((outward * outward + 2.0 * curvature * margin).sqrt() - outward) / curvature
-        } else if outward > 0.0 {
-            margin / outward
-        } else {
-            f64::INFINITY
-        }
-    };
-    side(bears - force, rate).min(side(bears + force, -rate))
+    free_time(bears - force, -rate, curvature).min(free_time(bears + force, rate, curvature))
+}
+
+/// The positive root of margin + rate τ − curvature τ²/2, in the form that does not cancel; none is infinite.
+fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
+    let root = (rate * rate + 2.0 * curvature * margin).sqrt();
+    if rate < 0.0 {
+        2.0 * margin / (root - rate)
+    } else if curvature > 0.0 {
+        (root + rate) / curvature
+    } else {
+        f64::INFINITY
+    }
 }
 
 /// The root of the falling margin in (low, high], if there is one: secant steps inside a bracket (Illinois).
@@ -375,7 +383,7 @@ fn close<const H: usize>(
 ) -> Option<f64> {
     let mut margin = |t: f64| {
         work.evaluations += 1;
-        let (force, rate) = stick.at(t);
+        let (force, rate, _) = stick.at(t);
         limit(t, rate) - force.abs()
     };
     let (mut above, mut below) = (margin(low), margin(high));

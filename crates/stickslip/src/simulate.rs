@@ -17,7 +17,7 @@ pub enum Stop {
     End,
     /// As many events as allowed occurred.
     MaxEvents,
-    /// Events followed each other without time passing.
+    /// Events followed each other with hardly any time passing.
     Accumulation,
 }
 
@@ -42,7 +42,7 @@ impl Stop {
             Self::End => "the run reached t_end",
             Self::MaxEvents => "the run stopped at max_events: raise max_events to go on",
             Self::Accumulation => {
-                "the run stopped where events accumulate without time passing: look at the last rows of the table of events"
+                "the run stopped where events accumulate with hardly any time passing: look at the last rows of the table of events"
             }
         }
     }
@@ -110,8 +110,8 @@ pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> R
     }
 }
 
-/// As many events without time passing are an accumulation.
-const ACCUMULATION: u32 = 1000;
+/// So many events in less than a millionth of the natural time √(m/k) are an accumulation.
+const ACCUMULATION: u64 = 1000;
 
 struct Loop<'a, const H: usize> {
     law: &'a Law,
@@ -137,13 +137,13 @@ impl<'a, const H: usize> Loop<'a, H> {
     }
 
     fn go(mut self, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
-        let (holding, rate) = self.frame.stick(self.clock, self.x).at(0.0);
+        let (holding, rate, _) = self.frame.stick(self.clock, self.x).at(0.0);
         let mut mode = mode::first(&self.frame, self.law, (self.v, holding, rate), &mut self.memory);
-        let mut still = 0;
+        let short = 1e-6 * (self.frame.mass / self.frame.stiffness).sqrt();
+        let mut mark = self.clock;
         loop {
             record.segment(Segment::new(self.clock, self.x, self.v, &mode));
             let horizon = self.clock.until(run.t_end);
-            let before = self.clock;
             let next = match mode {
                 Mode::Stick => self.stick(horizon, record),
                 Mode::Slip {
@@ -176,9 +176,11 @@ impl<'a, const H: usize> Loop<'a, H> {
             if self.work.events >= run.max_events {
                 return Ok((Stop::MaxEvents, self.work));
             }
-            still = if self.clock == before { still + 1 } else { 0 };
-            if still >= ACCUMULATION {
-                return Ok((Stop::Accumulation, self.work));
+            if self.work.events.is_multiple_of(ACCUMULATION) {
+                if mark.until(self.clock.high) < short {
+                    return Ok((Stop::Accumulation, self.work));
+                }
+                mark = self.clock;
             }
         }
     }
@@ -187,7 +189,7 @@ impl<'a, const H: usize> Loop<'a, H> {
     fn stick(&mut self, horizon: f64, record: &mut impl Record) -> Option<Mode> {
         let stick = self.frame.stick(self.clock, self.x);
         let t = end_of_stick(&stick, self.law, horizon, &mut self.work)?;
-        let (holding, rate) = stick.at(t);
+        let (holding, rate, _) = stick.at(t);
         self.x += self.frame.drive_velocity * t;
         self.v = self.frame.drive_velocity;
         self.clock = self.clock.after(t);
@@ -234,7 +236,7 @@ impl<'a, const H: usize> Loop<'a, H> {
             record.event(self.event(kind, force));
             return next;
         }
-        let (holding, rate) = self.frame.stick(self.clock, self.x).at(0.0);
+        let (holding, rate, _) = self.frame.stick(self.clock, self.x).at(0.0);
         let mode = mode::at_zero(self.law, holding, rate, &mut self.memory);
         let kind = if mode == Mode::Stick {
             Kind::Capture

@@ -318,16 +318,18 @@ impl<const H: usize> Slip<H> {
 }
 
 impl<const H: usize> Stick<H> {
-    /// The holding force and its rate.
+    /// The holding force, its rate and its second derivative.
     #[must_use]
-    pub fn at(&self, t: f64) -> (f64, f64) {
+    pub fn at(&self, t: f64) -> (f64, f64, f64) {
         let (cos, sin) = waves(&self.frequency, t);
-        let (mut force, mut rate) = (self.start + self.rate * t, self.rate);
+        let (mut force, mut rate, mut bend) = (self.start + self.rate * t, self.rate, 0.0);
         for j in 0..H {
-            force += self.p[j] * cos[j] + self.q[j] * sin[j];
+            let wave = self.p[j] * cos[j] + self.q[j] * sin[j];
+            force += wave;
             rate += self.frequency[j] * (self.q[j] * cos[j] - self.p[j] * sin[j]);
+            bend -= self.frequency[j] * self.frequency[j] * wave;
         }
-        (force, rate)
+        (force, rate, bend)
     }
 
     /// A bound of the second derivative of the holding force.

@@ -1,0 +1,71 @@
+import json
+import subprocess
+import sys
+
+import pytest
+
+import stickslip as ss
+from stickslip.cli import main
+
+
+@pytest.fixture
+def system(tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_text(ss.paper.oscillator(0.2).to_toml())
+    return path
+
+
+def test_simulate_writes_what_it_says(system, tmp_path, capsys):
+    orbit, picture = tmp_path / "orbit.nc", tmp_path / "orbit.png"
+    assert main(["simulate", str(system), "--t-end", "100", "-o", str(orbit), "--plot", str(picture), "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["regime"] == "stick_slip"
+    assert ss.load(orbit).regime() == "stick_slip"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_settings_of_the_document_and_of_the_command(system, capsys):
+    system.write_text(system.read_text() + "\n[simulation]\nt_end = 30.0\nx0 = 0.5\n")
+    assert main(["simulate", str(system), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["t_end"] == 30.0
+    assert main(["simulate", str(system), "--json", "--t-end", "20"]) == 0
+    assert json.loads(capsys.readouterr().out)["t_end"] == 20.0
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (("stiffness = 1.0\n", ""), "stiffness is missing"),
+        (("stiffness = 1.0", "stiffness = -1.0"), "stiffness must be greater than 0, got -1"),
+        (("stiffness", "stifness"), "unknown key 'stifness' (did you mean 'stiffness'?)"),
+        (("damping = 0.28", "damping = nan"), "damping must be a finite number, got nan"),
+        (("damping = 0.28", "damping = "), "not a TOML document"),
+        (("[law.static_friction]", "[law.static_frction]"), "unknown key 'static_frction'"),
+        (("[law]", "[forcing]\namplitude = 1\n[law]"), "frequency is missing"),
+        (("[law]", "[simulation]\nt_end = -3\n[law]"), "t_end must be greater than 0, got -3"),
+    ],
+)
+def test_bad_document_gives_one_sentence(system, capsys, change, sentence):
+    system.write_text(system.read_text().replace(*change))
+    assert main(["simulate", str(system)]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("stickslip: ")
+    assert sentence in error
+    assert error.count("\n") == 1
+
+
+def test_missing_file_and_folder(system, tmp_path, capsys):
+    assert main(["simulate", str(tmp_path / "nothing.toml")]) == 2
+    assert "no such file" in capsys.readouterr().err
+    assert main(["simulate", str(system), "-o", str(tmp_path / "nowhere" / "orbit.nc")]) == 2
+    assert "does not exist" in capsys.readouterr().err
+    assert main(["simulate", str(system), "--plot", str(tmp_path / "orbit.docx")]) == 2
+    assert "known are" in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["system.toml"]
+
+
+def test_version_does_not_wait_for_numpy():
+    code = "import sys; from stickslip.cli import main; main(['--version']); sys.exit('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stdout.startswith("stickslip 0.")

@@ -1,0 +1,100 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.laws import Law
+
+
+def test_every_law_is_a_document_that_comes_back():
+    laws = [
+        ss.laws.Coulomb(0.5),
+        ss.laws.StaticKinetic(1, 0.6),
+        ss.laws.PiecewiseLinear([(0, 1), (0.2, 0.6)], 1.1),
+        ss.laws.DwellTime(0.5, 0.5, 0.4),
+        ss.laws.BogaczRyczek(),
+        ss.laws.BogaczRyczek(A=(-3, 5), C=(2, 4), D=None, alpha=[(1.0, 0.0), (1.3, 0.1)]),
+    ]
+    assert {type(law).__name__ for law in laws} == set(Law.ALL)
+    for law in laws:
+        assert Law.from_dict(law.to_dict()) == law
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: ss.laws.StaticKinetic(0.5, 0.6), r"at least the kinetic force .* \(0\.6\), got 0\.5"),
+        (lambda: ss.laws.Coulomb(float("nan")), "kinetic must be a finite number, got nan"),
+        (lambda: ss.laws.Coulomb("0.5"), "kinetic must be a number or a list of numbers, got '0.5'"),
+        (lambda: ss.laws.Coulomb(-1), "kinetic must not be negative, got -1"),
+        (lambda: ss.laws.DwellTime(0.5, -0.1, 1), "limit must not be negative, got -0.1"),
+        (lambda: ss.laws.DwellTime(0.5, 0.1, 0), "rate must be greater than 0, got 0"),
+        (lambda: ss.laws.PiecewiseLinear([(0, 1)], 1), "nodes needs at least 2 nodes, got 1"),
+        (lambda: ss.laws.PiecewiseLinear([(0, 1), (0, 2)], 1), "strictly increasing abscissae, got 0 after 0 at node 1"),
+        (lambda: ss.laws.PiecewiseLinear([(0.1, 1), (0.2, 2)], 1), "first node must lie at slip velocity 0, got 0.1"),
+        (lambda: ss.laws.PiecewiseLinear([(0, 1), (0.2, 2)], 0.5), "at least the kinetic force"),
+        (lambda: ss.laws.BogaczRyczek(B=(0.1, 2)), "pencil B of the lower lines must lie at w ≤ 0, got 0.1"),
+        (lambda: ss.laws.BogaczRyczek(B=(-0.41, 9)), "lower branch must lie below the upper one"),
+        (lambda: ss.laws.BogaczRyczek(eta=90), "eta in .*, got 90"),
+        (lambda: ss.laws.BogaczRyczek(D=3), "D must be a pair of numbers, got 3"),
+        (lambda: Law.from_dict({"type": "Coulom", "kinetic": 1}), "unknown law 'Coulom' .did you mean 'Coulomb'"),
+        (lambda: Law.from_dict({"type": "Coulomb", "kinetik": 1}), "unknown key 'kinetik' .did you mean 'kinetic'"),
+        (lambda: Law.from_dict({"type": "Coulomb"}), "kinetic is missing"),
+        (lambda: Law.from_dict({"kinetic": 1}), "type is missing"),
+        (lambda: ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(1), stiffness=-1), "stiffness must be greater than 0, got -1"),
+        (lambda: ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(1), mass=0), "mass must be greater than 0, got 0"),
+        (lambda: ss.Oscillator(0.1, 0.2, law=0.5), "law must be a friction law"),
+        (lambda: ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(1), forcing=[ss.Harmonic(1, 1)] * 5), "at most 4 harmonics"),
+        (lambda: ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(1), forcing=ss.Harmonic(1, 0)), "frequency must be greater than 0"),
+        (
+            lambda: ss.simulate(ss.Oscillator(0, 0.2, ss.laws.Coulomb(1), forcing=ss.Harmonic(2, 1)), 10),
+            "undamped resonance",
+        ),
+        (lambda: ss.simulate(ss.paper.oscillator(0.3), -1), "t_end must be greater than 0, got -1"),
+        (lambda: ss.simulate(ss.paper.oscillator(0.3), 10, max_events=0), "max_events must be a whole number"),
+        (lambda: ss.simulate(ss.paper.oscillator(0.3), 10).at(11), r"t must lie in \[0, 10\]"),
+    ],
+)  # fmt: skip
+def test_what_makes_no_sense_is_refused_in_one_sentence(make, sentence):
+    with pytest.raises(ss.InputError, match=sentence) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def test_geometry_changes_point_by_point():
+    law = ss.laws.BogaczRyczek()
+    for name, value in {"A": (-2, 4.3), "B": (-0.5, 1.3), "C": (2, 2.1), "D": (0.4, 2.4), "l": (3.3, -0.25)}.items():
+        other = replace(law, **{name: value})
+        orbit = ss.simulate(ss.Oscillator(0.28, 0.3, other), 200)
+        assert orbit.stop == "t_end"
+        assert orbit.at(200.0) != ss.simulate(ss.Oscillator(0.28, 0.3, law), 200).at(200.0)
+
+
+def test_branches_of_the_paper_law():
+    # Along a full cycle: upper line while w rises, common line beyond the corner, lower line while w falls, climb along D.
+    law = ss.laws.BogaczRyczek()
+    up, down = np.linspace(0, 0.5, 501), np.linspace(0.5, 0.1, 401)
+    w = np.concatenate([up, down, np.linspace(0.1, 0.5, 401)])
+    stuck = np.arange(w.size) == 0
+    force = ss.force_along(law, np.arange(w.size) * 0.0, w, stuck)
+    slope = np.tan(np.radians(-58))
+    assert force[100] == pytest.approx(1.084 + slope * (0.1 - 0.01))
+    corner = (1.084 - slope * 0.01 + 0.28) / (3.41 - slope)
+    top = 3.41 * corner - 0.28
+    assert force[500] == pytest.approx(top + np.tan(np.radians(39)) * (0.5 - corner))
+    lower = top + (1.33 - top) / (-0.41 - corner) * (0.1 - corner)
+    assert force[901] == pytest.approx(lower)
+    climbed = lower + (2.40 - lower) / (0.33 - 0.1) * (w[906] - 0.1)
+    assert force[906] == pytest.approx(climbed)
+    assert force[902:].max() == pytest.approx(1.084, abs=0.01)
+
+
+def test_dwell_surface():
+    surface = ss.laws.StaticFriction(
+        initial=1.0, limit=0.5, rate=2.0, exponent=0.5, force_rate_scale=0.3, force_rate_exponent=2
+    )
+    law = ss.laws.BogaczRyczek(static_friction=surface, B=(-0.41, 1.2))
+    t, rate = np.array([0.0, 1.0, 4.0]), np.array([0.5, 0.0, 0.3])
+    expected = 1.0 + 0.5 * (1 - np.exp(-2.0 * np.sqrt(t))) / (1 + (rate / 0.3) ** 2)
+    assert law.break_away_force(t, rate) == pytest.approx(expected)

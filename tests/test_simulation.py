@@ -1,0 +1,163 @@
+import itertools
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import stickslip as ss
+
+S3B = ss.Oscillator(damping=0.1, drive_velocity=0.2, law=ss.laws.StaticKinetic(1.0, 0.6))
+
+
+def test_period_of_the_damped_belt_oscillator():
+    # S3b of the validation cases: closed form, 14 digits.
+    release = ss.simulate(S3B, 100).events.query("kind == 'release'")["t"].to_numpy()
+    assert np.diff(release)[-1] == pytest.approx(7.634600998573922, rel=1e-11)
+
+
+def test_work_of_the_damped_belt_oscillator():
+    orbit = ss.simulate(S3B, 1000)
+    # Two events a period; two extrema and three points on the way to the capture.
+    assert orbit.work.events == 261
+    assert orbit.work.evaluations <= 3 * orbit.work.events
+
+
+def test_orbit_is_continuous_across_events():
+    orbit = ss.simulate(ss.paper.oscillator(0.2), 60)
+    t = orbit.events["t"].to_numpy()
+    before, after = orbit.at(t - 1e-12), orbit.at(t)
+    assert np.abs(before[0] - after[0]).max() < 1e-11
+    assert np.abs(before[1] - after[1]).max() < 1e-10
+
+
+def test_motion_satisfies_its_equation():
+    system = ss.Oscillator(
+        damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), mass=2.0, stiffness=3.0,
+        forcing=ss.Harmonic(0.4, 0.7, 0.3),
+    )  # fmt: skip
+    orbit = ss.simulate(system, 50)
+    motion = orbit.to_xarray(np.linspace(0, 50, 5001))
+    t = motion["time"].to_numpy()
+    left = 2.0 * motion["a"] + 0.05 * motion["v"] + 3.0 * motion["x"]
+    right = motion["force"] + 0.4 * np.cos(0.7 * t + 0.3)
+    assert np.abs(left - right).max() < 1e-12
+
+
+def test_energy_is_balanced():
+    system = ss.Oscillator(damping=0.1, drive_velocity=0.3, law=ss.laws.Coulomb(0.7), forcing=ss.Harmonic(0.5, 1.3))
+    orbit = ss.simulate(system, 30, x0=1.5, v0=-0.2)
+    edges = np.concatenate([[0.0], orbit.events["t"], [30.0]])
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    work = 0.0
+    for low, high in itertools.pairwise(edges):
+        t = low + 0.5 * (high - low) * (nodes + 1)
+        motion = orbit.to_xarray(t)
+        force = motion["force"].to_numpy() - 0.1 * motion["v"].to_numpy() + 0.5 * np.cos(1.3 * t)
+        work += 0.5 * (high - low) * float(weights @ (force * motion["v"].to_numpy()))
+    energy = [0.5 * (x**2 + v**2) for x, v in (orbit.at(0.0), orbit.at(30.0))]
+    assert energy[1] - energy[0] == pytest.approx(work, abs=1e-11)
+
+
+def test_forcing_without_amplitude_changes_nothing():
+    for law in (ss.laws.StaticKinetic(1.0, 0.6), ss.laws.DwellTime(0.5, 0.5, 0.4, 0.6), ss.laws.BogaczRyczek()):
+        free = ss.Oscillator(damping=0.28, drive_velocity=0.24, law=law)
+        forced = ss.Oscillator(damping=0.28, drive_velocity=0.24, law=law, forcing=ss.Harmonic(0.0, 0.9, 0.3))
+        one, two = (ss.simulate(system, 100).events for system in (free, forced))
+        assert list(one["kind"]) == list(two["kind"])
+        assert np.abs(one["t"] - two["t"]).max() < 1e-9
+
+
+def test_saved_orbit_comes_back_to_the_bit(tmp_path):
+    orbit = ss.simulate(ss.paper.oscillator(0.3, ss.Harmonic(0.1, 1.25)), 200, x0=0.1)
+    again = ss.load(orbit.save(tmp_path / "orbit.nc"))
+    t = np.linspace(0, 200, 777)
+    assert again.system == orbit.system
+    for one, two in zip(orbit.at(t), again.at(t), strict=True):
+        assert (one == two).all()
+    assert again.events.equals(orbit.events)
+    assert again.stop == orbit.stop
+    assert again.work == orbit.work
+
+
+def test_run_that_is_cut_short_says_so():
+    orbit = ss.simulate(S3B, 1000, max_events=5)
+    assert orbit.stop == "max_events"
+    assert "raise max_events" in orbit.stop_sentence
+    assert orbit.t_end == orbit.events["t"].iloc[-1]
+
+
+@pytest.mark.parametrize(
+    ("drive_velocity", "regime"),
+    [(0.1, "stick_slip"), (0.23, "stick_slip"), (0.27, "almost_harmonic"), (0.38, "almost_harmonic"), (0.41, "stable_slip"),
+     (0.8, "stable_slip")],
+)  # fmt: skip
+def test_regimes_of_the_paper(drive_velocity, regime):
+    assert ss.simulate(ss.paper.oscillator(drive_velocity), 1000).regime() == regime
+
+
+def test_other_regimes():
+    coulomb = ss.laws.Coulomb(0.5)
+    at_rest = ss.simulate(ss.Oscillator(0.0, 0.0, coulomb), 100, x0=5.3, v0=0.0)
+    assert at_rest.regime() == "at_rest"
+    back_and_forth = ss.Oscillator(0.2, 0.0, ss.laws.Coulomb(0.3), forcing=ss.Harmonic(1.0, 0.7))
+    assert ss.simulate(back_and_forth, 400).regime() == "back_and_forth"
+
+
+def test_opposite_drive_gives_the_opposite_motion():
+    for law in (ss.laws.StaticKinetic(1.0, 0.6), ss.laws.BogaczRyczek()):
+        there = ss.simulate(ss.Oscillator(0.1, 0.2, law), 50, x0=0.3)
+        back = ss.simulate(ss.Oscillator(0.1, -0.2, law), 50, x0=-0.3)
+        t = np.linspace(0, 50, 500)
+        assert (there.at(t)[0] == -back.at(t)[0]).all()
+
+
+positive = st.floats(0.05, 3.0)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    damping=st.floats(0, 0.5), drive_velocity=st.floats(-1, 1), kinetic=positive, extra=st.floats(0, 2),
+    x0=st.floats(-3, 3), v0=st.floats(-3, 3), amplitude=st.floats(0, 1), frequency=st.floats(0.2, 3),
+    kind=st.sampled_from(["coulomb", "static", "dwell", "paper"]),
+)  # fmt: skip
+def test_no_event_is_missed(damping, drive_velocity, kinetic, extra, x0, v0, amplitude, frequency, kind):
+    # Between events the friction mode holds: slip keeps its sign, adhesion stays within its limit.
+    law = {
+        "coulomb": ss.laws.Coulomb(kinetic),
+        "static": ss.laws.StaticKinetic(kinetic + extra, kinetic),
+        "dwell": ss.laws.DwellTime(kinetic, extra, 0.7, 0.5),
+        "paper": ss.laws.BogaczRyczek(),
+    }[kind]
+    if abs(frequency - 1) < 1e-6:
+        frequency = 1.5
+    system = ss.Oscillator(
+        damping, drive_velocity, law, forcing=ss.Harmonic(amplitude, frequency) if amplitude else None
+    )
+    orbit = ss.simulate(system, 60, x0=x0, v0=v0)
+    assert orbit.stop == "t_end"
+    motion = orbit.to_xarray(np.linspace(0, 60, 6001))
+    index = np.searchsorted(orbit.segments["t"].to_numpy(), motion["time"].to_numpy(), side="right") - 1
+    direction = orbit.segments["direction"].to_numpy()[index]
+    w = motion["slip_velocity"].to_numpy()
+    assert (w * direction >= -1e-9).all()
+    stuck = motion["stuck"].to_numpy()
+    since = motion["time"].to_numpy() - orbit.segments["t"].to_numpy()[index]
+    t, force = motion["time"].to_numpy(), motion["force"].to_numpy()
+    rate = drive_velocity + amplitude * frequency * np.sin(frequency * t)
+    assert (np.abs(force) <= law.break_away_force(since, np.abs(rate)) + 1e-9)[stuck].all()
+
+
+def test_document_survives_to_the_bit():
+    system = ss.Oscillator(
+        0.1 + 0.2, 1 / 3, ss.laws.BogaczRyczek(D=None, B=(-0.1 - 0.3, 4 / 3)), forcing=ss.Harmonic(0.1, 2 / 7)
+    )
+    assert ss.Oscillator.from_dict(json.loads(json.dumps(system.to_dict()))) == system
+
+
+def test_system_file_comes_back(tmp_path):
+    system = ss.paper.oscillator(1 / 3, ss.Harmonic(0.1, 2 / 7))
+    path = tmp_path / "system.toml"
+    path.write_text(system.to_toml())
+    assert ss.load_system(path) == system
