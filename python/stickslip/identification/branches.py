@@ -1,0 +1,405 @@
+"""The least-squares engine: numbers of a law fitted to measured kinetic force and break-aways, memory included."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from scipy.optimize import least_squares
+
+from stickslip.errors import InputError
+from stickslip.identification.motion import WITH_MEMORY, Motion
+from stickslip.identification.parameters import by_ratio, limits, value, with_values
+from stickslip.identification.records import FrictionRecord
+from stickslip.identification.uncertainty import correlation_time, half_width, robust_scale
+from stickslip.laws import Coulomb, Law
+
+Array = npt.NDArray[np.float64]
+
+ROUNDS = 4
+"""Times that the fit is repeated with new scales and weights."""
+MOST_CORRELATED = 20.0
+"""Correlation beyond that many rows is taken for misfit, which must not take weight from a group during the fit."""
+OUTLIER = 3.0
+"""Residuals beyond that many robust standard deviations lose weight."""
+
+
+@dataclass(frozen=True)
+class BranchFit:
+    """Numbers of a law that lie closest to the records.
+
+    Attributes
+    ----------
+    law : the law with these numbers.
+    parameters : value, error, low and high of the 95 % interval, by name.
+    covariance : of the numbers, by name in both directions.
+    groups : one row per group of residuals: record, kind, rows, independent rows, scale.
+    rms : root mean square of measured minus predicted kinetic force over the samples of all slips.
+    """
+
+    law: Law
+    parameters: pd.DataFrame
+    covariance: pd.DataFrame
+    groups: pd.DataFrame
+    rms: float
+
+
+class Problem:
+    """Records, a kind of law, and the numbers that are free: what residuals are made of.
+
+    Residuals come in groups (the kinetic force of each record, the break-aways of each record). A group has its own
+    scale, found from its residuals, and its own correlation time τ: smoothed data are not independent, and each group
+    weighs what its n / τ independent rows are worth.
+    """
+
+    def __init__(
+        self,
+        records: Sequence[FrictionRecord],
+        law: Law,
+        free: Sequence[str],
+        relative: bool = False,
+        ties: Mapping[str, str] | None = None,
+        within: Mapping[str, tuple[float, float]] | None = None,
+    ) -> None:
+        self.law = law
+        self.free = list(free)
+        self.ties = dict(ties or {})
+        self.relative = relative
+        self.within = dict(within or {})
+        self.motions = [Motion.of(record, type(law)) for record in records]
+        self.groups: list[tuple[int, str]] = []
+        self.stated: list[Array] = []
+        self.tables = [self._rows(motion) for motion in self.motions]
+        for number, motion in enumerate(self.motions):
+            if motion.stretches:
+                self.groups.append((number, "kinetic"))
+                self.stated.append(motion.misfit_error())
+            if len(self.tables[number]):
+                self.groups.append((number, "break-away"))
+                self.stated.append(self.tables[number]["stated"].to_numpy())
+        if not self.groups:
+            raise InputError(
+                "identify: the records hold no stretch of slip whose history is known: take longer records, with "
+                "several periods of the motion"
+            )
+        self._scales = self._natural_scales()
+
+    def _rows(self, motion: Motion) -> pd.DataFrame:
+        if isinstance(self.law, Coulomb):
+            return pd.DataFrame()
+        record = motion.record
+        table = record.break_away.assign(slip=pd.Series(record.own_slip(), dtype=object))
+        table = table[table["stick_time"].notna() & (table["stick_time"] > 0)]
+        if self.relative:
+            table = table[table["slip"].notna()]
+        rate = table["force_rate"].abs().fillna(_usual_rate(record))
+        late = _lag(record) if isinstance(self.law, WITH_MEMORY) else 0.0
+        return table.assign(rate=rate, stated=np.hypot(table["force_error"].fillna(0.0), rate * late))
+
+    def _natural_scales(self) -> dict[str, float]:
+        force = float(np.median([np.median(np.abs(m.record.force[~m.record.stuck])) for m in self.motions]))
+        speed = float(np.max([np.max(np.abs(m.slip_velocity)) for m in self.motions]))
+        force, speed = max(force, 1e-300), max(speed, 1e-300)
+        scales: dict[str, float] = {}
+        for name in self.free:
+            last = name.rpartition(".")[2]
+            if last in ("w", "slip_velocity", "beta"):
+                scales[name] = speed
+            elif last == "slope":
+                scales[name] = force / speed
+            elif last in ("phi", "psi", "eta", "exponent", "force_rate_exponent") or by_ratio(name):
+                scales[name] = 1.0
+            else:
+                scales[name] = force
+        return scales
+
+    # --- numbers <-> law
+
+    def numbers(self, law: Law) -> Array:
+        """The free numbers, positive ones by their logarithm."""
+        values = [value(law, name) for name in self.free]
+        return np.array([math.log(v) if by_ratio(n) else v for n, v in zip(self.free, values, strict=True)])
+
+    def at(self, numbers: Array) -> Law:
+        """The law with these free numbers."""
+        values = {
+            name: math.exp(min(number, 700.0)) if by_ratio(name) else float(number)
+            for name, number in zip(self.free, numbers, strict=True)
+        }
+        tied = {name: values[source] for name, source in self.ties.items() if source in values}
+        return with_values(self.law, values | tied)
+
+    def scale(self, name: str) -> float:
+        """A natural size of a number."""
+        return self._scales[name]
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Limits of the free numbers."""
+        pairs = [(-50.0, 50.0) if by_ratio(name) else self.within.get(name, limits(name)) for name in self.free]
+        return np.array([low for low, _ in pairs]), np.array([high for _, high in pairs])
+
+    # --- residuals
+
+    def residuals(self, law: Law) -> list[Array]:
+        """Measured minus predicted, one array per group."""
+        found: list[Array] = []
+        for number, motion in enumerate(self.motions):
+            predicted = motion.replay(law)
+            if motion.stretches:
+                found.append(motion.misfit(predicted))
+            table = self.tables[number]
+            if len(table):
+                bears = law.break_away_force(table["stick_time"].to_numpy(), table["rate"].to_numpy())
+                rest = table["force"].to_numpy() - bears
+                if self.relative:
+                    ahead = motion.record.force - predicted
+                    rest = rest - np.array([motion.work_mean(ahead, *slip) for slip in table["slip"]])
+                found.append(rest)
+        return found
+
+    def column(self, numbers: Array) -> Array:
+        """All residuals at these free numbers."""
+        return np.concatenate(self.residuals(self.at(numbers)))
+
+    def rms(self, law: Law) -> float:
+        """Root mean square of measured minus predicted kinetic force."""
+        parts = []
+        for motion in self.motions:
+            rest = motion.record.force - motion.replay(law)
+            parts += [rest[a:b] for a, b in motion.stretches]
+        return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else math.nan
+
+    def cost(self, law: Law, scales: Sequence[Array] | None = None) -> float:
+        """Sum over the groups of the mean of ρ(r / scale): a quick judgement between starting points."""
+        total = 0.0
+        for i, rest in enumerate(self.residuals(law)):
+            scale = robust_scale(rest) if scales is None else scales[i]
+            total += float(np.mean(2 * (np.sqrt(1 + (rest / scale) ** 2) - 1)))
+        return total
+
+    def jacobian(self, numbers: Array, residuals: Callable[[Array], Array]) -> Array:
+        """Central differences, one-sided where one side makes no law.
+
+        The replay of a law with memory is continuous but has kinks, so the steps are wider than rounding asks for.
+        """
+        low, high = self.bounds()
+        here: Array | None = None
+        columns = []
+        for j, name in enumerate(self.free):
+            h = 1e-4 * (abs(numbers[j]) + 0.1 * self._scales[name])
+            sides = []
+            for step in (h, -h):
+                trial = numbers.copy()
+                trial[j] = np.clip(trial[j] + step, low[j], high[j])
+                try:
+                    sides.append((trial[j] - numbers[j], residuals(trial)))
+                except InputError:
+                    continue
+            if len(sides) < 2:
+                here = residuals(numbers) if here is None else here
+                sides.append((0.0, here))
+            (above, up), (below, down) = sides[0], sides[1]
+            columns.append((up - down) / (above - below) if above != below else np.zeros_like(up))
+        return np.stack(columns, axis=1)
+
+
+def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
+    """Least squares from a first guess, with scales, weights and correlation found on the way.
+
+    Parameters
+    ----------
+    problem : records and free numbers.
+    start : the first guess.
+    effort : most iterations per round.
+
+    Raises
+    ------
+    InputError
+        where the records say nothing about one of the free numbers.
+    """
+    numbers = problem.numbers(start)
+    low, high = problem.bounds()
+    # A search cannot start on a limit.
+    inside = 1e-6 * np.array([problem.scale(name) for name in problem.free])
+    numbers = np.clip(numbers, low + inside, high - inside)
+    groups = problem.residuals(problem.at(numbers))
+    sigma, tau = _scales(problem, groups)
+    weights = [np.ones_like(rest) for rest in groups]
+    assumed = _assumed(problem, sigma, tau)
+    for number in range(ROUNDS):
+        factor = np.concatenate([w / a for w, a in zip(weights, assumed, strict=True)])
+        numbers = _solve(problem, numbers, factor, effort if number in (0, ROUNDS - 1) else effort // 2)
+        groups = problem.residuals(problem.at(numbers))
+        sigma, tau = _scales(problem, groups)
+        weights = [(1 + (rest / (OUTLIER * s)) ** 2) ** -0.25 for rest, s in zip(groups, sigma, strict=True)]
+        if number < ROUNDS - 1:
+            assumed = _assumed(problem, sigma, tau)
+    return _result(
+        problem, numbers, groups, sigma, tau, [w / a for w, a in zip(weights, assumed, strict=True)], assumed
+    )
+
+
+def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Array:
+    low, high = problem.bounds()
+    start = problem.column(numbers) * factor
+    # A step to where there is no law is refused by a misfit that is worse than any seen.
+    refused = np.full_like(start, 10 * float(np.max(np.abs(start))) + 1.0)
+
+    def scaled(trial: Array) -> Array:
+        return problem.column(trial) * factor
+
+    def slopes(trial: Array) -> Array:
+        return problem.jacobian(trial, scaled)
+
+    def guarded(trial: Array) -> Array:
+        try:
+            return scaled(trial)
+        except InputError:
+            return refused
+
+    found = least_squares(
+        guarded,
+        numbers,
+        jac=slopes,
+        bounds=(low, high),
+        x_scale="jac",
+        max_nfev=effort,
+        xtol=1e-9,
+        ftol=1e-9,
+    )
+    return np.asarray(found.x)
+
+
+def _scales(problem: Problem, groups: Sequence[Array]) -> tuple[list[Array], list[float]]:
+    """Standard deviation of each row and correlation time of each group."""
+    sigma, tau = [], []
+    for rest, stated in zip(groups, problem.stated, strict=True):
+        spread = robust_scale(rest)
+        inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if rest.size >= 5 else 0.0
+        if not stated.any():
+            inner = max(spread, 1e-300)
+        floor = 1e-9 * max(float(np.max(np.abs(rest))), 1e-290)
+        row = np.maximum(np.hypot(stated, inner), floor)
+        # Rows whose stated errors are too small or too large for their scatter: believe the scatter.
+        if rest.size >= 5:
+            row = row * max(robust_scale(rest / row), 1e-9)
+        sigma.append(row)
+        tau.append(correlation_time(rest / row))
+    return sigma, tau
+
+
+def _assumed(problem: Problem, sigma: Sequence[Array], tau: Sequence[float]) -> list[Array]:
+    """Standard deviations by which rows are weighed in the fit, as if each row stood alone.
+
+    Where the noise of the gauge is known it is that: a group that fits badly may not excuse itself by a large scale.
+    """
+    found = []
+    for (number, kind), row, t in zip(problem.groups, sigma, tau, strict=True):
+        motion = problem.motions[number]
+        noise = motion.record.constants.get("noise", 0.0)
+        if kind == "kinetic" and motion.indirect and noise > 0:
+            found.append(np.full_like(row, noise))
+        else:
+            found.append(row * math.sqrt(min(t, MOST_CORRELATED)))
+    return found
+
+
+def _result(
+    problem: Problem,
+    numbers: Array,
+    groups: Sequence[Array],
+    sigma: Sequence[Array],
+    tau: Sequence[float],
+    factors: Sequence[Array],
+    assumed: Sequence[Array],
+) -> BranchFit:
+    factor = np.concatenate(factors)
+    jacobian = (
+        problem.jacobian(numbers, lambda trial: np.concatenate(problem.residuals(problem.at(trial)))) * factor[:, None]
+    )
+    names = problem.free
+    length = np.linalg.norm(jacobian, axis=0)
+    silent = [name for name, size in zip(names, length, strict=True) if size == 0 or not math.isfinite(size)]
+    if silent:
+        raise InputError(
+            f"identify: the records say nothing about {', '.join(silent)} of {type(problem.law).__name__}: leave it out of "
+            "the free parameters, or add records in which it acts"
+        )
+    left, singular, right = np.linalg.svd(jacobian / length, full_matrices=False)
+    if singular[-1] < 1e-7 * singular[0]:
+        mixed = [name for name, part in zip(names, right[-1], strict=True) if abs(part) > 0.3]
+        raise InputError(
+            f"identify: {' and '.join(mixed)} of {type(problem.law).__name__} cannot be told apart with these records: hold "
+            "one of them fixed, or add records at other drive velocities"
+        )
+    edges = np.cumsum([0, *[len(rest) for rest in groups]])
+    # Ordinary least squares with weights 1 / assumed, but residuals of variance σ² that go τ by τ: the sandwich.
+    inner = (left / singular) @ right  # J (JᵀJ)⁻¹ in units of the columns
+    excess = np.concatenate([(s / a) ** 2 * t for s, a, t in zip(sigma, assumed, tau, strict=True)])
+    spread = inner * excess[:, None]
+    covariance = inner.T @ spread / np.outer(length, length)
+    share = np.array([np.sum(inner[a:b] * spread[a:b], axis=0) for a, b in pairwise(edges)])
+    share = share / share.sum(axis=0)
+    # Few independent rows: each group's variance is that of its residuals over its own degrees of freedom.
+    leverage = np.array([np.sum(left[a:b] ** 2) for a, b in pairwise(edges)])
+    independent = np.array([len(rest) / t for rest, t in zip(groups, tau, strict=True)])
+    freedom = np.maximum(independent - leverage, 1.0)
+    swell = np.sqrt(np.sum(share * (independent / freedom)[:, None], axis=0))
+    covariance = covariance * np.outer(swell, swell)
+    freedom_of = 1 / np.sum(share**2 / freedom[:, None], axis=0)
+
+    law = problem.at(numbers)
+    errors = np.sqrt(np.diag(covariance))
+    columns = ["value", "error", "low", "high"]
+    table = pd.DataFrame(index=pd.Index(names, name="parameter"), columns=columns, dtype=float)
+    stretch = np.ones(len(names))
+    for j, name in enumerate(names):
+        here = value(law, name)
+        half = half_width(float(errors[j]), float(freedom_of[j]))
+        if by_ratio(name):
+            stretch[j] = here
+            reach = math.exp(min(half, 600.0))
+            table.loc[name] = [here, here * errors[j], here / reach, here * reach]
+        else:
+            lowest, highest = limits(name)
+            table.loc[name] = [here, errors[j], max(here - half, lowest), min(here + half, highest)]
+    covariance = covariance * np.outer(stretch, stretch)
+    rows = [
+        {
+            "record": problem.motions[number].record.name,
+            "kind": kind,
+            "rows": len(groups[i]),
+            "independent": independent[i],
+            "scale": float(np.median(sigma[i])),
+        }
+        for i, (number, kind) in enumerate(problem.groups)
+    ]
+    return BranchFit(
+        law=law,
+        parameters=table,
+        covariance=pd.DataFrame(covariance, index=names, columns=names),
+        groups=pd.DataFrame(rows),
+        rms=problem.rms(law),
+    )
+
+
+def _usual_rate(record: FrictionRecord) -> float:
+    known = record.constants
+    return known.get("stiffness", 0.0) * known.get("drive_velocity", 0.0)
+
+
+def _lag(record: FrictionRecord) -> float:
+    """How late the end of a stick may be seen where friction does not jump at it.
+
+    After such a release the slip path grows like (k V / m) t³ / 6; it shows once it passes the noise of the gauge.
+    """
+    known = record.constants
+    if not {"noise", "mass", "stiffness", "drive_velocity"} <= set(known):
+        return 0.0
+    jerk = known["stiffness"] * abs(known["drive_velocity"]) / known["mass"]
+    return float((6 * known["noise"] / jerk) ** (1 / 3)) if jerk > 0 else 0.0

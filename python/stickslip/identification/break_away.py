@@ -1,0 +1,321 @@
+"""Static friction from the table of break-aways: constant, logarithmic or exponential in the stick time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from scipy.optimize import least_squares
+
+from stickslip.errors import InputError
+from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.identification.uncertainty import correlation_time, half_width, robust_scale
+
+Array = npt.NDArray[np.float64]
+Form = Callable[[Array, Array], Array]
+
+FEWEST_ROWS = 5
+NARROW = 1.25
+"""Stick times (10th to 90th percentile) within this ratio say nothing about growth."""
+
+
+@dataclass(frozen=True)
+class StaticFit:
+    """One form fitted to the break-aways.
+
+    Attributes
+    ----------
+    form : its name; `formula` is written out.
+    parameters : value, error, low and high of the 95 % interval, by name.
+    covariance : of the fitted numbers (the rate of the exponential by its logarithm), in the order of `parameters`.
+    scatter : robust standard deviation of the residuals.
+    criterion : Akaike's, corrected for few rows; the lower the better.
+    """
+
+    form: str
+    formula: str
+    parameters: pd.DataFrame
+    covariance: Array
+    scatter: float
+    criterion: float
+    _at: Callable[[Array], Array] = field(repr=False)
+
+    def __call__(self, stick_time: npt.ArrayLike) -> Array:
+        """The fitted force at these stick times."""
+        return self._at(np.asarray(stick_time, float))
+
+
+@dataclass(frozen=True)
+class StaticFriction:
+    """Static friction over stick time, with the fits and the choice between them.
+
+    Attributes
+    ----------
+    rows : the break-aways that were used, with the column ``level``: the kinetic force of the slip that followed.
+    relative : whether the force is fitted above the kinetic force of its own slip, as friction drifts along the record.
+    level : what was added back then, the mean kinetic force.
+    fits : by name of the form.
+    chosen : the name of the chosen one.
+    notes : plain sentences.
+    """
+
+    rows: pd.DataFrame
+    relative: bool
+    level: float
+    fits: dict[str, StaticFit]
+    chosen: str
+    notes: list[str]
+
+    @property
+    def best(self) -> StaticFit:
+        """The chosen fit."""
+        return self.fits[self.chosen]
+
+    def plot(self, ax: Any = None) -> Any:
+        """Break-away force over stick time with the fits; returns the Axes."""
+        import matplotlib.pyplot as plt
+
+        axes = plt.subplots()[1] if ax is None else ax
+        time, force = self.rows["stick_time"].to_numpy(), self.rows["used"].to_numpy()
+        axes.plot(time, force, ".", color="0.6", label="break-aways")
+        grid = np.geomspace(time.min(), time.max(), 200)
+        for name, fit in self.fits.items():
+            axes.plot(grid, fit(grid), lw=2.5 if name == self.chosen else 1.0, label=name)
+        axes.set_xscale("log")
+        axes.set_xlabel("stick time")
+        axes.set_ylabel("break-away force" + (" above that of its slip" if self.relative else ""))
+        axes.legend()
+        return axes
+
+
+def fit_static_friction(friction: Any) -> StaticFriction:
+    """Fit static friction over stick time to the break-aways of one or more records.
+
+    The forms are constant f_s = f₀, logarithmic f_s = f₀ + b log₁₀ t_s and exponential (Kato's with m = 1)
+    f_s = f₀ + Δ∞ (1 − exp(−γ t_s)); f₀ of the last is the kinetic force where slips were measured. Each is a robust
+    least-squares fit; its covariance is scaled by the scatter of the rows and their correlation from one to the next.
+
+    Parameters
+    ----------
+    friction : as for :func:`stickslip.identify`.
+
+    Returns
+    -------
+    StaticFriction with all fits, the chosen one and the sentence that says why.
+
+    Raises
+    ------
+    InputError
+        for fewer than five break-aways with a known stick time.
+
+    Limits: where all records have one drive velocity, stick time and force rate are tied and `notes` says so. Within a
+    record the break-away force lies on the loading line F = F_capture + δ t_s, so scatter along the track alone makes
+    force grow with stick time; only several drive velocities separate the two.
+
+    Source: Kato, Sato & Matsubayashi, Wear 20 (1972) 315; Dieterich, J. Geophys. Res. 77 (1972) 3690 (logarithm).
+
+    >>> import xarray as xr
+    >>> rng, t_s = np.random.default_rng(0), np.geomspace(0.1, 10, 60)
+    >>> rows = {"t": np.arange(60.0) + 1, "stick_time": t_s, "force_rate": 1 / t_s}
+    >>> rows["force"] = 0.6 + 0.05 * np.log10(t_s) + 0.002 * rng.standard_normal(60)
+    >>> root = {"time": np.arange(700) / 10, "slip_velocity": np.ones(700), "force": np.full(700, 0.5)}
+    >>> table = xr.Dataset({name: ("event", column) for name, column in rows.items()})
+    >>> data = xr.Dataset({k: ("time", v) for k, v in root.items() if k != "time"}, coords={"time": root["time"]})
+    >>> found = fit_static_friction(xr.DataTree.from_dict({"/": data, "/break_away": table}))
+    >>> found.chosen, round(found.best.parameters.loc["slope", "value"], 2)
+    ('logarithmic', 0.05)
+    """
+    records = read_records(friction)
+    rows = break_away_rows(records)
+    if len(rows) < FEWEST_ROWS:
+        raise InputError(
+            f"static friction: expected at least {FEWEST_ROWS} break-aways with a known stick time, got {len(rows)}: "
+            "take a longer record, or one that sticks"
+        )
+    relative, notes = is_relative(rows)
+    level = float(np.mean(rows["level"])) if rows["level"].notna().any() else math.nan
+    if not math.isfinite(level):
+        level = float(np.median(np.concatenate([record.force[~record.stuck] for record in records])))
+    rows = rows.assign(used=rows["force"] - rows["level"] + level if relative else rows["force"])
+    fits = _fits(rows, level)
+    chosen, sentence = _choose(fits)
+    notes = [*notes, sentence, *tied(rows), *loading_line(rows, fits)]
+    return StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=notes)
+
+
+def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
+    """All break-aways with a known stick time, with `record` (its number) and `level` (kinetic force of its slip)."""
+    frames = []
+    for number, record in enumerate(records):
+        table = record.break_away.copy()
+        table["record"] = number
+        table["level"] = [math.nan if slip is None else record.slip_level(*slip) for slip in record.own_slip()]
+        frames.append(table[table["stick_time"].notna() & (table["stick_time"] > 0)])
+    return pd.concat(frames, ignore_index=True)
+
+
+def is_relative(rows: pd.DataFrame) -> tuple[bool, list[str]]:
+    """Whether friction drifts along the records so much that each break-away must be compared with its own slip."""
+    both = rows[rows["level"].notna()]
+    if len(both) < FEWEST_ROWS:
+        return False, []
+    centred = both[["force", "level"]] - both.groupby("record")[["force", "level"]].transform("median")
+    plain = robust_scale(centred["force"].to_numpy())
+    above = robust_scale((centred["force"] - centred["level"]).to_numpy())
+    if above > 0.7 * plain:
+        return False, []
+    return True, [
+        f"Friction drifts along the record: break-away forces scatter by {plain:.3g}, but only by {above:.3g} "
+        "above the kinetic force of the slip that follows each; static friction was fitted above that force."
+    ]
+
+
+def tied(rows: pd.DataFrame) -> list[str]:
+    """A sentence where stick time and force rate cannot be told apart, else nothing."""
+    known = rows[rows["force_rate"].notna() & (rows["force_rate"].abs() > 0)]
+    if len(known) < 2:
+        return ["No force rate is known, so static friction is taken to depend on the stick time alone."]
+    rate = np.log(known["force_rate"].abs().to_numpy())
+    time = np.log(known["stick_time"].to_numpy())
+    low, high = np.quantile(rate, [0.1, 0.9])
+    if high - low < math.log(1.5):
+        return [
+            f"All break-aways come at nearly one force rate ({math.exp(float(np.median(rate))):.3g}, one drive "
+            "velocity): stick time and force rate cannot be told apart, and the growth holds at that rate only."
+        ]
+    correlation = float(np.corrcoef(time, rate)[0, 1])
+    if abs(correlation) > 0.9:
+        return [
+            f"Stick time and force rate are tied in these records (correlation of their logarithms {correlation:.2f}): "
+            "what is given as growth with stick time may be an effect of the force rate; vary the stiffness as well."
+        ]
+    return []
+
+
+def loading_line(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
+    """A sentence where the scatter of friction along the track may be what looks like growth with stick time."""
+    if len(set(rows["record"])) > 1 or rows["force_rate"].isna().all():
+        return []
+    rate = float(np.nanmedian(np.abs(rows["force_rate"].to_numpy())))
+    log = fits["logarithmic"]
+    middle = float(np.median(rows["stick_time"]))
+    slope = float(log.parameters["value"].to_numpy()[1]) / (math.log(10) * middle)
+    if slope < 0.1 * rate or log.scatter < 0.1 * rate * float(np.std(rows["stick_time"])):
+        return []
+    return [
+        f"Within one record break-aways lie on the loading line (force = force at capture + {rate:.3g} × stick time), "
+        f"so scatter along the track alone would look like growth of {rate / 2:.3g} per unit time, where "
+        f"{slope:.3g} was found: take the growth as an upper limit until records at other drive velocities confirm it."
+    ]
+
+
+def _fits(rows: pd.DataFrame, level: float) -> dict[str, StaticFit]:
+    time = rows["stick_time"].to_numpy()
+    middle = float(np.median(rows["used"]))
+    grown = max(middle - level, 1e-3 * abs(middle))
+    typical = float(np.median(time))
+    return {
+        "constant": _fit(rows, "constant", "f0", ["f0"], [middle], lambda p, _: np.full(len(_), p[0])),
+        "logarithmic": _fit(
+            rows,
+            "logarithmic",
+            "f0 + slope * log10(t_s)",
+            ["f0", "slope"],
+            [middle, 0.1 * grown],
+            lambda p, t: p[0] + p[1] * np.log10(t),
+        ),
+        "exponential": _fit(
+            rows,
+            "exponential",
+            f"{level:.6g} + limit * (1 - exp(-rate * t_s))",
+            ["limit", "rate"],
+            [1.3 * grown, -math.log(typical / 1.5)],
+            lambda p, t: level - p[0] * np.expm1(-np.exp(np.clip(p[1], -50, 50)) * t),
+            by_ratio=("rate",),
+        ),
+    }
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """Residuals in units of their standard deviation."""
+
+    at: Form
+    time: Array
+    force: Array
+    sigma: Array
+
+    def __call__(self, numbers: Array) -> Array:
+        return (self.force - self.at(numbers, self.time)) / self.sigma
+
+
+def _fit(
+    rows: pd.DataFrame,
+    form: str,
+    formula: str,
+    names: list[str],
+    start: list[float],
+    at: Form,
+    by_ratio: tuple[str, ...] = (),
+) -> StaticFit:
+    time, force = rows["stick_time"].to_numpy(), rows["used"].to_numpy()
+    stated = rows["force_error"].fillna(0.0).to_numpy()
+    best = np.array(start)
+    sigma = np.full(len(force), max(robust_scale(force - np.median(force)), 1e-12 * float(np.abs(force).max()), 1e-300))
+    jacobian = np.zeros((len(force), len(names)))
+    for _ in range(4):
+        found = least_squares(_Scaled(at, time, force, sigma), best, loss="soft_l1", f_scale=3.0, x_scale="jac")
+        best, jacobian = found.x, np.asarray(found.jac, dtype=float)
+        residuals = force - at(best, time)
+        inner = math.sqrt(max(robust_scale(residuals) ** 2 - float(np.median(stated**2)), 0.0))
+        sigma = np.maximum(np.hypot(stated, inner), 1e-12 * float(np.abs(force).max()) + 1e-300)
+    count, free = len(force), len(names)
+    chi = robust_scale(residuals / sigma)
+    order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
+    tau = correlation_time((residuals / sigma)[order])
+    covariance = np.linalg.pinv(jacobian.T @ jacobian) * max(chi, 1e-12) ** 2 * tau * count / max(count - free, 1)
+    freedom = max(count / tau - free, 1.0)
+    errors = np.sqrt(np.diag(covariance))
+    columns = ["value", "error", "low", "high"]
+    table = pd.DataFrame(index=pd.Index(names, name="parameter"), columns=columns, dtype=float)
+    for name, value, error in zip(names, best, errors, strict=True):
+        half = half_width(float(error), freedom)
+        if name in by_ratio:
+            middle = math.exp(float(np.clip(value, -700, 700)))
+            reach = min(half, 700.0)
+            table.loc[name] = [middle, middle * error, middle * math.exp(-reach), middle * math.exp(reach)]
+        else:
+            table.loc[name] = [value, error, value - half, value + half]
+    scatter = robust_scale(residuals)
+    cut = np.minimum(residuals**2, (3 * max(scatter, 1e-300)) ** 2)
+    penalty = 2 * (free + 1) * count / max(count - free - 2, 1)
+    criterion = count * math.log(max(float(np.mean(cut)), 1e-300)) + penalty
+    return StaticFit(form, formula, table, covariance, scatter, criterion, partial(at, best))
+
+
+def _choose(fits: dict[str, StaticFit]) -> tuple[str, str]:
+    order = sorted(fits.values(), key=lambda fit: fit.criterion)
+    best, second = order[0], order[1]
+    lead = second.criterion - best.criterion
+    simpler = fits["constant"]
+    if simpler is not best and simpler.criterion - best.criterion < 2:
+        best, lead = simpler, 0.0
+    slope = fits["logarithmic"].parameters.loc["slope"]
+    growth = f"its slope is {slope['value']:.3g} per decade (95 %: {slope['low']:.3g} to {slope['high']:.3g})"
+    if best is simpler:
+        return best.form, (
+            "Static friction is best described as constant: growth with stick time does not pay for its parameter; "
+            f"on the logarithmic form {growth}."
+        )
+    strength = "clearly" if lead > 6 else "only slightly" if lead > 2 else "not decisively"
+    return best.form, (
+        f"Static friction over stick time: the {best.form} form is chosen, as Akaike's criterion is lowest "
+        f"({strength}: by {lead:.1f} against the {second.form} form, by "
+        f"{simpler.criterion - best.criterion:.1f} against a constant); on the logarithmic form {growth}."
+    )

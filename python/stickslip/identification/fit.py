@@ -1,0 +1,312 @@
+"""The arrow from friction records to a law with its uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import tomli_w
+
+from stickslip.documents import did_you_mean, write_whole
+from stickslip.errors import InputError
+from stickslip.identification.branches import BranchFit, Problem, fit_branches
+from stickslip.identification.break_away import (
+    FEWEST_ROWS,
+    StaticFriction,
+    break_away_rows,
+    fit_static_friction,
+    is_relative,
+)
+from stickslip.identification.first_guess import GUESSES, Guess, Seen, first_guess
+from stickslip.identification.parameters import check_names, places, with_values
+from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.laws import Coulomb, Law, force_along
+
+CORRELATED = 0.98
+
+
+@dataclass(frozen=True)
+class Identification:
+    """A law identified from friction records.
+
+    Attributes
+    ----------
+    law : the law.
+    parameters : DataFrame over the names of the fitted numbers: value, error (standard error), low and high (95 %).
+    covariance : DataFrame, names in both directions.
+    groups : DataFrame of the residuals' groups: record, kind, rows, independent (rows that count), scale.
+    rms : root mean square of measured minus predicted kinetic force.
+    static : fits of static friction over stick time, None for fewer than five break-aways.
+    notes : plain sentences: what was assumed, what could not be told.
+    records : the records it was identified from.
+    command : what to type to do it again.
+    """
+
+    law: Law
+    parameters: pd.DataFrame
+    covariance: pd.DataFrame
+    groups: pd.DataFrame
+    rms: float
+    static: StaticFriction | None
+    notes: list[str]
+    records: list[FrictionRecord]
+    command: str
+
+    def residuals(self, record: int = 0) -> pd.DataFrame:
+        """Measured and predicted friction of one record while it slips: time, slip_velocity, force, predicted."""
+        chosen = self.records[record]
+        predicted = force_along(self.law, chosen.time, chosen.slip_velocity, chosen.stuck)
+        frame = pd.DataFrame(
+            {
+                "time": chosen.time,
+                "slip_velocity": chosen.slip_velocity,
+                "force": chosen.force,
+                "predicted": predicted,
+            }
+        )
+        return frame[~chosen.stuck].reset_index(drop=True)
+
+    def report(self) -> str:
+        """The result in words and one table."""
+        table = self.parameters.to_string(float_format=lambda number: f"{number:.5g}")
+        lines = [
+            f"{type(self.law).__name__} from {len(self.records)} record(s): " + ", ".join(r.name for r in self.records),
+            "",
+            table,
+            "",
+            f"rms of the kinetic force: {self.rms:.3g}",
+            *[f"- {note}" for note in self.notes],
+        ]
+        return "\n".join(lines)
+
+    def to_toml(self) -> str:
+        """The law file: the tables [law], [uncertainty] (standard errors by name) and [source]."""
+        from stickslip import _core
+
+        document = {
+            "law": self.law.to_dict(),
+            "uncertainty": {name: float(error) for name, error in self.parameters["error"].items()},
+            "source": {
+                "command": self.command,
+                "version": _core.__version__,
+                "records": [
+                    {"name": record.name, "measured_from": str(record.attrs.get("source", "unknown"))}
+                    for record in self.records
+                ],
+                "rms": self.rms,
+                "intervals": {
+                    name: [float(row["low"]), float(row["high"])] for name, row in self.parameters.iterrows()
+                },
+                "notes": self.notes,
+            },
+        }
+        return tomli_w.dumps(_finite(document))
+
+    def save(self, path: str | Path) -> Path:
+        """Write the law file; :func:`stickslip.load_law` reads it back."""
+        text = self.to_toml()
+        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Friction over slip velocity: the data of every record and the law along the same motion; returns the Axes."""
+        import matplotlib.pyplot as plt
+
+        axes = plt.subplots()[1] if ax is None else ax
+        for number, record in enumerate(self.records):
+            frame = self.residuals(number)
+            frame = frame.iloc[-min(len(frame), 6000) :]
+            dots = axes.plot(frame["slip_velocity"], frame["force"], ".", ms=2, alpha=0.4, label=record.name)
+            axes.plot(
+                frame["slip_velocity"],
+                frame["predicted"],
+                ".",
+                ms=1,
+                color=dots[0].get_color(),
+                markeredgecolor="k",
+                markeredgewidth=0.4,
+            )
+        axes.set_xlabel("slip velocity w")
+        axes.set_ylabel("kinetic force f (dots: measured, black: law)")
+        axes.legend()
+        return axes
+
+
+def identify(
+    friction: Any,
+    law: str | type[Law] | Law = "DwellTime",
+    free: Iterable[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    pieces: int = 3,
+) -> Identification:
+    """Identify a friction law, with its uncertainty, from one or more friction records.
+
+    Minimised is the robust misfit between the measured kinetic force and the law replayed with its memory along the
+    measured motion, and between the measured break-away forces and f_s(t_s, δ), over all records at once.
+
+    Parameters
+    ----------
+    friction : a DataTree from :func:`stickslip.measure`, the path of a friction file, or a list of either.
+    law : name or class of a law (the first guess then comes from the data), or a law as first guess.
+    free : names of the numbers to fit, such as ``"kinetic"``, ``"nodes[1].force"``, ``"static_friction.initial"``,
+        ``"l.slope"``, ``"B.w"``; default: what the records can tell. For a law given as first guess: default as for its
+        class.
+    fixed : numbers to hold, by name.
+    pieces : linear pieces of ``PiecewiseLinear``, 1 to 12.
+
+    Returns
+    -------
+    Identification: ``.law``, ``.parameters``, ``.covariance``, ``.rms``, ``.notes``, ``.report()``, ``.save(path)``.
+
+    Raises
+    ------
+    InputError
+        for records that cannot identify the law asked for, with the reason.
+
+    Limits: intervals hold the noise of the records and its correlation from sample to sample, not errors of the rig's
+    constants (mass, stiffness, damping, drive velocity), which shift friction as a whole. Where slips are sparse they
+    rest on few independent rows and are wide.
+
+    Source: least squares on the branches after Sections 4 to 6 of the paper; the sandwich of scale and correlation time
+    is our own.
+
+    >>> import stickslip as ss
+    >>> import xarray as xr
+    >>> system = ss.Oscillator(damping=0.05, drive_velocity=0.2, law=ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6))
+    >>> orbit = ss.simulate(system, t_end=200)
+    >>> t = np.arange(0, 200, 0.05)
+    >>> data = orbit.to_xarray(t)[["slip_velocity", "force", "stuck"]]
+    >>> data["force"] = data["force"] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    >>> sticks = orbit.events[orbit.events["kind"] == "release"]
+    >>> rows = {name: ("event", sticks[name].to_numpy()) for name in ("t", "stick_time", "force_rate", "force")}
+    >>> found = identify(xr.DataTree.from_dict({"/": data, "/break_away": xr.Dataset(rows)}), law="StaticKinetic")
+    >>> found.parameters["value"].round(2).to_dict()
+    {'break_away': 1.0, 'kinetic': 0.6}
+    """
+    records = read_records(friction)
+    kind, start = _kind(law)
+    if isinstance(pieces, bool) or not isinstance(pieces, int) or not 1 <= pieces <= 12:
+        raise InputError(f"identify: pieces must be a whole number from 1 to 12, got {pieces!r}")
+    rows = break_away_rows(records)
+    static = fit_static_friction(records) if len(rows) >= FEWEST_ROWS and kind is not Coulomb else None
+    relative, drift = is_relative(rows) if kind is not Coulomb else (False, [])
+    seen = Seen(records, rows, static, relative, pieces)
+    guess = _guess(kind, start, seen, free, fixed)
+    problem = Problem(records, guess.law, guess.free, relative=relative, ties=guess.ties, within=guess.within)
+    found = fit_branches(problem, _best_start(problem, guess))
+    notes = [*(static.notes if static is not None else drift), *guess.notes, *_what_could_not_be_told(found)]
+    if relative:
+        notes.append("The kinetic force is the mean over the record; its error holds the drift from slip to slip.")
+    notes += [f"{record.name}: {note}" for record in records for note in _notes(record)]
+    return Identification(
+        law=found.law,
+        parameters=found.parameters,
+        covariance=found.covariance,
+        groups=found.groups,
+        rms=found.rms,
+        static=static,
+        notes=list(dict.fromkeys(notes)),
+        records=records,
+        command=_command(records, kind, free, pieces),
+    )
+
+
+def _kind(law: str | type[Law] | Law) -> tuple[type[Law], Law | None]:
+    if isinstance(law, Law):
+        return type(law), law
+    if isinstance(law, type) and issubclass(law, Law):
+        return law, None
+    if isinstance(law, str) and law in Law.ALL:
+        return Law.ALL[law], None
+    hint = did_you_mean(str(law), Law.ALL)
+    known = ", ".join(item.__name__ for item in GUESSES)
+    raise InputError(f"identify: unknown law {law!r}{hint}; known are {known}")
+
+
+def _guess(
+    kind: type[Law], start: Law | None, seen: Seen, free: Iterable[str] | None, fixed: Mapping[str, float] | None
+) -> Guess:
+    fixed = dict(fixed or {})
+    asked = None if free is None else list(free)
+    if start is not None and asked is not None:
+        guess = Guess(start, asked)
+    else:
+        guess = first_guess(kind, seen)
+        if start is not None:
+            known = places(start)
+            guess = Guess(
+                start, [name for name in guess.free if name in known], guess.ties, guess.notes, within=guess.within
+            )
+    names = check_names(guess.law, guess.free if asked is None else asked)
+    check_names(guess.law, fixed)
+    names = [name for name in names if name not in fixed]
+    if not names:
+        raise InputError("identify: no parameter is left to fit; give fewer in fixed, or more in free")
+    laws: list[Law] = []
+    for candidate in [guess.law, *guess.rivals]:
+        try:
+            laws.append(with_values(candidate, fixed))
+        except InputError as error:
+            reason = error
+    if not laws:
+        raise InputError(f"identify: the values that are held fixed do not make a law: {reason}")
+    notes = [*guess.notes]
+    if fixed:
+        notes.append("Held fixed as asked: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".")
+    return Guess(laws[0], names, guess.ties, notes, laws[1:], guess.within)
+
+
+def _best_start(problem: Problem, guess: Guess) -> Law:
+    """Of the first guesses the one with the least misfit."""
+    if not guess.rivals:
+        return guess.law
+    usual = [np.full_like(rest, max(float(np.median(np.abs(rest))), 1e-300)) for rest in problem.residuals(guess.law)]
+    return min([guess.law, *guess.rivals], key=lambda law: problem.cost(law, usual))
+
+
+def _what_could_not_be_told(found: BranchFit) -> list[str]:
+    notes = []
+    for name, number, error in found.parameters[["value", "error"]].itertuples():
+        if abs(number) < 2 * error:
+            notes.append(f"{name} is not told apart from zero: {number:.3g} ± {error:.2g}.")
+    errors = found.parameters["error"].to_numpy()
+    correlation = found.covariance.to_numpy() / np.outer(errors, errors)
+    names = list(found.parameters.index)
+    notes += [
+        f"{names[j]} and {names[i]} are hardly told apart (correlation {correlation[i, j]:.3f}): a combination of them is "
+        "known far better than either."
+        for i in range(len(names))
+        for j in range(i)
+        if abs(correlation[i, j]) > CORRELATED
+    ]
+    return notes
+
+
+def _notes(record: FrictionRecord) -> list[str]:
+    notes = record.attrs.get("notes", [])
+    if isinstance(notes, str):
+        return [notes] if notes else []
+    return [str(note) for note in np.atleast_1d(notes)]
+
+
+def _command(records: Sequence[FrictionRecord], kind: type[Law], free: Iterable[str] | None, pieces: int) -> str:
+    parts = ["stickslip identify", *[record.name for record in records], "--law", kind.__name__]
+    if free is not None:
+        parts += ["--free", ",".join(free)]
+    if pieces != 3:
+        parts += ["--pieces", str(pieces)]
+    return " ".join(parts)
+
+
+def _finite(document: Any) -> Any:
+    """TOML has inf and nan, but other readers choke on them: as text."""
+    if isinstance(document, dict):
+        return {key: _finite(item) for key, item in document.items()}
+    if isinstance(document, list):
+        return [_finite(item) for item in document]
+    if isinstance(document, float) and not np.isfinite(document):
+        return str(document)
+    return document

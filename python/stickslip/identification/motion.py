@@ -1,0 +1,297 @@
+"""A measured motion made ready for the replay of a law: real turning points, stretches with a known memory."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import isotonic_regression
+from scipy.signal import cont2discrete, find_peaks, lfilter, ss2tf
+
+from stickslip.identification.records import FrictionRecord
+from stickslip.laws import BogaczRyczek, Coulomb, DwellTime, Law, StaticKinetic, force_along
+
+Array = npt.NDArray[np.float64]
+Samples = npt.NDArray[np.int_]
+Mask = npt.NDArray[np.bool_]
+
+FEWEST = 12
+"""Samples a stretch must have to be compared."""
+REVERSAL = 0.1
+"""A reversal of the slip whose path is less than this part of the longest run is noise."""
+
+#: Laws whose kinetic force depends on what was before: nothing is compared until the memory is known.
+WITH_MEMORY = (BogaczRyczek,)
+
+#: Laws whose kinetic force is one number: the work of each slip says all there is to know about it.
+WITHOUT_SHAPE = (Coulomb, StaticKinetic, DwellTime)
+
+
+@dataclass
+class Motion:
+    """A record and what a replay of a law along it needs.
+
+    Attributes
+    ----------
+    record : with the inner samples of its sticks left out.
+    slip_velocity : w with every wiggle below the noise taken out, so that the sense of the acceleration changes only
+        where the motion turns.
+    force_rate : dF/dt while stuck, shape (n,).
+    turns : for each slip the samples at which w turns.
+    stretches : parts of slips in which a law is compared, [first, last).
+    """
+
+    record: FrictionRecord
+    slip_velocity: Array
+    force_rate: Array
+    turns: list[Samples]
+    stretches: list[tuple[int, int]]
+    weight: list[Array]
+    by_work: bool
+    _filter: tuple[Array, Array] | None
+    _free: list[Array] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, record: FrictionRecord, law: type[Law]) -> Motion:
+        """Prepare a record for replays of one kind of law."""
+        compact = record.without_inner_sticks()
+        w, turns = without_wiggles(compact)
+        stretches: list[tuple[int, int]] = []
+        for (first, last), turn in zip(compact.slips, turns, strict=True):
+            start = first
+            if issubclass(law, WITH_MEMORY) and not _known_start(compact, first):
+                minima = [int(i) for i in turn if _is_minimum(w, int(i), first, last)]
+                if not minima:
+                    continue
+                start = minima[0]
+            if issubclass(law, WITHOUT_SHAPE):
+                # A long slip is cut at its slowest points: one number for each cycle.
+                cuts = [int(i) for i in turn if _is_minimum(w, int(i), first, last)]
+                stretches += [(a, b) for a, b in pairwise([first, *cuts, last]) if b > a]
+            else:
+                unseen = _unresolved(compact, w, turn, first, last)
+                stretches += [(a, b) for a, b in _runs(~unseen[start - first :], start) if b - a >= FEWEST]
+        rate = _force_rate(record, compact)
+        by_work = issubclass(law, WITHOUT_SHAPE)
+        motion = cls(compact, w, rate, turns, stretches, [], by_work, None if by_work else _response(compact))
+        motion._weigh()
+        return motion
+
+    def _weigh(self) -> None:
+        """Weights from force_error, and what a free oscillation could add to each stretch."""
+        error = self.record.force_error
+        usual = float(np.median(np.concatenate([error[a:b] for a, b in self.stretches]))) if self.stretches else 0.0
+        for a, b in self.stretches:
+            weight = usual / np.maximum(error[a:b], usual) if usual > 0 else np.ones(b - a)
+            self.weight.append(weight)
+            if self._filter is not None:
+                free = _free_oscillation(self._filter[1], b - a)
+                self._free.append(np.linalg.qr(free * weight[:, None])[0])
+
+    @property
+    def indirect(self) -> bool:
+        """Whether force was measured by the indirect method, with the constants of the oscillator known."""
+        return self._filter is not None
+
+    def replay(self, law: Law) -> Array:
+        """Friction force of `law` along the motion, shape (n,)."""
+        return force_along(law, self.record.time, self.slip_velocity, self.record.stuck, self.force_rate)
+
+    def work_mean(self, force: Array, first: int, last: int) -> float:
+        """Mean of a force over the slip path."""
+        path = np.abs(self.slip_velocity[first:last])
+        return float(np.average(force[first:last], weights=path if path.sum() > 0 else None))
+
+    def misfit_error(self) -> Array:
+        """What is known of the noise of :meth:`misfit` beforehand, in its unit and shape; 0 where nothing is."""
+        if not self.by_work:
+            return np.zeros(sum(b - a for a, b in self.stretches))
+        known = self.record.constants
+        # Errors of a smoothed record go together over half a period of its cut-off.
+        together = max(0.5 / (known["slip_cutoff"] * self.record.step), 1.0) if "slip_cutoff" in known else 1.0
+        errors = []
+        for a, b in self.stretches:
+            path = np.abs(self.slip_velocity[a:b])
+            weight = path / path.sum() if path.sum() > 0 else np.full(b - a, 1 / (b - a))
+            sigma = self.record.force_error[a:b]
+            errors.append(min(float(np.sqrt(together * np.sum((weight * sigma) ** 2))), float(sigma.max())))
+        return np.array(errors)
+
+    def misfit(self, predicted: Array) -> Array:
+        """Measured minus predicted, over all stretches.
+
+        The noise of an indirect force is that of an acceleration. So the difference e of the two forces is passed
+        through the oscillator, m z'' + D z' + k z = e, and what a free oscillation could explain is taken off each
+        stretch: z is the difference of two displacements, its noise is the gauge's and what smoothing did to the
+        corners of the force hardly shows in it. A force that was measured directly is compared as it is.
+
+        For a law without a shape over w one number is compared for each slip: the difference of the work done.
+        """
+        difference = self.record.force - predicted
+        if self.by_work:
+            return np.array([self.work_mean(difference, a, b) for a, b in self.stretches])
+        parts = []
+        for i, (a, b) in enumerate(self.stretches):
+            part = difference[a:b]
+            if self._filter is None:
+                parts.append(part * self.weight[i])
+                continue
+            z = lfilter(*self._filter, part) * self.weight[i]
+            parts.append(z - self._free[i] @ (self._free[i].T @ z))
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def velocity_noise(record: FrictionRecord) -> float:
+    """Standard error of the slip velocity of a smoothed record; 0 where it is not known.
+
+    White noise σ of a displacement sampled every h, passed up to the frequency f, gives σ_w = σ 2πf √(2 f h / 3).
+    """
+    known = record.constants
+    if "noise" not in known or "slip_cutoff" not in known:
+        return 0.0
+    cutoff = known["slip_cutoff"]
+    return known["noise"] * 2 * math.pi * cutoff * math.sqrt(2 * cutoff * record.step / 3)
+
+
+def without_wiggles(record: FrictionRecord) -> tuple[Array, list[Samples]]:
+    """Slip velocity monotone between its turning points, and those points for each slip.
+
+    A turning point stands out by four standard errors of w and by 2 % of its range.
+    """
+    w = record.slip_velocity.copy()
+    moving = w[~record.stuck]
+    least = max(0.02 * float(np.ptp(moving)), 4 * velocity_noise(record))
+    turns: list[Samples] = []
+    for first, last in record.slips:
+        w[first:last] = _one_sense(w[first:last])
+        speed = np.abs(w[first:last])
+        peaks = find_peaks(speed, prominence=least)[0]
+        dips = find_peaks(-speed, prominence=least)[0]
+        inner = _alternating(speed, np.sort(np.concatenate([peaks, dips])))
+        turns.append(inner + first)
+        edges = [0, *inner.tolist(), len(speed) - 1]
+        for low, high in pairwise(edges):
+            run = slice(low, high + 1)
+            if high - low >= 2:
+                smooth = isotonic_regression(speed[run], increasing=bool(speed[high] > speed[low])).x
+                speed[run] = smooth
+        w[first:last] = np.copysign(speed, w[first:last])
+    return w, turns
+
+
+def _one_sense(w: Array) -> Array:
+    """Slip velocity of one slip without the short reversals that are noise at its ends; those become rest."""
+    runs = np.split(np.arange(w.size), np.flatnonzero(np.diff(np.signbit(w))) + 1)
+    paths = np.array([float(np.sum(w[run])) for run in runs])
+    sense = math.copysign(1.0, float(paths[np.argmax(np.abs(paths))]))
+    w = w.copy()
+    for run, path in zip(runs, paths, strict=True):
+        if path * sense < 0 and abs(path) < REVERSAL * float(np.max(np.abs(paths))):
+            w[run] = 0.0 * sense
+    return w
+
+
+def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, last: int) -> Mask:
+    """Where w has turned up and not yet risen by what can be seen: friction may climb there unseen.
+
+    A climb so steep that the noise of w would make more of it than the noise of the force is left out to its top.
+    """
+    hidden = np.zeros(last - first, dtype=bool)
+    noise = velocity_noise(record)
+    if noise == 0:
+        return hidden
+    speed, force = np.abs(w), np.abs(record.force)
+    for number, i in enumerate(turns.tolist()):
+        if not _is_minimum(w, i, first, last):
+            continue
+        end = int(turns[number + 1]) if number + 1 < len(turns) else last
+        risen = np.flatnonzero(speed[i:end] > speed[i] + 4 * noise)
+        until = i + int(risen[0]) if risen.size else end
+        top = i + int(np.argmax(force[i:end])) if end > i else i
+        run = max(speed[top] - speed[i], noise)
+        if (force[top] - force[i]) / run * noise > float(np.median(record.force_error[i : top + 1])):
+            until = max(until, top)
+        hidden[i - first : until - first] = True
+    return hidden
+
+
+def _runs(mask: Mask, offset: int) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    return [(int(a) + offset, int(b) + offset) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _alternating(speed: Array, inner: Samples) -> Samples:
+    """Of neighbours of one kind keep the farther one out, so that maxima and minima take turns."""
+    kept: list[int] = []
+    kinds: list[bool] = []
+    for i in inner.tolist():
+        top = bool(speed[i] >= speed[max(i - 1, 0)] and speed[i] >= speed[min(i + 1, len(speed) - 1)])
+        if kinds and kinds[-1] == top:
+            if (speed[i] > speed[kept[-1]]) == top:
+                kept[-1] = i
+            continue
+        kept.append(i)
+        kinds.append(top)
+    return np.array(kept, dtype=int)
+
+
+def _is_minimum(w: Array, i: int, first: int, last: int) -> bool:
+    reach = max((last - first) // 200, 1)
+    return bool(abs(w[i]) <= abs(w[max(i - reach, first)]) and abs(w[i]) <= abs(w[min(i + reach, last - 1)]))
+
+
+def _known_start(record: FrictionRecord, first: int) -> bool:
+    """Whether the slip follows a stick whose beginning lies in the record."""
+    if first == 0:
+        return False
+    before = np.flatnonzero(~record.stuck[:first])
+    return before.size > 0
+
+
+def _force_rate(record: FrictionRecord, compact: FrictionRecord) -> Array:
+    """D(force)/dt of each stick: from the table of break-aways, else k V, else the slope of the force."""
+    known = record.constants
+    usual = known.get("stiffness", math.nan) * known.get("drive_velocity", math.nan)
+    table = record.break_away
+    rate = np.zeros(len(compact.time))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], compact.stuck, [False]]).astype(int)))
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        value = usual
+        near = np.flatnonzero(np.abs(table["t"].to_numpy() - compact.time[b - 1]) < 1.5 * record.step)
+        if near.size and math.isfinite(float(table["force_rate"].iloc[near[0]])):
+            value = float(table["force_rate"].iloc[near[0]])
+        if not math.isfinite(value):
+            i, j = np.searchsorted(record.time, [compact.time[a], compact.time[b - 1]])
+            value = float((record.force[j] - record.force[i]) / max(record.time[j] - record.time[i], record.step))
+        rate[a:b] = value
+    return rate
+
+
+def _response(record: FrictionRecord) -> tuple[Array, Array] | None:
+    """Digital filter of m z'' + D z' + k z = e for e linear between samples; None where the force was not indirect."""
+    known = record.constants
+    if not {"mass", "stiffness", "slip_cutoff"} <= set(known):
+        return None
+    steps = [np.diff(record.time[a:b]) for a, b in record.slips]
+    inner = np.concatenate(steps)
+    if inner.size == 0 or float(np.ptp(inner)) > 0.05 * record.step:
+        return None
+    damping = known.get("damping", 0.0)
+    motion = np.array([[0.0, 1.0], [-known["stiffness"] / known["mass"], -damping / known["mass"]]])
+    push, read = np.array([[0.0], [1 / known["mass"]]]), np.array([[1.0, 0.0]])
+    discrete = cont2discrete((motion, push, read, np.zeros((1, 1))), record.step, method="foh")
+    top, bottom = ss2tf(*discrete[:4])
+    return np.asarray(top).ravel(), np.asarray(bottom).ravel()
+
+
+def _free_oscillation(bottom: Array, count: int) -> Array:
+    """The two free oscillations, shape (count, 2)."""
+    columns = []
+    for number in range(2):
+        impulse = np.zeros(count)
+        impulse[number] = 1.0
+        columns.append(lfilter([1.0], bottom, impulse))
+    return np.stack(columns, axis=1)

@@ -1,0 +1,207 @@
+"""A friction record as identification needs it: checked columns, its slips, and the constants it was measured with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import xarray as xr
+
+from stickslip.errors import InputError
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+ROWS = ("t", "stick_time", "force_rate", "force", "drop")
+"""Columns of the table of break-aways; each has one named ``<column>_error`` beside it."""
+FEWEST_SAMPLES = 10
+
+
+@dataclass(frozen=True)
+class FrictionRecord:
+    """Friction force and slip velocity over time, and the break-aways in it.
+
+    Attributes
+    ----------
+    name : what sentences call it.
+    time, slip_velocity, force, force_error : shape (n,).
+    stuck : shape (n,).
+    break_away : table with `ROWS` and their errors, one row per break-away; may be empty.
+    constants : what is known of ``mass`` (the inertia), ``damping``, ``stiffness``, ``drive_velocity`` and ``weight``.
+    attrs : the provenance of the record.
+    """
+
+    name: str
+    time: Array
+    slip_velocity: Array
+    force: Array
+    force_error: Array
+    stuck: Mask
+    break_away: pd.DataFrame
+    constants: Mapping[str, float]
+    attrs: Mapping[str, Any]
+
+    @property
+    def slips(self) -> list[tuple[int, int]]:
+        """First and one past the last sample of each slip."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[True], self.stuck, [True]]).astype(int)))
+        return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+    @property
+    def step(self) -> float:
+        """Sampling interval."""
+        return float(np.median(np.diff(self.time)))
+
+    def own_slip(self) -> list[tuple[int, int] | None]:
+        """For each break-away the slip that follows it, or None where the record holds none."""
+        slips = self.slips
+        starts = self.time[[a for a, _ in slips]]
+        found: list[tuple[int, int] | None] = []
+        for t in self.break_away["t"]:
+            i = int(np.searchsorted(starts, t - 1.5 * self.step))
+            near = i < len(slips) and starts[i] - t < 1.5 * self.step
+            found.append(slips[i] if near else None)
+        return found
+
+    def slip_level(self, first: int, last: int) -> float:
+        """The constant kinetic force that would do the same work over these samples, ∫ f w dt / ∫ w dt."""
+        w = self.slip_velocity[first:last]
+        path = np.maximum(w * np.sign(np.sum(w)), 0.0)
+        return float(np.average(self.force[first:last], weights=path if path.sum() > 0 else None))
+
+    def without_inner_sticks(self) -> FrictionRecord:
+        """The record with only the first and the last sample of every stick: all a law with memory asks of it."""
+        inner = self.stuck.copy()
+        inner[1:] &= self.stuck[:-1]
+        inner[:-1] &= self.stuck[1:]
+        inner[[0, -1]] = False
+        columns = ("time", "slip_velocity", "force", "force_error", "stuck")
+        return replace(self, **{name: getattr(self, name)[~inner] for name in columns})
+
+
+def read_records(friction: Any) -> list[FrictionRecord]:
+    """Friction records from a DataTree, the path of a friction file, or a list of either.
+
+    Raises
+    ------
+    InputError
+        where a variable is missing, holds NaN, or the record never slips.
+    """
+    items = list(friction) if isinstance(friction, list | tuple) else [friction]
+    if not items:
+        raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
+    return [_read(item, number) for number, item in enumerate(items, start=1)]
+
+
+def _read(item: Any, number: int) -> FrictionRecord:
+    if isinstance(item, FrictionRecord):
+        return item
+    if isinstance(item, str | Path):
+        return _from_tree(_open(Path(item)), str(item))
+    if isinstance(item, xr.Dataset):
+        item = xr.DataTree(item)
+    if isinstance(item, xr.DataTree):
+        return _from_tree(item, f"record {number}")
+    raise InputError(
+        f"identify: expected a friction file or a DataTree from measure, got {type(item).__name__}: run measure first"
+    )
+
+
+def _open(path: Path) -> xr.DataTree:
+    if not path.exists():
+        raise InputError(f"{path}: no such file; check the path")
+    try:
+        with xr.open_datatree(path, engine="h5netcdf") as tree:
+            return tree.load()
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path}: not a netCDF file, or a truncated one ({error}); measure again") from None
+
+
+def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
+    data = tree.to_dataset(inherit=False)
+    columns: dict[str, Array] = {}
+    for column in ("time", "slip_velocity", "force"):
+        columns[column] = _column(data, column, name)
+    count = len(columns["time"])
+    if count < FEWEST_SAMPLES:
+        raise InputError(f"{name}: a friction record needs at least {FEWEST_SAMPLES} samples, got {count}")
+    step = np.diff(columns["time"])
+    if not (step > 0).all():
+        row = int(np.argmax(step <= 0)) + 1
+        raise InputError(f"{name}: time must increase, but sample {row} does not come after the one before; sort it")
+    if "force_error" in data:
+        error = _column(data, "force_error", name)
+        if not (error >= 0).all():
+            raise InputError(f"{name}: force_error must not be negative, got {error.min():g}; measure again")
+    else:
+        error = np.zeros(count)
+    stuck = data["stuck"].to_numpy().astype(bool) if "stuck" in data else np.zeros(count, dtype=bool)
+    if stuck.all():
+        raise InputError(
+            f"{name}: the record holds no slip, so nothing can be said about friction; take one in which the mass moves"
+        )
+    return FrictionRecord(
+        name=name,
+        time=columns["time"],
+        slip_velocity=columns["slip_velocity"],
+        force=columns["force"],
+        force_error=error,
+        stuck=stuck,
+        break_away=_table(tree, name),
+        constants=_constants(data.attrs),
+        attrs=dict(data.attrs),
+    )
+
+
+def _column(data: xr.Dataset, column: str, name: str) -> Array:
+    if column not in data.variables:
+        known = ", ".join(str(key) for key in data.variables) or "none"
+        raise InputError(f"{name}: expected the variable {column!r}, found {known}; measure the record first")
+    values = data[column].to_numpy()
+    if values.ndim != 1:
+        raise InputError(f"{name}: {column} must have the one dimension time, got shape {values.shape}")
+    values = values.astype(float)
+    if not np.isfinite(values).all():
+        row = int(np.argmin(np.isfinite(values)))
+        raise InputError(f"{name}: {column} is {values[row]} at sample {row}; remove or interpolate such samples")
+    return values
+
+
+def _table(tree: xr.DataTree, name: str) -> pd.DataFrame:
+    # The child inherits the root's time: taken along it would make a table of events × samples.
+    child = tree.children["break_away"].to_dataset(inherit=False) if "break_away" in tree.children else xr.Dataset()
+    columns: dict[str, Array] = {}
+    length = int(child.sizes.get("event", 0))
+    for column in ROWS:
+        columns[column] = child[column].to_numpy().astype(float) if column in child else np.full(length, np.nan)
+        key = f"{column}_error"
+        columns[key] = child[key].to_numpy().astype(float) if key in child else np.zeros(length)
+    table = pd.DataFrame(columns)
+    if length and not np.isfinite(table["force"]).all():
+        row = int(np.argmin(np.isfinite(table["force"].to_numpy())))
+        raise InputError(f"{name}: break_away: force is not a number in row {row}; remove that row")
+    return table
+
+
+def _constants(attrs: Mapping[Any, Any]) -> dict[str, float]:
+    known: dict[str, float] = {}
+    for name, keys in {
+        "mass": ("inertia", "mass"),
+        "damping": ("damping",),
+        "stiffness": ("stiffness",),
+        "drive_velocity": ("drive_velocity",),
+        "weight": ("weight",),
+        "noise": ("noise",),
+        "slip_cutoff": ("slip_cutoff",),
+    }.items():
+        for key in keys:
+            value = attrs.get(key)
+            if value is not None and np.isfinite(float(value)):
+                known[name] = float(value)
+                break
+    return known
