@@ -1,9 +1,22 @@
-"""The paper's system: "Almost periodic vibration excited by dry friction", with our calibration of what it leaves open."""
+"""The system of "Almost periodic vibration excited by dry friction", with our calibration of what it leaves open.
+
+``paper.oscillator`` makes it, ``paper.figures`` draws the paper's figures from it, ``paper.score`` says which of the
+paper's ``paper.statements`` it shows.
+"""
 
 from __future__ import annotations
 
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from stickslip.laws import BogaczRyczek
 from stickslip.system import Harmonic, Oscillator
+
+if TYPE_CHECKING:
+    from stickslip.paper import figures, statements
+    from stickslip.paper.statements import score
+
+__all__ = ["DAMPING", "END_OF_OSCILLATION", "END_OF_STICK_SLIP", "figures", "oscillator", "score", "statements"]
 
 #: Dimensionless damping d: the paper does not state it; this value puts the end of stick-slip at s ≈ 0.25.
 DAMPING = 0.28
@@ -26,3 +39,12 @@ def oscillator(drive_velocity: float, forcing: Harmonic | None = None) -> Oscill
     0.28
     """
     return Oscillator(damping=DAMPING, drive_velocity=drive_velocity, law=BogaczRyczek(), forcing=forcing)
+
+
+def __getattr__(name: str) -> Any:
+    # Pictures and scores need more than an oscillator does: imported when asked for.
+    if name == "score":
+        return importlib.import_module("stickslip.paper.statements").score
+    if name in ("figures", "statements"):
+        return importlib.import_module(f"stickslip.paper.{name}")
+    raise AttributeError(f"module 'stickslip.paper' has no attribute {name!r}")

@@ -1,0 +1,32 @@
+"""Pictures a person looks at, with matplotlib.
+
+Every function takes ``ax=None``, draws there or into a new figure in our style, returns the axes and never shows or
+saves. Axis labels carry units: dimensionless where mass = stiffness = 1, else SI; ``units=`` says otherwise.
+
+>>> import stickslip as ss
+>>> ax = ss.show.phase_plane(ss.simulate(ss.paper.oscillator(0.30), t_end=100))
+>>> ax.get_xlabel()
+'position x (dimensionless)'
+>>> import matplotlib.pyplot as plt; plt.close(ax.figure)
+"""
+
+from stickslip.show.canvas import OKABE_ITO, REGIME_COLOURS, STYLE, new_axes
+from stickslip.show.diagram import orbit_diagram_plot
+from stickslip.show.law import break_away_plot, law_plot
+from stickslip.show.loop import BRANCH_COLOURS, friction_loop
+from stickslip.show.phase import phase_plane
+from stickslip.show.series import time_series
+
+__all__ = [
+    "BRANCH_COLOURS",
+    "OKABE_ITO",
+    "REGIME_COLOURS",
+    "STYLE",
+    "break_away_plot",
+    "friction_loop",
+    "law_plot",
+    "new_axes",
+    "orbit_diagram_plot",
+    "phase_plane",
+    "time_series",
+]

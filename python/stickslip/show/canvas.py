@@ -1,0 +1,117 @@
+"""The look that all pictures share: colours, axes, labels with their unit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import matplotlib.pyplot as plt
+from cycler import cycler
+
+from stickslip.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from stickslip.system import Oscillator
+
+#: The palette of Okabe and Ito (2008): told apart with every kind of colour vision, and in grey.
+OKABE_ITO = {
+    "black": "#000000",
+    "orange": "#E69F00",
+    "sky": "#56B4E9",
+    "green": "#009E73",
+    "yellow": "#F0E442",
+    "blue": "#0072B2",
+    "vermilion": "#D55E00",
+    "purple": "#CC79A7",
+    "grey": "#999999",
+}
+
+#: One colour per regime, the same in every picture.
+REGIME_COLOURS = {
+    "stick_slip": OKABE_ITO["vermilion"],
+    "almost_harmonic": OKABE_ITO["blue"],
+    "stable_slip": OKABE_ITO["green"],
+    "back_and_forth": OKABE_ITO["purple"],
+    "at_rest": OKABE_ITO["grey"],
+}
+
+#: What makes a figure fit for print; in force where a picture makes its own figure.
+STYLE: Any = {
+    "figure.figsize": (4.2, 3.2),
+    "figure.dpi": 120,
+    "figure.constrained_layout.use": True,
+    "savefig.dpi": 300,
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.labelsize": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.prop_cycle": cycler(
+        color=[OKABE_ITO[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
+    ),
+    "lines.linewidth": 1.3,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "svg.hashsalt": "stickslip",
+}
+
+_HYPHENATED = {"stick_slip": "stick-slip", "almost_harmonic": "almost-harmonic"}
+
+_UNITS = {
+    "SI": {"position": "m", "velocity": "m/s", "force": "N", "time": "s", "force rate": "N/s"},
+    "dimensionless": dict.fromkeys(("position", "velocity", "force", "time", "force rate"), "dimensionless"),
+}
+
+
+def axes(ax: Axes | None = None) -> Axes:
+    """`ax` itself, or the only axes of a new figure in our style."""
+    return new_axes()[0] if ax is None else ax
+
+
+def new_axes(rows: int = 1, columns: int = 1, **options: Any) -> list[Axes]:
+    """The axes of a new figure in our style, row by row; `options` go to ``plt.subplots``."""
+    with plt.rc_context(STYLE):
+        _, grid = plt.subplots(rows, columns, squeeze=False, **options)
+    return list(grid.flat)
+
+
+def label(quantity: str, kind: str, units: str) -> str:
+    """An axis label, the name of the quantity with its unit.
+
+    Parameters
+    ----------
+    quantity : name and symbol.
+    kind : ``"position"``, ``"velocity"``, ``"force"``, ``"time"`` or ``"force rate"``.
+    units : ``"dimensionless"`` or ``"SI"``.
+
+    >>> label("slip velocity w", "velocity", "SI")
+    'slip velocity w (m/s)'
+    """
+    if units not in _UNITS:
+        raise InputError(f"show: units must be 'dimensionless' or 'SI', got {units!r}")
+    return f"{quantity} ({_UNITS[units][kind]})"
+
+
+def units_of(system: Oscillator, units: str | None) -> str:
+    """`units` where given; else dimensionless for mass = stiffness = 1 and SI for any other system.
+
+    >>> from stickslip import paper
+    >>> units_of(paper.oscillator(0.3), None)
+    'dimensionless'
+    """
+    if units is not None:
+        return units
+    return "dimensionless" if system.mass == system.stiffness == 1 else "SI"
+
+
+def words(name: str) -> str:
+    """A name of the code as the words of the paper.
+
+    >>> words("almost_harmonic"), words("stable_slip")
+    ('almost-harmonic', 'stable slip')
+    """
+    return _HYPHENATED.get(name, name.replace("_", " "))

@@ -1,0 +1,69 @@
+"""The phase plane of an orbit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.show.canvas import OKABE_ITO, axes, label, units_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from stickslip.orbit import Orbit
+
+
+def phase_plane(
+    orbit: Orbit,
+    ax: Axes | None = None,
+    *,
+    transient: float = 0.5,
+    show_transient: bool = True,
+    colour: str = OKABE_ITO["blue"],
+    name: str | None = None,
+    units: str | None = None,
+) -> Axes:
+    """Draw velocity over position: the steady part in full colour, sticks thick, the transient faded.
+
+    Parameters
+    ----------
+    orbit : any orbit.
+    ax : axes to draw into; default a new figure.
+    transient : the fraction of the orbit that counts as transient, in [0, 1).
+    show_transient : whether it is drawn.
+    colour, name : of the steady part, for a legend.
+    units : ``"dimensionless"`` or ``"SI"``; default by the system.
+
+    Returns
+    -------
+    The axes. A steady part that does not move is drawn as a dot.
+    """
+    if not 0 <= transient < 1:
+        raise InputError(f"phase_plane: transient must lie in [0, 1), got {transient}")
+    ax = axes(ax)
+    system, start = orbit.system, transient * orbit.t_end
+    # Events belong to the curve: without them a short stick or a corner could fall between two samples.
+    times = np.union1d(orbit.times(), np.append(orbit.segments["t"], start))
+    motion = orbit.to_xarray(times)
+    x, v, stuck = (motion[key].to_numpy() for key in ("x", "v", "stuck"))
+    late = times >= start
+    if show_transient and transient > 0:
+        early = times <= start
+        ax.plot(
+            x[early], v[early], color=OKABE_ITO["grey"], lw=0.6, alpha=0.55, zorder=1, rasterized=early.sum() > 20_000
+        )
+    extent = max(np.ptp(x), np.ptp(v), 1e-300)
+    if max(np.ptp(x[late]), np.ptp(v[late])) < 2e-3 * extent:
+        ax.plot(x[-1], v[-1], "o", ms=4, color=colour, label=name, zorder=3)
+    else:
+        ax.plot(x[late], v[late], color=colour, label=name, zorder=2, rasterized=late.sum() > 20_000)
+    # While it sticks, the mass moves with the drive.
+    held = late & stuck
+    if held.any():
+        ax.plot(np.where(held, x, np.nan), np.where(held, v, np.nan), color=OKABE_ITO["vermilion"], lw=2.6, zorder=3)
+    ax.axhline(system.drive_velocity, color=OKABE_ITO["grey"], lw=0.6, ls="--", zorder=0)
+    which = units_of(system, units)
+    ax.set(xlabel=label("position x", "position", which), ylabel=label("velocity ẋ", "velocity", which))
+    return ax

@@ -1,0 +1,84 @@
+"""An orbit over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.show.canvas import OKABE_ITO, label, new_axes, units_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from stickslip.orbit import Orbit
+
+
+def time_series(
+    orbit: Orbit,
+    ax: Axes | Sequence[Axes] | None = None,
+    *,
+    start: float = 0.0,
+    stop: float | None = None,
+    units: str | None = None,
+) -> list[Axes]:
+    """Draw position, velocity and friction force over time, sticks shaded.
+
+    Parameters
+    ----------
+    orbit : any orbit.
+    ax : three axes, or one that all three curves share; default a new figure with three under each other.
+    start, stop : the span of time; default the whole orbit.
+    units : ``"dimensionless"`` or ``"SI"``; default by the system.
+
+    Returns
+    -------
+    The three axes (the same one three times if they share it).
+    """
+    stop = orbit.t_end if stop is None else stop
+    if not 0 <= start < stop <= orbit.t_end:
+        raise InputError(
+            f"time_series: start and stop must lie in order in [0, {orbit.t_end:g}], got {start} and {stop}"
+        )
+    if ax is None:
+        panels = new_axes(3, 1, sharex=True, figsize=(5.6, 4.4))
+    elif isinstance(ax, Sequence | np.ndarray):
+        panels = list(ax)
+    else:
+        panels = [ax] * 3
+    if len(panels) != 3:
+        raise InputError(f"time_series: expected three axes or one, got {len(panels)}")
+    shared = panels[0] is panels[2]
+    segments = orbit.segments
+    # A jump of friction needs both its sides: sample just before each event as well.
+    edges = segments["t"].to_numpy()
+    edges = edges[(edges >= start) & (edges <= stop)]
+    grid = orbit.times()
+    before = np.nextafter(edges, -np.inf)
+    times = np.unique(np.concatenate([[start, stop], grid, edges, before[before > 0]]))
+    times = times[(times >= start) & (times <= stop)]
+    motion = orbit.to_xarray(times)
+    which = units_of(orbit.system, units)
+    curves = (
+        ("x", "position x", "position", OKABE_ITO["black"]),
+        ("v", "velocity ẋ", "velocity", OKABE_ITO["blue"]),
+        ("force", "friction F", "force", OKABE_ITO["vermilion"]),
+    )
+    for panel, (key, name, kind, colour) in zip(panels, curves, strict=True):
+        panel.plot(times, motion[key], color=colour, lw=1.1, label=name, rasterized=times.size > 20_000)
+        if not shared:
+            # Two lines, as three panels are low.
+            panel.set_ylabel(label(name, kind, which).replace(" (", "\n("))
+    begins, ends = segments["t"].to_numpy(), np.append(segments["t"].to_numpy()[1:], orbit.t_end)
+    sticks = (segments["direction"].to_numpy() == 0) & (ends > start) & (begins < stop)
+    for panel in {id(panel): panel for panel in panels}.values():
+        for begin, end in zip(begins[sticks], ends[sticks], strict=True):
+            panel.axvspan(max(begin, start), min(end, stop), color=OKABE_ITO["orange"], alpha=0.18, lw=0)
+        panel.margins(x=0)
+    panels[2].set_xlabel(label("time t", "time", which))
+    if shared:
+        panels[0].legend(fontsize=8, frameon=False, loc="upper right")
+        panels[0].set_ylabel("x, ẋ, F" + (" (dimensionless)" if which == "dimensionless" else " (SI)"))
+    return panels

@@ -1,0 +1,126 @@
+"""The paper's statements: known scores for our model, failure for models that cannot show them; figures are drawn."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip import paper
+from stickslip.paper import figures
+from stickslip.paper.statements import NOT, PARTLY, REPRODUCED, STATEMENTS, Study
+
+
+@pytest.fixture(autouse=True)
+def _closed():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def table():
+    return paper.score()
+
+
+KNOWN = {
+    "amplitude-falls": REPRODUCED,
+    "turning-slip-velocity-grows": PARTLY,
+    "friction-falls": NOT,
+    "higher-while-slip-grows": REPRODUCED,
+    "always-slipping": REPRODUCED,
+    "equation-7": REPRODUCED,
+    "hopf": PARTLY,
+    "stick-slip-at-small-s": REPRODUCED,
+    "end-of-stick-slip": REPRODUCED,
+    "end-of-oscillation": REPRODUCED,
+    "stable-slip": REPRODUCED,
+    "single-limit-cycle": PARTLY,
+    "first-break-away": REPRODUCED,
+    "forced-0.30-two-periodic": REPRODUCED,
+    "forced-0.30-non-periodic": REPRODUCED,
+    "forced-0.30-one-amplitude": NOT,
+    "forced-0.40-two-periodic": NOT,
+    "forced-0.40-non-periodic": NOT,
+}
+
+
+@pytest.mark.parametrize("statement", KNOWN)
+def test_score_of_our_calibration(table, statement):
+    assert table.loc[statement, "verdict"] == KNOWN[statement], table.loc[statement, "seen"]
+
+
+def test_every_statement_is_scored_with_what_was_seen(table):
+    assert list(table.index) == [statement.id for statement in STATEMENTS]
+    assert table["verdict"].isin([REPRODUCED, PARTLY, NOT]).all()
+    assert (table["seen"].str.len() > 5).all()
+    assert table["basis"].str.match("calibrated: |built in$|follows$").all()
+
+
+def test_passage_starts_with_stick_slip_and_ends_without(table):
+    assert table.loc["passage", "verdict"] in (REPRODUCED, PARTLY)
+
+
+def test_thresholds_of_the_paper(table):
+    assert table.loc["end-of-stick-slip", "value"] == pytest.approx(0.2522, abs=5e-4)
+    assert table.loc["end-of-oscillation", "value"] == pytest.approx(0.40, abs=1e-3)
+    # The amplitude vanishes along a straight line, as the law is piecewise linear.
+    assert table.loc["hopf", "value"] == pytest.approx(1.0, abs=0.05)
+
+
+def coulomb(s, forcing=None):
+    return ss.Oscillator(damping=0.28, drive_velocity=s, law=ss.laws.Coulomb(1.0), forcing=forcing)
+
+
+def test_a_model_that_cannot_oscillate_fails():
+    table = paper.score(coulomb, forcing_periods=100)
+    # Steady slip is all that Coulomb's law can do.
+    assert list(table.index[table["verdict"] == REPRODUCED]) == ["stable-slip"]
+    assert np.isnan(table.loc["end-of-stick-slip", "value"])
+
+
+def test_a_model_whose_limit_cycle_jumps_fails_the_hopf_statement():
+    law = ss.laws.StaticKinetic(1.0, 0.6)
+
+    def make(s, forcing=None):
+        return ss.Oscillator(damping=0.28, drive_velocity=s, law=law, forcing=forcing)
+
+    table = paper.score(make, only=("hopf", "end-of-oscillation", "stick-slip-at-small-s"))
+    assert table["verdict"].to_dict() == {"hopf": NOT, "stick-slip-at-small-s": REPRODUCED, "end-of-oscillation": NOT}
+
+
+def test_another_static_friction_moves_the_end_of_the_limit_cycle():
+    law = ss.laws.BogaczRyczek(static_friction=ss.laws.StaticFriction(initial=1.15))
+
+    def make(s, forcing=None):
+        return ss.Oscillator(damping=0.28, drive_velocity=s, law=law, forcing=forcing)
+
+    table = paper.score(make, only=("end-of-oscillation",))
+    # Where the line of corners reaches f_s(0): 3.41 s − 0.28 = 1.15.
+    assert table["value"].item() == pytest.approx((1.15 + 0.28) / 3.41, abs=1e-3)
+    assert table["verdict"].item() == PARTLY
+
+
+def test_an_unknown_statement_is_one_sentence():
+    with pytest.raises(ss.InputError, match="did you mean 'hopf'"):
+        paper.score(only=("hopff",))
+
+
+def test_two_motions_are_stable_just_below_the_end_of_stick_slip():
+    study = Study(paper.oscillator, 200, 1e-3, 100, 1)
+    assert study.motion(0.25)["regime"] == "stick_slip"
+    assert study.motion(0.25, x0=1.0, v0=0.0)["regime"] == "almost_harmonic"
+
+
+@pytest.mark.parametrize("name", [name for name in figures.FIGURES if "regimes" not in name])
+def test_figures_are_drawn(name):
+    axes = figures.FIGURES[name]()
+    first = axes[0] if isinstance(axes, list) else axes
+    first.figure.canvas.draw()
+    assert first.get_ylabel()
+
+
+def test_overview_and_regimes_are_drawn():
+    diagram = figures.drive_velocity_diagram(np.linspace(0.1, 0.5, 9), periods=60)
+    panels = figures.overview(diagram)
+    panels[0].figure.canvas.draw()
+    assert [text.get_text() for text in panels[2].texts] == ["stick-slip", "almost-harmonic", "stable slip"]
+    assert figures.regimes(diagram, quantity="slip_velocity").get_xlabel() == "drive velocity s (dimensionless)"
