@@ -29,6 +29,7 @@ from stickslip.measure.sticks import (
     find_flanks,
     is_rigid,
     make_pilot,
+    own_period,
     rigid_candidates,
     rigid_slope,
     stick_slope,
@@ -70,7 +71,7 @@ def measure(record: Any, rig: Rig | str | Path) -> xr.DataTree:
 
     Examples
     --------
-    A dimensionless oscillator with static friction 1 and kinetic friction 0.6, sampled without noise:
+    A free oscillation of a dimensionless oscillator, with some noise: there is no friction to be found.
 
     >>> from stickslip.measure import Rig, measure
     >>> t = np.linspace(0, 40, 1001)
@@ -121,12 +122,7 @@ def _measure(record: Record, rig: Rig) -> _Found:
         )
 
     pilot = make_pilot(time, x, weight, o, noise)
-    flanks = find_flanks(pilot, rig.least_drop)
-    if flanks.smaller:
-        notes.append(
-            f"{flanks.smaller} falls of the spring smaller than {rig.least_drop:g} of the median fall were taken as "
-            "creep inside a stick, not as slips (rig: least_drop)"
-        )
+    flanks = find_flanks(pilot, 0.0)  # every fall that stands clear of the noise
 
     # the spring and the drive as the sticks show them
     fine = 4 * pilot.rate_error < 0.5 * o.drive_velocity
@@ -136,6 +132,12 @@ def _measure(record: Record, rig: Rig) -> _Found:
     if not trial and fine:
         rigid = True  # nothing sticks, so nothing creeps
     if not rigid:
+        flanks = find_flanks(pilot, rig.least_drop)
+        if flanks.smaller:
+            notes.append(
+                f"{flanks.smaller} falls of the spring smaller than {rig.least_drop:g} of the median fall were taken "
+                "as creep inside a stick, not as slips (rig: least_drop)"
+            )
         slope = stick_slope(time, x, weight, flanks, pilot, o.drive_velocity)
     ratio = 1.0 if slope is None else slope.value / o.drive_velocity
     if slope is not None and abs(slope.value - o.drive_velocity) > max(4 * slope.error, 0.003 * o.drive_velocity):
@@ -208,8 +210,7 @@ def _without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:
 
 def _knots(pilot: Pilot, oscillator: Oscillator) -> float:
     step = float((pilot.time[-1] - pilot.time[0]) / (len(pilot.time) - 1))
-    period = 2 * math.pi * math.sqrt(oscillator.mass / oscillator.stiffness)
-    return max(min(period / 50, 0.25 / pilot.cutoff), 2 * step)
+    return max(min(own_period(oscillator) / 25, 0.2 / pilot.cutoff), 2 * step)
 
 
 def _rigid_fit(
@@ -220,8 +221,10 @@ def _rigid_fit(
     sticks = rigid_candidates(pilot, flanks, o.drive_velocity)
     path = o.drive_velocity * (time - time[0]) - x
     cutoff = pilot.cutoff
-    for _ in range(2):
-        sticks = refine_sticks(LimitSearch(time, path, weight, o, noise, knots, cutoff), sticks)
+    step = float(time[1] - time[0])
+    soft: bool | None = None
+    for span in (max(8 * step, 0.06 * own_period(o)), 3 * step):
+        sticks, soft = refine_sticks(LimitSearch(time, path, weight, o, noise, knots, cutoff), sticks, span, soft)
         fit = fit_pieces(time, x, weight, sticks, True, o, knots)
         changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
         cutoff = fit.cutoff.get("slip", cutoff)
@@ -246,7 +249,8 @@ def _inertia_notes(friction: Friction, rig: Rig, word: str, line: Line, notes: l
     if math.isfinite(inertia) and abs(inertia - o.mass) > max(3 * error, 0.15 * o.mass):
         notes.append(
             f"the inertia that makes the friction force of the slips smoothest is {inertia / o.mass:.2f} +- "
-            f"{error / o.mass:.2f} times the {o.mass:g} kg used here (a law that is steep in w shifts this; rig: effective_mass sets another)"
+            f"{error / o.mass:.2f} times the {o.mass:g} kg used here (a law that is steep in w shifts this; "
+            f"rig: effective_mass sets another)"
         )
 
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
-from scipy.optimize import minimize_scalar
 
 from stickslip.measure.pieces import DEGREE, GAUSS_NODES, GAUSS_WEIGHTS, Oscillator
 from stickslip.measure.sticks import Stick, own_period
@@ -64,28 +63,23 @@ class LimitSearch:
         """Sampling interval in s."""
         return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
 
-    def rest(self, start: float, end: float, origin: float) -> Evidence:
-        """Evidence of the samples between two times if the mass rests there; levels count from `origin`."""
-        part = slice(*np.searchsorted(self.time, [start, end]))
-        y, w = self.path[part] - origin, self.weight[part]
-        return Evidence(
-            float(np.sum(w)) / self.noise**2, float(w @ y) / self.noise**2, float(w @ (y * y)) / self.noise**2
-        )
+    def slip(self, start: float, end: float, origin: float, joined: str, soft: bool = False) -> Evidence:
+        """Evidence of a slip that meets a stick (u = U, u' = 0) at its ``"start"`` or ``"end"``, or ``"nowhere"``.
 
-    def slip(self, start: float, end: float, origin: float, joined: str) -> Evidence:
-        """Evidence of a slip that meets a stick (u = U, u' = 0) at its ``"start"`` or ``"end"``, or ``"nowhere"``."""
+        A `soft` joint has u'' = 0 too: the friction force does not jump there.
+        """
         matrix, right, constant, prior, held = self._system(start, end, origin)
         count = len(right)
         if joined == "nowhere":
             return Evidence(1.0, 0.0, constant + self._inner(matrix, right, prior, held, [0, 1, 2]))
-        ends = np.array([0, 1] if joined == "start" else [count - 2, count - 1])
+        tied = 3 if soft else 2
+        ends = np.arange(tied) if joined == "start" else np.arange(count - tied, count)
         free = np.setdiff1d(np.arange(count), ends)
         inner, cross = matrix[np.ix_(free, free)], matrix[np.ix_(free, ends)].sum(axis=1)
         factor = cho_factor(inner, lower=True, check_finite=False)
         solved = cho_solve(factor, np.stack([right[free], cross], axis=1), check_finite=False)
-        row = held[2 if joined == "start" else 5][free]
-        precision = prior[np.ix_(free, free)]
-        log_prior = _log_determinant(precision, row[None, :])
+        rows = [] if soft else [2 if joined == "start" else 5]
+        log_prior = _log_determinant(prior[np.ix_(free, free)], held[np.ix_(np.array(rows, dtype=np.int64), free)])
         determinant = 2 * float(np.sum(np.log(np.diagonal(factor[0]))))
         return Evidence(
             float(matrix[np.ix_(ends, ends)].sum() - cross @ solved[:, 1]),
@@ -111,13 +105,12 @@ class LimitSearch:
         basis = BSpline.design_matrix(places, reference.knots, DEGREE).toarray()
         y, w = self.path[part] - origin, self.weight[part]
         weighted = basis * (w / self.noise**2)[:, None]
-        first, second, third = reference.derivatives
-        rows = third / h**3 + second * (o.damping / o.mass / h**2) + first * (o.stiffness / o.mass / h)
-        strength = 1 / (self.step * (2 * math.pi * self.cutoff) ** 6 * self.noise**2)
-        scaled = rows * (reference.weights * h * strength)[:, None]
+        # df/dt / m = target - sum_d factors[d] u^(d)
+        factors = np.array([o.stiffness / o.mass / h, o.damping / o.mass / h**2, 1 / h**3])
         target = o.stiffness * o.drive_velocity / o.mass
-        prior = scaled.T @ rows
-        right = weighted.T @ y + target * scaled.sum(axis=0)
+        strength = 1 / (self.step * (2 * math.pi * self.cutoff) ** 6 * self.noise**2)
+        prior = strength * h * np.einsum("i,j,ijkl->kl", factors, factors, reference.products)
+        right = weighted.T @ y + target * strength * h * (factors @ reference.integrals)
         constant = float(w @ (y * y)) / self.noise**2 + target**2 * strength * (end - start)
         rate = math.sqrt(o.stiffness / o.mass)
         units = np.array([rate, 1 / h, 1 / (h * h * rate)] * 2) / o.drive_velocity
@@ -127,139 +120,182 @@ class LimitSearch:
 @dataclass(frozen=True)
 class _Reference:
     knots: Array
-    derivatives: tuple[Array, Array, Array]
-    weights: Array
+    products: Array
+    integrals: Array
     ends: Array
 
 
 @lru_cache(maxsize=512)
 def _reference(count: int) -> _Reference:
-    """Splines on `count` intervals of length one: derivatives 1 to 3 at Gauss points, and u, u', u'' at both ends."""
+    """Splines on `count` intervals of length one: integrals of products of their derivatives 1 to 3, and both ends."""
     knots = np.concatenate([np.zeros(DEGREE), np.arange(count + 1.0), np.full(DEGREE, float(count))])
     size = count + DEGREE
     nodes = (np.arange(count)[:, None] + 0.5 + 0.5 * GAUSS_NODES).ravel()
     spline = BSpline(knots, np.eye(size), DEGREE)
-    derivatives = tuple(np.asarray(spline.derivative(d)(nodes)) for d in (1, 2, 3))
+    derivatives = np.stack([np.asarray(spline.derivative(d)(nodes)) for d in (1, 2, 3)])
+    weighted = derivatives * np.tile(0.5 * GAUSS_WEIGHTS, count)[:, None]
     limits = [(0.0, d) for d in range(3)] + [(float(count), d) for d in range(3)]
     ends = np.array([spline(place, nu=d) for place, d in limits])
-    return _Reference(
-        knots,
-        (derivatives[0], derivatives[1], derivatives[2]),
-        np.tile(0.5 * GAUSS_WEIGHTS, count),
-        ends,
-    )
+    products = np.einsum("ink,jnl->ijkl", weighted, derivatives, optimize=True)
+    return _Reference(knots, products, weighted.sum(axis=1), ends)
 
 
 def _log_determinant(precision: Array, held: Array) -> float:
     """Log determinant of a precision that leaves the held states open, per unit of those states."""
     own = held.T @ held
-    scale = float(np.trace(own) / np.trace(precision))
+    scale = float(np.trace(own) / np.trace(precision)) if len(held) else 1.0
     factor = cho_factor(scale * precision + own, lower=True, check_finite=False)
     rank = len(precision) - len(held)
     return 2 * float(np.sum(np.log(np.diagonal(factor[0])))) - rank * math.log(scale)
 
 
-def refine_sticks(search: LimitSearch, sticks: list[Stick]) -> list[Stick]:
-    """Move the limits of each stick to where the record is likeliest, and drop sticks the record does not need.
+def refine_sticks(
+    search: LimitSearch, sticks: list[Stick], span: float, soft: bool | None = None
+) -> tuple[list[Stick], bool]:
+    """Move the limits of each stick to where the record puts them, and drop sticks the record does not need.
 
-    The stretch from the middle of the slip before to the middle of the slip after is taken as slip, rest, slip. A stick
-    stays if it is likelier than a slip without it by more than its two limits cost (Bayes' information criterion).
-    Limits carry the standard error that the curvature of the likelihood gives.
+    The stretch from the middle of the slip before to the middle of the slip after is taken as slip, rest, slip. A limit
+    is where its evidence over time is greatest, or the mean of that evidence where the force does not jump and the
+    peak is flat and skewed; its error is the spread of the evidence. A stick stays if it is likelier than a slip
+    without it by more than its two limits cost (Bayes' information criterion). Whether the friction force jumps when
+    a stick gives way is decided once for all sticks, by their evidence together.
+
+    Parameters
+    ----------
+    search : the record.
+    sticks : first guesses.
+    span : how far to look on each side of a guess, in s.
+    soft : whether the force jumps at a break-away where that is known already.
+
+    Returns
+    -------
+    sticks, soft : with `soft` if the force does not jump at the break-away.
     """
-    reach = own_period(search.oscillator)
-    refined: list[Stick] = []
+    reach = own_period(search.oscillator) / 2
+    choices = (False, True) if soft is None else (soft,)
+    refined: dict[bool, list[Stick]] = {choice: [] for choice in choices}
+    total = dict.fromkeys(choices, 0.0)
     for number, stick in enumerate(sticks):
         low, high = float(search.time[0]), float(search.time[-1])
         if number > 0:
             low = (sticks[number - 1].end + stick.start) / 2
         if number + 1 < len(sticks):
             high = (stick.end + sticks[number + 1].start) / 2
-        try:
-            found = _refine(search, stick, max(low, stick.start - reach), min(high, stick.end + reach))
-        except LinAlgError:
-            found = stick
-        if found is not None:
-            refined.append(found)
-    return refined
+        one = _OneStick(search, stick, max(low, stick.start - reach), min(high, stick.end + reach), span)
+        for choice in choices:
+            try:
+                found, deviance = one.refined(choice)
+            except LinAlgError:
+                found, deviance = stick, 0.0
+            total[choice] += deviance
+            if found is not None:
+                refined[choice].append(found)
+    best = min(choices, key=lambda choice: total[choice])
+    return refined[best], best
 
 
-def _refine(search: LimitSearch, stick: Stick, low: float, high: float) -> Stick | None:
-    step = search.step
-    middle = (stick.start + stick.end) / 2
-    origin = float(np.interp(middle, search.time, search.path))
-    span = max(8 * step, 0.06 * own_period(search.oscillator))
-    margin = 8 * step
-    kept: dict[tuple[str, float], Evidence] = {}
+class _OneStick:
+    """The search for the limits of one stick between two times."""
 
-    def before(start: float) -> Evidence:
+    def __init__(self, search: LimitSearch, stick: Stick, low: float, high: float, span: float) -> None:
+        self.search, self.stick, self.low, self.high, self.span = search, stick, low, high, span
+        self.soft = False
+        # one cut-off serves a whole slip, but friction changes fastest just before a capture, where a stiff slip would
+        # push the capture late, and slowest after a break-away, where a lax slip would pass for rest
+        self.before_search = replace(search, cutoff=1.5 * search.cutoff, knots=search.knots / 1.5)
+        self.after_search = replace(search, cutoff=0.75 * search.cutoff)
+        self.origin = float(np.interp((stick.start + stick.end) / 2, search.time, search.path))
+        self.kept: dict[tuple[str, float], Evidence] = {}
+        part = slice(*np.searchsorted(search.time, [low, high]))
+        y, w = search.path[part] - self.origin, search.weight[part] / search.noise**2
+        self.inside = search.time[part]
+        self.sums = np.concatenate([np.zeros((3, 1)), np.cumsum([w, w * y, w * y * y], axis=1)], axis=1)
+
+    def rest(self, start: float, end: float) -> Evidence:
+        """Evidence of the samples between two times if the mass rests there."""
+        a, b = np.searchsorted(self.inside, [start, end])
+        return Evidence(*(self.sums[:, b] - self.sums[:, a]).tolist())
+
+    def before(self, start: float) -> Evidence:
         key = ("before", start)
-        if key not in kept:
-            kept[key] = search.slip(low, start, origin, "end")
-        return kept[key]
+        if key not in self.kept:
+            self.kept[key] = self.before_search.slip(self.low, start, self.origin, "end")
+        return self.kept[key]
 
-    def after(end: float) -> Evidence:
-        key = ("after", end)
-        if key not in kept:
-            kept[key] = search.slip(end, high, origin, "start")
-        return kept[key]
+    def after(self, end: float) -> Evidence:
+        key = ("soft" if self.soft else "hard", end)
+        if key not in self.kept:
+            self.kept[key] = self.after_search.slip(end, self.high, self.origin, "start", self.soft)
+        return self.kept[key]
 
-    def value(start: float, end: float) -> float:
-        total = search.rest(start, end, origin)
-        if stick.starts:
-            total = total + before(start)
-        if stick.ends:
-            total = total + after(end)
+    def value(self, start: float, end: float) -> float:
+        total = self.rest(start, end)
+        if self.stick.starts:
+            total = total + self.before(start)
+        if self.stick.ends:
+            total = total + self.after(end)
         return total.integrated()
 
-    def places(at: float, free: bool, bounds: tuple[float, float]) -> Array:
-        a, b = max(at - span, bounds[0]), min(at + span, bounds[1])
+    def refined(self, soft: bool) -> tuple[Stick | None, float]:
+        """The stick with its limits and errors, or None, and the deviance of the stretch."""
+        self.soft = soft
+        stick, step = self.stick, self.search.step
+        margin = 6 * step
+        # the valley of a hard capture is a few samples wide and has hills beside it, so look everywhere first
+        starts = self._places(
+            stick.start, stick.starts, self.low + margin, self.high - (2 * margin if stick.ends else 3 * step)
+        )
+        ends = self._places(
+            stick.end, stick.ends, self.low + (2 * margin if stick.starts else 3 * step), self.high - margin
+        )
+        table = np.full((len(starts), len(ends)), np.inf)
+        for i, start in enumerate(starts):
+            for j, end in enumerate(ends):
+                if end - start > step:
+                    table[i, j] = self.value(float(start), float(end))
+        best = float(np.min(table))
+        if not math.isfinite(best):
+            return None, 0.0
+        row, column = divmod(int(np.argmin(table)), len(ends))
+        start, end = float(starts[row]), float(ends[column])
+        if stick.starts and stick.ends:
+            without = self.before_search.slip(self.low, self.high, self.origin, "nowhere").integrated()
+            if without - best < 2 * math.log((self.high - self.low) / step):
+                return None, without
+        start_error, end_error = stick.start_error, stick.end_error
+        if len(starts) > 1:
+            start, start_error = self._centre(lambda to: self.value(to, end), starts, table[:, column], False)
+        if len(ends) > 1:
+            end, end_error = self._centre(lambda to: self.value(start, to), ends, table[row], self.soft)
+        if end - start < step:
+            return None, best
+        return replace(stick, start=start, end=end, start_error=start_error, end_error=end_error), best
+
+    def _places(self, at: float, free: bool, lowest: float, highest: float) -> Array:
+        a, b = max(at - self.span, lowest), min(at + self.span, highest)
         if not free or b <= a:
             return np.array([at])
-        return np.linspace(a, b, max(math.ceil((b - a) / step), 2) + 1)
+        return np.linspace(a, b, max(math.ceil((b - a) / self.search.step), 2) + 1)
 
-    # the valley of a hard capture is a few samples wide and has hills beside it, so look everywhere first
-    starts = places(stick.start, stick.starts, (low + margin, high - 2 * margin))
-    ends = places(stick.end, stick.ends, (low + 2 * margin, high - margin))
-    table = np.full((len(starts), len(ends)), np.inf)
-    for i, start in enumerate(starts):
-        for j, end in enumerate(ends):
-            if end - start > step:
-                table[i, j] = value(float(start), float(end))
-    if not np.isfinite(table).any():
-        return None
-    row, column = divmod(int(np.argmin(table)), len(ends))
-    start, end, best = float(starts[row]), float(ends[column]), float(table[row, column])
-    for _ in range(2):
-        if len(starts) > 1:
-            start, best = _lower(partial(value, end=end), start, best, step, end - step / 2)
-        if len(ends) > 1:
-            end, best = _lower(partial(value, start), end, best, step, math.inf)
-    if len(starts) > 1 and len(ends) > 1:
-        without = search.slip(low, high, origin, "nowhere").integrated()
-        if without - best < 2 * math.log((high - low) / step):
-            return None
-    start_error = _error(partial(value, end=end), start, best, step) if len(starts) > 1 else stick.start_error
-    end_error = _error(partial(value, start), end, best, step) if len(ends) > 1 else stick.end_error
-    return replace(stick, start=start, end=end, start_error=start_error, end_error=end_error)
-
-
-def _lower(value: Callable[[float], float], at: float, now: float, step: float, most: float) -> tuple[float, float]:
-    bounds = (at - step, min(at + step, most))
-    if bounds[1] <= bounds[0]:
-        return at, now
-    found = minimize_scalar(value, bounds=bounds, method="bounded", options={"xatol": 0.05 * step, "maxiter": 12})
-    return (float(found.x), float(found.fun)) if found.fun < now else (at, now)
-
-
-def _error(value: Callable[[float], float], at: float, now: float, step: float) -> float:
-    """Half the width over which the deviance rises by one, looked for outwards."""
-    sides = []
-    for sign in (-1, 1):
-        reach = 0.25 * step
-        while reach < 16 * step:
-            rise = value(at + sign * reach) - now
-            if rise >= 1:
-                break
-            reach *= 2
-        sides.append(reach / math.sqrt(max(rise, 1.0)))
-    return (sides[0] + sides[1]) / 2
+    def _centre(self, value: Callable[[float], float], places: Array, values: Array, soft: bool) -> tuple[float, float]:
+        """Place and spread of a limit under its evidence, on a grid fine enough for it."""
+        wide = np.flatnonzero(values < values.min() + 15)
+        spacing = float(places[1] - places[0])
+        a, b = float(places[wide[0]]) - spacing, float(places[wide[-1]]) + spacing
+        a, b = max(a, float(places[0])), min(b, float(places[-1]))
+        fine = np.linspace(a, b, int(np.clip(math.ceil(5 * (b - a) / spacing), 2, 16)) + 1)
+        deviances = np.array([value(float(place)) if b > a else 0.0 for place in fine])
+        deviances[~np.isfinite(deviances)] = np.inf
+        likelihood = np.exp(-0.5 * (deviances - deviances.min()))
+        likelihood /= likelihood.sum()
+        mean = float(likelihood @ fine)
+        spread = math.sqrt(float(likelihood @ (fine - mean) ** 2))
+        # a grid cannot tell less than a part of its spacing
+        spread = max(spread, (fine[1] - fine[0]) / math.sqrt(12), 1e-3 * self.search.step)
+        if soft:
+            return mean, spread
+        i = int(np.clip(np.argmin(deviances), 1, len(fine) - 2))
+        left, lowest, right = deviances[i - 1 : i + 2]
+        bend = left + right - 2 * lowest
+        shift = float(np.clip(0.5 * (left - right) / bend, -1, 1)) if 0 < bend < np.inf else 0.0
+        return float(fine[i] + shift * (fine[1] - fine[0])), spread

@@ -271,18 +271,20 @@ class PiecewiseFit:
 
     def evaluate(self, time: Array, derivative: int) -> Array:
         """u or a derivative of it at these times, from the piece on the right at an event."""
-        values = self._raw_design(time, derivative) @ (self.joints @ self.coefficients)
-        return np.asarray(values + self.offset if derivative == 0 else values)
+        values = np.asarray(self._raw_design(time, derivative) @ np.asarray(self.joints @ self.coefficients))
+        return values + self.offset if derivative == 0 else values
 
     def deviation(self, time: Array, terms: dict[int, float], noise: float) -> Array:
         """Standard error of sum over derivatives d of terms[d] * u^(d) at these times.
 
         It holds the noise and what the smoothing leaves open (the posterior of the penalty read as a prior).
         """
-        stacked = sparse.vstack([factor * self.design(time, derivative) for derivative, factor in terms.items()])
+        stacked = sparse.vstack(
+            [self.design(time, derivative).multiply(factor) for derivative, factor in terms.items()]
+        )
         places = np.tile(np.arange(len(time)), len(terms))
         total = sparse.csr_matrix((np.ones(len(places)), (places, np.arange(len(places)))))
-        rows = sparse.csr_matrix(total @ stacked)
+        rows: sparse.csr_matrix = total @ stacked
         size = self.joints.shape[1]
         # columns of the inverse fade within some tens of knots, so unit vectors that far apart share one solve
         stride = min(size, 96)

@@ -57,7 +57,8 @@ def make_pilot(time: Array, extension: Array, weight: Array, oscillator: Oscilla
     """Smooth the whole record as one slip; the cut-off is the likeliest on stretches spread over the record."""
     period = own_period(oscillator)
     step = float((time[-1] - time[0]) / (len(time) - 1))
-    knots = max(period / 50, 2 * step)
+    # a short record may be worth a finer look than a long one can afford
+    knots = max(period / (50 if len(time) < 50_000 else 25), 2 * step)
     path = oscillator.drive_velocity * (time - time[0]) - extension
 
     def whole(part: slice) -> PiecewiseFit:
