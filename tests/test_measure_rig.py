@@ -1,0 +1,63 @@
+"""The rig file: what it accepts, what it refuses and in which words."""
+
+from pathlib import Path
+
+import pytest
+
+from stickslip.errors import InputError
+from stickslip.measure import Rig
+
+GOOD = """
+gauge = "spring_force"
+column = "Fnorm"
+unit = "mg"
+stiffness = 168
+mass = 0.0307
+drive_velocity = 42e-6
+"""
+
+
+def test_rig_survives_its_own_toml() -> None:
+    rig = Rig.from_toml(GOOD + "mains_frequency = 50\neffective_mass = 0.018\n")
+    assert Rig.from_toml(rig.to_toml()) == rig
+    assert rig.inertia == 0.018
+    assert rig.force_unit == pytest.approx(0.0307 * 9.81)
+
+
+def test_example_rigs_are_read() -> None:
+    folder = Path(__file__).parents[1] / "examples" / "rigs"
+    rigs = [Rig.load(path) for path in sorted(folder.glob("*.toml"))]
+    assert len(rigs) >= 5
+    for rig in rigs:
+        assert Rig.from_toml(rig.to_toml()) == rig
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("stiffness = 168", ""), "stiffness is missing"),
+        (("stiffness = 168", "stiffness = -168"), "stiffness must be a positive number, got -168"),
+        (("stiffness = 168", "stiffness = 0"), "stiffness must be a positive number, got 0"),
+        (("stiffness = 168", "stiffness = nan"), "stiffness must be a positive number, got nan"),
+        (("stiffness = 168", "stiffness = '168'"), "stiffness must be a positive number, got '168'"),
+        (("stiffness = 168", "stifness = 168"), "did you mean 'stiffness'"),
+        (("mass = 0.0307", "mass = -1"), "mass must be a positive number"),
+        (("drive_velocity = 42e-6", "drive_velocity = 0"), "drive_velocity must be a positive number"),
+        (("mass = 0.0307", "mass = 0.0307\ndamping = -1"), "damping must be zero or a positive number"),
+        (('gauge = "spring_force"', 'gauge = "spring-force"'), "did you mean 'spring_force'"),
+        (('unit = "mg"', 'unit = "kip"'), "unit of a spring_force record must be one of N, mg, 1, got 'kip'"),
+        (("mass = 0.0307", "mass = "), "not a TOML document"),
+    ],
+)
+def test_bad_rig_is_one_sentence(change: tuple[str, str], words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        Rig.from_toml(GOOD.replace(*change), source="rig.toml")
+    message = str(caught.value)
+    assert words in message
+    assert message.startswith("rig.toml:")
+    assert "\n" not in message
+
+
+def test_missing_rig_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such rig file"):
+        Rig.load(tmp_path / "none.toml")
