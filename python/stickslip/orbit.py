@@ -181,7 +181,7 @@ class Orbit:
         tables = {"events": self._core.events().reshape(-1, 7), "segments": self._core.segments().reshape(-1, 8)}
         columns: dict[str, list[str]] = {
             "events": ["t", "kind", "x", "v", "force", "stick_time", "force_rate"],
-            "segments": list(self.segments),
+            "segments": [str(name) for name in self.segments],
         }
         groups = {
             name: xr.Dataset({column: (name[:-1], table[:, i]) for i, column in enumerate(columns[name])})

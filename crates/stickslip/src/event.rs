@@ -5,6 +5,7 @@
 //! bound of the curvature excludes every root; such steps close in on the first root from below, quadratically.
 
 use crate::flow::exact::{Basis, Signal, Slip, Stick};
+use crate::flow::expansion::Expansion;
 use crate::law::{End, Friction, Hold, Law, Piece};
 
 /// What finding events has cost.
@@ -199,20 +200,16 @@ impl<const H: usize> Search<'_, H> {
         t
     }
 
-    /// March in steps that a bound on the curvature certifies to be free of roots.
+    /// March in steps that a bound on the curvature certifies to be free of roots, on one [`Expansion`] after the other.
     fn march(&mut self, piece: &Piece, start: Start, horizon: f64) -> Option<(f64, End)> {
-        let third = self.ddu.derivative(&self.slip.decay, &self.slip.frequency);
-        let fastest = self.slip.frequency.iter().copied().fold(0.0, f64::max);
-        let reach = 1.0 / (self.slip.decay.omega + self.slip.decay.gamma.abs() + fastest);
-        let tiny = 4.0 * f64::EPSILON * reach;
         let mut t = 0.0;
         // The sign of the acceleration in this mode, for laws that care.
         let mut sense = 0.0;
         loop {
             let basis = self.basis(t);
-            let (value, mut slope, curve) = (self.u.at(&basis), self.du.at(&basis), self.ddu.at(&basis));
-            let jerk = third.bound(&self.slip.decay, t, reach);
-            let bend = (curve.abs() + jerk * reach).min(self.ddu.bound(&self.slip.decay, t, reach));
+            let near = Expansion::new(&self.u, &self.du, &self.slip.decay, &self.slip.frequency, &basis);
+            let tiny = f64::EPSILON * near.reach.max(2.0 * t);
+            let (value, mut slope, curve) = near.start();
             let first = t == 0.0;
             // At an end the slope points inward; one that rounding made zero or worse is a turn.
             let turning = first
@@ -224,57 +221,97 @@ impl<const H: usize> Search<'_, H> {
                 };
             if first {
                 slope = if turning { 0.0 } else { slope };
-                sense = if turning { curve } else { slope };
+                sense = if turning { curve } else { slope }.signum();
             }
-            let mut step = reach;
-            let mut end = None;
-            let mut guard = |margin: f64, rate: f64, bound: f64, which: End| {
-                let free = free_time(margin.max(0.0), rate, bound);
-                if free < step {
-                    step = free;
-                    end = Some(which);
-                }
+            let mut guards = Guards {
+                piece,
+                sense,
+                jerk: near.jerk,
+                free: near.reach,
+                end: None,
             };
             if turning && curve > 0.0 {
                 // At a turn that may lie on the end: the cubic bound ü τ²/2 − jerk τ³/6 keeps it away.
-                guard(0.0, 1.5 * curve, jerk, End::Low);
+                guards.watch(0.0, 1.5 * curve, near.jerk, End::Low);
             } else {
                 let margin = if first && start == Start::Low {
                     0.0
                 } else {
                     value - piece.low
                 };
-                guard(margin, slope, bend, End::Low);
+                guards.watch(margin, slope, near.bend, End::Low);
             }
             if turning && curve < 0.0 {
-                guard(0.0, -1.5 * curve, jerk, End::High);
-            } else if piece.high.is_finite() {
+                guards.watch(0.0, -1.5 * curve, near.jerk, End::High);
+            } else {
                 let margin = if first && start == Start::High {
                     0.0
                 } else {
                     piece.high - value
                 };
-                guard(margin, -slope, bend, End::High);
+                guards.watch(margin, -slope, near.bend, End::High);
             }
-            if piece.turns {
-                let sign = f64::signum(sense);
-                guard(
-                    sign * slope,
-                    sign * curve,
-                    jerk,
-                    End::Turn { rising: sense < 0.0 },
-                );
-            }
-            if let Some(end) = end
-                && step <= tiny.max(2.0 * f64::EPSILON * t)
-                && !(first && step > 0.0)
+            guards.watch_turn(slope, curve);
+            if let Some(end) = guards.end
+                && guards.free <= tiny
+                && !(first && guards.free > 0.0)
             {
                 return Some((t, end));
             }
-            t += step.max(tiny);
+            // A first step this short means that a root may be near: expand no further than needed to close in on it.
+            let reach = near.reach.min(8.0 * guards.free.max(tiny));
+            let (error, slope_error) = near.error(reach);
+            let mut h = guards.free;
+            while h < reach {
+                let (value, slope, curve) = near.at(h);
+                guards.free = near.reach;
+                guards.watch(value - error - piece.low, slope, near.bend, End::Low);
+                guards.watch(piece.high - error - value, -slope, near.bend, End::High);
+                guards.watch_turn(slope - sense * slope_error, curve);
+                if guards.free <= tiny {
+                    if let Some(end) = guards.end
+                        && error <= f64::EPSILON * near.bend * near.reach * tiny
+                    {
+                        return Some((t + h, end));
+                    }
+                    break;
+                }
+                h += guards.free;
+            }
+            t += h.clamp(tiny, reach);
             if t >= horizon {
                 return None;
             }
+        }
+    }
+}
+
+/// The ends of a piece as guards: how far ahead the nearest of them certainly is, and which it is.
+struct Guards<'a> {
+    piece: &'a Piece,
+    sense: f64,
+    jerk: f64,
+    free: f64,
+    end: Option<End>,
+}
+
+impl Guards<'_> {
+    fn watch(&mut self, margin: f64, rate: f64, bound: f64, end: End) {
+        let free = free_time(margin.max(0.0), rate, bound);
+        if free < self.free {
+            (self.free, self.end) = (free, Some(end));
+        }
+    }
+
+    fn watch_turn(&mut self, slope: f64, curve: f64) {
+        if self.piece.turns {
+            let rising = self.sense < 0.0;
+            self.watch(
+                self.sense * slope,
+                self.sense * curve,
+                self.jerk,
+                End::Turn { rising },
+            );
         }
     }
 }

@@ -1,3 +1,4 @@
 //! Motion between two events.
 
 pub mod exact;
+pub(crate) mod expansion;

@@ -39,9 +39,43 @@ impl Decay {
         1.0 / self.omega.max(self.gamma.abs())
     }
 
+    /// k/m.
+    pub(crate) fn natural_squared(&self) -> f64 {
+        self.gamma * self.gamma - self.kappa
+    }
+
+    /// A free motion that has `value` and `rate` now is at any later time, as is each of its derivatives, no larger than
+    /// Σ amplitude · |exponent|ⁿ · [`Self::growth`]: these are its (amplitude, |exponent|).
+    pub(crate) fn parts(&self, value: f64, rate: f64) -> [(f64, f64); 2] {
+        let natural = self.natural_squared().sqrt();
+        if self.omega < 1e-3 * natural {
+            // Nearly critical, value + (rate + γ value) t times an exponential: both exponents are one.
+            let amplitude = value.abs() + 16.0 * (rate + self.gamma * value).abs() / natural;
+            return [(1.1 * amplitude, natural), (0.0, 0.0)];
+        }
+        if self.oscillates() {
+            let amplitude = value.hypot((rate + self.gamma * value) / self.omega);
+            return [(amplitude, natural), (0.0, 0.0)];
+        }
+        let (one, two) = self.exponents();
+        let first = (rate - two * value) / (one - two);
+        [(first.abs(), one.abs()), ((value - first).abs(), two.abs())]
+    }
+
+    /// How much a free motion can have grown after `t`.
+    pub(crate) fn growth(&self, t: f64) -> f64 {
+        if self.gamma >= 0.0 {
+            1.0
+        } else if self.oscillates() {
+            (-self.gamma * t).exp()
+        } else {
+            ((self.omega - self.gamma) * t).exp()
+        }
+    }
+
     /// The two real exponents of a motion that does not oscillate, the smaller in size first.
     fn exponents(&self) -> (f64, f64) {
-        let natural = self.gamma * self.gamma - self.kappa;
+        let natural = self.natural_squared();
         if self.gamma >= 0.0 {
             let fast = -(self.gamma + self.omega);
             (natural / fast, fast)
@@ -126,22 +160,14 @@ impl<const H: usize> Signal<H> {
         }
     }
 
-    /// A bound of |signal − constant| over [τ, τ + reach].
-    #[must_use]
-    pub fn bound(&self, decay: &Decay, t: f64, reach: f64) -> f64 {
-        let growth = |exponent: f64| (exponent * if exponent > 0.0 { t + reach } else { t }).exp();
-        let free = if decay.oscillates() {
-            self.a.hypot(self.b / decay.omega) * growth(-decay.gamma)
-        } else {
-            let (one, two) = decay.exponents();
-            if decay.omega > 0.0 && (one - two).abs() > 1e-6 * (one.abs() + two.abs()) {
-                let first = (self.b + (-decay.gamma - two) * self.a) / (one - two);
-                first.abs() * growth(one) + (self.a - first).abs() * growth(two)
-            } else {
-                (self.a.abs() + self.b.abs() * (t + reach)) * growth(-decay.gamma)
-            }
-        };
-        (0..H).fold(free, |sum, j| sum + self.p[j].hypot(self.q[j]))
+    /// Its free part.
+    pub(crate) fn free(&self, basis: &Basis<H>) -> f64 {
+        self.a * basis.c + self.b * basis.s
+    }
+
+    /// Its part at frequency `j`.
+    pub(crate) fn wave(&self, j: usize, basis: &Basis<H>) -> f64 {
+        self.p[j] * basis.cos[j] + self.q[j] * basis.sin[j]
     }
 }
 
