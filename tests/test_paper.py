@@ -1,5 +1,7 @@
 """The paper's statements: known scores for our model, failure for models that cannot show them; figures are drawn."""
 
+from pathlib import Path
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -53,6 +55,13 @@ def test_every_statement_is_scored_with_what_was_seen(table):
     assert table["verdict"].isin([REPRODUCED, PARTLY, NOT]).all()
     assert (table["seen"].str.len() > 5).all()
     assert table["basis"].str.match("calibrated: |built in$|follows$").all()
+
+
+def test_the_documentation_has_these_scores(table):
+    page = (Path(__file__).parents[1] / "docs" / "paper-law.md").read_text(encoding="utf-8")
+    rows = [line.split(" | ") for line in page.splitlines() if line.startswith("| `")]
+    scores = {row[0].strip("| `"): row[3] for row in rows if len(row) == 6}
+    assert scores == table["verdict"].to_dict()
 
 
 def test_passage_starts_with_stick_slip_and_ends_without(table):

@@ -36,7 +36,7 @@ def laws() -> None:
     """One picture per law; laws that remember their rest have a second panel."""
     for name, law in LAWS.items():
         dwells = law.break_away_force(1e9) > law.break_away_force(0.0)
-        panels = show.new_axes(1, 2, figsize=(7.6, 2.8)) if dwells else show.new_axes(figsize=(3.8, 2.8))
+        panels = show.new_axes(1, 2, figsize=(8.4, 2.9)) if dwells else show.new_axes(figsize=(3.8, 2.8))
         show.law_plot(law, panels[0])
         if dwells:
             show.break_away_plot(law, panels[1])

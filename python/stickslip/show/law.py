@@ -74,7 +74,8 @@ def law_plot(
     ax.set_xlim(-0.02 * top, top)
     ax.set_ylim(0, 1.08 * max(strongest, rising.max()))
     if legend:
-        ax.legend(fontsize=7.5, frameon=False)
+        many = len(ax.get_legend_handles_labels()[0]) > 4
+        ax.legend(fontsize=7, frameon=False, ncols=2 if many else 1, columnspacing=0.8, handlelength=1.6)
     ax.set(xlabel=label("slip velocity w", "velocity", units), ylabel=label("friction F", "force", units))
     return ax
 
