@@ -126,7 +126,7 @@ def _measure(record: Record, rig: Rig) -> _Found:
 
     # the spring and the drive as the sticks show them
     fine = 4 * pilot.rate_error < 0.5 * o.drive_velocity
-    trial = rigid_candidates(pilot, flanks, o.drive_velocity) if fine else []
+    trial = rigid_candidates(pilot, flanks, o.drive_velocity, 1 / own_period(o)) if fine else []
     slope = rigid_slope(time, x, weight, trial, noise) if trial else None
     rigid = slope is not None and is_rigid(time, x, weight, trial, slope.value, noise)
     if not trial and fine:
@@ -218,7 +218,7 @@ def _rigid_fit(
 ) -> tuple[list[Stick], Any]:
     """Alternate between the limits of the sticks and the cut-off of the slips."""
     knots = _knots(pilot, o)
-    sticks = rigid_candidates(pilot, flanks, o.drive_velocity)
+    sticks = rigid_candidates(pilot, flanks, o.drive_velocity, 1 / own_period(o))
     path = o.drive_velocity * (time - time[0]) - x
     cutoff = pilot.cutoff
     step = float(time[1] - time[0])
@@ -243,7 +243,8 @@ def _inertia_notes(friction: Friction, rig: Rig, word: str, line: Line, notes: l
             notes.append(
                 f"the resonance line at {line.frequency:.3g} +- {line.error:.2g} Hz is {ratio:.2f} times sqrt(k/m)/2pi "
                 f"= {own:.3g} Hz ({line.frequency / nominal:.2f} times the {nominal:.3g} Hz of the nominal stiffness): "
-                f"the effective inertia would be {1 / ratio**2:.2f} of the mass {o.mass:g} kg"
+                "friction that depends on velocity shifts it, or the effective inertia is "
+                f"{1 / ratio**2:.2f} of the mass {o.mass:g}"
             )
     inertia, error = likeliest_inertia(friction)
     if math.isfinite(inertia) and abs(inertia - o.mass) > max(3 * error, 0.15 * o.mass):

@@ -18,6 +18,10 @@ from stickslip.measure.sticks import Stick, own_period
 Array = npt.NDArray[np.float64]
 
 
+LIMITS_COST = 6.0
+"""What two free limits cost in deviance: each is known to about a sample and was looked for over some ten."""
+
+
 @dataclass(frozen=True)
 class Evidence:
     """-2 log likelihood of a stretch as a function of the level U it shares with its neighbour: a U^2 - 2 b U + c."""
@@ -157,7 +161,7 @@ def refine_sticks(
     The stretch from the middle of the slip before to the middle of the slip after is taken as slip, rest, slip. A limit
     is where its evidence over time is greatest, or the mean of that evidence where the force does not jump and the
     peak is flat and skewed; its error is the spread of the evidence. A stick stays if it is likelier than a slip
-    without it by more than its two limits cost (Bayes' information criterion). Whether the friction force jumps when
+    without it by more than its two limits cost. Whether the friction force jumps when
     a stick gives way is decided once for all sticks, by their evidence together.
 
     Parameters
@@ -259,8 +263,14 @@ class _OneStick:
         row, column = divmod(int(np.argmin(table)), len(ends))
         start, end = float(starts[row]), float(ends[column])
         if stick.starts and stick.ends:
-            without = self.before_search.slip(self.low, self.high, self.origin, "nowhere").integrated()
-            if without - best < 2 * math.log((self.high - self.low) / step):
+            # both readings with one and the same cut-off, or they would not compare
+            without = self.search.slip(self.low, self.high, self.origin, "nowhere").integrated()
+            resting = (
+                self.rest(start, end)
+                + self.search.slip(self.low, start, self.origin, "end")
+                + self.search.slip(end, self.high, self.origin, "start", soft)
+            )
+            if without - resting.integrated() < LIMITS_COST:
                 return None, without
         start_error, end_error = stick.start_error, stick.end_error
         if len(starts) > 1:

@@ -295,18 +295,22 @@ def creeping_sticks(pilot: Pilot, flanks: Flanks, drive_velocity: float) -> list
     return sticks
 
 
-def rigid_candidates(pilot: Pilot, flanks: Flanks, drive_velocity: float) -> list[Stick]:
+def rigid_candidates(pilot: Pilot, flanks: Flanks, drive_velocity: float, own_frequency: float) -> list[Stick]:
     """Where a mass that does not creep may stick: the slip velocity vanishes within its error."""
     slip = drive_velocity - pilot.rate
     level = max(0.1 * drive_velocity, 4 * pilot.rate_error)
     step = float(pilot.time[1] - pilot.time[0])
+    # nearer to the ends of the record the pilot bends by itself: such a limit is not seen
+    edge = max(round(0.1 / (own_frequency * step)), 3)
     sticks: list[Stick] = []
     for first, last in flanks.limits:
         below = np.flatnonzero(np.abs(slip[first : last + 1]) < level)
         if len(below) < 2:
             continue
         a, b = first + int(below[0]), first + int(below[-1])
-        sticks.append(Stick(float(pilot.time[a]), float(pilot.time[b]), step, step, a > 2, b < len(pilot.time) - 3))
+        sticks.append(
+            Stick(float(pilot.time[a]), float(pilot.time[b]), step, step, a >= edge, b < len(pilot.time) - edge)
+        )
     return sticks
 
 
