@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from stickslip.measure import Rig, measure
+from stickslip.measurement import Rig, measure
 
 
 @dataclass

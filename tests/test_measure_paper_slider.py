@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stickslip.measure import measure
+from stickslip.measurement import measure
 
 RIGS = Path(__file__).parents[1] / "examples" / "rigs"
 

@@ -9,8 +9,8 @@ import xarray as xr
 from scipy.io import savemat
 
 from stickslip.errors import InputError
-from stickslip.measure import Rig, read_columns
-from stickslip.measure.read import as_record
+from stickslip.measurement import Rig, read_columns
+from stickslip.measurement.read import as_record
 
 RIG = Rig(gauge="displacement", column="x", unit="m", stiffness=1, mass=1, drive_velocity=1)
 T = np.arange(200) / 100

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.errors import InputError
-from stickslip.measure import Rig
+from stickslip.measurement import Rig
 
 GOOD = """
 gauge = "spring_force"

@@ -43,27 +43,24 @@ def _simulate(options: argparse.Namespace) -> None:
         _print_json(summary)
         return
     events = ", ".join(f"{count} {kind}" for kind, count in summary["events"].items()) or "none"
-    print(f"regime            {summary['regime']}")
-    print(f"simulated to      t = {orbit.t_end:g}; {orbit.stop_sentence}")
-    print(f"events            {events}")
+    print(f"regime              {summary['regime']}")
+    print(f"simulated to        t = {orbit.t_end:g}; {orbit.stop_sentence}")
+    print(f"events              {events}")
     if len(sticks):
-        print(f"mean stick time   {sticks.mean():.6g}")
-    for path in (options.output, options.plot):
-        if path:
-            print(f"written           {path}")
+        print(f"mean stick time     {sticks.mean():.6g}")
+    _print_written(options)
 
 
 def _plot_orbit(orbit: Any, path: str) -> None:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
     import matplotlib.pyplot as plt
 
     from stickslip import show
 
-    figure, axes = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained", width_ratios=[1, 1.6])
-    show.phase_plane(orbit, ax=axes[0])
-    show.time_series(orbit, ax=axes[1])
+    with plt.rc_context(show.STYLE):
+        figure = plt.figure(figsize=(11, 4.4), layout="constrained")
+    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1, 1.4])[0]
+    show.phase_plane(orbit, left.subplots())
+    show.time_series(orbit, right.subplots(3, 1, sharex=True), start=0.5 * orbit.t_end)
     _save_figure(figure, path)
 
 
@@ -78,63 +75,86 @@ def _save_figure(figure: Any, path: str) -> None:
 
 
 def _measure(options: argparse.Namespace) -> None:
-    from stickslip.measurement import measure, save, summary
+    from stickslip.documents import write_whole
+    from stickslip.measurement import measure
 
     friction = measure(options.record, options.rig)
     if options.output:
-        save(friction, options.output)
+        write_whole(options.output, lambda draft: friction.to_netcdf(draft, engine="h5netcdf"))
     if options.plot:
-        from stickslip.measurement.show import overview
+        from stickslip import show
 
-        _save_figure(overview(friction), options.plot)
+        _save_figure(show.friction_record(friction)[0].figure, options.plot)
+    sticks = friction["break_away"].to_dataset()
+    facts = {
+        name: friction.attrs[name]
+        for name in (
+            "regime",
+            "slips",
+            "stuck_share",
+            "slow_share",
+            "main_line",
+            "main_line_error",
+            "stiffness",
+            "inertia",
+        )
+    }
+    for name in ("stick_time", "drop"):
+        facts[f"median_{name}"] = float(sticks[name].median()) if sticks.sizes["event"] else None
+    notes = friction.attrs["notes"]
+    notes = [notes] if isinstance(notes, str) else list(notes)
     if options.json:
-        _print_json(summary(friction))
+        _print_json(facts | {"notes": notes})
         return
-    for name, value in summary(friction).items():
-        if name != "notes":
-            print(
-                f"{name.replace('_', ' '):28s}{value:.6g}"
-                if isinstance(value, float)
-                else f"{name.replace('_', ' '):28s}{value}"
-            )
-    for note in friction.attrs["notes"]:
-        print(f"note: {note}")
-    if options.output:
-        print(f"written: {options.output}")
+    for name, value in facts.items():
+        print(f"{name.replace('_', ' '):20s}{value:.6g}" if isinstance(value, float) else f"{name:20s}{value}")
+    for note in notes:
+        print(f"note                {note}")
+    _print_written(options)
 
 
 def _identify(options: argparse.Namespace) -> None:
-    from stickslip.identification import compare, identify
+    from stickslip.identification import compare_motion, identify
 
     result = identify(options.friction, law=options.law)
-    agreement = None if options.no_simulation else compare(result, options.friction[0])
+    agreement = None if options.no_simulation else compare_motion(options.friction[0], result)
     if options.output:
         result.save(options.output)
-    if options.plot and agreement is not None:
+    if options.plot:
+        if agreement is None:
+            raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
         _save_figure(agreement.plot(), options.plot)
     if options.json:
-        document = {
-            "law": result.law.to_dict(),
-            "parameters": result.parameters.to_dict("index"),
-            "notes": result.notes,
-        }
+        parameters = result.parameters[["value", "error", "low", "high"]].to_dict("index")
+        document = {"law": result.law.to_dict(), "parameters": parameters, "notes": result.notes}
         if agreement is not None:
-            document["agreement"] = agreement.table.to_dict("index")
+            table = agreement.table.astype(object).where(agreement.table.notna(), None)
+            document["agreement"] = {"table": table.to_dict("index"), "sentences": agreement.sentences}
         _print_json(document)
         return
     print(result.report())
     if agreement is not None:
-        print(agreement.report())
-    for path in (options.output, options.plot):
-        if path:
-            print(f"written: {path}")
+        print("\n" + agreement.report())
+    _print_written(options)
 
 
 def _demo(options: argparse.Namespace) -> None:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
     from stickslip.demo import demo
 
-    report = demo(Path(options.output))
+    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("start")
+        report = demo(options.output, lambda what, done, n: bar.update(task, description=what, completed=done, total=n))
     print(report)
+
+
+def _print_written(options: argparse.Namespace) -> None:
+    for path in (options.output, options.plot):
+        if path:
+            print(f"written             {path}")
 
 
 def _print_json(document: dict[str, Any]) -> None:

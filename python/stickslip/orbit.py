@@ -108,7 +108,8 @@ class Orbit:
 
     def _states(self, t: ArrayLike) -> tuple[Any, ...]:
         times = np.asarray(t, float)
-        if times.size and not (times.min() >= 0 and times.max() <= self.t_end):
+        # A grid may overshoot its end by rounding; the last mode goes on that far.
+        if times.size and not (times.min() >= 0 and times.max() <= self.t_end * (1 + 1e-12)):
             raise InputError(
                 f"orbit: t must lie in [0, {self.t_end:g}], got [{times.min():g}, {times.max():g}]: simulate longer"
             )

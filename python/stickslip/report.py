@@ -12,7 +12,7 @@ from stickslip.documents import write_whole
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
@@ -21,7 +21,8 @@ figure { margin: 1.5rem 0; } figure img { max-width: 100%; } figcaption { color:
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem; }
 th, td { padding: 0.25rem 0.8rem; border-bottom: 1px solid #ddd; text-align: left; vertical-align: top; }
 td.number { text-align: right; } .scroll { overflow-x: auto; } pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; }
-tr.reproduced td:last-child, tr.yes td:last-child { color: #00704f; } tr.not td:last-child, tr.no td:last-child { color: #b03a00; }
+tr.reproduced td:last-child, tr.yes td:last-child { color: #00704f; }
+tr.not td:last-child, tr.no td:last-child { color: #b03a00; }
 """
 
 
@@ -57,7 +58,10 @@ class Report:
 
     def table(self, frame: pd.DataFrame, mark: str | None = None) -> None:
         """Add a table, its index as the first column; the first word of column `mark` becomes the class of a row."""
-        head = "".join(f"<th>{html.escape(str(name))}</th>" for name in (frame.index.name or "", *frame.columns))
+        head = "".join(
+            f"<th>{html.escape(str(name))}</th>"
+            for name in ("" if frame.index.name is None else frame.index.name, *frame.columns)
+        )
         rows = []
         for label, values in zip(frame.index, frame.itertuples(index=False), strict=True):
             cells = f"<th>{html.escape(str(label))}</th>" + "".join(_cell(value) for value in values)
@@ -65,13 +69,16 @@ class Report:
             rows.append(f'<tr class="{html.escape(word)}">{cells}</tr>')
         self._body.append(f'<div class="scroll"><table><tr>{head}</tr>{"".join(rows)}</table></div>')
 
-    def figure(self, figure: Figure, caption: str) -> None:
+    def figure(self, figure: Figure | SubFigure | None, caption: str) -> None:
         """Add a picture, drawn into the page, and close it."""
         import matplotlib.pyplot as plt
 
+        whole = figure.get_figure(root=True) if figure is not None else None
+        if whole is None:
+            raise ValueError("a report shows a figure that has been drawn")
         data = io.BytesIO()
-        figure.savefig(data, format="png", dpi=130)
-        plt.close(figure)
+        whole.savefig(data, format="png", dpi=130)
+        plt.close(whole)
         source = base64.b64encode(data.getvalue()).decode()
         words = html.escape(caption)
         self._body.append(

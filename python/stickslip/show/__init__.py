@@ -15,6 +15,7 @@ from stickslip.show.diagram import orbit_diagram_plot
 from stickslip.show.law import break_away_plot, law_plot
 from stickslip.show.loop import BRANCH_COLOURS, friction_loop
 from stickslip.show.phase import phase_plane
+from stickslip.show.record import friction_record
 from stickslip.show.series import time_series
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "STYLE",
     "break_away_plot",
     "friction_loop",
+    "friction_record",
     "law_plot",
     "new_axes",
     "orbit_diagram_plot",

@@ -8,6 +8,8 @@ use super::exact::{Basis, Decay, Signal};
 
 /// Degree of the polynomial.
 const DEGREE: usize = 12;
+/// The power of the first term left out.
+const LEFT_OUT: i32 = 13;
 
 /// 1/n!
 const INVERSE_FACTORIAL: [f64; DEGREE + 2] = {
@@ -75,13 +77,8 @@ impl Expansion {
             let sum = |sum: f64, &(amplitude, exponent): &Part| sum + amplitude * exponent.powi(power);
             growth * parts.iter().fold(0.0, sum) + waves.iter().fold(0.0, sum)
         };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_possible_wrap,
-            reason = "a small constant"
-        )]
-        let remainder = bound(DEGREE as i32 + 1) * INVERSE_FACTORIAL[DEGREE + 1];
-        let reach = (1e-7 * bound(0) / remainder).powf(1.0 / (DEGREE + 1) as f64);
+        let remainder = bound(LEFT_OUT) * INVERSE_FACTORIAL[DEGREE + 1];
+        let reach = (1e-7 * bound(0) / remainder).powf(1.0 / f64::from(LEFT_OUT));
         let mut coefficient = derivative;
         for n in 0..=DEGREE {
             coefficient[n] *= INVERSE_FACTORIAL[n];
@@ -118,10 +115,10 @@ impl Expansion {
 
     /// Bounds of |u − polynomial| and |u̇ − its derivative| up to `h`.
     pub(crate) fn error(&self, h: f64) -> (f64, f64) {
-        let power = h.powi(DEGREE as i32);
+        let power = h.powi(LEFT_OUT - 1);
         (
             self.remainder * power * h,
-            self.remainder * power * (DEGREE + 1) as f64,
+            self.remainder * power * f64::from(LEFT_OUT),
         )
     }
 }

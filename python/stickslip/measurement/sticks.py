@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
-from stickslip.measure.pieces import Oscillator, PiecewiseFit
-from stickslip.measure.regime import SLOW_LEVEL, quiet_window
+from stickslip.measurement.pieces import Oscillator, PiecewiseFit
+from stickslip.measurement.regime import SLOW_LEVEL, quiet_window
 
 Array = npt.NDArray[np.float64]
 

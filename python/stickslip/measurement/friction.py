@@ -12,16 +12,16 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measure.break_away import break_aways
-from stickslip.measure.force import Friction, fit_pieces, friction_force, likeliest_inertia
-from stickslip.measure.limits import LimitSearch, refine_sticks
-from stickslip.measure.noise import impulses, line_excess, mains_line, noise_level
-from stickslip.measure.pieces import Oscillator
-from stickslip.measure.read import Record, as_record
-from stickslip.measure.regime import quiet_window, regime, slow_share
-from stickslip.measure.rig import Rig
-from stickslip.measure.spectra import Line, main_line
-from stickslip.measure.sticks import (
+from stickslip.measurement.break_away import break_aways
+from stickslip.measurement.force import Friction, fit_pieces, friction_force, likeliest_inertia
+from stickslip.measurement.limits import LimitSearch, refine_sticks
+from stickslip.measurement.noise import impulses, line_excess, mains_line, noise_level
+from stickslip.measurement.pieces import Oscillator
+from stickslip.measurement.read import Record, as_record
+from stickslip.measurement.regime import quiet_window, regime, slow_share
+from stickslip.measurement.rig import Rig
+from stickslip.measurement.spectra import Line, main_line
+from stickslip.measurement.sticks import (
     Flanks,
     Pilot,
     Stick,
@@ -73,7 +73,7 @@ def measure(record: Any, rig: Rig | str | Path) -> xr.DataTree:
     --------
     A free oscillation of a dimensionless oscillator, with some noise: there is no friction to be found.
 
-    >>> from stickslip.measure import Rig, measure
+    >>> from stickslip.measurement import Rig, measure
     >>> t = np.linspace(0, 40, 1001)
     >>> x = 0.7 * np.sin(t)
     >>> rig = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=1.0)

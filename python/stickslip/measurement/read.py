@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.measure.rig import Rig
+from stickslip.measurement.rig import Rig
 
 Array = npt.NDArray[np.float64]
 

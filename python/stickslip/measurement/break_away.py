@@ -7,8 +7,8 @@ import math
 import numpy as np
 import xarray as xr
 
-from stickslip.measure.force import Friction
-from stickslip.measure.sticks import Stick
+from stickslip.measurement.force import Friction
+from stickslip.measurement.sticks import Stick
 
 
 def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
