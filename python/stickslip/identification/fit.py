@@ -22,9 +22,10 @@ from stickslip.identification.break_away import (
     is_relative,
 )
 from stickslip.identification.first_guess import GUESSES, Guess, Seen, first_guess
+from stickslip.identification.motion import Motion
 from stickslip.identification.parameters import check_names, places, with_values
 from stickslip.identification.records import FrictionRecord, read_records
-from stickslip.laws import Coulomb, Law, force_along
+from stickslip.laws import Coulomb, Law
 
 CORRELATED = 0.98
 
@@ -57,18 +58,26 @@ class Identification:
     command: str
 
     def residuals(self, record: int = 0) -> pd.DataFrame:
-        """Measured and predicted friction of one record while it slips: time, slip_velocity, force, predicted."""
-        chosen = self.records[record]
-        predicted = force_along(self.law, chosen.time, chosen.slip_velocity, chosen.stuck)
+        """Measured and predicted friction of one record while it slips.
+
+        Returns
+        -------
+        DataFrame: time, slip_velocity, force, predicted (the law with its memory along the motion), and compared:
+        whether the sample entered the fit (not where the memory is unknown or a climb is too steep to be seen).
+        """
+        motion = Motion.of(self.records[record], type(self.law))
         frame = pd.DataFrame(
             {
-                "time": chosen.time,
-                "slip_velocity": chosen.slip_velocity,
-                "force": chosen.force,
-                "predicted": predicted,
+                "time": motion.record.time,
+                "slip_velocity": motion.slip_velocity,
+                "force": motion.record.force,
+                "predicted": motion.replay(self.law),
+                "compared": False,
             }
         )
-        return frame[~chosen.stuck].reset_index(drop=True)
+        for first, last in motion.stretches:
+            frame.loc[first : last - 1, "compared"] = True
+        return frame[~motion.record.stuck].reset_index(drop=True)
 
     def report(self) -> str:
         """The result in words and one table."""
@@ -118,19 +127,14 @@ class Identification:
         axes = plt.subplots()[1] if ax is None else ax
         for number, record in enumerate(self.records):
             frame = self.residuals(number)
-            frame = frame.iloc[-min(len(frame), 6000) :]
-            dots = axes.plot(frame["slip_velocity"], frame["force"], ".", ms=2, alpha=0.4, label=record.name)
-            axes.plot(
-                frame["slip_velocity"],
-                frame["predicted"],
-                ".",
-                ms=1,
-                color=dots[0].get_color(),
-                markeredgecolor="k",
-                markeredgewidth=0.4,
-            )
+            # Forces of a slip in the other sense are shown turned over; the last part is the steady motion.
+            frame = frame[frame["compared"]].iloc[-6000:]
+            sense = np.where(frame["slip_velocity"] < 0, -1.0, 1.0)
+            w = np.abs(frame["slip_velocity"])
+            dots = axes.plot(w, sense * frame["force"], ".", ms=2, alpha=0.4, label=record.name)
+            axes.plot(w, sense * frame["predicted"], ".", ms=1.5, color=_darker(dots[0].get_color()))
         axes.set_xlabel("slip velocity w")
-        axes.set_ylabel("kinetic force f (dots: measured, black: law)")
+        axes.set_ylabel("kinetic force f (light: measured, dark: law)")
         axes.legend()
         return axes
 
@@ -299,6 +303,12 @@ def _command(records: Sequence[FrictionRecord], kind: type[Law], free: Iterable[
     if pieces != 3:
         parts += ["--pieces", str(pieces)]
     return " ".join(parts)
+
+
+def _darker(color: Any) -> Any:
+    from matplotlib.colors import to_rgb
+
+    return tuple(0.45 * part for part in to_rgb(color))
 
 
 def _finite(document: Any) -> Any:

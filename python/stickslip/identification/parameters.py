@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from typing import Any
 
 from stickslip.documents import did_you_mean
@@ -58,7 +59,8 @@ def places(law: Law) -> dict[str, Place]:
         if key == "type" or isinstance(value, str):
             continue
         if isinstance(value, dict):
-            found |= {f"{key}.{inner}": (key, inner) for inner in value}
+            # What a table inside the law leaves out, such as the scale of the force rate, has a name all the same.
+            found |= {f"{key}.{item.name}": (key, item.name) for item in fields(getattr(law, key))}
         elif isinstance(value, list):
             names = PAIRS[key]
             if isinstance(value[0], list):
@@ -76,7 +78,7 @@ def value(law: Law, name: str) -> float:
     Raises
     ------
     InputError
-        for a name the law does not have.
+        for a name the law does not have, or a number that is not set.
 
     >>> from stickslip.laws import BogaczRyczek
     >>> value(BogaczRyczek(), "B.f")
@@ -84,7 +86,9 @@ def value(law: Law, name: str) -> float:
     """
     here: Any = law.to_dict()
     for key in _place(law, name):
-        here = here[key]
+        here = None if isinstance(here, dict) and key not in here else here[key]
+    if here is None:
+        raise InputError(f"{type(law).__name__}: {name} is not set, so it has no value; give it one in fixed")
     return float(here)
 
 

@@ -34,6 +34,7 @@ class FrictionRecord:
     break_away : table with `ROWS` and their errors, one row per break-away; may be empty.
     constants : what is known of ``mass`` (the inertia), ``damping``, ``stiffness``, ``drive_velocity`` and ``weight``.
     attrs : the provenance of the record.
+    displacement : of the mass, shape (n,), where it is known.
     """
 
     name: str
@@ -45,6 +46,7 @@ class FrictionRecord:
     break_away: pd.DataFrame
     constants: Mapping[str, float]
     attrs: Mapping[str, Any]
+    displacement: Array | None = None
 
     @property
     def slips(self) -> list[tuple[int, int]]:
@@ -81,7 +83,8 @@ class FrictionRecord:
         inner[:-1] &= self.stuck[1:]
         inner[[0, -1]] = False
         columns = ("time", "slip_velocity", "force", "force_error", "stuck")
-        return replace(self, **{name: getattr(self, name)[~inner] for name in columns})
+        kept = {name: getattr(self, name)[~inner] for name in columns}
+        return replace(self, **kept, displacement=None if self.displacement is None else self.displacement[~inner])
 
 
 def read_records(friction: Any) -> list[FrictionRecord]:
@@ -155,6 +158,7 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
         break_away=_table(tree, name),
         constants=_constants(data.attrs),
         attrs=dict(data.attrs),
+        displacement=_column(data, "displacement", name) if "displacement" in data else None,
     )
 
 
