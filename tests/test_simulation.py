@@ -161,3 +161,22 @@ def test_system_file_comes_back(tmp_path):
     path = tmp_path / "system.toml"
     path.write_text(system.to_toml())
     assert ss.load_system(path) == system
+
+
+def test_limit_cycle_of_the_paper_shrinks_and_vanishes_near_0_40():
+    amplitude = {}
+    for s in (0.26, 0.30, 0.34, 0.38, 0.39, 0.395, 0.405, 0.41, 0.5, 0.6, 0.7, 0.8):
+        x, _ = ss.simulate(ss.paper.oscillator(s), 1500).at(np.linspace(1450, 1500, 5001))
+        amplitude[s] = 0.5 * np.ptp(x)
+    falling = [amplitude[s] for s in sorted(amplitude)]
+    assert (np.diff(falling[:6]) < 0).all()
+    # The prototype of the reading gave 0.030 at 0.38, 0.015 at 0.39 and 0.007 at 0.395.
+    assert amplitude[0.38] == pytest.approx(0.030, abs=1e-3)
+    assert amplitude[0.395] > 0.005
+    assert max(falling[6:]) < 1e-9
+
+
+def test_paper_oscillator_sticks_up_to_a_quarter():
+    for s, sticks in {0.15: True, 0.23: True, 0.27: False, 0.3: False}.items():
+        events = ss.simulate(ss.paper.oscillator(s), 1500).events
+        assert (events["kind"][events["t"] > 1000] == "release").any() == sticks

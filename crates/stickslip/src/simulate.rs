@@ -161,10 +161,10 @@ impl<'a, const H: usize> Loop<'a, H> {
                         horizon,
                         &mut self.work,
                     )
-                    .map(|(t, end)| {
-                        (self.x, self.v) = slip.at(t);
-                        self.clock = self.clock.after(t);
-                        self.slipped(direction, &piece, end, record)
+                    .map(|arrival| {
+                        (self.x, self.v) = (arrival.x, arrival.v);
+                        self.clock = self.clock.after(arrival.t);
+                        self.slipped(direction, &piece, arrival.end, record)
                     })
                 }
             };
