@@ -338,7 +338,16 @@ def _sentences(frame: pd.DataFrame, regimes: tuple[str, str], record: FrictionRe
         else:
             verdict = "they disagree"
         sentences.append(f"{about}: {verdict}.")
-    stick = record.break_away["stick_time"].dropna().to_numpy()
+    table = record.break_away
+    loaded = float((table["stick_time"] * table["force_rate"].abs()).mean())
+    dropped = float(table["drop"].mean())
+    if len(table) >= 5 and abs(loaded - dropped) > LIKE * dropped:
+        sentences.append(
+            f"A mean stick loads the spring by {loaded:.4g} (force rate × stick time) and a mean slip unloads it by "
+            f"{dropped:.4g}: the difference of {100 * (loaded / dropped - 1):+.0f} % is creep and small slips inside sticks, "
+            "which the law does not have."
+        )
+    stick = table["stick_time"].dropna().to_numpy()
     if stick.size >= 5:
         spread = float(np.std(stick) / np.mean(stick))
         if spread > 0.05:

@@ -88,6 +88,9 @@ class Problem:
                 "several periods of the motion"
             )
         self._scales = self._natural_scales()
+        force = max(float(np.max(np.abs(motion.record.force))) for motion in self.motions)
+        stiff = max(max(motion.record.constants.get("stiffness", 1.0), 1.0) for motion in self.motions)
+        self.rounding = max(1e-9 * force / stiff, 1e-300)
 
     def _rows(self, motion: Motion) -> pd.DataFrame:
         if isinstance(self.law, Coulomb):
@@ -158,7 +161,8 @@ class Problem:
                 rest = table["force"].to_numpy() - bears
                 if self.relative:
                     ahead = motion.record.force - predicted
-                    rest = rest - np.array([motion.work_mean(ahead, *slip) for slip in table["slip"]])
+                    means = [motion.record.sense(*slip) * motion.work_mean(ahead, *slip) for slip in table["slip"]]
+                    rest = rest - np.array(means)
                 found.append(rest)
         return found
 
@@ -282,12 +286,13 @@ def _scales(problem: Problem, groups: Sequence[Array]) -> tuple[list[Array], lis
         spread = robust_scale(rest)
         inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if rest.size >= 5 else 0.0
         if not stated.any():
-            inner = max(spread, 1e-300)
-        floor = 1e-9 * max(float(np.max(np.abs(rest))), 1e-290)
+            inner = spread
+        # Exact data have no scatter: below this rounding would be fitted.
+        floor = problem.rounding
         row = np.maximum(np.hypot(stated, inner), floor)
         # Rows whose stated errors are too small or too large for their scatter: believe the scatter.
         if rest.size >= 5:
-            row = row * max(robust_scale(rest / row), 1e-9)
+            row = np.maximum(row * robust_scale(rest / row), floor)
         sigma.append(row)
         tau.append(correlation_time(rest / row))
     return sigma, tau

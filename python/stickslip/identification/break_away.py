@@ -128,7 +128,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     >>> table = xr.Dataset({name: ("event", column) for name, column in rows.items()})
     >>> data = xr.Dataset({k: ("time", v) for k, v in root.items() if k != "time"}, coords={"time": root["time"]})
     >>> found = fit_static_friction(xr.DataTree.from_dict({"/": data, "/break_away": table}))
-    >>> found.chosen, round(found.best.parameters.loc["slope", "value"], 2)
+    >>> found.chosen, float(found.best.parameters.loc["slope", "value"].round(2))
     ('logarithmic', 0.05)
     """
     records = read_records(friction)

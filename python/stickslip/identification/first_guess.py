@@ -13,7 +13,7 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.identification.break_away import NARROW, StaticFriction
-from stickslip.identification.motion import Motion
+from stickslip.identification.motion import Motion, velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import (
     BogaczRyczek,
@@ -198,6 +198,7 @@ class _Loop:
     upper: float
     turn: tuple[float, float] | None
     peak: tuple[float, float]
+    least_climb: float
 
 
 def _bogacz_ryczek(seen: Seen) -> Guess:
@@ -241,7 +242,18 @@ def _bogacz_ryczek(seen: Seen) -> Guess:
                 f"All stick times lie near {typical:.3g}, so the limit and the rate of static friction cannot be told "
                 f"apart: the rate is held at {1 / typical:.3g}, and static friction is known at that stick time only."
             )
-    free += ["D.w", "D.f"]
+    seen_climbs = [
+        loop for loop in climbing if loop.turn is not None and loop.peak[0] - loop.turn[0] > loop.least_climb
+    ]
+    starts = [loop.turn[0] for loop in seen_climbs if loop.turn is not None]
+    if len(starts) >= 2 and max(starts) - min(starts) > 0.05 * width:
+        free += ["D.w", "D.f"]
+    else:
+        free.append("D.f")
+        notes.append(
+            "D is where climbs at different drive velocities meet, and only one climb is wide enough in w to be "
+            "seen: D is known to lie on a line, its w is held at a guess. Add an almost-harmonic record close above the end of stick-slip."
+        )
     candidates: list[Law] = []
     for slope in slopes:
         for back in (0.3, 1.0, 3.0):
@@ -326,6 +338,7 @@ def _loop(record: FrictionRecord) -> _Loop | None:
         upper=float(np.median(upper)),
         turn=None if turn is None else (float(turn[0]), float(turn[1])),
         peak=(float(mean[0]), float(mean[1])),
+        least_climb=6 * velocity_noise(record),
     )
 
 

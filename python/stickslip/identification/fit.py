@@ -297,7 +297,8 @@ def _notes(record: FrictionRecord) -> list[str]:
 
 
 def _command(records: Sequence[FrictionRecord], kind: type[Law], free: Iterable[str] | None, pieces: int) -> str:
-    parts = ["stickslip identify", *[record.name for record in records], "--law", kind.__name__]
+    files = [f"FRICTION-{i}.nc" if record.name == f"record {i}" else record.name for i, record in enumerate(records, 1)]
+    parts = ["stickslip identify", *files, "--law", kind.__name__]
     if free is not None:
         parts += ["--free", ",".join(free)]
     if pieces != 3:

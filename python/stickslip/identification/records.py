@@ -31,7 +31,8 @@ class FrictionRecord:
     name : what sentences call it.
     time, slip_velocity, force, force_error : shape (n,).
     stuck : shape (n,).
-    break_away : table with `ROWS` and their errors, one row per break-away; may be empty.
+    break_away : table with `ROWS` and their errors, one row per break-away; may be empty. Its forces count in the sense of
+        the slip that follows.
     constants : what is known of ``mass`` (the inertia), ``damping``, ``stiffness``, ``drive_velocity`` and ``weight``.
     attrs : the provenance of the record.
     displacement : of the mass, shape (n,), where it is known.
@@ -71,10 +72,20 @@ class FrictionRecord:
         return found
 
     def slip_level(self, first: int, last: int) -> float:
-        """The constant kinetic force that would do the same work over these samples, ∫ f w dt / ∫ w dt."""
-        w = self.slip_velocity[first:last]
-        path = np.maximum(w * np.sign(np.sum(w)), 0.0)
-        return float(np.average(self.force[first:last], weights=path if path.sum() > 0 else None))
+        """The constant kinetic force that would do the same work over these samples, ∫ f w dt / ∫ |w| dt."""
+        w, sense = self.slip_velocity[first:last], self.sense(first, last)
+        path = np.maximum(w * sense, 0.0)
+        return float(np.average(sense * self.force[first:last], weights=path if path.sum() > 0 else None))
+
+    def sense(self, first: int, last: int) -> float:
+        """Sense of a slip: 1 or -1."""
+        return -1.0 if float(np.sum(self.slip_velocity[first:last])) < 0 else 1.0
+
+    def facing_slip(self) -> FrictionRecord:
+        """The record with each break-away force counted in the sense of the slip that follows."""
+        drive = -1.0 if self.constants.get("drive_velocity", 1.0) < 0 else 1.0
+        senses = np.array([drive if slip is None else self.sense(*slip) for slip in self.own_slip()])
+        return replace(self, break_away=self.break_away.assign(force=self.break_away["force"] * senses))
 
     def without_inner_sticks(self) -> FrictionRecord:
         """The record with only the first and the last sample of every stick: all a law with memory asks of it."""
@@ -148,7 +159,7 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
         raise InputError(
             f"{name}: the record holds no slip, so nothing can be said about friction; take one in which the mass moves"
         )
-    return FrictionRecord(
+    record = FrictionRecord(
         name=name,
         time=columns["time"],
         slip_velocity=columns["slip_velocity"],
@@ -160,6 +171,7 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
         attrs=dict(data.attrs),
         displacement=_column(data, "displacement", name) if "displacement" in data else None,
     )
+    return record.facing_slip()
 
 
 def _column(data: xr.Dataset, column: str, name: str) -> Array:

@@ -1,0 +1,40 @@
+import re
+
+import pytest
+
+from stickslip.cli import main
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("demo")
+    assert main(["demo", "-o", str(folder)]) == 0
+    return folder / "report.html"
+
+
+def test_report_needs_no_other_file(report):
+    page = report.read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") >= 6
+    assert not re.search(r'(src|href)="(?!data:)', page)
+
+
+def test_identified_stands_beside_true(report):
+    page = report.read_text(encoding="utf-8")
+    for name in ("static_friction.initial", "phi", "psi", "l.slope", "l.intercept", "B.w", "D.f"):
+        assert f"<th>{name}</th>" in page
+    # Not all 95 % intervals hold the truth in each draw of the noise, but most do.
+    assert page.count('class="yes"') >= 6
+
+
+def test_paper_thresholds_are_scored(report):
+    page = report.read_text(encoding="utf-8")
+    for identifier in ("end-of-stick-slip", "end-of-oscillation"):
+        row = re.search(rf'<tr class="(\w+)"><th>{identifier}</th>', page)
+        assert row is not None
+        assert row.group(1) == "reproduced"
+
+
+def test_folder_that_cannot_be_made(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["demo", "-o", str(tmp_path / "file")]) == 2
+    assert "choose another folder" in capsys.readouterr().err

@@ -1,0 +1,123 @@
+"""Static friction over stick time: answers known beforehand, and what cannot be told."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stickslip.errors import InputError
+from stickslip.identification import fit_static_friction
+
+
+def friction(stick_time, force, force_rate=None, level=0.5, per_slip=None):
+    """A record with one slip of constant friction after each break-away."""
+    count = len(stick_time)
+    t = np.arange(10 * count + 1) / 10
+    stuck = (np.arange(t.size) % 10) < 5
+    stuck[-1] = False
+    kinetic = np.full(t.size, level)
+    if per_slip is not None:
+        kinetic = level + np.append(np.repeat(per_slip, 10), per_slip[-1])
+    data = xr.Dataset(
+        {"slip_velocity": ("time", np.where(stuck, 0.0, 1.0)), "force": ("time", kinetic), "stuck": ("time", stuck)},
+        coords={"time": t},
+    )
+    rows = {"t": np.arange(count) + 0.45, "stick_time": stick_time, "force": force}
+    rows["force_rate"] = np.ones(count) if force_rate is None else force_rate
+    table = xr.Dataset({name: ("event", np.asarray(column)) for name, column in rows.items()})
+    return xr.DataTree.from_dict({"/": data, "/break_away": table})
+
+
+def scattered(seed, count=120):
+    random = np.random.default_rng(seed)
+    return random, 10 ** random.uniform(-1, 1, count)
+
+
+def test_slope_per_decade_and_its_error_are_those_of_the_textbook():
+    random, t_s = scattered(1)
+    found = fit_static_friction(friction(t_s, 0.6 + 0.05 * np.log10(t_s) + 0.004 * random.standard_normal(t_s.size)))
+    row = found.fits["logarithmic"].parameters.loc["slope"]
+    # var(slope) = σ² / Σ (z − z̄)², z = log10 t_s
+    textbook = 0.004 / math.sqrt(np.sum((np.log10(t_s) - np.log10(t_s).mean()) ** 2))
+    assert row["value"] == pytest.approx(0.05, abs=3 * textbook)
+    assert row["error"] == pytest.approx(textbook, rel=0.35)
+    assert found.chosen == "logarithmic"
+    assert "logarithmic form is chosen" in " ".join(found.notes)
+
+
+def test_interval_of_the_slope_covers_the_truth_as_often_as_it_says():
+    hits = 0
+    for seed in range(40):
+        random, t_s = scattered(seed, 40)
+        found = fit_static_friction(friction(t_s, 0.6 + 0.05 * np.log10(t_s) + 0.01 * random.standard_normal(40)))
+        row = found.fits["logarithmic"].parameters.loc["slope"]
+        hits += row["low"] <= 0.05 <= row["high"]
+    assert hits >= 35
+
+
+def test_exponential_growth_is_recovered_and_chosen():
+    random, t_s = scattered(2, 200)
+    force = 0.5 + 0.3 * (1 - np.exp(-1.5 * t_s)) + 0.004 * random.standard_normal(200)
+    found = fit_static_friction(friction(t_s, force))
+    table = found.fits["exponential"].parameters
+    assert found.chosen == "exponential"
+    assert table.loc["limit", "low"] <= 0.3 <= table.loc["limit", "high"]
+    assert table.loc["rate", "low"] <= 1.5 <= table.loc["rate", "high"]
+
+
+def test_constant_static_friction_is_called_constant():
+    random, t_s = scattered(3)
+    found = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size)))
+    assert found.chosen == "constant"
+    assert found.best.parameters.loc["f0", "value"] == pytest.approx(0.7, abs=0.004)
+
+
+def test_outliers_do_not_bend_the_fit():
+    random, t_s = scattered(4)
+    force = 0.6 + 0.05 * np.log10(t_s) + 0.004 * random.standard_normal(t_s.size)
+    force[::15] += 0.3
+    row = fit_static_friction(friction(t_s, force)).fits["logarithmic"].parameters.loc["slope"]
+    assert row["value"] == pytest.approx(0.05, abs=0.005)
+
+
+def test_one_force_rate_is_said_to_leave_its_effect_open():
+    random, t_s = scattered(5)
+    found = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size)))
+    assert "cannot be told apart" in " ".join(found.notes)
+
+
+def test_stick_time_tied_to_force_rate_is_said():
+    random, t_s = scattered(6)
+    found = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size), force_rate=1 / t_s))
+    assert "tied" in " ".join(found.notes)
+
+
+def test_free_force_rate_is_not_called_tied():
+    random, t_s = scattered(7)
+    rate = 10 ** random.uniform(-1, 1, t_s.size)
+    found = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size), force_rate=rate))
+    assert not [note for note in found.notes if "tied" in note or "cannot be told apart" in note]
+
+
+def test_drift_along_the_record_is_taken_off_and_said():
+    random, t_s = scattered(8)
+    drift = 0.1 * np.sin(np.arange(t_s.size) / 15)
+    force = 0.6 + drift + 0.05 * np.log10(t_s) + 0.004 * random.standard_normal(t_s.size)
+    found = fit_static_friction(friction(t_s, force, per_slip=drift))
+    assert found.relative
+    assert found.fits["logarithmic"].parameters.loc["slope", "value"] == pytest.approx(0.05, abs=0.004)
+    assert "drifts" in found.notes[0]
+
+
+def test_too_few_break_aways_are_refused():
+    with pytest.raises(InputError, match="at least 5 break-aways"):
+        fit_static_friction(friction(np.array([1.0, 2.0]), np.array([0.6, 0.7])))
+
+
+def test_picture_shows_all_fits():
+    random, t_s = scattered(9)
+    axes = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size))).plot()
+    assert len(axes.lines) == 4

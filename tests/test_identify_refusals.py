@@ -1,0 +1,120 @@
+"""Records that cannot identify the law asked for are refused with the reason, and bad records with the place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip as ss
+from stickslip.errors import InputError
+from stickslip.identification import friction_of_orbit, identify
+
+
+def record(law=None, s=0.2, t_end=200.0):
+    law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6) if law is None else law
+    orbit = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=s, law=law), t_end)
+    return friction_of_orbit(orbit, np.arange(0, t_end, 0.1), 0.01, seed=1)
+
+
+@pytest.fixture
+def friction():
+    return record()
+
+
+def changed(friction, **columns):
+    data = friction.to_dataset(inherit=False).assign({name: ("time", values) for name, values in columns.items()})
+    return xr.DataTree.from_dict({"/": data, "/break_away": friction["break_away"].to_dataset(inherit=False)})
+
+
+def test_no_break_away_is_refused_for_a_law_of_stick_time(friction):
+    with pytest.raises(
+        InputError, match=r"DwellTime needs at least 5 break-aways .* hold none: take a record in which"
+    ):
+        identify(xr.DataTree(friction.to_dataset(inherit=False)), law="DwellTime")
+
+
+def test_equal_stick_times_are_refused_for_a_law_of_stick_time(friction):
+    with pytest.raises(InputError, match=r"needs stick times that differ.*add records at other drive velocities"):
+        identify(friction, law="DwellTime")
+
+
+def test_one_drive_velocity_is_refused_for_the_papers_law():
+    orbit = ss.simulate(ss.paper.oscillator(0.28), 150)
+    friction = friction_of_orbit(orbit, np.arange(0, 150, 0.02), 0.003)
+    with pytest.raises(InputError, match="all records have one drive velocity"):
+        identify(friction, law="BogaczRyczek")
+
+
+def test_sticks_in_every_record_are_refused_for_the_papers_law():
+    orbits = [ss.simulate(ss.paper.oscillator(s), 150) for s in (0.1, 0.15)]
+    frictions = [friction_of_orbit(orbit, np.arange(0, 150, 0.02), 0.003) for orbit in orbits]
+    with pytest.raises(InputError, match="needs a record without sticks"):
+        identify(frictions, law="BogaczRyczek")
+
+
+def test_a_record_that_never_slips_is_refused(friction):
+    still = changed(friction, stuck=np.ones(friction.sizes["time"], dtype=bool))
+    with pytest.raises(InputError, match="holds no slip"):
+        identify(still, law="Coulomb")
+
+
+def test_nan_is_refused_with_its_place(friction):
+    force = friction["force"].to_numpy().copy()
+    force[17] = np.nan
+    with pytest.raises(InputError, match="force is nan at sample 17"):
+        identify(changed(friction, force=force))
+
+
+def test_a_missing_variable_is_refused_with_what_is_there(friction):
+    short = xr.DataTree(friction.to_dataset(inherit=False).drop_vars("force"))
+    with pytest.raises(InputError, match="expected the variable 'force', found"):
+        identify(short)
+
+
+def test_time_that_runs_back_is_refused(friction):
+    data = friction.to_dataset(inherit=False)
+    data = data.assign_coords(time=data["time"].to_numpy()[::-1])
+    with pytest.raises(InputError, match="time must increase"):
+        identify(xr.DataTree(data))
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"law": "DwelTime"}, "did you mean 'DwellTime'"),
+        ({"law": 3}, "unknown law 3"),
+        ({"law": "StaticKinetic", "free": ["kinetc"]}, "did you mean 'kinetic'"),
+        ({"law": "StaticKinetic", "fixed": {"kinetic": 0.6, "break_away": 1.0}}, "no parameter is left to fit"),
+        ({"law": "StaticKinetic", "fixed": {"kinetic": 7.0}}, "do not make a law"),
+        ({"law": "PiecewiseLinear", "pieces": 0}, "whole number from 1 to 12"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_sentence(friction, options, sentence):
+    with pytest.raises(InputError, match=sentence) as caught:
+        identify(friction, **options)
+    assert "\n" not in str(caught.value)
+
+
+def test_no_record_at_all_is_refused():
+    with pytest.raises(InputError, match="got none"):
+        identify([])
+
+
+def test_a_file_that_is_missing_or_broken_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        identify(tmp_path / "friction.nc")
+    broken = tmp_path / "broken.nc"
+    broken.write_bytes(b"\x89HDF\r\n\x1a\n and no more")
+    with pytest.raises(InputError, match=r"broken\.nc: not a netCDF file, or a truncated one"):
+        identify(broken)
+
+
+def test_two_numbers_that_act_alike_are_named(friction):
+    # With one stick time a limit and a rate are one number.
+    start = ss.laws.DwellTime(kinetic=0.6, limit=0.5, rate=0.3)
+    same = friction["break_away"].to_dataset(inherit=False)
+    same["stick_time"] = xr.full_like(same["stick_time"], 3.0)
+    tree = xr.DataTree.from_dict({"/": friction.to_dataset(inherit=False), "/break_away": same})
+    with pytest.raises(InputError, match="limit and rate of DwellTime cannot be told apart"):
+        identify(tree, law=start, free=["kinetic", "limit", "rate"])
