@@ -455,9 +455,10 @@ pub fn end_of_stick<const H: usize>(
             }
         }
         if (!feels_rate || H == 0) && force != 0.0 && growth < outward - curvature * (2.0 * step) {
-            // The margin falls from here on: one root, close it.
-            if let Some(root) = close(stick, &limit, t, t + 2.0 * step, work) {
-                return (root < horizon).then_some(root);
+            // The margin falls from here to twice the step: at most one root, close it.
+            match close(stick, &limit, law, (t, t + 2.0 * step), work) {
+                Ok(root) => return (root < horizon).then_some(root),
+                Err(free) => step = free - t,
             }
         }
         if step <= 2.0 * f64::EPSILON * t.max(1e-3 * reach.min(1.0)) {
@@ -487,49 +488,52 @@ fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
     }
 }
 
-/// The root of the falling margin in (low, high], if there is one: secant steps inside a bracket (Illinois).
+/// The root of the falling margin in (low, high], or `high` where it is still positive there: Halley inside the bracket.
 fn close<const H: usize>(
     stick: &Stick<H>,
     limit: &impl Fn(f64, f64) -> f64,
-    mut low: f64,
-    mut high: f64,
+    law: &Law,
+    (mut low, high): (f64, f64),
     work: &mut Work,
-) -> Option<f64> {
-    let mut margin = |t: f64| {
+) -> Result<f64, f64> {
+    let (mut t, mut above) = (low, high);
+    // From a step this short the next one is below rounding, as Halley's error is cubic; with a limit that grows it is not.
+    let grows = law.growth_bound(low) > 0.0;
+    let settled = if grows { 0.0 } else { 1e-5 * (high - low) };
+    for _ in 0..100 {
         work.evaluations += 1;
-        let (force, rate, _) = stick.at(t);
-        limit(t, rate) - force.abs()
-    };
-    let (mut above, mut below) = (margin(low), margin(high));
-    if below > 0.0 {
-        return None;
-    }
-    let mut moved = 0;
-    let scale = above - below;
-    for _ in 0..200 {
-        if below == 0.0 || high - low <= 2.0 * f64::EPSILON * high {
-            return Some(high);
+        let (force, rate, bend) = stick.at(t);
+        let bears = limit(t, rate);
+        let margin = bears - force.abs();
+        if margin.abs() <= f64::EPSILON * bears {
+            return Ok(t);
         }
-        let mut t = high - below * (high - low) / (below - above);
-        if !(t > low && t < high) {
-            t = 0.5 * (low + high);
-            if t <= low || t >= high {
-                return Some(high);
+        if margin > 0.0 {
+            if t == high {
+                return Err(high);
+            }
+            low = t;
+        } else {
+            above = t;
+        }
+        let fall = rate * force.signum() - law.growth_bound(t);
+        let newton = margin / fall;
+        let halley = newton / (1.0 + 0.5 * newton * bend * force.signum() / fall).max(0.5);
+        let mut next = t + halley;
+        if halley.abs() <= settled.max(f64::EPSILON * t) {
+            return Ok(next.clamp(low, above));
+        }
+        if !(next > low && next < above) {
+            next = if above == high && margin > 0.0 {
+                high
+            } else {
+                0.5 * (low + above)
+            };
+            if next == t {
+                return Ok(t);
             }
         }
-        let value = margin(t);
-        if value.abs() <= f64::EPSILON * scale {
-            return Some(t);
-        }
-        if value > 0.0 {
-            (low, above) = (t, value);
-            below *= if moved == 1 { 0.5 } else { 1.0 };
-            moved = 1;
-        } else {
-            (high, below) = (t, value);
-            above *= if moved == 2 { 0.5 } else { 1.0 };
-            moved = 2;
-        }
+        t = next;
     }
-    Some(high)
+    Ok(t)
 }

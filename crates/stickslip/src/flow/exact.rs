@@ -54,7 +54,8 @@ impl Decay {
             return [(1.1 * amplitude, natural), (0.0, 0.0)];
         }
         if self.oscillates() {
-            let amplitude = value.hypot((rate + self.gamma * value) / self.omega);
+            let quadrature = (rate + self.gamma * value) / self.omega;
+            let amplitude = (value * value + quadrature * quadrature).sqrt();
             return [(amplitude, natural), (0.0, 0.0)];
         }
         let (one, two) = self.exponents();
@@ -318,6 +319,14 @@ impl<const H: usize> Slip<H> {
     #[inline]
     #[must_use]
     pub fn basis(&self, t: f64) -> Basis<H> {
+        if t == 0.0 {
+            return Basis {
+                c: 1.0,
+                s: 0.0,
+                cos: [1.0; H],
+                sin: [0.0; H],
+            };
+        }
         let (c, s) = self.decay.basis(t);
         let (cos, sin) = waves(&self.frequency, t);
         Basis { c, s, cos, sin }

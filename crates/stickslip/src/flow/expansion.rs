@@ -11,6 +11,9 @@ const DEGREE: usize = 12;
 /// The power of the first term left out.
 const LEFT_OUT: i32 = 13;
 
+/// How far, in units of the smallest time 1/|exponent|, the polynomial is good to 10⁻⁷ of the amplitude: (10⁻⁷ 13!)^(1/13).
+const FAR: f64 = 1.64;
+
 /// 1/n!
 const INVERSE_FACTORIAL: [f64; DEGREE + 2] = {
     let mut table = [1.0; DEGREE + 2];
@@ -68,17 +71,24 @@ impl Expansion {
                     odd *= -square;
                 }
             }
-            waves[j] = (signal.p[j].hypot(signal.q[j]), frequency[j]);
+            let size = (signal.p[j] * signal.p[j] + signal.q[j] * signal.q[j]).sqrt();
+            waves[j] = (size, frequency[j]);
             fastest = fastest.max(frequency[j]);
         }
-        let far = 2.0 / fastest;
+        let far = FAR / fastest;
+        // A reach longer than this one is never taken by a motion that grows.
         let growth = decay.growth(far);
         let bound = |power: i32| {
             let sum = |sum: f64, &(amplitude, exponent): &Part| sum + amplitude * exponent.powi(power);
             growth * parts.iter().fold(0.0, sum) + waves.iter().fold(0.0, sum)
         };
         let remainder = bound(LEFT_OUT) * INVERSE_FACTORIAL[DEGREE + 1];
-        let reach = (1e-7 * bound(0) / remainder).powf(1.0 / f64::from(LEFT_OUT));
+        let reach = if parts[1].0 == 0.0 {
+            far
+        } else {
+            // One exponent may be far larger than the other and its part long gone.
+            (1e-7 * bound(0) / remainder).powf(1.0 / f64::from(LEFT_OUT))
+        };
         let mut coefficient = derivative;
         for n in 0..=DEGREE {
             coefficient[n] *= INVERSE_FACTORIAL[n];
@@ -89,7 +99,7 @@ impl Expansion {
             bend: bound(2),
             jerk: bound(3),
             remainder,
-            reach: reach.min(far),
+            reach,
         }
     }
 
