@@ -231,6 +231,92 @@ class DwellTime(Law):
 
 
 @dataclass(frozen=True)
+class Rational(Law):
+    """F = f_s/(1 + δ|w|) in motion, |F| ≤ f_s at rest.
+
+    Parameters
+    ----------
+    break_away : f_s ≥ 0.
+    weakening : δ ≥ 0, in 1/velocity.
+
+    Source: Leine, van Campen, de Kraker & van den Steen, Nonlinear Dynamics 16 (1998) 41.
+
+    >>> Rational(break_away=1.0, weakening=3.0).kinetic_force(1.0)
+    0.25
+    """
+
+    break_away: float
+    weakening: float
+
+
+@dataclass(frozen=True)
+class Cubic(Law):
+    """F = μ_s − k₁|w| + k₃|w|³ in motion, |F| ≤ μ_s at rest.
+
+    Parameters
+    ----------
+    static : μ_s ≥ 0, also the break-away force.
+    linear : k₁, 1.5 (μ_s − μ_m)/v_m for a minimum μ_m at the slip speed v_m.
+    cubic : k₃, 0.5 (μ_s − μ_m)/v_m³ for the same.
+
+    Source: Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389.
+
+    >>> round(Cubic(static=0.4, linear=0.45, cubic=0.6).kinetic_force(0.5), 12)
+    0.25
+    """
+
+    static: float
+    linear: float
+    cubic: float
+
+
+@dataclass(frozen=True)
+class ExponentialStribeck(Law):
+    """F = f_k + (f_s − f_k) exp(−|w|/w_s) + b|w| in motion, |F| ≤ f_s at rest.
+
+    Parameters
+    ----------
+    break_away : f_s ≥ f_k.
+    kinetic : f_k ≥ 0.
+    scale : w_s > 0, the slip speed over which friction falls.
+    viscous : b.
+
+    Source: Tustin, J. IEE 94 (1947) 143.
+
+    >>> round(ExponentialStribeck(1.0, 0.5, scale=0.5).kinetic_force(0.5), 6)
+    0.68394
+    """
+
+    break_away: float
+    kinetic: float
+    scale: float
+    viscous: float = 0.0
+
+
+@dataclass(frozen=True)
+class PoppStelter(Law):
+    """F = (f_s − f_k)/(1 + λ₁|w|) + f_k + λ₂w² in motion, |F| ≤ f_s at rest.
+
+    Parameters
+    ----------
+    break_away : f_s ≥ f_k.
+    kinetic : f_k ≥ 0, the force the hyperbola falls to.
+    weakening : λ₁ ≥ 0, in 1/velocity.
+    square : λ₂, in 1/velocity².
+
+    Source: Popp & Stelter, Phil. Trans. R. Soc. A 332 (1990) 89.
+
+    >>> round(PoppStelter(0.4, 0.1, weakening=1.42, square=0.01).kinetic_force(1.0), 6)
+    0.233967
+    """
+
+    break_away: float
+    kinetic: float
+    weakening: float
+    square: float = 0.0
+
+
+@dataclass(frozen=True)
 class StaticFriction(Table):
     """The surface f_s(t_s, δ) = f_0 + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
 

@@ -7,8 +7,12 @@
 mod adhesion;
 mod bogacz_ryczek;
 mod coulomb;
+mod cubic;
 mod dwell_time;
+mod exponential_stribeck;
 mod piecewise_linear;
+mod popp_stelter;
+mod rational;
 mod static_kinetic;
 
 use serde::{Deserialize, Serialize};
@@ -16,11 +20,16 @@ use serde::{Deserialize, Serialize};
 pub use adhesion::StaticFriction;
 pub use bogacz_ryczek::{Alpha, BRANCHES, BogaczRyczek};
 pub use coulomb::Coulomb;
+pub use cubic::Cubic;
 pub use dwell_time::DwellTime;
+pub use exponential_stribeck::ExponentialStribeck;
 pub use piecewise_linear::PiecewiseLinear;
+pub use popp_stelter::PoppStelter;
+pub use rational::Rational;
 pub use static_kinetic::StaticKinetic;
 
 use crate::error::Error;
+use crate::series::{Grown, Series};
 
 /// A point (slip speed, friction force) of the characteristic.
 pub type Point = [f64; 2];
@@ -122,6 +131,22 @@ pub trait Friction {
         false
     }
 
+    /// Whether kinetic friction is one smooth curve over all slip speeds instead of linear pieces. Such a law answers
+    /// [`Friction::force`] and [`Friction::extend`]; its one piece holds nothing but the force at zero slip speed.
+    fn smooth(&self) -> bool {
+        false
+    }
+
+    /// Kinetic friction on `piece` at slip speed `u`.
+    fn force(&self, piece: &Piece, u: f64) -> f64 {
+        piece.force(u)
+    }
+
+    /// For a smooth law: coefficient `k` of F(u(h)) from the coefficients of u up to `k`; called for k = 0, 1, 2, … in turn.
+    fn extend(&self, _u: &Series, _k: usize, _grown: &mut Grown) -> f64 {
+        f64::NAN
+    }
+
     /// The first piece after adhesion broke at `force`, slip speed 0.
     fn leave(&self, force: f64, memory: &mut Memory) -> Piece;
 
@@ -146,6 +171,11 @@ macro_rules! laws {
             fn break_away(&self, hold: Hold) -> f64 { match self { $(Self::$name(law) => law.break_away(hold)),+ } }
             fn growth_bound(&self, stick_time: f64) -> f64 { match self { $(Self::$name(law) => law.growth_bound(stick_time)),+ } }
             fn feels_force_rate(&self) -> bool { match self { $(Self::$name(law) => law.feels_force_rate()),+ } }
+            fn smooth(&self) -> bool { match self { $(Self::$name(law) => law.smooth()),+ } }
+            #[inline]
+            fn force(&self, piece: &Piece, u: f64) -> f64 { match self { $(Self::$name(law) => law.force(piece, u)),+ } }
+            #[inline]
+            fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 { match self { $(Self::$name(law) => law.extend(u, k, grown)),+ } }
             #[inline]
             fn leave(&self, force: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.leave(force, memory)),+ } }
             fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.begin(u, balance, memory)),+ } }
@@ -157,4 +187,14 @@ macro_rules! laws {
     };
 }
 
-laws!(Coulomb, StaticKinetic, PiecewiseLinear, DwellTime, BogaczRyczek);
+laws!(
+    Coulomb,
+    StaticKinetic,
+    PiecewiseLinear,
+    DwellTime,
+    BogaczRyczek,
+    Rational,
+    Cubic,
+    ExponentialStribeck,
+    PoppStelter
+);

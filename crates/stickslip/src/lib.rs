@@ -11,6 +11,7 @@
 //! | [`simulate`] | the loop, and why it stopped |
 //! | [`orbit`] | what a run returns, evaluable at any time |
 //! | [`replay`] | a law along a measured motion |
+//! | [`series`] | Taylor coefficients, their recursions, the certified first root |
 //! | [`error`] | everything a user can get wrong, one sentence each |
 //!
 //! ```
@@ -34,5 +35,6 @@ pub mod law;
 pub mod mode;
 pub mod orbit;
 pub mod replay;
+pub mod series;
 pub mod simulate;
 pub mod structure;

@@ -75,7 +75,7 @@ pub fn force_along(
         };
         stuck_since = None;
         follow.to(law, u, &mut memory);
-        force.push(direction * follow.piece.force(u));
+        force.push(direction * law.force(&follow.piece, u));
     }
     Ok(force)
 }

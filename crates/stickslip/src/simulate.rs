@@ -101,6 +101,12 @@ pub fn simulate(oscillator: &Oscillator, run: Run) -> Result<Orbit, Error> {
 pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
     oscillator.validate()?;
     run.validate()?;
+    if oscillator.law.smooth() {
+        // No closed form: the caller turns the oscillator into a system of one mass.
+        return Err(Error::Document {
+            reason: "a smooth law has no closed form: simulate it as a system of one mass".into(),
+        });
+    }
     match oscillator.forcing.len() {
         0 => Loop::<0>::new(oscillator, run).go(run, record),
         1 => Loop::<1>::new(oscillator, run).go(run, record),

@@ -1,0 +1,58 @@
+//! Friction that weakens and then grows again, as a cubic.
+
+use serde::{Deserialize, Serialize};
+
+use super::{End, Friction, Hold, Memory, Piece};
+use crate::error::{Error, finite, not_negative};
+use crate::series::{Grown, Series, product};
+
+/// F(u) = μ_s − k₁ u + k₃ u³, |F| ≤ μ_s at rest (Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cubic {
+    /// Friction at rest μ_s.
+    #[serde(rename = "static")]
+    pub at_rest: f64,
+    /// Linear fall k₁.
+    pub linear: f64,
+    /// Cubic rise k₃.
+    pub cubic: f64,
+}
+
+impl Friction for Cubic {
+    fn validate(&self) -> Result<(), Error> {
+        not_negative("static", self.at_rest)?;
+        finite("linear", self.linear)?;
+        finite("cubic", self.cubic).map(drop)
+    }
+
+    fn break_away(&self, _hold: Hold) -> f64 {
+        self.at_rest
+    }
+
+    fn smooth(&self) -> bool {
+        true
+    }
+
+    fn force(&self, _piece: &Piece, u: f64) -> f64 {
+        self.at_rest - self.linear * u + self.cubic * u * u * u
+    }
+
+    fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
+        grown.first[k] = product(u, u, k);
+        let rest = if k == 0 { self.at_rest } else { 0.0 };
+        rest - self.linear * u[k] + self.cubic * product(&grown.first, u, k)
+    }
+
+    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.at_rest)
+    }
+
+    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.at_rest)
+    }
+
+    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
+        *piece
+    }
+}

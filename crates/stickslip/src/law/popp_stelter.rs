@@ -1,0 +1,62 @@
+//! The law of Popp and Stelter: a hyperbola that falls to a kinetic force, and a square that rises from it.
+
+use serde::{Deserialize, Serialize};
+
+use super::static_kinetic::at_least_kinetic;
+use super::{End, Friction, Hold, Memory, Piece};
+use crate::error::{Error, finite, not_negative};
+use crate::series::{Grown, Series, product, reciprocal};
+
+/// F(u) = (f_s − f_k)/(1 + λ₁ u) + f_k + λ₂ u², |F| ≤ f_s at rest (Popp & Stelter, Phil. Trans. R. Soc. A 332 (1990) 89).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoppStelter {
+    /// Break-away force f_s.
+    pub break_away: f64,
+    /// Force the hyperbola falls to, f_k.
+    pub kinetic: f64,
+    /// How fast it falls, λ₁ in 1/velocity.
+    pub weakening: f64,
+    /// The square part λ₂.
+    #[serde(default)]
+    pub square: f64,
+}
+
+impl Friction for PoppStelter {
+    fn validate(&self) -> Result<(), Error> {
+        let kinetic = not_negative("kinetic", self.kinetic)?;
+        at_least_kinetic(self.break_away, kinetic)?;
+        not_negative("weakening", self.weakening)?;
+        finite("square", self.square).map(drop)
+    }
+
+    fn break_away(&self, _hold: Hold) -> f64 {
+        self.break_away
+    }
+
+    fn smooth(&self) -> bool {
+        true
+    }
+
+    fn force(&self, _piece: &Piece, u: f64) -> f64 {
+        (self.break_away - self.kinetic) / (1.0 + self.weakening * u) + self.kinetic + self.square * u * u
+    }
+
+    fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
+        grown.first[k] = reciprocal(self.weakening, u, &grown.first, k);
+        let rest = if k == 0 { self.kinetic } else { 0.0 };
+        rest + (self.break_away - self.kinetic) * grown.first[k] + self.square * product(u, u, k)
+    }
+
+    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.break_away)
+    }
+
+    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.break_away)
+    }
+
+    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
+        *piece
+    }
+}

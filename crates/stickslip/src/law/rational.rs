@@ -1,0 +1,53 @@
+//! Friction that weakens with speed as a hyperbola.
+
+use serde::{Deserialize, Serialize};
+
+use super::{End, Friction, Hold, Memory, Piece};
+use crate::error::{Error, not_negative};
+use crate::series::{Grown, Series, reciprocal};
+
+/// F(u) = f_s/(1 + δ u), |F| ≤ f_s at rest (Leine, van Campen, de Kraker & van den Steen, Nonlinear Dynamics 16 (1998) 41).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rational {
+    /// Break-away force f_s.
+    pub break_away: f64,
+    /// How fast friction weakens, δ in 1/velocity.
+    pub weakening: f64,
+}
+
+impl Friction for Rational {
+    fn validate(&self) -> Result<(), Error> {
+        not_negative("break_away", self.break_away)?;
+        not_negative("weakening", self.weakening).map(drop)
+    }
+
+    fn break_away(&self, _hold: Hold) -> f64 {
+        self.break_away
+    }
+
+    fn smooth(&self) -> bool {
+        true
+    }
+
+    fn force(&self, _piece: &Piece, u: f64) -> f64 {
+        self.break_away / (1.0 + self.weakening * u)
+    }
+
+    fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
+        grown.first[k] = reciprocal(self.weakening, u, &grown.first, k);
+        self.break_away * grown.first[k]
+    }
+
+    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.break_away)
+    }
+
+    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.break_away)
+    }
+
+    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
+        *piece
+    }
+}

@@ -1,0 +1,227 @@
+//! Taylor coefficients of a motion and of friction along it, and the certified first root of such a polynomial.
+//!
+//! A product, a reciprocal or an exponential of series has a recursion for its k-th coefficient from the lower ones
+//! (automatic differentiation: Moore, Interval Analysis, 1966; Jorba & Zou, Experimental Mathematics 14 (2005) 99).
+
+/// The highest power of a step that is kept. In double precision steps grow no longer beyond it.
+pub const ORDER: usize = 22;
+
+/// The coefficients of 1, h, h², …
+pub type Series = [f64; ORDER + 1];
+
+/// Nothing.
+pub const ZERO: Series = [0.0; ORDER + 1];
+
+/// What a smooth law carries from one coefficient to the next.
+#[derive(Clone, Copy, Debug)]
+pub struct Grown {
+    /// A first function of the slip speed.
+    pub first: Series,
+    /// A second one.
+    pub second: Series,
+}
+
+impl Default for Grown {
+    fn default() -> Self {
+        Self {
+            first: ZERO,
+            second: ZERO,
+        }
+    }
+}
+
+/// Σ a_j b_{k−j} for j from `from` to `to`.
+#[inline]
+fn convolve(a: &Series, b: &Series, from: usize, to: usize, k: usize) -> f64 {
+    // Two sums, so that one addition need not wait for the other.
+    let (mut even, mut odd) = (0.0, 0.0);
+    let mut j = from;
+    while j < to {
+        even += a[j] * b[k - j];
+        odd += a[j + 1] * b[k - j - 1];
+        j += 2;
+    }
+    if j == to {
+        even += a[j] * b[k - j];
+    }
+    even + odd
+}
+
+/// Coefficient k of a · b.
+#[inline]
+#[must_use]
+pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
+    convolve(a, b, 0, k, k)
+}
+
+/// Coefficient k of r = 1/(1 + rate · u), from u up to k and r below k.
+#[inline]
+#[must_use]
+pub fn reciprocal(rate: f64, u: &Series, r: &Series, k: usize) -> f64 {
+    let whole = 1.0 + rate * u[0];
+    if k == 0 {
+        1.0 / whole
+    } else {
+        -rate * convolve(u, r, 1, k, k) / whole
+    }
+}
+
+/// Coefficient k of e = exp(rate · u), from e below k and the `weighted` coefficients j · rate · u_j up to k, of which the
+/// last is written here.
+#[inline]
+#[must_use]
+pub fn exponential(rate: f64, u: &Series, weighted: &mut Series, e: &Series, k: usize) -> f64 {
+    if k == 0 {
+        return (rate * u[0]).exp();
+    }
+    weighted[k] = k as f64 * rate * u[k];
+    convolve(weighted, e, 1, k, k) / k as f64
+}
+
+/// The polynomial at `h`.
+#[inline]
+#[must_use]
+pub fn at(series: &Series, h: f64) -> f64 {
+    series.iter().rev().fold(0.0, |sum, term| sum * h + term)
+}
+
+/// The polynomial and its derivative at `h`.
+#[inline]
+#[must_use]
+pub fn slope_at(series: &Series, h: f64) -> (f64, f64) {
+    let (mut value, mut slope) = (series[ORDER], 0.0);
+    for k in (0..ORDER).rev() {
+        slope = slope * h + value;
+        value = value * h + series[k];
+    }
+    (value, slope)
+}
+
+/// The derivative as a series.
+#[must_use]
+pub fn derivative(series: &Series) -> Series {
+    let mut result = ZERO;
+    for k in 0..ORDER {
+        result[k] = (k + 1) as f64 * series[k + 1];
+    }
+    result
+}
+
+/// A bound of the second derivative for 0 ≤ h ≤ `reach`.
+#[must_use]
+pub fn curvature(series: &Series, reach: f64) -> f64 {
+    (2..=ORDER)
+        .rev()
+        .fold(0.0, |sum, k| sum * reach + (k * (k - 1)) as f64 * series[k].abs())
+}
+
+/// The positive root of margin + rate τ − curvature τ²/2, in the form that does not cancel; none is infinite.
+#[must_use]
+pub fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
+    let root = (rate * rate + 2.0 * curvature * margin).sqrt();
+    if rate < 0.0 {
+        2.0 * margin / (root - rate)
+    } else if curvature > 0.0 {
+        (root + rate) / curvature
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// The first h in [0, reach] at which a guard is no longer positive.
+///
+/// A guard that starts within `rounding` of zero and rises is armed: its root at 0 is divided out. `turning` says that its
+/// slope is zero by what is known of the mode; then both are. The march advances by the largest step in which a bound of
+/// the curvature excludes a root, so none is jumped over; it closes in on the first one from below, quadratically.
+#[must_use]
+pub fn first_root(guard: &Series, rounding: f64, turning: bool, reach: f64) -> Option<f64> {
+    let mut series = *guard;
+    if turning {
+        series[1] = 0.0;
+    }
+    if series[0] <= rounding {
+        let order = if turning { 2 } else { 1 };
+        if series[order] <= 0.0 {
+            return Some(0.0);
+        }
+        series.copy_within(order.., 0);
+        series[ORDER + 1 - order..].fill(0.0);
+    }
+    let away = (1..=ORDER)
+        .rev()
+        .fold(0.0, |sum, k| (sum + series[k].abs()) * reach);
+    if series[0] > away {
+        return None;
+    }
+    let bend = curvature(&series, reach);
+    let tiny = f64::EPSILON * reach;
+    let mut t = 0.0;
+    // Quadratic convergence needs a few dozen; a guard that touches zero within rounding is given up there.
+    for _ in 0..10_000 {
+        let (value, slope) = slope_at(&series, t);
+        if value <= 0.0 {
+            return Some(t);
+        }
+        let mut free = free_time(value, slope, bend);
+        if free <= tiny.max(f64::EPSILON * t) {
+            return Some((t + free).min(reach));
+        }
+        if 8.0 * free < reach - t {
+            // A tighter bound, over as far as it may be used.
+            let near = curvature(&series, t + 8.0 * free);
+            free = free_time(value, slope, near).min(8.0 * free);
+        }
+        t += free;
+        if t > reach {
+            return None;
+        }
+    }
+    Some(t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Grown, ORDER, ZERO, at, exponential, first_root, product, reciprocal};
+
+    /// (h − a)(h − b) + gap.
+    fn parabola(a: f64, b: f64, gap: f64) -> super::Series {
+        let mut series = ZERO;
+        (series[0], series[1], series[2]) = (a * b + gap, -(a + b), 1.0);
+        series
+    }
+
+    #[test]
+    fn two_close_roots_do_not_hide() {
+        let root = first_root(&parabola(0.5, 0.5 + 1e-7, 0.0), 0.0, false, 1.0).unwrap();
+        assert!((root - 0.5).abs() < 1e-9, "{root}");
+        assert_eq!(first_root(&parabola(0.5, 0.5, 1e-15), 0.0, false, 1.0), None);
+    }
+
+    #[test]
+    fn a_guard_that_starts_at_zero_is_armed_by_its_slope() {
+        let mut series = ZERO;
+        (series[0], series[1], series[2]) = (1e-17, 1.0, -2.0);
+        assert!((first_root(&series, 1e-16, false, 1.0).unwrap() - 0.5).abs() < 1e-15);
+        series[1] = -1.0;
+        assert_eq!(first_root(&series, 1e-16, false, 1.0), Some(0.0));
+        (series[1], series[2], series[3]) = (1e-18, 1.0, -1.0);
+        assert!((first_root(&series, 1e-16, true, 2.0).unwrap() - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn recursions_agree_with_the_functions() {
+        let mut u = ZERO;
+        (u[0], u[1], u[2]) = (0.4, 0.3, -0.2);
+        let (mut grown, mut r, mut square) = (Grown::default(), ZERO, ZERO);
+        for k in 0..=ORDER {
+            grown.first[k] = exponential(-2.0, &u, &mut grown.second, &grown.first, k);
+            r[k] = reciprocal(3.0, &u, &r, k);
+            square[k] = product(&u, &u, k);
+        }
+        let h = 0.1;
+        let speed = at(&u, h);
+        assert!((at(&grown.first, h) - (-2.0 * speed).exp()).abs() < 1e-15);
+        assert!((at(&r, h) - 1.0 / (1.0 + 3.0 * speed)).abs() < 1e-15);
+        assert!((at(&square, h) - speed * speed).abs() < 1e-15);
+    }
+}
