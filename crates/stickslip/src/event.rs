@@ -340,7 +340,7 @@ impl<const H: usize> Search<'_, H> {
             let (error, slope_error) = near.error(reach);
             let mut h = guards.free;
             while h < reach {
-                let (value, slope, curve) = near.at(h);
+                let (value, slope, curve) = near.at(h, piece.turns);
                 guards.free = near.reach;
                 guards.watch(value - error - piece.low, slope, near.bend, End::Low);
                 guards.watch(piece.high - error - value, -slope, near.bend, End::High);

@@ -8,8 +8,6 @@ use super::exact::{Basis, Decay, Signal};
 
 /// Degree of the polynomial.
 const DEGREE: usize = 12;
-/// The power of the first term left out.
-const LEFT_OUT: i32 = 13;
 
 /// How far, in units of the smallest time 1/|exponent|, the polynomial is good to 10⁻⁷ of the amplitude: (10⁻⁷ 13!)^(1/13).
 const FAR: f64 = 1.64;
@@ -78,16 +76,28 @@ impl Expansion {
         let far = FAR / fastest;
         // A reach longer than this one is never taken by a motion that grows.
         let growth = decay.growth(far);
-        let bound = |power: i32| {
-            let sum = |sum: f64, &(amplitude, exponent): &Part| sum + amplitude * exponent.powi(power);
-            growth * parts.iter().fold(0.0, sum) + waves.iter().fold(0.0, sum)
+        // Σ amplitude · |exponent|ⁿ for n = 0, 2, 3 and 13.
+        let mut bound = [0.0; 4];
+        let mut add = |(amplitude, exponent): Part, growth: f64| {
+            let size = amplitude * growth;
+            let square = exponent * exponent;
+            bound[0] += size;
+            bound[1] += size * square;
+            bound[2] += size * square * exponent;
+            bound[3] += size * twelfth(exponent) * exponent;
         };
-        let remainder = bound(LEFT_OUT) * INVERSE_FACTORIAL[DEGREE + 1];
+        for part in parts {
+            add(part, growth);
+        }
+        for wave in waves {
+            add(wave, 1.0);
+        }
+        let remainder = bound[3] * INVERSE_FACTORIAL[DEGREE + 1];
         let reach = if parts[1].0 == 0.0 {
             far
         } else {
             // One exponent may be far larger than the other and its part long gone.
-            (1e-7 * bound(0) / remainder).powf(1.0 / f64::from(LEFT_OUT))
+            (1e-7 * bound[0] / remainder).powf(1.0 / (DEGREE + 1) as f64)
         };
         let mut coefficient = derivative;
         for n in 0..=DEGREE {
@@ -96,8 +106,8 @@ impl Expansion {
         coefficient[0] += signal.constant;
         Self {
             coefficient,
-            bend: bound(2),
-            jerk: bound(3),
+            bend: bound[1],
+            jerk: bound[2],
             remainder,
             reach,
         }
@@ -112,23 +122,72 @@ impl Expansion {
         )
     }
 
-    /// The polynomials of u, u̇ and ü at `h`.
-    pub(crate) fn at(&self, h: f64) -> (f64, f64, f64) {
-        let (mut value, mut slope, mut half_bend) = (self.coefficient[DEGREE], 0.0, 0.0);
-        for n in (0..DEGREE).rev() {
-            half_bend = half_bend * h + slope;
-            slope = slope * h + value;
-            value = value * h + self.coefficient[n];
+    /// The polynomials of u and u̇ at `h`, and of ü if it is asked for: even and odd powers apart, two short chains
+    /// instead of a long one.
+    #[inline]
+    pub(crate) fn at(&self, h: f64, second: bool) -> (f64, f64, f64) {
+        const PAIRS: usize = DEGREE / 2;
+        let c = &self.coefficient;
+        let z = h * h;
+        let (mut even, mut even_slope, mut odd, mut odd_slope) = (c[DEGREE], 0.0, 0.0, 0.0);
+        for k in (0..PAIRS).rev() {
+            even_slope = even_slope * z + even;
+            even = even * z + c[2 * k];
+            odd_slope = odd_slope * z + odd;
+            odd = odd * z + c[2 * k + 1];
         }
-        (value, slope, 2.0 * half_bend)
+        let slope = 2.0 * h * even_slope + odd + 2.0 * z * odd_slope;
+        let mut curve = 0.0;
+        if second {
+            let (mut even, mut odd) = (c[DEGREE] * (DEGREE * (DEGREE - 1)) as f64, 0.0);
+            for k in (1..PAIRS).rev() {
+                even = even * z + c[2 * k] * (2 * k * (2 * k - 1)) as f64;
+                odd = odd * z + c[2 * k + 1] * (2 * k * (2 * k + 1)) as f64;
+            }
+            curve = even + h * odd;
+        }
+        (even + h * odd, slope, curve)
     }
 
     /// Bounds of |u − polynomial| and |u̇ − its derivative| up to `h`.
     pub(crate) fn error(&self, h: f64) -> (f64, f64) {
-        let power = h.powi(LEFT_OUT - 1);
+        let power = twelfth(h);
         (
             self.remainder * power * h,
-            self.remainder * power * f64::from(LEFT_OUT),
+            self.remainder * power * (DEGREE + 1) as f64,
         )
+    }
+}
+
+/// x¹²
+fn twelfth(x: f64) -> f64 {
+    let fourth = x * x * (x * x);
+    fourth * fourth * fourth
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DEGREE, Expansion};
+
+    #[test]
+    fn polynomial_and_its_derivatives() {
+        let coefficient = std::array::from_fn(|n| 1.0 / (n as f64 + 2.0));
+        let expansion = Expansion {
+            coefficient,
+            bend: 0.0,
+            jerk: 0.0,
+            remainder: 0.0,
+            reach: 1.0,
+        };
+        let h: f64 = 0.7;
+        let sum = |term: fn(f64) -> f64, drop: usize| -> f64 {
+            (drop..=DEGREE)
+                .map(|n| term(n as f64) * coefficient[n] * h.powi((n - drop) as i32))
+                .sum()
+        };
+        let (value, slope, curve) = expansion.at(h, true);
+        assert!((value - sum(|_| 1.0, 0)).abs() < 1e-14);
+        assert!((slope - sum(|n| n, 1)).abs() < 1e-13);
+        assert!((curve - sum(|n| n * (n - 1.0), 2)).abs() < 1e-12);
     }
 }
