@@ -182,7 +182,7 @@ mod tests {
         let h: f64 = 0.7;
         let sum = |term: fn(f64) -> f64, drop: usize| -> f64 {
             (drop..=DEGREE)
-                .map(|n| term(n as f64) * coefficient[n] * h.powi((n - drop) as i32))
+                .map(|n| term(n as f64) * coefficient[n] * h.powf((n - drop) as f64))
                 .sum()
         };
         let (value, slope, curve) = expansion.at(h, true);
