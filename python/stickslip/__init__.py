@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stickslip import laws, paper, show
     from stickslip.errors import InputError
     from stickslip.identification import identify
-    from stickslip.laws import force_along, load_law
+    from stickslip.law import force_along, load_law
     from stickslip.measurement import measure
     from stickslip.orbit import Orbit, load
     from stickslip.simulation import simulate
@@ -27,11 +27,11 @@ _HOME = {
     "InputError": "errors",
     "Orbit": "orbit",
     "Oscillator": "system",
-    "force_along": "laws",
+    "force_along": "law",
     "identify": "identification",
     "laws": "",
     "load": "orbit",
-    "load_law": "laws",
+    "load_law": "law",
     "load_system": "system",
     "measure": "measurement",
     "paper": "",

@@ -13,7 +13,7 @@ import tomli_w
 from stickslip import _core
 from stickslip.documents import check_keys, number, read_toml
 from stickslip.errors import InputError
-from stickslip.laws import Law, Table, load_law
+from stickslip.law import Law, Table, load_law
 
 
 @dataclass(frozen=True)

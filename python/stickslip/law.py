@@ -1,0 +1,185 @@
+"""What a friction law is in Python: immutable data, a document, and the questions that the core answers about it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip import _core
+from stickslip.documents import check_keys, did_you_mean, number, read_toml
+from stickslip.errors import InputError
+
+Point = tuple[float, float]
+
+
+class Table:
+    """A frozen dataclass of numbers, points and tables that is also a plain document."""
+
+    def __post_init__(self) -> None:
+        where = type(self).__name__
+        for item in fields(self):  # type: ignore[arg-type]
+            object.__setattr__(self, item.name, _tidy(item.name, getattr(self, item.name), where))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document: numbers, lists and tables only; what is None is left out."""
+        values = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
+        return {name: _plain(value) for name, value in values.items() if value is not None}
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], where: str = "law") -> Self:
+        """Make it from a document; `where` names that document in error messages."""
+        if not isinstance(table, Mapping):
+            raise InputError(f"{where}: expected a table with the keys of {cls.__name__}, got {table!r}")
+        items = fields(cls)  # type: ignore[arg-type]
+        required = [item.name for item in items if item.default is MISSING and item.default_factory is MISSING]
+        check_keys(table, [item.name for item in items], required, where)
+        try:
+            return cls(**table)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+
+
+def _tidy(name: str, value: Any, where: str) -> Any:
+    """Numbers as floats, sequences of them as tuples, so that equal laws compare equal."""
+    if value is None or isinstance(value, Table):
+        return value
+    if isinstance(value, str | bytes | Mapping):
+        raise InputError(f"{where}: {name} must be a number or a list of numbers, got {value!r}")
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, Sequence):
+        return tuple(_tidy(name, item, where) for item in value)
+    return number(name, value, where)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Table):
+        return value.to_dict()
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+@dataclass(frozen=True)
+class Law(Table):
+    """What all friction laws have in common.
+
+    For developers: a new law is a frozen dataclass with its parameters here, one file with the trait ``Friction`` in the
+    core, one line in each of the two lists of laws, a page in ``docs/laws.md`` and a test. CONTRIBUTING.md walks through it.
+    """
+
+    ALL: ClassVar[dict[str, type[Law]]] = {}
+
+    def __init_subclass__(cls) -> None:
+        Law.ALL[cls.__name__] = cls
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        try:
+            _core.check_law(self.to_json())
+        except InputError:
+            raise
+        except ValueError as error:
+            raise InputError(f"{type(self).__name__}: {error}") from None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document, with the law's name under ``type``."""
+        return {"type": type(self).__name__, **super().to_dict()}
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], where: str = "law") -> Self:
+        """Any law from its document."""
+        if not isinstance(table, Mapping) or "type" not in table:
+            raise InputError(f'{where}: type is missing; add `type = "..."` with one of {", ".join(Law.ALL)}')
+        name = table["type"]
+        if name not in Law.ALL:
+            hint = did_you_mean(str(name), Law.ALL)
+            raise InputError(f"{where}: unknown law {name!r}{hint}; known are {', '.join(Law.ALL)}")
+        law = super(Law, Law.ALL[name]).from_dict({key: table[key] for key in table if key != "type"}, where)
+        if not isinstance(law, cls):
+            raise InputError(f"{where}: expected the law {cls.__name__}, got {name}")
+        return law
+
+    def to_json(self) -> str:
+        """The document as JSON; floats survive to the bit."""
+        return json.dumps(self.to_dict())
+
+    def break_away_force(self, stick_time: ArrayLike = 0.0, force_rate: ArrayLike = 0.0) -> Any:
+        """The largest force adhesion bears, f_s(t_s, δ).
+
+        Parameters
+        ----------
+        stick_time : time of adhesion t_s, any shape.
+        force_rate : |dF/dt| while stuck δ, same shape or a number.
+
+        Returns
+        -------
+        float or array of that shape.
+
+        >>> from stickslip.laws import DwellTime
+        >>> round(DwellTime(kinetic=0.5, limit=0.5, rate=0.4).break_away_force(1.0), 4)
+        0.6648
+        """
+        time, rate = np.broadcast_arrays(np.asarray(stick_time, float), np.asarray(force_rate, float))
+        flat = _core.break_away(self.to_json(), np.ascontiguousarray(time.ravel()), np.ascontiguousarray(rate.ravel()))
+        return flat.reshape(time.shape) if time.ndim else float(flat[0])
+
+    def kinetic_force(self, w: ArrayLike) -> Any:
+        """Friction at slip velocity w for a slip that speeds up steadily from rest, with the sign of w.
+
+        For laws with branches this is the upper one, after a break-away at stick time zero.
+
+        >>> from stickslip.laws import StaticKinetic
+        >>> StaticKinetic(break_away=1.0, kinetic=0.6).kinetic_force([-0.1, 0.2])
+        array([-0.6,  0.6])
+        """
+        w = np.asarray(w, float)
+        speed, back = np.unique(np.abs(w), return_inverse=True)
+        path = np.concatenate([[0.0], speed])
+        stuck = np.arange(path.size) == 0
+        force = force_along(self, np.zeros_like(path), path, stuck, np.zeros_like(path))[1:]
+        signed = force[back].reshape(w.shape) * np.where(w < 0, -1.0, 1.0)
+        return signed if w.ndim else float(signed)
+
+
+def force_along(
+    law: Law, t: ArrayLike, w: ArrayLike, stuck: ArrayLike, force_rate: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """The friction force a law predicts along a measured motion, its memory included.
+
+    Parameters
+    ----------
+    law : any law.
+    t, w : time and slip velocity, shape (n,).
+    stuck : whether the mass sticks, shape (n,).
+    force_rate : dF/dt while stuck, shape (n,); default 0.
+
+    Returns
+    -------
+    Shape (n,): the kinetic force with the sign of w while slipping. While stuck friction is a reaction, which no law knows:
+    there it is the break-away force of that moment, with the sign of `force_rate`.
+
+    >>> from stickslip.laws import StaticKinetic
+    >>> law = StaticKinetic(break_away=1.0, kinetic=0.6)
+    >>> force_along(law, [0, 1, 2], [0, 0.1, -0.1], [True, False, False])
+    array([ 1. ,  0.6, -0.6])
+    """
+    t, w = np.ascontiguousarray(t, float), np.ascontiguousarray(w, float)
+    rate = np.zeros_like(t) if force_rate is None else np.ascontiguousarray(force_rate, float)
+    for name, values in (("t", t), ("w", w), ("force_rate", rate)):
+        if not np.isfinite(values).all():
+            raise InputError(f"force_along: {name} must be finite, got {values[~np.isfinite(values)][0]}")
+    return _core.force_along(law.to_json(), t, w, np.ascontiguousarray(stuck, bool), rate)
+
+
+def load_law(path: str | Path) -> Law:
+    """The law of a law file: its table ``[law]``."""
+    document = read_toml(path)
+    check_keys(document, ("law", "uncertainty", "source"), ("law",), str(path))
+    return Law.from_dict(document["law"], f"{path}: law")
