@@ -45,7 +45,7 @@ def test_example_rigs_are_read() -> None:
         (("drive_velocity = 42e-6", "drive_velocity = 0"), "drive_velocity must be a positive number"),
         (("mass = 0.0307", "mass = 0.0307\ndamping = -1"), "damping must be zero or a positive number"),
         (('gauge = "spring_force"', 'gauge = "spring-force"'), "did you mean 'spring_force'"),
-        (('unit = "mg"', 'unit = "kip"'), "unit of a spring_force record must be one of N, mg, 1, got 'kip'"),
+        (('unit = "mg"', 'unit = "tonne"'), "unit of a spring_force record must be one of N, mg, 1, mN, kN, lb, kip, kgf, got 'tonne'"),
         (("mass = 0.0307", "mass = "), "not a TOML document"),
     ],
 )

@@ -103,7 +103,7 @@ class _Found:
 
 def _measure(record: Record, rig: Rig) -> _Found:
     notes = list(record.notes)
-    signal = _without_mains(record, rig, notes) * rig.force_unit
+    signal = (_without_mains(record, rig, notes) - rig.rest) * rig.force_unit
     o = Oscillator(rig.inertia, rig.damping, rig.stiffness, rig.drive_velocity)
     spring = rig.gauge == "spring_force"
     x = signal / o.stiffness if spring else signal
@@ -115,7 +115,7 @@ def _measure(record: Record, rig: Rig) -> _Found:
     if noise == 0.0:
         noise = 1e-9 * float(np.ptp(x))
     spikes = impulses(x, noise)
-    weight = np.where(spikes, 0.0, 1.0)
+    weight = np.where(spikes, 0.0, 1.0 if record.weight is None else record.weight)
     if spikes.any():
         notes.append(
             f"{np.count_nonzero(spikes)} isolated impulses ({100 * spikes.mean():.1f} % of the samples) were left out"

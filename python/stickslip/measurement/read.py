@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,12 +11,22 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.measurement.formats.json_rows import json_table
+from stickslip.measurement.formats.look import look_table
+from stickslip.measurement.formats.matlab import matlab_table
+from stickslip.measurement.formats.table import Table
+from stickslip.measurement.formats.text import text_table
+from stickslip.measurement.layout import Layout
 from stickslip.measurement.rig import Rig
+from stickslip.measurement.units import find_unit
 
 Array = npt.NDArray[np.float64]
 
 LEAST_SAMPLES = 64
 """Shorter records hold no cycle that could be measured."""
+
+FORMAT_OF_ENDING = {".mat": "matlab", ".json": "json", ".nc": "netcdf"}
+"""All other endings are text, unless the rig says otherwise."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +39,15 @@ class Record:
     signal : (n,) the gauge in its own unit.
     source : where it came from, for messages and provenance.
     notes : what was found worth telling while reading.
+    weight : (n,) 0 for a sample that is missing (its signal is a line between its neighbours) and 1 for all others; None
+        where none is missing.
     """
 
     time: Array
     signal: Array
     source: str
     notes: tuple[str, ...] = ()
+    weight: Array | None = None
 
     @property
     def step(self) -> float:
@@ -44,8 +55,13 @@ class Record:
         return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
 
 
-def read_columns(path: str | Path) -> dict[str, Array]:
-    """Named columns of a MATLAB (v5) or CSV/text file with one header line.
+def read_columns(path: str | Path, layout: Layout | None = None) -> dict[str, Array]:
+    """Named columns of a MATLAB (v5), CSV/text, JSON, look or netCDF file.
+
+    Parameters
+    ----------
+    path : of the file.
+    layout : what is unusual about it; default: text with one header line, other kinds by the ending of the name.
 
     Returns
     -------
@@ -56,9 +72,14 @@ def read_columns(path: str | Path) -> dict[str, Array]:
     InputError
         if the file is missing, truncated, of another kind, or holds a cell that is no number (file, row, column).
     """
-    path = Path(path)
+    return read_table(path, layout).columns
+
+
+def read_table(path: str | Path, layout: Layout | None = None, wanted: Collection[str | int] | None = None) -> Table:
+    """`read_columns` with the row numbers; only the columns that are `wanted` must be numbers."""
+    path, layout = Path(path), layout or Layout()
     if not path.exists():
-        raise InputError(f"{path}: no such file; give the path of a .mat, .csv or .txt record")
+        raise InputError(f"{path}: no such file; give the path of a .mat, .csv, .txt, .json or .nc record")
     if path.is_dir():
         raise InputError(f"{path}: a record file was expected, this is a folder; name a file in it")
     try:
@@ -67,86 +88,32 @@ def read_columns(path: str | Path) -> dict[str, Array]:
         raise InputError(f"{path}: the file cannot be read ({error.strerror}); check its permissions") from None
     if not content:
         raise InputError(f"{path}: the file is empty; export the record again")
-    if path.suffix.lower() == ".mat":
-        return _matlab_columns(path, content)
-    return _text_columns(path, content)
+    match layout.format or FORMAT_OF_ENDING.get(path.suffix.lower(), "text"):
+        case "matlab":
+            return matlab_table(path, content)
+        case "json":
+            return json_table(path, content, layout)
+        case "look":
+            return look_table(path, content)
+        case "netcdf":
+            return Table(_columns_of(open_motion(path)), str(path), first_row=0)
+        case _:
+            return text_table(path, content, layout, wanted)
 
 
-def _matlab_columns(path: Path, content: bytes) -> dict[str, Array]:
-    from scipy.io import loadmat
+def open_motion(path: str | Path) -> Any:
+    """The xarray Dataset of a netCDF file, in memory."""
+    import xarray as xr
 
-    if content[:128].startswith(b"MATLAB 7.3") or content[:8] == b"\x89HDF\r\n\x1a\n":
-        raise InputError(f"{path}: this is a MATLAB v7.3 file, which is not read here; save it again with `save -v7`")
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"{path}: no such file; give the path of a motion file")
     try:
-        variables: dict[str, Any] = loadmat(io.BytesIO(content))  # type: ignore[arg-type]  # the stubs know paths only
-    except Exception as error:  # noqa: BLE001 the reader raises some ten types on damaged bytes
+        with xr.open_dataset(path, engine="h5netcdf") as data:
+            return data.load()
+    except (OSError, ValueError, KeyError) as error:
         reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise InputError(
-            f"{path}: not a whole MATLAB v5 file, truncated or damaged ({reason}); copy or export it again"
-        ) from None
-    columns = {
-        name: np.ascontiguousarray(value, dtype=np.float64).ravel()
-        for name, value in variables.items()
-        if not name.startswith("__")
-        and isinstance(value, np.ndarray)
-        and value.dtype.kind in "fiu"
-        and value.size > 1
-        and max(value.shape) == value.size
-    }
-    if not columns:
-        raise InputError(f"{path}: holds no numeric column; expected vectors such as t and the gauge")
-    return columns
-
-
-def _text_columns(path: Path, content: bytes) -> dict[str, Array]:
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: neither text nor a .mat file; export the record as CSV with a header line") from None
-    if "\x00" in text:
-        raise InputError(f"{path}: holds binary bytes, not text; export the record as CSV with a header line")
-    lines = text.splitlines()
-    rows = [(number, line) for number, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
-    if len(rows) < 2:
-        raise InputError(f"{path}: a header line and rows of numbers were expected, got {len(rows)} line(s)")
-    delimiter = next((mark for mark in ("\t", ";", ",") if mark in rows[0][1]), None)
-
-    def cells(line: str) -> list[str]:
-        if delimiter is None:
-            return line.split()
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
-
-    header = cells(rows[0][1])
-    if all(_is_number(name) for name in header):
-        raise InputError(f"{path}: row {rows[0][0]} holds numbers where a header line with column names was expected")
-    if len(set(header)) < len(header):
-        raise InputError(f"{path}: row {rows[0][0]} names a column twice ({', '.join(header)}); rename one")
-    body = "\n".join(line for _, line in rows[1:])
-    try:
-        table = np.loadtxt(io.StringIO(body), delimiter=delimiter, ndmin=2, comments=None)
-        if table.shape[1] == len(header):
-            return {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(header)}
-    except ValueError:
-        pass
-    # something is wrong: walk the rows to say where
-    last = rows[-1][0]
-    for number, line in rows[1:]:
-        row = cells(line)
-        if len(row) != len(header):
-            where = "the last row, so the file seems truncated" if number == last else "the header"
-            raise InputError(f"{path}: row {number} has {len(row)} cells and the header {len(header)}; look at {where}")
-        for name, cell in zip(header, row, strict=True):
-            if not _is_number(cell):
-                raise InputError(f"{path}: row {number}, column {name!r}: a number was expected, got {cell!r}")
-    raise InputError(f"{path}: the rows do not form a table of {len(header)} columns; export it again")
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+        raise InputError(f"{path}: not a whole netCDF file ({reason}); make it again") from None
 
 
 def as_record(source: Any, rig: Rig) -> Record:
@@ -167,21 +134,38 @@ def as_record(source: Any, rig: Rig) -> Record:
     if isinstance(source, Record):
         return source
     if isinstance(source, str | Path):
-        columns, name, first_row = read_columns(source), str(source), _first_row(Path(source))
+        wanted = [rig.column] if rig.time_column is None else [rig.column, rig.time_column, "time"]
+        table = read_table(source, rig.read, wanted)
     else:
-        columns, name, first_row = _columns_of(source), "record", 0
-    signal = _column(columns, rig.column, name)
-    _check_finite(signal, rig.column, name, first_row)
+        table = Table(_columns_of(source), "record", first_row=0)
+    column = table.name_of(rig.column)
+    signal = table.columns[column]
+    notes = list(table.notes)
+    if rig.read.missing == "refuse":
+        check_finite(signal, column, table)
     if len(signal) < LEAST_SAMPLES:
-        raise InputError(f"{name}: {len(signal)} samples are too short a record, at least {LEAST_SAMPLES} are needed")
-    notes: list[str] = []
-    time = _time(columns, rig, name, first_row, len(signal), notes)
-    return Record(time, signal, name, tuple(notes))
-
-
-def _first_row(path: Path) -> int:
-    """Row number of the first sample as a person counts: MATLAB rows from 1, text rows after the header."""
-    return 1 if path.suffix.lower() == ".mat" else 2
+        raise InputError(
+            f"{table.source}: {len(signal)} samples are too short a record, at least {LEAST_SAMPLES} are needed"
+        )
+    time = _time(table, rig, len(signal), notes)
+    if rig.read.window is not None:
+        inside = slice(*np.searchsorted(time, rig.read.window))
+        time, signal = time[inside], signal[inside]
+        if len(signal) < LEAST_SAMPLES:
+            raise InputError(
+                f"{table.source}: {len(signal)} samples lie in the window {list(rig.read.window)} s, at least "
+                f"{LEAST_SAMPLES} are needed"
+            )
+    weight = None
+    good = np.isfinite(signal)
+    if not good.all():
+        count = int(np.count_nonzero(~good))
+        if count > len(signal) / 2:
+            raise InputError(f"{table.source}: {count} of {len(signal)} samples of {column!r} are missing, too many")
+        signal = np.interp(time, time[good], signal[good])
+        weight = good.astype(np.float64)
+        notes.append(f"{count} missing samples of {column!r} were left out ({100 * count / len(good):.1f} %)")
+    return Record(time, signal, table.source, tuple(notes), weight)
 
 
 def _columns_of(source: Any) -> dict[str, Array]:
@@ -209,52 +193,42 @@ def _columns_of(source: Any) -> dict[str, Array]:
     return columns
 
 
-def _column(columns: dict[str, Array], wanted: str, name: str) -> Array:
-    if wanted not in columns:
-        raise InputError(f"{name}: there is no column {wanted!r}; the columns are {', '.join(columns) or 'none'}")
-    return columns[wanted]
-
-
-def _check_finite(values: Array, column: str, name: str, first_row: int) -> None:
+def check_finite(values: Array, column: str, table: Table) -> None:
+    """Refuse NaN and infinity, with the row of the first."""
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
         what = "NaN" if np.isnan(values[bad[0]]) else "infinity"
         raise InputError(
-            f"{name}: row {bad[0] + first_row}, column {column!r} is {what} ({len(bad)} such in all); "
-            "cut them off or record again, they are not filled in"
+            f"{table.source}: row {table.row(bad[0])}, column {column!r} is {what} ({len(bad)} such in all); "
+            'cut them off, or write [read] missing = "drop" in the rig to leave them out; they are not filled in'
         )
 
 
-def _time(columns: dict[str, Array], rig: Rig, name: str, first_row: int, n: int, notes: list[str]) -> Array:
+def _time(table: Table, rig: Rig, n: int, notes: list[str]) -> Array:
+    name = table.source
     if rig.time_column is None:
         if rig.sampling_rate is None:
             raise InputError(f"{name}: the rig names no time_column; give it a sampling_rate")
         return np.arange(n) / rig.sampling_rate
     wanted = rig.time_column
-    if wanted not in columns and wanted == "t" and "time" in columns:
+    if wanted not in table.columns and wanted == "t" and "time" in table.columns:
         wanted = "time"  # the default name; "time" is what our own data sets call it
-    if wanted not in columns and rig.sampling_rate is not None and rig.time_column == "t":
+    if wanted not in table.columns and rig.sampling_rate is not None and rig.time_column == "t":
         notes.append(f"there is no time column: time was counted from the sampling rate of {rig.sampling_rate:g} Hz")
         return np.arange(n) / rig.sampling_rate
-    time = _column(columns, wanted, name)
-    _check_finite(time, wanted, name, first_row)
+    wanted = table.name_of(wanted)
+    time = table.columns[wanted] * find_unit(rig.time_unit, ("time",), "rig: time_unit")[1]
+    check_finite(time, wanted, table)
     if len(time) != n:
         raise InputError(f"{name}: column {wanted!r} has {len(time)} rows and {rig.column!r} has {n}; they must agree")
+    check_increasing(time, wanted, table)
     steps = np.diff(time)
-    bad = np.flatnonzero(steps <= 0)
-    if len(bad):
-        row = bad[0] + 1
-        what = "repeats the time stamp" if steps[bad[0]] == 0 else "goes back in time to"
-        raise InputError(
-            f"{name}: row {row + first_row}, column {wanted!r} {what} {time[row]:g} ({len(bad)} such in all); "
-            "time stamps must increase"
-        )
     step = float(np.median(steps))
     uneven = np.flatnonzero(np.abs(steps - step) > 0.5 * step)
     if len(uneven):
         row = uneven[0] + 1
         raise InputError(
-            f"{name}: row {row + first_row}, column {wanted!r}: a step of {steps[uneven[0]]:g} s where the record has "
+            f"{name}: row {table.row(row)}, column {wanted!r}: a step of {steps[uneven[0]]:g} s where the record has "
             f"{step:g} s ({len(uneven)} such in all); cut the record at its gaps"
         )
     if rig.sampling_rate is not None and abs(rig.sampling_rate * step - 1) > 0.01:
@@ -263,3 +237,16 @@ def _time(columns: dict[str, Array], rig: Rig, name: str, first_row: int, n: int
             f"{rig.sampling_rate:g}; correct one"
         )
     return time
+
+
+def check_increasing(time: Array, column: str, table: Table) -> None:
+    """Refuse stamps that repeat or run backwards, with the row of the first."""
+    steps = np.diff(time)
+    bad = np.flatnonzero(steps <= 0)
+    if len(bad):
+        row = bad[0] + 1
+        what = "repeats the time stamp" if steps[bad[0]] == 0 else "goes back in time to"
+        raise InputError(
+            f"{table.source}: row {table.row(row)}, column {column!r} {what} {time[row]:g} ({len(bad)} such in all); "
+            "time stamps must increase"
+        )

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import tomllib
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
+import tomli_w
+
+from stickslip.documents import did_you_mean
 from stickslip.errors import InputError
+from stickslip.measurement.layout import Layout
+from stickslip.measurement.units import UNITS as SIZES
+from stickslip.measurement.units import find_unit
 
 GAUGES = ("spring_force", "displacement")
 UNITS = {"spring_force": ("N", "mg", "1"), "displacement": ("m", "1")}
+"""The usual units of each; any other unit of force or length will do too."""
+DIMENSIONS = {"spring_force": "force", "displacement": "length"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,16 +31,18 @@ class Rig:
     Parameters
     ----------
     gauge : ``"spring_force"`` (the record is the force k x of the spring) or ``"displacement"`` (it is x itself).
-    column : name of the recorded variable.
-    unit : ``"N"`` or ``"mg"`` (force over weight) for a spring force, ``"m"`` for a displacement, ``"1"`` for either
-        when the whole rig is dimensionless.
+    column : name of the recorded variable, or its number from 1.
+    unit : of force (``"N"``, ``"kip"``, ..., or ``"mg"``, force over weight) for a spring force, of length (``"m"``,
+        ``"mm"``, ...) for a displacement, ``"1"`` for either when the whole rig is dimensionless.
+    rest : the reading, in that unit, at which the spring is slack; default 0.
     stiffness : k in N/m, > 0.
     mass : m in kg, > 0; it also gives the weight of the unit ``"mg"``.
     drive_velocity : V in m/s, > 0.
     damping : D in N s/m, >= 0.
     effective_mass : inertia that acts on the friction force in kg, where it is known to differ from the mass; default
         the mass.
-    time_column : name of the time variable (s), or None for a record without one; then `sampling_rate` is needed.
+    time_column : name or number of the time variable, or None for a record without one; then `sampling_rate` is needed.
+    time_unit : of that variable; default s.
     sampling_rate : samples per second; checked against the time stamps where there are any.
     mains_frequency : line in Hz (50 or 60) to take out of the record.
     noise : standard deviation of the record's white noise in its own unit; default: estimated from the record.
@@ -41,6 +50,7 @@ class Rig:
     least_drop : where the mass creeps, a fall of the spring force counts as a slip if it is at least this fraction of
         the median fall; smaller ones are creep inside a stick. Their sizes have no gap, so this is a convention:
         halving it finds some 5 to 10 % more slips. A mass that truly rests needs no such level.
+    read : how the file is laid out, where it is unusual (the table ``[read]`` of a rig file).
 
     Raises
     ------
@@ -57,36 +67,47 @@ class Rig:
     """
 
     gauge: str
-    column: str
+    column: str | int
     stiffness: float
     mass: float
     drive_velocity: float
     unit: str = ""
     damping: float = 0.0
     effective_mass: float | None = None
-    time_column: str | None = "t"
+    rest: float = 0.0
+    time_column: str | int | None = "t"
+    time_unit: str = "s"
     sampling_rate: float | None = None
     mains_frequency: float | None = None
     noise: float | None = None
     gravity: float = 9.81
     least_drop: float = 0.5
+    read: Layout = field(default_factory=Layout)
 
     def __post_init__(self) -> None:
         if self.gauge not in GAUGES:
             raise InputError(
                 f"rig: gauge must be one of {', '.join(GAUGES)}, got {self.gauge!r}"
-                f"{_did_you_mean(str(self.gauge), GAUGES)}"
+                f"{did_you_mean(str(self.gauge), GAUGES)}"
             )
         if self.unit == "":
             object.__setattr__(self, "unit", UNITS[self.gauge][0])
-        if self.unit not in UNITS[self.gauge]:
+        if self.unit not in UNITS[self.gauge] and self.unit not in SIZES[DIMENSIONS[self.gauge]]:
+            known = list(dict.fromkeys([*UNITS[self.gauge], *SIZES[DIMENSIONS[self.gauge]]]))
             raise InputError(
-                f"rig: unit of a {self.gauge} record must be one of {', '.join(UNITS[self.gauge])}, got {self.unit!r}"
+                f"rig: unit of a {self.gauge} record must be one of {', '.join(known)}, got {self.unit!r}"
+                f"{did_you_mean(str(self.unit), known)}"
             )
-        if not isinstance(self.column, str) or not self.column:
+        find_unit(self.time_unit, ("time",), "rig: time_unit")
+        if isinstance(self.column, bool) or not isinstance(self.column, str | int) or not self.column:
             raise InputError(f"rig: column must be the name of the recorded variable, got {self.column!r}")
-        if self.time_column is not None and not isinstance(self.time_column, str):
+        if self.time_column is not None and not isinstance(self.time_column, str | int):
             raise InputError(f"rig: time_column must be the name of the time variable, got {self.time_column!r}")
+        if not isinstance(self.read, Layout):
+            raise InputError(f"rig: read must be a Layout, got {self.read!r}")
+        if isinstance(self.rest, bool) or not isinstance(self.rest, int | float) or not math.isfinite(self.rest):
+            raise InputError(f"rig: rest must be a number, got {self.rest!r}")
+        object.__setattr__(self, "rest", float(self.rest))
         for name in ("stiffness", "mass", "drive_velocity", "gravity"):
             self._check_number(name, positive=True)
         for name in ("sampling_rate", "mains_frequency", "noise", "effective_mass"):
@@ -111,8 +132,10 @@ class Rig:
 
     @property
     def force_unit(self) -> float:
-        """Newtons per unit of a spring-force record."""
-        return self.mass * self.gravity if self.unit == "mg" else 1.0
+        """SI units (N or m) per unit of the record."""
+        if self.unit == "mg":
+            return self.mass * self.gravity
+        return 1.0 if self.unit == "1" else SIZES[DIMENSIONS[self.gauge]][self.unit]
 
     @property
     def natural_frequency(self) -> float:
@@ -130,7 +153,7 @@ class Rig:
         for key in table:
             if key not in known:
                 raise InputError(
-                    f"{source}: unknown key {key!r}{_did_you_mean(key, known)}; a rig has the keys {', '.join(known)}"
+                    f"{source}: unknown key {key!r}{did_you_mean(key, known)}; a rig has the keys {', '.join(known)}"
                 )
         for key in ("gauge", "column", "stiffness", "mass", "drive_velocity"):
             if key not in table:
@@ -138,6 +161,8 @@ class Rig:
         if "time_column" not in table and "sampling_rate" in table:
             # a file without time stamps says its rate; one with stamps in "t" may say both
             table["time_column"] = None
+        if "read" in table:
+            table["read"] = Layout.from_table(table["read"], source)
         try:
             return cls(**table)
         except InputError as error:
@@ -157,21 +182,7 @@ class Rig:
 
     def to_toml(self) -> str:
         """The rig as a TOML document that `from_toml` reads back to an equal rig."""
-        lines = []
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if value is not None:
-                lines.append(f"{field.name} = {_toml_value(value)}")
-        return "\n".join(lines) + "\n"
-
-
-def _toml_value(value: str | float) -> str:
-    if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-        return f'"{escaped}"'
-    return repr(value)
-
-
-def _did_you_mean(word: str, known: tuple[str, ...] | list[str]) -> str:
-    close = difflib.get_close_matches(word, known, n=1)
-    return f" (did you mean {close[0]!r}?)" if close else ""
+        table = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "read"}
+        layout = self.read.to_table()
+        plain = {name: value for name, value in table.items() if value is not None}
+        return tomli_w.dumps(plain | ({"read": layout} if layout else {}))

@@ -1,0 +1,52 @@
+"""What every reader hands on: named columns, and where each row stood in the file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stickslip.documents import did_you_mean
+from stickslip.errors import InputError
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of a record.
+
+    Attributes
+    ----------
+    columns : name -> (n,) floats, in the order of the file; columns of a MATLAB file may differ in length.
+    source : of the file, for messages.
+    rows : (n,) line (text) or row number of every sample; None where they count from `first_row`.
+    first_row : number of the first row as a person counts.
+    notes : what was left out while reading.
+    """
+
+    columns: dict[str, Array]
+    source: str
+    rows: npt.NDArray[np.int64] | None = None
+    first_row: int = 1
+    notes: tuple[str, ...] = ()
+
+    def name_of(self, column: str | int) -> str:
+        """The name of a column that is given by its name or its number (from 1)."""
+        if isinstance(column, int):
+            names = list(self.columns)
+            if not 1 <= column <= len(names):
+                raise InputError(f"{self.source}: there is no column {column}; the file has {len(names)}")
+            return names[column - 1]
+        if column not in self.columns:
+            names = [*self.columns][:40]
+            raise InputError(
+                f"{self.source}: there is no column {column!r}{did_you_mean(column, names)}; the columns are "
+                f"{', '.join(names) or 'none'}"
+            )
+        return column
+
+    def row(self, index: int) -> int:
+        """Number of a sample's row in the file."""
+        return int(index) + self.first_row if self.rows is None else int(self.rows[index])

@@ -1,0 +1,153 @@
+"""CSV and other text: headers or none, blanks or commas, words between the numbers, lines torn off."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Collection
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.measurement.formats.table import Table
+from stickslip.measurement.layout import DELIMITERS, Layout
+
+
+def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[str | int] | None = None) -> Table:
+    """Columns of a text file.
+
+    Parameters
+    ----------
+    path, content : name, for messages, and bytes of the file.
+    layout : header, delimiter, decimal mark, what to do with torn rows and missing cells.
+    wanted : columns that must be numbers, if they are there; the others may hold words and come out empty. None: all of
+        them.
+
+    Raises
+    ------
+    InputError
+        with row and column for a cell that is no number or a row that is too short.
+    """
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: neither text nor a .mat file; export the record as CSV with a header line") from None
+    if "\x00" in text:
+        raise InputError(f"{path}: holds binary bytes, not text; export the record as CSV with a header line")
+    lines = text.splitlines()
+    rows = [
+        (number, line)
+        for number, line in enumerate(lines, start=1)
+        if number > layout.skip_rows and line.strip() and not line.startswith("#")
+    ]
+    least = 2 if layout.header else 1
+    if len(rows) < least:
+        what = "a header line and rows of numbers were" if layout.header else "rows of numbers were"
+        raise InputError(f"{path}: {what} expected, got {len(rows)} line(s)")
+    delimiter = DELIMITERS[layout.delimiter] if layout.delimiter else _delimiter(rows[0][1], layout.decimal)
+
+    def cells(line: str) -> list[str]:
+        if delimiter is None:
+            return line.split()
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+
+    header = cells(rows[0][1])
+    if layout.header:
+        first_row, rows = rows[0][0], rows[1:]
+        if all(_is_number(name, layout.decimal) for name in header if name):
+            raise InputError(
+                f"{path}: row {first_row} holds numbers where a header line with column names was expected; "
+                "a rig says [read] header = false for a file without one"
+            )
+        named = [name for name in header if name]
+        if len(set(named)) < len(named):
+            raise InputError(f"{path}: row {first_row} names a column twice ({', '.join(header)}); rename one")
+        # a column without a name keeps its number, so that the others keep theirs
+        header = [name or str(i) for i, name in enumerate(header, start=1)]
+        unnamed = {i for i, name in enumerate(header) if name == str(i + 1)}
+    else:
+        header = [str(i) for i in range(1, len(header) + 1)]
+        unnamed = set()
+    if wanted is None:
+        use = [i for i in range(len(header)) if i not in unnamed]
+    else:
+        names = {*header, *range(1, len(header) + 1)}
+        use = sorted({c - 1 if isinstance(c, int) else header.index(c) for c in wanted if c in names})
+        if not use:  # who asked will say what is missing
+            return Table({name: np.zeros(0) for name in header}, str(path))
+    body = "\n".join(line for _, line in rows)
+    if layout.decimal == ",":
+        body = body.replace(",", ".")
+    numbers = np.array([number for number, _ in rows], dtype=np.int64)
+    try:
+        table = np.loadtxt(io.StringIO(body), delimiter=delimiter, ndmin=2, comments=None, usecols=use)
+        # loadtxt does not mind rows that are too long; count the cells only where that is cheap and matters
+        if delimiter is None or all(line.count(delimiter) == rows[0][1].count(delimiter) for _, line in rows):
+            columns = {header[i]: np.ascontiguousarray(table[:, j]) for j, i in enumerate(use)}
+            return Table(_in_order(columns, header), str(path), numbers)
+    except ValueError:
+        pass
+    return _walk(path, rows, header, use, cells, layout)
+
+
+def _walk(
+    path: Path,
+    rows: list[tuple[int, str]],
+    header: list[str],
+    use: list[int],
+    cells: object,
+    layout: Layout,
+) -> Table:
+    """Row by row, to drop what the layout says may be dropped and to say where the rest is wrong."""
+    assert callable(cells)
+    kept: list[int] = []
+    values: list[list[float]] = []
+    torn = 0
+    last = rows[-1][0]
+    for number, line in rows:
+        row = cells(line)
+        if len(row) != len(header):
+            if layout.torn_rows == "drop":
+                torn += 1
+                continue
+            where = "the last row, so the file seems truncated" if number == last else "the header"
+            raise InputError(f"{path}: row {number} has {len(row)} cells and the header {len(header)}; look at {where}")
+        value: list[float] = []
+        for i in use:
+            cell = row[i].replace(",", ".") if layout.decimal == "," else row[i]
+            if _is_number(cell, "."):
+                value.append(float(cell))
+            elif layout.missing == "drop":
+                value.append(float("nan"))
+            else:
+                raise InputError(f"{path}: row {number}, column {header[i]!r}: a number was expected, got {row[i]!r}")
+        kept.append(number)
+        values.append(value)
+    if not values:
+        raise InputError(f"{path}: the rows do not form a table of {len(header)} columns; export it again")
+    table = np.array(values)
+    columns = {header[i]: np.ascontiguousarray(table[:, j]) for j, i in enumerate(use)}
+    notes = (f"{torn} rows without {len(header)} cells were left out",) if torn else ()
+    return Table(_in_order(columns, header), str(path), np.array(kept, dtype=np.int64), notes=notes)
+
+
+def _in_order(columns: dict[str, np.ndarray], header: list[str]) -> dict[str, np.ndarray]:
+    """Keep the numbers of the columns: those that were not read stand as empty ones."""
+    if len(columns) == len(header):
+        return columns
+    empty = np.zeros(0)
+    return {name: columns.get(name, empty) for name in header}
+
+
+def _delimiter(line: str, decimal: str) -> str | None:
+    marks = ("\t", ";") if decimal == "," else ("\t", ";", ",")
+    return next((mark for mark in marks if mark in line), None)
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    try:
+        float(cell.replace(decimal, "."))
+    except ValueError:
+        return False
+    return True

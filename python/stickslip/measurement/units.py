@@ -1,0 +1,97 @@
+"""Units at the border: what a rig file may say, and what it is in SI."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from stickslip.documents import did_you_mean
+from stickslip.errors import InputError
+
+POUND = 4.4482216152605
+"""Pound-force in N (exact)."""
+
+UNITS: dict[str, dict[str, float]] = {
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254, "ft": 0.3048},
+    "angle": {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi},
+    "speed": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "um/s": 1e-6, "in/s": 0.0254},
+    "angular_speed": {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30},
+    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lb": POUND, "kip": 1000 * POUND, "kgf": 9.80665},
+    "torque": {"N m": 1.0, "mN m": 1e-3, "kN m": 1e3, "lb in": POUND * 0.0254, "lb ft": POUND * 0.3048},
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "psi": POUND / 0.0254**2},
+    "current": {"A": 1.0, "mA": 1e-3},
+    "mass": {"kg": 1.0, "g": 1e-3},
+    "inertia": {"kg m^2": 1.0, "kg cm^2": 1e-4},
+    "acceleration": {"m/s^2": 1.0},
+    "stiffness": {"N/m": 1.0, "N/mm": 1e3, "N/cm": 1e2},
+    "force_per_current": {"N/A": 1.0},
+    "ratio": {"1": 1.0, "%": 0.01},
+}
+"""Dimension -> unit -> its size in SI; the first of each is the SI unit."""
+
+SPELLINGS = {
+    "µm": "um", "μm": "um", "µs": "us", "μs": "us", "µm/s": "um/s", "Nm": "N m", "lbf": "lb", "sec": "s", "inch": "in",
+    "kg m2": "kg m^2", "°": "deg",
+}  # fmt: skip
+
+
+def si_unit(dimension: str) -> str:
+    """The SI unit of a dimension.
+
+    >>> si_unit("angular_speed")
+    'rad/s'
+    """
+    return next(iter(UNITS[dimension]))
+
+
+def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, float]:
+    """Dimension and size in SI of a unit that must belong to one of `dimensions`.
+
+    Raises
+    ------
+    InputError
+        naming the units that would do.
+
+    Examples
+    --------
+    >>> find_unit("kip", ("force", "torque"), "rig")
+    ('force', 4448.2216152605)
+    """
+    unit = SPELLINGS.get(unit, unit)
+    for dimension in dimensions:
+        if unit in UNITS[dimension]:
+            return dimension, UNITS[dimension][unit]
+    known = [name for dimension in dimensions for name in UNITS[dimension]]
+    raise InputError(
+        f"{where}: the unit must be one of {', '.join(known)}, got {unit!r}{did_you_mean(str(unit), known)}"
+    )
+
+
+def quantity(name: str, value: object, dimensions: Sequence[str], where: str) -> float:
+    """A number (SI) or a text such as ``"25.7 mm"`` as a number in SI.
+
+    Examples
+    --------
+    >>> quantity("bore", "25.7 mm", ("length",), "rig")
+    0.0257
+    """
+    if isinstance(value, str):
+        text, _, unit = value.strip().partition(" ")
+        try:
+            size = float(text)
+        except ValueError:
+            raise InputError(
+                f'{where}: {name} must be a number or a text such as "1.5 {si_unit(dimensions[0])}", got {value!r}'
+            ) from None
+        if not unit:
+            raise InputError(f"{where}: {name} = {value!r} has no unit; write a number without quotes for SI")
+        factor = find_unit(unit.strip(), dimensions, f"{where}: {name}")[1]
+        result = size * factor if factor >= 1e-2 else size / round(1 / factor)
+    elif isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{where}: {name} must be a number, got {value!r}")
+    else:
+        result = float(value)
+    if not math.isfinite(result):
+        raise InputError(f"{where}: {name} must be a finite number, got {value!r}")
+    return result
