@@ -13,7 +13,7 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.identification.break_away import NARROW, StaticFriction
-from stickslip.identification.motion import Motion, velocity_noise
+from stickslip.identification.motion import NARROW_CLIMB, Motion, velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import (
     BogaczRyczek,
@@ -251,8 +251,9 @@ def _bogacz_ryczek(seen: Seen) -> Guess:
     else:
         free.append("D.f")
         notes.append(
-            "D is where climbs at different drive velocities meet, and only one climb is wide enough in w to be "
-            "seen: D is known to lie on a line, its w is held at a guess. Add an almost-harmonic record close above the end of stick-slip."
+            "D is where climbs at different drive velocities meet, and only one climb is wide enough in w to be seen: D "
+            "is known to lie on a line, its w is held at a guess. Add an almost-harmonic record close above the end of "
+            "stick-slip."
         )
     candidates: list[Law] = []
     for slope in slopes:
@@ -338,7 +339,7 @@ def _loop(record: FrictionRecord) -> _Loop | None:
         upper=float(np.median(upper)),
         turn=None if turn is None else (float(turn[0]), float(turn[1])),
         peak=(float(mean[0]), float(mean[1])),
-        least_climb=6 * velocity_noise(record),
+        least_climb=max(6 * velocity_noise(record), NARROW_CLIMB * float(w[whole].max() - w[whole].min())),
     )
 
 

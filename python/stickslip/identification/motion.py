@@ -20,6 +20,8 @@ Mask = npt.NDArray[np.bool_]
 
 FEWEST = 12
 """Samples a stretch must have to be compared."""
+NARROW_CLIMB = 0.045
+"""A climb over less than this part of the range of w is shaped by the smoothing of w."""
 REVERSAL = 0.1
 """A reversal of the slip whose path is less than this part of the longest run is noise."""
 
@@ -197,7 +199,8 @@ def _one_sense(w: Array) -> Array:
 def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, last: int) -> Mask:
     """Where w has turned up and not yet risen by what can be seen: friction may climb there unseen.
 
-    A climb so steep that the noise of w would make more of it than the noise of the force is left out to its top.
+    A climb so steep that the noise of w would make more of it than the noise of the force is left out to its top, and so
+    is one that takes so little of the range of w that smoothing decides its shape.
     """
     hidden = np.zeros(last - first, dtype=bool)
     noise = velocity_noise(record)
@@ -212,7 +215,9 @@ def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, la
         until = i + int(risen[0]) if risen.size else end
         top = i + int(np.argmax(force[i:end])) if end > i else i
         run = max(speed[top] - speed[i], noise)
-        if (force[top] - force[i]) / run * noise > float(np.median(record.force_error[i : top + 1])):
+        narrow = run < NARROW_CLIMB * float(np.max(speed[i:end]) - speed[i])
+        steep = (force[top] - force[i]) / run * noise > float(np.median(record.force_error[i : top + 1]))
+        if narrow or steep:
             until = max(until, top)
         hidden[i - first : until - first] = True
     return hidden
