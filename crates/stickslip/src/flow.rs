@@ -2,3 +2,4 @@
 
 pub mod exact;
 pub(crate) mod expansion;
+pub(crate) mod taylor;

@@ -11,6 +11,8 @@
 //! | [`simulate`] | the loop, and why it stopped |
 //! | [`orbit`] | what a run returns, evaluable at any time |
 //! | [`replay`] | a law along a measured motion |
+//! | [`system`] | masses, matrices, contacts, drives |
+//! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
 //! | [`series`] | Taylor coefficients, their recursions, the certified first root |
 //! | [`error`] | everything a user can get wrong, one sentence each |
 //!
@@ -32,9 +34,12 @@ pub mod error;
 pub mod event;
 pub mod flow;
 pub mod law;
+mod matrix;
 pub mod mode;
+pub mod network;
 pub mod orbit;
 pub mod replay;
 pub mod series;
 pub mod simulate;
 pub mod structure;
+pub mod system;

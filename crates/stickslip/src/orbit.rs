@@ -131,7 +131,9 @@ impl Orbit {
     pub fn t_last(&self) -> f64 {
         match self.stop {
             Stop::End => self.run.t_end,
-            Stop::MaxEvents | Stop::Accumulation => self.events.last().map_or(0.0, |event| event.t),
+            Stop::MaxEvents | Stop::Accumulation | Stop::Diverged => {
+                self.events.last().map_or(0.0, |event| event.t)
+            }
         }
     }
 

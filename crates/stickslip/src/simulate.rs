@@ -19,11 +19,13 @@ pub enum Stop {
     MaxEvents,
     /// Events followed each other with hardly any time passing.
     Accumulation,
+    /// The motion grew beyond all numbers.
+    Diverged,
 }
 
 impl Stop {
     /// Every reason, by its number.
-    pub const ALL: [Self; 3] = [Self::End, Self::MaxEvents, Self::Accumulation];
+    pub const ALL: [Self; 4] = [Self::End, Self::MaxEvents, Self::Accumulation, Self::Diverged];
 
     /// Its name.
     #[must_use]
@@ -32,6 +34,7 @@ impl Stop {
             Self::End => "t_end",
             Self::MaxEvents => "max_events",
             Self::Accumulation => "accumulation",
+            Self::Diverged => "diverged",
         }
     }
 
@@ -43,6 +46,9 @@ impl Stop {
             Self::MaxEvents => "the run stopped at max_events: raise max_events to go on",
             Self::Accumulation => {
                 "the run stopped where events accumulate with hardly any time passing: look at the last rows of the table of events"
+            }
+            Self::Diverged => {
+                "the run stopped where the motion grew beyond all numbers: look for friction that falls without end"
             }
         }
     }

@@ -1,0 +1,333 @@
+//! Motion of any number of masses in one combination of modes, as a Taylor series.
+//!
+//! With y = (x, v) the equation of motion gives the next coefficient of y from those known. For linear pieces of friction
+//! y' = A y + waves, so |y_{k+1}| ≤ L |y_k|/(k + 1): with L h ≤ 4 what is left out is less than a quarter of the last term,
+//! and the step keeps that term below rounding. For a smooth law the series of its friction grows along; the step follows
+//! from the last two terms, an estimate instead of a bound (no closer singularity than the coefficients show).
+
+use crate::drive::Clock;
+use crate::law::{Friction, Law};
+use crate::matrix::Matrix;
+use crate::series::{Grown, ORDER, Series, ZERO, at};
+use crate::system::{Drive, System, add_wave};
+
+/// The last terms of a step may be this large compared with the motion.
+const NEGLIGIBLE: f64 = 1e-17;
+/// The longest step, in units of 1/L.
+const LONGEST: f64 = 4.0;
+
+/// What a contact does, as far as the flow cares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rub {
+    /// Sign of the slip velocity, 0 while stuck.
+    pub direction: f64,
+    /// Friction that opposes slip is offset + slope · u, unless the law is smooth.
+    pub offset: f64,
+    /// The slope of that line.
+    pub slope: f64,
+}
+
+/// What stays the same along an orbit.
+#[derive(Clone, Debug)]
+pub(crate) struct Frame {
+    pub(crate) masses: usize,
+    inverse: Matrix,
+    spring: Matrix,
+    damper: Matrix,
+    /// b_c as (mass, other).
+    ends: Vec<(usize, Option<usize>)>,
+    /// M⁻¹ b_c.
+    response: Vec<Vec<f64>>,
+    forcing: Vec<crate::system::Force>,
+    pub(crate) drives: Vec<Drive>,
+    smooth: Vec<bool>,
+    /// L without friction.
+    pub(crate) rate: f64,
+}
+
+/// The adhesion of some contacts as a constraint: (b M⁻¹ bᵀ)⁻¹ over them, or the solution of least size where contacts are
+/// redundant (a closed loop of stuck contacts leaves the share of each undetermined).
+#[derive(Clone, Debug)]
+pub(crate) struct Held {
+    pub(crate) contacts: Vec<usize>,
+    gain: Matrix,
+}
+
+impl Held {
+    /// The forces that make up for what the contacts want.
+    pub(crate) fn forces(&self, wants: impl Fn(usize) -> f64) -> Vec<f64> {
+        let wants: Vec<f64> = (0..self.contacts.len()).map(wants).collect();
+        let force = |row| self.gain.row(row).iter().zip(&wants).map(|(g, w)| g * w).sum();
+        (0..self.contacts.len()).map(force).collect()
+    }
+}
+
+impl Frame {
+    pub(crate) fn of(system: &System) -> Self {
+        let inverse = Matrix::from_rows(&system.mass)
+            .inverse()
+            .expect("a validated mass matrix");
+        let spring = inverse.times(&Matrix::from_rows(&system.stiffness));
+        let damper = inverse.times(&Matrix::from_rows(&system.damping));
+        let ends: Vec<_> = system.contacts.iter().map(|c| (c.mass, c.other)).collect();
+        let n = system.masses();
+        let response = ends
+            .iter()
+            .map(|&(mass, other)| {
+                let other = |i| other.map_or(0.0, |j| inverse.at(i, j));
+                (0..n).map(|i| inverse.at(i, mass) - other(i)).collect()
+            })
+            .collect();
+        let drives: Vec<Drive> = system.contacts.iter().map(|c| c.drive_velocity.clone()).collect();
+        let fastest = drives
+            .iter()
+            .map(Drive::fastest)
+            .chain(system.forcing.iter().map(|force| force.frequency))
+            .fold(0.0, f64::max);
+        let free = spring.norm().sqrt() + damper.norm();
+        Self {
+            masses: n,
+            rate: if free + fastest > 0.0 {
+                free.max(fastest)
+            } else {
+                1.0
+            },
+            inverse,
+            spring,
+            damper,
+            ends,
+            response,
+            forcing: system.forcing.clone(),
+            drives,
+            smooth: system.contacts.iter().map(|c| c.law.smooth()).collect(),
+        }
+    }
+
+    /// b_c · a for any vector over the masses.
+    pub(crate) fn across(&self, contact: usize, a: impl Fn(usize) -> f64) -> f64 {
+        let (mass, other) = self.ends[contact];
+        a(mass) - other.map_or(0.0, a)
+    }
+
+    /// How much a unit force of `from` accelerates `to`: b_to M⁻¹ b_from.
+    pub(crate) fn coupling(&self, to: usize, from: usize) -> f64 {
+        self.across(to, |i| self.response[from][i])
+    }
+
+    pub(crate) fn held(&self, contacts: Vec<usize>) -> Held {
+        let mut block = Matrix::zero(contacts.len());
+        for (i, &to) in contacts.iter().enumerate() {
+            for (j, &from) in contacts.iter().enumerate() {
+                block.set(i, j, self.coupling(to, from));
+            }
+        }
+        Held {
+            gain: block.pseudo_inverse(),
+            contacts,
+        }
+    }
+
+    /// Give the held contacts exactly zero slip velocity, at no change of momentum where two masses meet.
+    pub(crate) fn stop(&self, held: &Held, clock: Clock, v: &mut [f64]) {
+        let mut drive = ZERO;
+        let slip: Vec<f64> = held
+            .contacts
+            .iter()
+            .map(|&c| {
+                self.drives[c].expand(clock, &mut drive);
+                drive[0] - self.across(c, |i| v[i])
+            })
+            .collect();
+        for (row, &c) in held.contacts.iter().enumerate() {
+            let pull: f64 = held.gain.row(row).iter().zip(&slip).map(|(g, w)| g * w).sum();
+            for (v, response) in v.iter_mut().zip(&self.response[c]) {
+                *v += response * pull;
+            }
+        }
+    }
+}
+
+/// One Taylor expansion; its memory is used again for the next.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion {
+    /// Positions.
+    pub(crate) x: Vec<Series>,
+    /// Velocities.
+    pub(crate) v: Vec<Series>,
+    /// Slip speed along the direction of slip; slip velocity while stuck.
+    pub(crate) u: Vec<Series>,
+    /// Friction forces on the mass of each contact.
+    pub(crate) force: Vec<Series>,
+    drive: Vec<Series>,
+    input: Vec<Series>,
+    grown: Vec<Grown>,
+    acceleration: Vec<f64>,
+    wanted: Vec<f64>,
+}
+
+impl Motion {
+    pub(crate) fn of(frame: &Frame) -> Self {
+        let (n, c) = (frame.masses, frame.ends.len());
+        Self {
+            x: vec![ZERO; n],
+            v: vec![ZERO; n],
+            u: vec![ZERO; c],
+            force: vec![ZERO; c],
+            drive: vec![ZERO; c],
+            input: vec![ZERO; n],
+            grown: vec![Grown::default(); c],
+            acceleration: vec![0.0; n],
+            wanted: vec![0.0; c],
+        }
+    }
+
+    /// The drive velocity of a contact and its rate at the start.
+    pub(crate) fn drive(&self, contact: usize) -> (f64, f64) {
+        (self.drive[contact][0], self.drive[contact][1])
+    }
+
+    /// What acts from outside, from `clock` on.
+    pub(crate) fn aim(&mut self, frame: &Frame, clock: Clock) {
+        for (drive, series) in frame.drives.iter().zip(&mut self.drive) {
+            drive.expand(clock, series);
+        }
+        if !frame.forcing.is_empty() {
+            self.input.fill(ZERO);
+            for force in &frame.forcing {
+                for (i, series) in self.input.iter_mut().enumerate() {
+                    let response = frame.inverse.at(i, force.mass);
+                    if response != 0.0 {
+                        add_wave(&force.harmonic(), clock, response, series);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Accelerations at the start without any friction, from the coefficients 0 of x and v.
+    fn free(&mut self, frame: &Frame, k: usize) {
+        for i in 0..frame.masses {
+            let (spring, damper) = (frame.spring.row(i), frame.damper.row(i));
+            let mut sum = self.input[i][k];
+            for j in 0..frame.masses {
+                sum -= spring[j] * self.x[j][k] + damper[j] * self.v[j][k];
+            }
+            self.acceleration[i] = sum;
+        }
+    }
+
+    /// The free accelerations b_c · a of every contact at (x, v), and the drive's: what its force must make up for to hold.
+    pub(crate) fn wants(&mut self, frame: &Frame, x: &[f64], v: &[f64], wants: &mut Vec<f64>) {
+        for i in 0..frame.masses {
+            (self.x[i][0], self.v[i][0]) = (x[i], v[i]);
+        }
+        self.free(frame, 0);
+        wants.clear();
+        wants.extend(
+            (0..frame.ends.len()).map(|c| self.drive[c][1] - frame.across(c, |i| self.acceleration[i])),
+        );
+    }
+
+    /// Expand from (x, v), after [`Motion::aim`]: every coefficient up to [`ORDER`], friction up to one less.
+    pub(crate) fn expand(
+        &mut self,
+        frame: &Frame,
+        laws: &[&Law],
+        rubs: &[Rub],
+        held: &Held,
+        x: &[f64],
+        v: &[f64],
+    ) {
+        for i in 0..frame.masses {
+            (self.x[i][0], self.v[i][0]) = (x[i], v[i]);
+        }
+        for k in 0..ORDER {
+            self.free(frame, k);
+            for (c, rub) in rubs.iter().enumerate() {
+                let w = self.drive[c][k] - frame.across(c, |i| self.v[i][k]);
+                if rub.direction == 0.0 {
+                    self.u[c][k] = w;
+                    continue;
+                }
+                self.u[c][k] = rub.direction * w;
+                let size = if frame.smooth[c] {
+                    laws[c].extend(&self.u[c], k, &mut self.grown[c])
+                } else if k == 0 {
+                    rub.offset + rub.slope * self.u[c][0]
+                } else {
+                    rub.slope * self.u[c][k]
+                };
+                let force = rub.direction * size;
+                self.force[c][k] = force;
+                if force != 0.0 {
+                    for (a, response) in self.acceleration.iter_mut().zip(&frame.response[c]) {
+                        *a += response * force;
+                    }
+                }
+            }
+            let next = (k + 1) as f64;
+            for (row, &c) in held.contacts.iter().enumerate() {
+                self.wanted[row] = next * self.drive[c][k + 1] - frame.across(c, |i| self.acceleration[i]);
+            }
+            for (row, &c) in held.contacts.iter().enumerate() {
+                let force = held
+                    .gain
+                    .row(row)
+                    .iter()
+                    .zip(&self.wanted)
+                    .map(|(g, w)| g * w)
+                    .sum();
+                self.force[c][k] = force;
+                for (a, response) in self.acceleration.iter_mut().zip(&frame.response[c]) {
+                    *a += response * force;
+                }
+            }
+            let share = 1.0 / next;
+            for i in 0..frame.masses {
+                self.x[i][k + 1] = self.v[i][k] * share;
+                self.v[i][k + 1] = self.acceleration[i] * share;
+            }
+        }
+        for (c, rub) in rubs.iter().enumerate() {
+            let sign = if rub.direction == 0.0 { 1.0 } else { rub.direction };
+            self.u[c][ORDER] = sign * (self.drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
+        }
+    }
+
+    /// The size of the coefficients `k`, as a velocity.
+    pub(crate) fn size(&self, rate: f64, k: usize) -> f64 {
+        let sizes = self.x.iter().zip(&self.v);
+        sizes.fold(0.0, |most: f64, (x, v)| {
+            most.max(rate * x[k].abs()).max(v[k].abs())
+        })
+    }
+
+    /// How far the polynomials are good to rounding, for a motion of size `scale`.
+    pub(crate) fn reach(&self, frame: &Frame, rubs: &[Rub], scale: f64) -> f64 {
+        let mut rate = frame.rate;
+        for (c, rub) in rubs.iter().enumerate() {
+            if rub.slope != 0.0 {
+                rate += rub.slope.abs() * frame.coupling(c, c);
+            }
+        }
+        let bound = NEGLIGIBLE * scale;
+        let reach = |k: usize| {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_possible_wrap,
+                reason = "below 23"
+            )]
+            let power = 1.0 / f64::from(k as i32);
+            (bound / self.size(frame.rate, k)).powf(power)
+        };
+        reach(ORDER).min(reach(ORDER - 1)).min(LONGEST / rate)
+    }
+
+    /// Positions and velocities at `h`.
+    pub(crate) fn state(&self, h: f64, x: &mut [f64], v: &mut [f64]) {
+        for i in 0..x.len() {
+            x[i] = at(&self.x[i], h);
+            v[i] = at(&self.v[i], h);
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Small dense matrices, row after row: what a system of masses needs and no more.
+
+/// A square matrix.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Matrix {
+    pub(crate) size: usize,
+    entries: Vec<f64>,
+}
+
+impl Matrix {
+    pub(crate) fn zero(size: usize) -> Self {
+        Self {
+            size,
+            entries: vec![0.0; size * size],
+        }
+    }
+
+    pub(crate) fn from_rows(rows: &[Vec<f64>]) -> Self {
+        Self {
+            size: rows.len(),
+            entries: rows.concat(),
+        }
+    }
+
+    pub(crate) fn row(&self, i: usize) -> &[f64] {
+        &self.entries[i * self.size..(i + 1) * self.size]
+    }
+
+    pub(crate) fn at(&self, i: usize, j: usize) -> f64 {
+        self.entries[i * self.size + j]
+    }
+
+    pub(crate) fn set(&mut self, i: usize, j: usize, value: f64) {
+        self.entries[i * self.size + j] = value;
+    }
+
+    pub(crate) fn times(&self, other: &Self) -> Self {
+        let mut product = Self::zero(self.size);
+        for i in 0..self.size {
+            for j in 0..self.size {
+                product.set(i, j, (0..self.size).map(|k| self.at(i, k) * other.at(k, j)).sum());
+            }
+        }
+        product
+    }
+
+    /// The largest sum of sizes along a row.
+    pub(crate) fn norm(&self) -> f64 {
+        let sum = |i| self.row(i).iter().map(|value| value.abs()).sum();
+        (0..self.size).map(sum).fold(0.0, f64::max)
+    }
+
+    /// The inverse of a symmetric positive definite matrix (Cholesky); none if it is not one.
+    pub(crate) fn inverse(&self) -> Option<Self> {
+        let n = self.size;
+        let mut lower = Self::zero(n);
+        for j in 0..n {
+            for i in j..n {
+                let known: f64 = (0..j).map(|k| lower.at(i, k) * lower.at(j, k)).sum();
+                let rest = self.at(i, j) - known;
+                if i == j {
+                    if rest.is_nan() || rest <= 1e-14 * self.at(j, j).abs() {
+                        return None;
+                    }
+                    lower.set(j, j, rest.sqrt());
+                } else {
+                    lower.set(i, j, rest / lower.at(j, j));
+                }
+            }
+        }
+        let mut inverse = Self::zero(n);
+        for column in 0..n {
+            let mut solution = vec![0.0; n];
+            for i in 0..n {
+                let known: f64 = (0..i).map(|k| lower.at(i, k) * solution[k]).sum();
+                let unit = if i == column { 1.0 } else { 0.0 };
+                solution[i] = (unit - known) / lower.at(i, i);
+            }
+            for i in (0..n).rev() {
+                let known: f64 = (i + 1..n).map(|k| lower.at(k, i) * solution[k]).sum();
+                solution[i] = (solution[i] - known) / lower.at(i, i);
+            }
+            for (i, value) in solution.into_iter().enumerate() {
+                inverse.set(i, column, value);
+            }
+        }
+        Some(inverse)
+    }
+
+    /// The inverse of a symmetric positive semidefinite matrix where it has one, and zero on its null space: the solution of
+    /// least size (Jacobi rotations).
+    pub(crate) fn pseudo_inverse(&self) -> Self {
+        let n = self.size;
+        if n == 1 {
+            let mut inverse = Self::zero(1);
+            inverse.set(0, 0, 1.0 / self.at(0, 0));
+            return inverse;
+        }
+        if let Some(inverse) = self.inverse() {
+            return inverse;
+        }
+        let mut a = self.clone();
+        let mut vectors = Self::zero(n);
+        for i in 0..n {
+            vectors.set(i, i, 1.0);
+        }
+        for _ in 0..60 {
+            let mut off = 0.0;
+            for p in 0..n {
+                for q in p + 1..n {
+                    off += a.at(p, q).abs();
+                    if a.at(p, q) == 0.0 {
+                        continue;
+                    }
+                    let theta = 0.5 * (a.at(q, q) - a.at(p, p)) / a.at(p, q);
+                    let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
+                    let c = 1.0 / t.hypot(1.0);
+                    let s = t * c;
+                    for k in 0..n {
+                        let (kp, kq) = (a.at(k, p), a.at(k, q));
+                        a.set(k, p, c * kp - s * kq);
+                        a.set(k, q, s * kp + c * kq);
+                    }
+                    for k in 0..n {
+                        let (pk, qk) = (a.at(p, k), a.at(q, k));
+                        a.set(p, k, c * pk - s * qk);
+                        a.set(q, k, s * pk + c * qk);
+                        let (kp, kq) = (vectors.at(k, p), vectors.at(k, q));
+                        vectors.set(k, p, c * kp - s * kq);
+                        vectors.set(k, q, s * kp + c * kq);
+                    }
+                }
+            }
+            if off <= 1e-300 {
+                break;
+            }
+        }
+        let largest = (0..n).map(|i| a.at(i, i)).fold(0.0, f64::max);
+        let mut inverse = Self::zero(n);
+        for k in (0..n).filter(|&k| a.at(k, k) > 1e-12 * largest) {
+            for i in 0..n {
+                for j in 0..n {
+                    let part = vectors.at(i, k) * vectors.at(j, k) / a.at(k, k);
+                    inverse.set(i, j, inverse.at(i, j) + part);
+                }
+            }
+        }
+        inverse
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Matrix;
+
+    #[test]
+    fn inverse_and_least_solution() {
+        let matrix = Matrix::from_rows(&[vec![2.0, 1.0], vec![1.0, 3.0]]);
+        let unit = matrix.times(&matrix.inverse().unwrap());
+        assert!((unit.at(0, 0) - 1.0).abs() < 1e-15 && unit.at(0, 1).abs() < 1e-15);
+        // Two contacts between the same bodies: they share the force.
+        let twice = Matrix::from_rows(&[vec![1.0, 1.0], vec![1.0, 1.0]]);
+        assert!(twice.inverse().is_none());
+        assert!((twice.pseudo_inverse().at(0, 1) - 0.25).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,306 @@
+//! Any number of masses that rub on drives and on each other.
+
+use serde::{Deserialize, Serialize};
+
+use crate::drive::{Clock, Harmonic};
+use crate::error::{Error, finite};
+use crate::law::{Friction, Law, Point};
+use crate::matrix::Matrix;
+use crate::series::Series;
+
+/// M ẍ + D ẋ + K x = Σ b_c F_c + Σ e_i A cos(Ω t + φ), w_c = s_c(t) − b_c·ẋ, with b_c = e_mass − e_other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct System {
+    /// The mass matrix M, symmetric and positive definite.
+    pub mass: Vec<Vec<f64>>,
+    /// The stiffness matrix K.
+    pub stiffness: Vec<Vec<f64>>,
+    /// The damping matrix D.
+    pub damping: Vec<Vec<f64>>,
+    /// Where there is friction.
+    pub contacts: Vec<Contact>,
+    /// Harmonic forces.
+    #[serde(default)]
+    pub forcing: Vec<Force>,
+}
+
+/// A contact of a mass with a drive, or with another mass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// The mass.
+    pub mass: usize,
+    /// The other mass; none: the drive itself.
+    #[serde(default)]
+    pub other: Option<usize>,
+    /// The drive velocity s(t).
+    #[serde(default)]
+    pub drive_velocity: Drive,
+    /// Friction of this contact.
+    pub law: Law,
+}
+
+/// A harmonic force on one mass.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Force {
+    /// The mass.
+    #[serde(default)]
+    pub mass: usize,
+    /// Amplitude, a force.
+    pub amplitude: f64,
+    /// Angular frequency Ω.
+    pub frequency: f64,
+    /// Phase at t = 0, rad.
+    #[serde(default)]
+    pub phase: f64,
+}
+
+impl Force {
+    /// Without its mass.
+    #[must_use]
+    pub fn harmonic(&self) -> Harmonic {
+        Harmonic {
+            amplitude: self.amplitude,
+            frequency: self.frequency,
+            phase: self.phase,
+        }
+    }
+}
+
+/// A drive velocity s(t) = velocity + Σ A cos(Ω t + φ) + table(t); the table is linear between its nodes (t, s) and constant
+/// beyond them. As a document a number is enough for a constant.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Document")]
+pub struct Drive {
+    /// The constant part.
+    pub velocity: f64,
+    /// The harmonics.
+    pub harmonics: Vec<Harmonic>,
+    /// The table.
+    pub nodes: Vec<Point>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Document {
+    Number(f64),
+    Table {
+        #[serde(default)]
+        velocity: f64,
+        #[serde(default)]
+        harmonics: Vec<Harmonic>,
+        #[serde(default)]
+        nodes: Vec<Point>,
+    },
+}
+
+impl From<Document> for Drive {
+    fn from(document: Document) -> Self {
+        match document {
+            Document::Number(velocity) => velocity.into(),
+            Document::Table {
+                velocity,
+                harmonics,
+                nodes,
+            } => Self {
+                velocity,
+                harmonics,
+                nodes,
+            },
+        }
+    }
+}
+
+impl From<f64> for Drive {
+    fn from(velocity: f64) -> Self {
+        Self {
+            velocity,
+            ..Self::default()
+        }
+    }
+}
+
+impl Drive {
+    fn validate(&self) -> Result<(), Error> {
+        finite("drive_velocity", self.velocity)?;
+        for harmonic in &self.harmonics {
+            harmonic.validate()?;
+        }
+        for (index, node) in self.nodes.iter().enumerate() {
+            finite("nodes of the drive velocity", node[0])?;
+            finite("nodes of the drive velocity", node[1])?;
+            if index > 0 && node[0] <= self.nodes[index - 1][0] {
+                return Err(Error::NodesNotIncreasing {
+                    name: "nodes of the drive velocity",
+                    index,
+                    before: self.nodes[index - 1][0],
+                    after: node[0],
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The coefficients of s(clock + h), good until [`Drive::bend_after`].
+    pub(crate) fn expand(&self, clock: Clock, series: &mut Series) {
+        series.fill(0.0);
+        series[0] = self.velocity;
+        for harmonic in &self.harmonics {
+            add_wave(harmonic, clock, 1.0, series);
+        }
+        let Some((first, last)) = self.nodes.first().zip(self.nodes.last()) else {
+            return;
+        };
+        // At a node the piece that begins there counts.
+        let above = self.nodes.partition_point(|node| clock.until(node[0]) <= 0.0);
+        if above == 0 {
+            series[0] += first[1];
+        } else if above == self.nodes.len() {
+            series[0] += last[1];
+        } else {
+            let (from, to) = (self.nodes[above - 1], self.nodes[above]);
+            let slope = (to[1] - from[1]) / (to[0] - from[0]);
+            series[0] += from[1] - slope * clock.until(from[0]);
+            series[1] += slope;
+        }
+    }
+
+    /// The time from `clock` to the next node.
+    pub(crate) fn bend_after(&self, clock: Clock) -> f64 {
+        let until = self.nodes.iter().map(|node| clock.until(node[0]));
+        until.filter(|&time| time > 0.0).fold(f64::INFINITY, f64::min)
+    }
+
+    pub(crate) fn fastest(&self) -> f64 {
+        self.harmonics
+            .iter()
+            .map(|harmonic| harmonic.frequency)
+            .fold(0.0, f64::max)
+    }
+}
+
+/// Add factor · A cos(Ω (clock + h) + φ).
+pub(crate) fn add_wave(harmonic: &Harmonic, clock: Clock, factor: f64, series: &mut Series) {
+    let (mut even, mut odd) = harmonic.quadratures(clock);
+    even *= factor;
+    odd *= factor * harmonic.frequency;
+    let square = harmonic.frequency * harmonic.frequency;
+    for (index, pair) in series.chunks_mut(2).enumerate() {
+        let k = (2 * index) as f64;
+        pair[0] += even;
+        even *= -square / ((k + 1.0) * (k + 2.0));
+        if let Some(second) = pair.get_mut(1) {
+            *second += odd;
+            odd *= -square / ((k + 2.0) * (k + 3.0));
+        }
+    }
+}
+
+impl System {
+    /// A system from its JSON document.
+    ///
+    /// # Errors
+    /// What the document lacks, what it has too much, or the first value that makes no sense.
+    pub fn from_json(document: &str) -> Result<Self, Error> {
+        let system: Self = serde_json::from_str(document).map_err(|error| Error::Document {
+            reason: error.to_string(),
+        })?;
+        system.validate()?;
+        Ok(system)
+    }
+
+    /// The number of masses.
+    #[must_use]
+    pub fn masses(&self) -> usize {
+        self.mass.len()
+    }
+
+    /// Check every value.
+    ///
+    /// # Errors
+    /// The first value that makes no sense.
+    pub fn validate(&self) -> Result<(), Error> {
+        let n = self.masses();
+        if n == 0 {
+            return wrong("a system needs at least one mass, got none".into());
+        }
+        for (name, matrix) in [
+            ("mass", &self.mass),
+            ("stiffness", &self.stiffness),
+            ("damping", &self.damping),
+        ] {
+            if matrix.len() != n || matrix.iter().any(|row| row.len() != n) {
+                return wrong(format!(
+                    "{name} must be a {n} by {n} matrix like the mass matrix, got rows of length {:?}",
+                    matrix.iter().map(Vec::len).collect::<Vec<_>>()
+                ));
+            }
+            for value in matrix.iter().flatten() {
+                finite(name, *value)?;
+            }
+        }
+        let symmetric = (0..n).all(|i| (0..i).all(|j| self.mass[i][j] == self.mass[j][i]));
+        if !symmetric || Matrix::from_rows(&self.mass).inverse().is_none() {
+            return wrong(
+                "the mass matrix must be symmetric and positive definite: every mass must be greater than 0"
+                    .into(),
+            );
+        }
+        for (index, contact) in self.contacts.iter().enumerate() {
+            for mass in [Some(contact.mass), contact.other].into_iter().flatten() {
+                if mass >= n {
+                    return wrong(format!(
+                        "contact {index} must name masses from 0 to {}, got {mass}",
+                        n - 1
+                    ));
+                }
+            }
+            if contact.other == Some(contact.mass) {
+                return wrong(format!(
+                    "contact {index} must join two masses, got {} twice",
+                    contact.mass
+                ));
+            }
+            contact.drive_velocity.validate()?;
+            contact.law.validate()?;
+        }
+        for force in &self.forcing {
+            if force.mass >= n {
+                return wrong(format!(
+                    "forcing must name a mass from 0 to {}, got {}",
+                    n - 1,
+                    force.mass
+                ));
+            }
+            force.harmonic().validate()?;
+        }
+        Ok(())
+    }
+
+    /// Where every mass starts unless asked otherwise: moving with the drive it touches, itself or through other masses.
+    #[must_use]
+    pub fn driven_velocities(&self) -> Vec<f64> {
+        let mut velocity = vec![None; self.masses()];
+        let mut series = crate::series::ZERO;
+        for _ in 0..self.masses() {
+            for contact in &self.contacts {
+                contact.drive_velocity.expand(Clock::default(), &mut series);
+                match contact.other {
+                    None => velocity[contact.mass] = velocity[contact.mass].or(Some(series[0])),
+                    Some(other) => {
+                        let (mine, its) = (velocity[contact.mass], velocity[other]);
+                        velocity[contact.mass] = mine.or(its.map(|v| v + series[0]));
+                        velocity[other] = its.or(mine.map(|v| v - series[0]));
+                    }
+                }
+            }
+        }
+        velocity.into_iter().map(|v| v.unwrap_or(0.0)).collect()
+    }
+}
+
+fn wrong<T>(reason: String) -> Result<T, Error> {
+    Err(Error::Document { reason })
+}

@@ -1,0 +1,136 @@
+//! Smooth laws on Taylor steps: limit cycles known to 11 and 12 digits, met to one less.
+
+use stickslip::law::{Cubic, ExponentialStribeck, Law, Rational};
+use stickslip::mode::Kind;
+use stickslip::network::{Event, Orbit, Run, simulate};
+use stickslip::system::{Contact, System};
+
+fn belt(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> System {
+    System {
+        mass: vec![vec![1.0]],
+        stiffness: vec![vec![1.0]],
+        damping: vec![vec![damping]],
+        contacts: vec![Contact {
+            mass: 0,
+            other: None,
+            drive_velocity: drive_velocity.into(),
+            law: law.into(),
+        }],
+        forcing: vec![],
+    }
+}
+
+fn close(got: f64, expected: f64, digits: i32) {
+    let error = (got - expected).abs() / expected.abs();
+    assert!(
+        error < 10f64.powi(1 - digits),
+        "got {got}, expected {expected}: relative error {error:.1e}"
+    );
+}
+
+/// The last whole cycle: release, capture, next release.
+fn cycle(orbit: &Orbit) -> [Event; 3] {
+    let n = orbit.events.len();
+    let last = if orbit.events[n - 1].kind == Kind::Release {
+        n
+    } else {
+        n - 1
+    };
+    let cycle = [
+        orbit.events[last - 3],
+        orbit.events[last - 2],
+        orbit.events[last - 1],
+    ];
+    assert_eq!(
+        cycle.map(|event| event.kind),
+        [Kind::Release, Kind::Capture, Kind::Release]
+    );
+    cycle
+}
+
+/// The least value of a coordinate within a cycle: the least of many samples, then again of samples around it.
+fn least(orbit: &Orbit, [from, _, until]: &[Event; 3], pick: fn(f64, f64) -> f64) -> f64 {
+    let (mut low, mut high) = (from.t, until.t);
+    let mut least = f64::MAX;
+    for _ in 0..3 {
+        let step = (high - low) / 1000.0;
+        let times: Vec<f64> = (0..=1000).map(|i| low + f64::from(i) * step).collect();
+        let states = orbit.states(&times);
+        let values = states.x.iter().zip(&states.v).map(|(&x, &v)| pick(x, v));
+        let (i, value) = values.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        (low, high) = (times[i] - step, times[i] + step);
+        least = value;
+    }
+    least
+}
+
+/// Leine, van Campen, de Kraker & van den Steen, Nonlinear Dynamics 16 (1998) 41, their example; digits of ours (60-digit).
+#[test]
+fn s5_leine1998() {
+    let law = Rational {
+        break_away: 1.0,
+        weakening: 3.0,
+    };
+    let orbit = simulate(&belt(law, 0.0, 0.2), Run::driven(200.0)).unwrap();
+    let cycle = cycle(&orbit);
+    let [release, capture, next] = &cycle;
+    close(capture.t - release.t, 4.295_999_525_480_155, 12);
+    close(capture.x, -0.541_006_353_870_085, 12);
+    close(next.stick_time, 7.705_031_769_350_42, 12);
+    close(next.t - release.t, 12.001_031_294_830_58, 12);
+    close(-least(&orbit, &cycle, |x, _| -x), 1.133_944_676_442, 12);
+    close(least(&orbit, &cycle, |x, _| x), -0.555_432_690_06, 11);
+    close(least(&orbit, &cycle, |_, v| v), -0.839_902_049_281, 12);
+}
+
+/// Papangelo, Ciavarella & Hoffmann, Nonlinear Dynamics 90 (2017) 1519: the stick-slip cycle beside stable slip at v = 1.5.
+#[test]
+fn s7_papangelo_stable_cycle() {
+    let law = ExponentialStribeck {
+        break_away: 1.0,
+        kinetic: 0.5,
+        scale: 0.5,
+        viscous: 0.0,
+    };
+    let orbit = simulate(&belt(law, 0.1, 1.5), Run::driven(400.0)).unwrap();
+    let cycle = cycle(&orbit);
+    let [release, _, next] = &cycle;
+    close(next.t - release.t, 6.316_306_357_891, 11);
+    close(next.stick_time, 0.505_485_542_354, 11);
+    close(-least(&orbit, &cycle, |x, _| -x), 2.206_496_130_15, 11);
+    close(least(&orbit, &cycle, |x, _| x), -0.952_825_782_649, 11);
+}
+
+fn thomsen_fidlin() -> Cubic {
+    let (at_rest, least, at) = (0.4, 0.25, 0.5);
+    Cubic {
+        at_rest,
+        linear: 1.5 * (at_rest - least) / at,
+        cubic: 0.5 * (at_rest - least) / (at * at * at),
+    }
+}
+
+/// Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389, β = 0.05.
+#[test]
+fn s8_thomsen_fidlin() {
+    let orbit = simulate(&belt(thomsen_fidlin(), 0.1, 0.1), Run::driven(200.0)).unwrap();
+    let cycle = cycle(&orbit);
+    let [release, _, next] = &cycle;
+    close(next.t - release.t, 7.209_296_758_701, 11);
+    close(next.stick_time, 2.148_884_511_447, 11);
+    close(-least(&orbit, &cycle, |x, _| -x), 0.483_161_521_397, 11);
+    close(least(&orbit, &cycle, |x, _| x), 0.151_840_125_188, 11);
+}
+
+/// The same above the end of stick-slip: slip alone, with the amplitude of the pure-slip cycle.
+#[test]
+fn s8_pure_slip_cycle() {
+    let orbit = simulate(&belt(thomsen_fidlin(), 0.1, 0.43), Run::driven(6000.0)).unwrap();
+    assert!(orbit.events.last().unwrap().t < 500.0);
+    let times: Vec<f64> = (0..=200_000).map(|i| 5990.0 + f64::from(i) * 5e-5).collect();
+    let x = orbit.states(&times).x;
+    let most = x.iter().copied().fold(f64::MIN, f64::max);
+    let least = x.iter().copied().fold(f64::MAX, f64::min);
+    let amplitude = 0.5 * (most - least);
+    assert!((amplitude - 0.196_716_470_765).abs() < 1e-9, "{amplitude}");
+}
