@@ -187,6 +187,83 @@ class PoppStelter(Law):
 
 
 @dataclass(frozen=True)
+class ForceRate(Law):
+    """f_s(t_s, δ) = f_k + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q) at rest, F = f_k sgn w in motion.
+
+    Parameters
+    ----------
+    kinetic : kinetic force f_k ≥ 0.
+    limit : Δ∞ ≥ 0, growth of static friction after an infinite rest at a vanishing force rate.
+    rate : γ > 0, in 1/time^m.
+    force_rate_scale : δ₀ > 0, the force rate that halves the growth, in force/time.
+    exponent : m > 0.
+    force_rate_exponent : q > 0.
+
+    Source: that static friction falls with the rate of loading was found by Johannes, Green & Brockley, Wear 24 (1973) 381;
+    the form of the fall is our own, with δ₀ → ∞ it is :class:`DwellTime`.
+
+    >>> law = ForceRate(kinetic=0.5, limit=0.5, rate=0.4, force_rate_scale=0.3)
+    >>> law.break_away_force(float(10**6), [0.0, 0.3])
+    array([1.  , 0.75])
+    """
+
+    kinetic: float
+    limit: float
+    rate: float
+    force_rate_scale: float
+    exponent: float = 1.0
+    force_rate_exponent: float = 1.0
+
+
+@dataclass(frozen=True)
+class Tabulated(Law):
+    """F(|w|) and f_s(t_s) as they were measured: linear between nodes, constant beyond the last.
+
+    Parameters
+    ----------
+    kinetic : kinetic force ≥ 0, a number or nodes (slip speed, force), the first at slip speed 0.
+    break_away : break-away force, a number or nodes (stick time, force), the first at stick time 0; at least the kinetic
+        force at slip speed 0, and never falling, as friction that ages does not.
+
+    >>> law = Tabulated(kinetic=[(0, 0.8), (0.2, 0.6)], break_away=[(0, 0.8), (1, 0.9), (10, 1.0)])
+    >>> law.kinetic_force([0.1, 5.0]), law.break_away_force([0.5, 1e9])
+    (array([0.7, 0.6]), array([0.85, 1.  ]))
+    """
+
+    kinetic: float | tuple[Point, ...]
+    break_away: float | tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class TwoBranch(Law):
+    """F = f₊(|w|) while |w| rises, f₋(|w|) while it falls, each with the sign of w; |F| ≤ f_s at rest.
+
+    Parameters
+    ----------
+    rising : f₊, a number or nodes (slip speed, force), the first at slip speed 0; constant beyond the last.
+    falling : f₋, likewise.
+    break_away : f_s, at least both branches at slip speed 0.
+
+    The branches need not meet. Where f₋ < f₊ neither is consistent with a balance of forces between them: there ẇ = 0 and
+    friction is the reaction that keeps it so (an event of the kind ``hold``, ended by a ``reversal``). Where f₋ > f₊ both
+    are consistent in between; the motion stays on its branch until ẇ vanishes there, then ẇ jumps.
+
+    Source: Hunt, Torbe & Spencer, Wear 8 (1965) 455; Powell & Wiercigroch (1992).
+
+    Limits: |w| alone decides, so nothing is remembered of how far the last turn was. :func:`force_along` keeps the branch
+    where the measured w stays constant.
+
+    >>> law = TwoBranch(rising=1.0, falling=[(0, 0.8), (0.5, 1.0)], break_away=1.1)
+    >>> force_along(law, range(4), [0.0, 0.25, 0.5, 0.25], [True, False, False, False])
+    array([1.1, 1. , 1. , 0.9])
+    """
+
+    rising: float | tuple[Point, ...]
+    falling: float | tuple[Point, ...]
+    break_away: float
+
+
+@dataclass(frozen=True)
 class StaticFriction(Table):
     """The surface f_s(t_s, δ) = f_0 + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
 

@@ -29,6 +29,13 @@ pub enum Error {
         before: f64,
         after: f64,
     },
+    /// A table that must not fall does.
+    TableFalls {
+        name: &'static str,
+        index: usize,
+        before: f64,
+        after: f64,
+    },
     /// The geometry of the paper's law does not close.
     Geometry { what: &'static str, value: f64 },
     /// Undamped resonance has no bounded forced response.
@@ -69,6 +76,15 @@ impl fmt::Display for Error {
             } => write!(
                 out,
                 "{name} must have strictly increasing abscissae, got {after} after {before} at node {index} (counted from 0)"
+            ),
+            Self::TableFalls {
+                name,
+                index,
+                before,
+                after,
+            } => write!(
+                out,
+                "{name} must not fall, got {after} after {before} at node {index} (counted from 0): smooth the table first"
             ),
             Self::Geometry { what, value } => write!(out, "{what}, got {value}"),
             Self::Resonance { frequency } => write!(

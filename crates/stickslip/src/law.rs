@@ -10,23 +10,31 @@ mod coulomb;
 mod cubic;
 mod dwell_time;
 mod exponential_stribeck;
+mod force_rate;
 mod piecewise_linear;
 mod popp_stelter;
 mod rational;
 mod static_kinetic;
+mod table;
+mod tabulated;
+mod two_branch;
 
 use serde::{Deserialize, Serialize};
 
 pub use adhesion::StaticFriction;
-pub use bogacz_ryczek::{Alpha, BRANCHES, BogaczRyczek};
+pub use bogacz_ryczek::{BRANCHES, BogaczRyczek};
 pub use coulomb::Coulomb;
 pub use cubic::Cubic;
 pub use dwell_time::DwellTime;
 pub use exponential_stribeck::ExponentialStribeck;
+pub use force_rate::ForceRate;
 pub use piecewise_linear::PiecewiseLinear;
 pub use popp_stelter::PoppStelter;
 pub use rational::Rational;
 pub use static_kinetic::StaticKinetic;
+pub use table::Table;
+pub use tabulated::Tabulated;
+pub use two_branch::TwoBranch;
 
 use crate::error::Error;
 use crate::series::{Grown, Series};
@@ -147,6 +155,12 @@ pub trait Friction {
         f64::NAN
     }
 
+    /// For a law with branches by the sign of the slip acceleration that do not meet: its force at slip speed `u` while u
+    /// falls and while it rises. Where the first is the smaller, the mode between them holds u; else the branches switch.
+    fn branches(&self, _u: f64) -> Option<[f64; 2]> {
+        None
+    }
+
     /// The first piece after adhesion broke at `force`, slip speed 0.
     fn leave(&self, force: f64, memory: &mut Memory) -> Piece;
 
@@ -176,6 +190,7 @@ macro_rules! laws {
             fn force(&self, piece: &Piece, u: f64) -> f64 { match self { $(Self::$name(law) => law.force(piece, u)),+ } }
             #[inline]
             fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 { match self { $(Self::$name(law) => law.extend(u, k, grown)),+ } }
+            fn branches(&self, u: f64) -> Option<[f64; 2]> { match self { $(Self::$name(law) => law.branches(u)),+ } }
             #[inline]
             fn leave(&self, force: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.leave(force, memory)),+ } }
             fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.begin(u, balance, memory)),+ } }
@@ -196,5 +211,8 @@ laws!(
     Rational,
     Cubic,
     ExponentialStribeck,
-    PoppStelter
+    PoppStelter,
+    ForceRate,
+    Tabulated,
+    TwoBranch
 );

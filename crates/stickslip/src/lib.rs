@@ -7,6 +7,7 @@
 //! | [`law`] | friction laws: two questions, one file a law |
 //! | [`mode`] | the automaton: stick, slip, and what follows an event |
 //! | [`flow`] | closed-form motion between events |
+//! | [`hold`] | slip at constant speed between two branches of friction |
 //! | [`event`] | the certified next event |
 //! | [`simulate`] | the loop, and why it stopped |
 //! | [`orbit`] | what a run returns, evaluable at any time |
@@ -33,6 +34,7 @@ pub mod drive;
 pub mod error;
 pub mod event;
 pub mod flow;
+pub mod hold;
 pub mod law;
 mod matrix;
 pub mod mode;

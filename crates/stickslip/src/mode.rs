@@ -22,6 +22,17 @@ pub enum Mode {
         /// What is known of the slip speed at the start.
         start: Start,
     },
+    /// The mass slips at the constant speed `u`: friction is the reaction between the branches.
+    Hold {
+        /// Sign of w.
+        direction: f64,
+        /// The slip speed.
+        u: f64,
+        /// Friction while the slip speed falls and while it rises.
+        between: [f64; 2],
+        /// The end of `between` on which friction starts, if it does.
+        start: Start,
+    },
 }
 
 /// What happens at an event.
@@ -38,16 +49,19 @@ pub enum Kind {
     Reversal,
     /// The next linear piece of the law begins.
     Node,
+    /// The slip velocity is held constant between two branches of the law.
+    Hold,
 }
 
 impl Kind {
     /// Every kind, by its number.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Release,
         Self::Capture,
         Self::Crossing,
         Self::Reversal,
         Self::Node,
+        Self::Hold,
     ];
 
     /// Its name.
@@ -59,6 +73,7 @@ impl Kind {
             Self::Crossing => "crossing",
             Self::Reversal => "reversal",
             Self::Node => "node",
+            Self::Hold => "hold",
         }
     }
 }
@@ -78,6 +93,17 @@ pub fn first<const H: usize>(
     let direction = w.signum();
     // m u̇ = σ·holding − D u − f(u): the friction that would keep the slip speed.
     let balance = direction * holding - frame.damping * w.abs();
+    if let Some(between @ [falling, rising]) = apart(law, w.abs())
+        && falling < balance
+        && balance < rising
+    {
+        return Mode::Hold {
+            direction,
+            u: w.abs(),
+            between,
+            start: Start::Inside,
+        };
+    }
     Mode::Slip {
         direction,
         piece: law.begin(w.abs(), balance, memory),
@@ -118,15 +144,46 @@ pub fn slip_from_zero(law: &Law, pull: f64, force: f64, memory: &mut Memory) -> 
 /// The mode after `piece` ended by `end` away from zero speed.
 #[must_use]
 pub fn after(law: &Law, direction: f64, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Mode {
-    let next = law.next(piece, end, u, memory);
-    let start = match end {
-        End::High => Start::Low,
-        End::Low => Start::High,
-        End::Turn { .. } => Start::Turning,
+    let start = match (end, apart(law, u)) {
+        (End::High, _) => Start::Low,
+        (End::Low, _) => Start::High,
+        (End::Turn { rising }, Some(between)) if between[0] < between[1] => {
+            return Mode::Hold {
+                direction,
+                u,
+                between,
+                start: if rising { Start::Low } else { Start::High },
+            };
+        }
+        // Friction jumps to the other branch, and the slip acceleration with it.
+        (End::Turn { .. }, Some(_)) => Start::Inside,
+        (End::Turn { .. }, None) => Start::Turning,
     };
+    let next = law.next(piece, end, u, memory);
     Mode::Slip {
         direction,
         piece: next,
         start,
     }
+}
+
+/// The mode after friction between the branches left them over `end`.
+#[must_use]
+pub fn after_hold(law: &Law, direction: f64, u: f64, end: End, memory: &mut Memory) -> Mode {
+    let balance = if end == End::High {
+        f64::INFINITY
+    } else {
+        f64::NEG_INFINITY
+    };
+    Mode::Slip {
+        direction,
+        piece: law.begin(u, balance, memory),
+        start: Start::Turning,
+    }
+}
+
+/// Friction while the slip speed falls and while it rises, where the two differ by more than rounding.
+fn apart(law: &Law, u: f64) -> Option<[f64; 2]> {
+    law.branches(u)
+        .filter(|[falling, rising]| (falling - rising).abs() > 1e-12 * rising.abs())
 }

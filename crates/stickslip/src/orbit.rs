@@ -40,7 +40,7 @@ pub struct Segment {
     pub direction: f64,
     /// Friction opposing slip is offset + slope · u.
     pub offset: f64,
-    /// The slope of that line.
+    /// The slope of that line; infinite where the slip speed is held between two branches.
     pub slope: f64,
     /// Branch of the law, for pictures.
     pub branch: u32,
@@ -51,6 +51,7 @@ impl Segment {
         let (direction, offset, slope, branch) = match *mode {
             Mode::Stick => (0.0, 0.0, 0.0, 0),
             Mode::Slip { direction, piece, .. } => (direction, piece.offset, piece.slope, piece.branch),
+            Mode::Hold { direction, .. } => (direction, 0.0, f64::INFINITY, 0),
         };
         Self {
             clock,
@@ -161,15 +162,15 @@ impl Orbit {
                     - 1;
                 let segment = &self.segments[index];
                 let tau = segment.clock.until(t);
-                if segment.direction == 0.0 {
+                if segment.direction == 0.0 || segment.slope.is_infinite() {
                     let x = segment.x + segment.v * tau;
-                    let force = frame.stick(segment.clock, segment.x).at(tau).0;
+                    let force = frame.held(segment.clock, segment.x, segment.v).at(tau).0;
                     return State {
                         x,
                         v: segment.v,
                         a: 0.0,
                         force,
-                        stuck: true,
+                        stuck: segment.direction == 0.0,
                     };
                 }
                 let piece = Piece {

@@ -2,8 +2,9 @@
 
 use crate::drive::Clock;
 use crate::error::{Error, finite, positive};
-use crate::event::{Work, end_of_slip, end_of_stick};
+use crate::event::{Start, Work, end_of_slip, end_of_stick};
 use crate::flow::exact::Frame;
+use crate::hold::end_of_hold;
 use crate::law::{End, Friction, Hold, Law, Memory};
 use crate::mode::{self, Kind, Mode};
 use crate::orbit::{Event, Orbit, Record, Segment};
@@ -179,6 +180,12 @@ impl<'a, const H: usize> Loop<'a, H> {
                         self.slipped(direction, &piece, arrival.end, record)
                     })
                 }
+                Mode::Hold {
+                    direction,
+                    u,
+                    between,
+                    start,
+                } => self.hold(direction, u, between, start, horizon, record),
             };
             let Some(next) = next else {
                 return Ok((Stop::End, self.work));
@@ -220,6 +227,27 @@ impl<'a, const H: usize> Loop<'a, H> {
         Some(mode::slip_from_zero(self.law, pull, force, &mut self.memory))
     }
 
+    /// Slip at constant speed until friction meets one of the branches; the mode after that.
+    fn hold(
+        &mut self,
+        direction: f64,
+        u: f64,
+        between: [f64; 2],
+        start: Start,
+        horizon: f64,
+        record: &mut impl Record,
+    ) -> Option<Mode> {
+        let v = self.frame.drive_velocity - direction * u;
+        let reaction = self.frame.held(self.clock, self.x, v);
+        let (t, end) = end_of_hold(&reaction, direction, between, start, horizon, &mut self.work)?;
+        self.x += v * t;
+        self.v = v;
+        self.clock = self.clock.after(t);
+        let force = if end == End::High { between[1] } else { between[0] };
+        record.event(self.event(Kind::Reversal, direction * force));
+        Some(mode::after_hold(self.law, direction, u, end, &mut self.memory))
+    }
+
     /// What follows where slip along `piece` ended at the present state.
     fn slipped(
         &mut self,
@@ -240,10 +268,10 @@ impl<'a, const H: usize> Loop<'a, H> {
         }
         if speed > 0.0 || end == (End::Turn { rising: true }) {
             let next = mode::after(self.law, direction, piece, end, speed, &mut self.memory);
-            let kind = if matches!(end, End::Turn { .. }) {
-                Kind::Reversal
-            } else {
-                Kind::Node
+            let kind = match (end, &next) {
+                (_, Mode::Hold { .. }) => Kind::Hold,
+                (End::Turn { .. }, _) => Kind::Reversal,
+                _ => Kind::Node,
             };
             record.event(self.event(kind, force));
             return next;

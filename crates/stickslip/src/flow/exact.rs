@@ -291,6 +291,12 @@ impl<const H: usize> Frame<H> {
     /// The friction force that holds the mass on the drive, from position `x` at `clock`.
     #[must_use]
     pub fn stick(&self, clock: Clock, x: f64) -> Stick<H> {
+        self.held(clock, x, self.drive_velocity)
+    }
+
+    /// The friction force that holds the mass at the velocity `v`, from position `x` at `clock`.
+    #[must_use]
+    pub fn held(&self, clock: Clock, x: f64, v: f64) -> Stick<H> {
         let (mut p, mut q) = ([0.0; H], [0.0; H]);
         for j in 0..H {
             let (force_cos, force_sin) = self.forcing[j].quadratures(clock);
@@ -298,8 +304,8 @@ impl<const H: usize> Frame<H> {
         }
         Stick {
             frequency: self.forcing.map(|harmonic| harmonic.frequency),
-            start: self.damping * self.drive_velocity + self.stiffness * x,
-            rate: self.stiffness * self.drive_velocity,
+            start: self.damping * v + self.stiffness * x,
+            rate: self.stiffness * v,
             p,
             q,
         }

@@ -13,38 +13,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::piecewise_linear::increasing;
+use super::table::Table;
 use super::{End, Friction, Hold, Memory, Piece, Point, StaticFriction};
 use crate::error::{Error, finite, not_negative};
-
-/// Drop of friction over the first slip, as a number or as a table over the break-away force.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Alpha {
-    /// The same drop after every break-away.
-    Constant(f64),
-    /// Nodes (f_s, α), linear between them and constant beyond.
-    Table(Vec<Point>),
-}
-
-impl Alpha {
-    fn at(&self, force: f64) -> f64 {
-        match self {
-            Self::Constant(drop) => *drop,
-            Self::Table(nodes) => {
-                let above = nodes.partition_point(|node| node[0] <= force);
-                if above == 0 {
-                    return nodes[0][1];
-                }
-                if above == nodes.len() {
-                    return nodes[above - 1][1];
-                }
-                let (from, to) = (nodes[above - 1], nodes[above]);
-                from[1] + (to[1] - from[1]) * (force - from[0]) / (to[0] - from[0])
-            }
-        }
-    }
-}
 
 /// The friction law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
 ///
@@ -68,8 +39,8 @@ pub struct BogaczRyczek {
     pub d: Option<Point>,
     /// The line of corners, (slope, intercept).
     pub l: Point,
-    /// α(f_s): how far friction falls after break-away.
-    pub alpha: Alpha,
+    /// α(f_s): how far friction falls after break-away, the same after every one or a table over the break-away force.
+    pub alpha: Table,
     /// β: the slip speed over which it falls.
     pub beta: f64,
     /// φ in degrees: angle of the upper line when A lies at infinity.
@@ -97,7 +68,7 @@ impl Default for BogaczRyczek {
             c: None,
             d: Some([0.33, 2.40]),
             l: [3.41, -0.28],
-            alpha: Alpha::Constant(0.0),
+            alpha: Table::Constant(0.0),
             beta: 0.01,
             phi: -58.0,
             psi: 39.0,
@@ -275,24 +246,7 @@ impl Friction for BogaczRyczek {
                 finite(name, f)?;
             }
         }
-        match &self.alpha {
-            Alpha::Constant(drop) => {
-                not_negative("alpha", *drop)?;
-            }
-            Alpha::Table(nodes) => {
-                if nodes.is_empty() {
-                    return Err(Error::TooFewNodes {
-                        name: "alpha",
-                        expected: 1,
-                        got: 0,
-                    });
-                }
-                increasing("alpha", nodes)?;
-                for node in nodes {
-                    not_negative("alpha", node[1])?;
-                }
-            }
-        }
+        self.alpha.validate("alpha")?;
         not_negative("beta", self.beta)?;
         for (name, angle, low, high) in [
             ("phi", self.phi, -90.0, 90.0),

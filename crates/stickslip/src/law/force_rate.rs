@@ -1,0 +1,81 @@
+//! Static friction that grows while the contact rests and falls with the rate at which it is loaded.
+
+use serde::{Deserialize, Serialize};
+
+use super::{End, Friction, Hold, Memory, Piece, StaticFriction};
+use crate::error::{Error, not_negative, positive};
+
+/// f_s(t_s, δ) = f_k + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q), F = f_k sgn w in motion.
+///
+/// That static friction falls with the rate of loading is the finding of Johannes, Green & Brockley, Wear 24 (1973) 381,
+/// and of Richardson & Nolle, Wear 37 (1976) 87; the form of the fall is our own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ForceRate {
+    /// Kinetic force f_k.
+    pub kinetic: f64,
+    /// Growth of static friction after an infinite rest at a vanishing force rate, Δ∞.
+    pub limit: f64,
+    /// Rate γ, 1/time^m.
+    pub rate: f64,
+    /// Force rate δ₀ at which the growth is halved.
+    pub force_rate_scale: f64,
+    /// Exponent m.
+    #[serde(default = "one")]
+    pub exponent: f64,
+    /// Exponent q.
+    #[serde(default = "one")]
+    pub force_rate_exponent: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl ForceRate {
+    fn static_friction(&self) -> StaticFriction {
+        StaticFriction {
+            initial: self.kinetic,
+            limit: self.limit,
+            rate: self.rate,
+            exponent: self.exponent,
+            force_rate_scale: Some(self.force_rate_scale),
+            force_rate_exponent: self.force_rate_exponent,
+        }
+    }
+}
+
+impl Friction for ForceRate {
+    fn validate(&self) -> Result<(), Error> {
+        not_negative("kinetic", self.kinetic)?;
+        not_negative("limit", self.limit)?;
+        positive("rate", self.rate)?;
+        positive("force_rate_scale", self.force_rate_scale)?;
+        positive("exponent", self.exponent)?;
+        positive("force_rate_exponent", self.force_rate_exponent).map(drop)
+    }
+
+    fn break_away(&self, hold: Hold) -> f64 {
+        self.static_friction().force(hold)
+    }
+
+    fn growth_bound(&self, stick_time: f64) -> f64 {
+        self.static_friction().growth_bound(stick_time)
+    }
+
+    fn feels_force_rate(&self) -> bool {
+        self.limit > 0.0
+    }
+
+    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.kinetic)
+    }
+
+    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.kinetic)
+    }
+
+    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
+        *piece
+    }
+}

@@ -1,0 +1,82 @@
+//! A number, or a table of nodes with straight lines between them.
+
+use serde::{Deserialize, Serialize};
+
+use super::piecewise_linear::increasing;
+use super::{Piece, Point};
+use crate::error::{Error, not_negative};
+
+/// A function of one variable: constant, or linear between nodes and constant beyond the first and the last.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Table {
+    /// The same value everywhere.
+    Constant(f64),
+    /// Nodes (abscissa, value).
+    Nodes(Vec<Point>),
+}
+
+impl Table {
+    /// Check that there is a node, that abscissae increase and that no value is negative.
+    pub(super) fn validate(&self, name: &'static str) -> Result<(), Error> {
+        match self {
+            Self::Constant(value) => not_negative(name, *value).map(drop),
+            Self::Nodes(nodes) => {
+                if nodes.is_empty() {
+                    return Err(Error::TooFewNodes {
+                        name,
+                        expected: 1,
+                        got: 0,
+                    });
+                }
+                increasing(name, nodes)?;
+                nodes
+                    .iter()
+                    .try_for_each(|node| not_negative(name, node[1]).map(drop))
+            }
+        }
+    }
+
+    /// The value at `at`.
+    pub(super) fn at(&self, at: f64) -> f64 {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Nodes(nodes) => {
+                let above = nodes.partition_point(|node| node[0] <= at);
+                if above == 0 {
+                    return nodes[0][1];
+                }
+                if above == nodes.len() {
+                    return nodes[above - 1][1];
+                }
+                let (from, to) = (nodes[above - 1], nodes[above]);
+                from[1] + (to[1] - from[1]) * (at - from[0]) / (to[0] - from[0])
+            }
+        }
+    }
+
+    /// The piece of friction between node `index` and the next one; beyond the last node the force stays.
+    pub(super) fn piece(&self, index: usize) -> Piece {
+        let nodes = self.nodes();
+        let Some(&from) = nodes.get(index) else {
+            return Piece::constant(self.at(0.0));
+        };
+        let (slope, high) = match nodes.get(index + 1) {
+            Some(to) => ((to[1] - from[1]) / (to[0] - from[0]), to[0]),
+            None => (0.0, f64::INFINITY),
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a table has fewer than 2^32 nodes"
+        )]
+        Piece::line(from, slope, from[0], high, index as u32)
+    }
+
+    /// The nodes; none for a constant.
+    pub(super) fn nodes(&self) -> &[Point] {
+        match self {
+            Self::Constant(_) => &[],
+            Self::Nodes(nodes) => nodes,
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Friction as it was measured: a table over slip speed, a table over stick time, or both.
+
+use serde::{Deserialize, Serialize};
+
+use super::static_kinetic::at_least_kinetic;
+use super::table::Table;
+use super::{End, Friction, Hold, Memory, Piece};
+use crate::error::Error;
+
+/// F(w) linear between nodes (w_i, f_i), f_s(t_s) linear between nodes (t_i, f_i), both constant beyond the last.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tabulated {
+    /// Kinetic force, a number or nodes (slip speed, force), the first at slip speed 0.
+    pub kinetic: Table,
+    /// Break-away force, a number or nodes (stick time, force), the first at stick time 0; it must not fall.
+    pub break_away: Table,
+}
+
+impl Friction for Tabulated {
+    fn validate(&self) -> Result<(), Error> {
+        for (name, table) in [("kinetic", &self.kinetic), ("break_away", &self.break_away)] {
+            table.validate(name)?;
+            if let Some(first) = table.nodes().first()
+                && first[0] != 0.0
+            {
+                return Err(Error::FirstNodeNotAtZero { got: first[0] });
+            }
+        }
+        let nodes = self.break_away.nodes();
+        for (index, pair) in nodes.windows(2).enumerate() {
+            if pair[1][1] < pair[0][1] {
+                return Err(Error::TableFalls {
+                    name: "break_away",
+                    index: index + 1,
+                    before: pair[0][1],
+                    after: pair[1][1],
+                });
+            }
+        }
+        at_least_kinetic(self.break_away.at(0.0), self.kinetic.at(0.0))
+    }
+
+    fn break_away(&self, hold: Hold) -> f64 {
+        self.break_away.at(hold.stick_time)
+    }
+
+    fn growth_bound(&self, stick_time: f64) -> f64 {
+        let steps = self.break_away.nodes().windows(2);
+        steps
+            .filter(|step| step[1][0] > stick_time)
+            .map(|step| (step[1][1] - step[0][1]) / (step[1][0] - step[0][0]))
+            .fold(0.0, f64::max)
+    }
+
+    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
+        self.kinetic.piece(0)
+    }
+
+    fn begin(&self, u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+        let above = self.kinetic.nodes().partition_point(|node| node[0] <= u);
+        self.kinetic.piece(above.saturating_sub(1))
+    }
+
+    fn next(&self, piece: &Piece, end: End, _u: f64, _memory: &mut Memory) -> Piece {
+        let index = piece.branch as usize;
+        match end {
+            End::High => self.kinetic.piece(index + 1),
+            End::Low => self.kinetic.piece(index - 1),
+            End::Turn { .. } => *piece,
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Friction with one branch while the slip speed rises and another while it falls, which need not meet.
+
+use serde::{Deserialize, Serialize};
+
+use super::static_kinetic::at_least_kinetic;
+use super::table::Table;
+use super::{End, Friction, Hold, Memory, Piece};
+use crate::error::Error;
+
+/// F = f₊(u) while u = |w| rises, f₋(u) while it falls, |F| ≤ f_s at rest (Hunt, Torbe & Spencer, Wear 8 (1965) 455).
+///
+/// Where f₋ < f₊, friction between the two holds the slip speed: F is set-valued at u̇ = 0 as it is at w = 0. Where
+/// f₋ > f₊, both branches are consistent for forces between them, and the motion stays on its branch until that ends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TwoBranch {
+    /// f₊: a number or nodes (slip speed, force), the first at slip speed 0; constant beyond the last.
+    pub rising: Table,
+    /// f₋, likewise.
+    pub falling: Table,
+    /// Break-away force f_s.
+    pub break_away: f64,
+}
+
+impl TwoBranch {
+    fn table(&self, rising: bool) -> &Table {
+        if rising { &self.rising } else { &self.falling }
+    }
+
+    /// Piece `index` of a branch; its number tells both.
+    fn piece(&self, index: usize, rising: bool) -> Piece {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a table has fewer than 2^31 nodes"
+        )]
+        let branch = 2 * index as u32 + u32::from(!rising);
+        Piece {
+            turns: true,
+            branch,
+            ..self.table(rising).piece(index)
+        }
+    }
+
+    /// The piece on which a slip at speed `u` goes on.
+    fn at(&self, u: f64, rising: bool) -> Piece {
+        let nodes = self.table(rising).nodes();
+        // At a node the piece ahead.
+        let above = nodes.partition_point(|node| node[0] < u || (rising && node[0] == u));
+        self.piece(above.saturating_sub(1), rising)
+    }
+}
+
+impl Friction for TwoBranch {
+    fn validate(&self) -> Result<(), Error> {
+        for (name, table) in [("rising", &self.rising), ("falling", &self.falling)] {
+            table.validate(name)?;
+            if let Some(first) = table.nodes().first()
+                && first[0] != 0.0
+            {
+                return Err(Error::FirstNodeNotAtZero { got: first[0] });
+            }
+        }
+        at_least_kinetic(self.break_away, self.rising.at(0.0).max(self.falling.at(0.0)))
+    }
+
+    fn break_away(&self, _hold: Hold) -> f64 {
+        self.break_away
+    }
+
+    fn branches(&self, u: f64) -> Option<[f64; 2]> {
+        Some([self.falling.at(u), self.rising.at(u)])
+    }
+
+    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
+        self.piece(0, true)
+    }
+
+    fn begin(&self, u: f64, balance: f64, _memory: &mut Memory) -> Piece {
+        self.at(u, balance >= self.rising.at(u))
+    }
+
+    fn next(&self, piece: &Piece, end: End, u: f64, _memory: &mut Memory) -> Piece {
+        let (index, rising) = (piece.branch as usize / 2, piece.branch.is_multiple_of(2));
+        match end {
+            End::High => self.piece(index + 1, rising),
+            End::Low => self.piece(index - 1, rising),
+            End::Turn { rising } => self.at(u, rising),
+        }
+    }
+}

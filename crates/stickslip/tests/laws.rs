@@ -1,0 +1,264 @@
+//! Laws against their limits and against closed forms, each with its source.
+
+use stickslip::drive::Harmonic;
+use stickslip::law::{DwellTime, ForceRate, Law, PiecewiseLinear, Table, Tabulated, TwoBranch};
+use stickslip::mode::Kind;
+use stickslip::orbit::Orbit;
+use stickslip::simulate::{Run, Stop, simulate};
+use stickslip::structure::Oscillator;
+
+fn oscillator(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> Oscillator {
+    Oscillator {
+        mass: 1.0,
+        stiffness: 1.0,
+        damping,
+        drive_velocity,
+        law: law.into(),
+        forcing: vec![],
+    }
+}
+
+fn close(got: f64, expected: f64) {
+    let error = (got - expected).abs() / expected.abs();
+    assert!(
+        error < 1e-11,
+        "got {got}, expected {expected}: relative error {error:.1e}"
+    );
+}
+
+fn same(one: &Orbit, two: &Orbit) {
+    assert_eq!(one.events.len(), two.events.len());
+    for (a, b) in one.events.iter().zip(&two.events) {
+        assert_eq!(a.kind, b.kind);
+        assert!(
+            (a.t - b.t).abs() < 1e-9 && (a.x - b.x).abs() < 1e-9,
+            "{a:?} {b:?}"
+        );
+    }
+}
+
+fn two_branch(rising: f64, falling: f64) -> TwoBranch {
+    TwoBranch {
+        rising: Table::Constant(rising),
+        falling: Table::Constant(falling),
+        break_away: rising.max(falling),
+    }
+}
+
+/// x″ + x = h sgn(ẇ), set-valued at ẇ = 0: half swings about ±h of amplitude A − h, and between them 2h travelled at the
+/// speed A − h. Hence T = 2π + 4h/(A − h), on the branches f₊ = f₀ + h above f₋ = f₀ − h.
+#[test]
+fn s20_accel_sign() {
+    let run = Run {
+        x0: 2.0,
+        v0: Some(0.0),
+        ..Run::stuck(1000.0)
+    };
+    let orbit = simulate(&oscillator(two_branch(1.3, 0.7), 0.0, 2.0), run).unwrap();
+    let times = |kind: Kind| -> Vec<f64> {
+        orbit
+            .events
+            .iter()
+            .filter(|event| event.kind == kind)
+            .map(|event| event.t)
+            .collect()
+    };
+    let (hold, reversal) = (times(Kind::Hold), times(Kind::Reversal));
+    assert_eq!(hold.len() + reversal.len(), orbit.events.len());
+    let n = hold.len();
+    close(hold[n - 1] - hold[n - 3], 7.997_471_021_465_301);
+    close(
+        hold[n - 1] - hold[1],
+        7.997_471_021_465_301 * f64::from(u32::try_from(n - 2).unwrap()) / 2.0,
+    );
+    close(reversal[2] - hold[2], 0.6 / 0.7);
+    let state = orbit.states(&[0.5 * (hold[2] + reversal[2])])[0];
+    assert!(!state.stuck && state.a == 0.0);
+    assert!(
+        (state.force - 1.0).abs() < 1e-12,
+        "friction half way through a hold: {}",
+        state.force
+    );
+}
+
+/// The same with damping and forcing: at every time friction lies on the branch that the sign of ẇ asks for, or between
+/// the branches with ẇ = 0, and the equation of motion holds.
+#[test]
+fn branches_hold_where_neither_is_consistent() {
+    let law = TwoBranch {
+        rising: Table::Nodes(vec![[0.0, 1.2], [0.5, 0.9], [1.0, 1.0]]),
+        falling: Table::Nodes(vec![[0.0, 0.8], [0.4, 0.6], [1.0, 0.9]]),
+        break_away: 1.2,
+    };
+    let mut system = oscillator(law.clone(), 0.02, 0.6);
+    for forcing in [
+        vec![],
+        vec![Harmonic {
+            amplitude: 0.3,
+            frequency: 1.7,
+            phase: 0.4,
+        }],
+    ] {
+        system.forcing.clone_from(&forcing);
+        let orbit = simulate(&system, Run::stuck(200.0)).unwrap();
+        assert_eq!(orbit.stop, Stop::End);
+        let times: Vec<f64> = (0..20_000).map(|i| 0.01 * f64::from(i)).collect();
+        let mut held = 0;
+        for (t, state) in times.iter().zip(orbit.states(&times)) {
+            let push: f64 = forcing
+                .iter()
+                .map(|f| f.amplitude * (f.frequency * t + f.phase).cos())
+                .sum();
+            let rest = state.a + 0.02 * state.v + state.x - state.force - push;
+            assert!(rest.abs() < 1e-11, "equation of motion off by {rest} at {t}");
+            let w = 0.6 - state.v;
+            if state.stuck || w.abs() < 1e-6 {
+                continue;
+            }
+            let (u, force, rising) = (w.abs(), state.force * w.signum(), -state.a * w.signum());
+            let [low, high] = stickslip::law::Friction::branches(&law, u).unwrap();
+            if rising == 0.0 {
+                held += 1;
+                assert!(force > low - 1e-9 && force < high + 1e-9);
+            } else if rising.abs() > 1e-9 {
+                let expected = if rising > 0.0 { high } else { low };
+                assert!((force - expected).abs() < 1e-9, "{force} {expected} at {t}");
+            }
+        }
+        assert!(held > 100, "{held}");
+    }
+}
+
+/// Branches the other way round switch at once, and the acceleration jumps by (f₋ − f₊)/m.
+#[test]
+fn branches_the_other_way_round_switch_at_once() {
+    let run = Run {
+        x0: 2.5,
+        v0: Some(0.0),
+        ..Run::stuck(50.0)
+    };
+    let orbit = simulate(&oscillator(two_branch(0.7, 1.3), 0.0, 8.0), run).unwrap();
+    assert!(orbit.events.iter().all(|event| event.kind == Kind::Reversal));
+    // Each half swing is about 1 ∓ 0.3 and ends where the slip acceleration vanishes, a quarter period later.
+    let gaps: Vec<f64> = orbit
+        .events
+        .windows(2)
+        .map(|pair| pair[1].t - pair[0].t)
+        .collect();
+    for (event, gap) in orbit.events.iter().zip(&gaps) {
+        let jump = orbit.states(&[event.t + 1e-9])[0].a.abs();
+        assert!((jump - 0.6).abs() < 1e-6, "{jump}");
+        assert!(*gap > 1.0 && *gap < std::f64::consts::PI);
+    }
+}
+
+/// Branches that meet everywhere are one table.
+#[test]
+fn equal_branches_are_one_table() {
+    let nodes = vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]];
+    let end = vec![[0.0, 1.0], [0.2, 0.6], [9.0, 1.48]];
+    let both = TwoBranch {
+        rising: Table::Nodes(end.clone()),
+        falling: Table::Nodes(end.clone()),
+        break_away: 1.0,
+    };
+    let plain = PiecewiseLinear {
+        nodes,
+        break_away: 1.0,
+    };
+    let table = Tabulated {
+        kinetic: Table::Nodes(end),
+        break_away: Table::Constant(1.0),
+    };
+    let one = simulate(&oscillator(plain, 0.05, 0.3), Run::stuck(100.0)).unwrap();
+    same(
+        &one,
+        &simulate(&oscillator(table, 0.05, 0.3), Run::stuck(100.0)).unwrap(),
+    );
+    let mut two = simulate(&oscillator(both, 0.05, 0.3), Run::stuck(100.0)).unwrap();
+    two.events.retain(|event| event.kind != Kind::Reversal);
+    same(&one, &two);
+}
+
+/// Without dependence on the force rate (δ₀ → ∞) the law is Kato's.
+#[test]
+fn force_rate_without_scale_is_dwell_time() {
+    let law = ForceRate {
+        kinetic: 0.5,
+        limit: 0.5,
+        rate: 0.4,
+        force_rate_scale: 1e300,
+        exponent: 1.0,
+        force_rate_exponent: 1.0,
+    };
+    let dwell = DwellTime {
+        kinetic: 0.5,
+        limit: 0.5,
+        rate: 0.4,
+        exponent: 1.0,
+    };
+    let run = Run::stuck(300.0);
+    same(
+        &simulate(&oscillator(law, 0.0, 0.3), run).unwrap(),
+        &simulate(&oscillator(dwell, 0.0, 0.3), run).unwrap(),
+    );
+}
+
+/// On one drive velocity the force rate is k s throughout: friction falls as if Δ∞ were smaller. S15 with the stiffer
+/// growth halved by the force rate must give the same cycle (Brockley, Cameron & Potter 1967).
+#[test]
+fn force_rate_at_constant_drive_scales_the_growth() {
+    let law = ForceRate {
+        kinetic: 0.5,
+        limit: 1.0,
+        rate: 0.4,
+        force_rate_scale: 0.3,
+        exponent: 1.0,
+        force_rate_exponent: 2.0,
+    };
+    let orbit = simulate(&oscillator(law, 0.0, 0.3), Run::stuck(1000.0)).unwrap();
+    let release = orbit
+        .events
+        .iter()
+        .rfind(|event| event.kind == Kind::Release)
+        .unwrap();
+    close(release.stick_time, 1.514_649_944_797_501);
+    close(release.force - 0.5, 0.227_197_491_719_625_1);
+    close(release.force_rate, 0.3);
+}
+
+/// A table of Kato's curve, fine enough, gives its cycle; the release lies on the table to the bit.
+#[test]
+fn tabulated_dwell_follows_the_curve() {
+    let curve = |t: f64| 0.5 + 0.5 * (1.0 - (-0.4 * t).exp());
+    let nodes = (0..=4000)
+        .map(|i| 0.005 * f64::from(i))
+        .map(|t| [t, curve(t)])
+        .collect();
+    let law = Tabulated {
+        kinetic: Table::Constant(0.5),
+        break_away: Table::Nodes(nodes),
+    };
+    for forcing in [
+        vec![],
+        vec![Harmonic {
+            amplitude: 0.0,
+            frequency: 0.7,
+            phase: 0.0,
+        }],
+    ] {
+        let mut system = oscillator(law.clone(), 0.0, 0.3);
+        system.forcing = forcing;
+        let orbit = simulate(&system, Run::stuck(500.0)).unwrap();
+        let release = orbit
+            .events
+            .iter()
+            .rfind(|event| event.kind == Kind::Release)
+            .unwrap();
+        assert!(
+            (release.stick_time - 1.514_649_944_797_501).abs() < 1e-5,
+            "{}",
+            release.stick_time
+        );
+    }
+}
