@@ -13,7 +13,7 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.identification.break_away import NARROW, StaticFriction
-from stickslip.identification.motion import NARROW_CLIMB, Motion, velocity_noise
+from stickslip.identification.motion import Motion, least_climb, velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import (
     BogaczRyczek,
@@ -339,7 +339,7 @@ def _loop(record: FrictionRecord) -> _Loop | None:
         upper=float(np.median(upper)),
         turn=None if turn is None else (float(turn[0]), float(turn[1])),
         peak=(float(mean[0]), float(mean[1])),
-        least_climb=max(6 * velocity_noise(record), NARROW_CLIMB * float(w[whole].max() - w[whole].min())),
+        least_climb=least_climb(velocity_noise(record), [float(w[whole].max() - w[whole].min())]),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -207,20 +208,30 @@ def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, la
     if noise == 0:
         return hidden
     speed, force = np.abs(w), np.abs(record.force)
+    climbs: list[tuple[int, int, int]] = []
     for number, i in enumerate(turns.tolist()):
-        if not _is_minimum(w, i, first, last):
-            continue
-        end = int(turns[number + 1]) if number + 1 < len(turns) else last
+        if _is_minimum(w, i, first, last):
+            end = int(turns[number + 1]) if number + 1 < len(turns) else last
+            climbs.append((i, i + int(np.argmax(force[i:end])), end))
+    # One word for all climbs of a slip, so that the law is not asked for some of them and not for others.
+    usual = [(speed[top] - speed[i], np.max(speed[i:end]) - speed[i]) for i, top, end in climbs]
+    narrow = bool(usual) and bool(
+        np.median([run for run, _ in usual]) < least_climb(noise, [span for _, span in usual])
+    )
+    for i, top, end in climbs:
         risen = np.flatnonzero(speed[i:end] > speed[i] + 4 * noise)
         until = i + int(risen[0]) if risen.size else end
-        top = i + int(np.argmax(force[i:end])) if end > i else i
-        run = max(speed[top] - speed[i], noise)
-        narrow = run < NARROW_CLIMB * float(np.max(speed[i:end]) - speed[i])
-        steep = (force[top] - force[i]) / run * noise > float(np.median(record.force_error[i : top + 1]))
+        slope = (force[top] - force[i]) / max(speed[top] - speed[i], noise)
+        steep = slope * noise > float(np.median(record.force_error[i : top + 1]))
         if narrow or steep:
             until = max(until, top)
         hidden[i - first : until - first] = True
     return hidden
+
+
+def least_climb(noise: float, spans: Sequence[float]) -> float:
+    """The least change of w over which a climb can be seen, from the noise of w and the ranges of w of the loops."""
+    return float(max(6 * noise, NARROW_CLIMB * float(np.median(spans))))
 
 
 def _runs(mask: Mask, offset: int) -> list[tuple[int, int]]:
