@@ -9,6 +9,17 @@ pub const ORDER: usize = 22;
 /// The coefficients of 1, h, h², …
 pub type Series = [f64; ORDER + 1];
 
+/// 1/k
+pub(crate) const INVERSE: Series = {
+    let mut table = [0.0; ORDER + 1];
+    let mut k = 1;
+    while k <= ORDER {
+        table[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    table
+};
+
 /// Nothing.
 pub const ZERO: Series = [0.0; ORDER + 1];
 
@@ -30,39 +41,42 @@ impl Default for Grown {
     }
 }
 
-/// Σ a_j b_{k−j} for j from `from` to `to`.
+/// Σ a_j b_{k−j} for j from `from` to k.
 #[inline]
-fn convolve(a: &Series, b: &Series, from: usize, to: usize, k: usize) -> f64 {
-    // Two sums, so that one addition need not wait for the other.
-    let (mut even, mut odd) = (0.0, 0.0);
-    let mut j = from;
-    while j < to {
-        even += a[j] * b[k - j];
-        odd += a[j + 1] * b[k - j - 1];
-        j += 2;
+fn convolve(a: &Series, b: &Series, from: usize, k: usize) -> f64 {
+    // Four sums, so that one addition need not wait for the other; their order is fixed, so are the bits.
+    let mut sums = [0.0; 4];
+    let (a, b) = (&a[from..=k], &b[..=k - from]);
+    let mut forward = a.chunks_exact(4);
+    let mut backward = b.rchunks_exact(4);
+    for (a, b) in forward.by_ref().zip(backward.by_ref()) {
+        sums[0] += a[0] * b[3];
+        sums[1] += a[1] * b[2];
+        sums[2] += a[2] * b[1];
+        sums[3] += a[3] * b[0];
     }
-    if j == to {
-        even += a[j] * b[k - j];
+    let rest = forward.remainder().iter().zip(backward.remainder().iter().rev());
+    for (sum, (a, b)) in sums.iter_mut().zip(rest) {
+        *sum += a * b;
     }
-    even + odd
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 /// Coefficient k of a · b.
 #[inline]
 #[must_use]
 pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
-    convolve(a, b, 0, k, k)
+    convolve(a, b, 0, k)
 }
 
 /// Coefficient k of r = 1/(1 + rate · u), from u up to k and r below k.
 #[inline]
 #[must_use]
 pub fn reciprocal(rate: f64, u: &Series, r: &Series, k: usize) -> f64 {
-    let whole = 1.0 + rate * u[0];
     if k == 0 {
-        1.0 / whole
+        1.0 / (1.0 + rate * u[0])
     } else {
-        -rate * convolve(u, r, 1, k, k) / whole
+        -rate * r[0] * convolve(u, r, 1, k)
     }
 }
 
@@ -75,7 +89,7 @@ pub fn exponential(rate: f64, u: &Series, weighted: &mut Series, e: &Series, k: 
         return (rate * u[0]).exp();
     }
     weighted[k] = k as f64 * rate * u[k];
-    convolve(weighted, e, 1, k, k) / k as f64
+    convolve(weighted, e, 1, k) * INVERSE[k]
 }
 
 /// The polynomial at `h`.

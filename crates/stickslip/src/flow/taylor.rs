@@ -8,11 +8,11 @@
 use crate::drive::Clock;
 use crate::law::{Friction, Law};
 use crate::matrix::Matrix;
-use crate::series::{Grown, ORDER, Series, ZERO, at};
+use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at};
 use crate::system::{Drive, System, add_wave};
 
 /// The last terms of a step may be this large compared with the motion.
-const NEGLIGIBLE: f64 = 1e-17;
+const NEGLIGIBLE: f64 = 5e-17;
 /// The longest step, in units of 1/L.
 const LONGEST: f64 = 4.0;
 
@@ -238,6 +238,10 @@ impl Motion {
         x: &[f64],
         v: &[f64],
     ) {
+        if let ([_], [law], [rub]) = (x, laws, rubs) {
+            self.expand_single(frame, law, *rub, x[0], v[0]);
+            return;
+        }
         for i in 0..frame.masses {
             (self.x[i][0], self.v[i][0]) = (x[i], v[i]);
         }
@@ -282,7 +286,7 @@ impl Motion {
                     *a += response * force;
                 }
             }
-            let share = 1.0 / next;
+            let share = INVERSE[k + 1];
             for i in 0..frame.masses {
                 self.x[i][k + 1] = self.v[i][k] * share;
                 self.v[i][k + 1] = self.acceleration[i] * share;
@@ -292,6 +296,47 @@ impl Motion {
             let sign = if rub.direction == 0.0 { 1.0 } else { rub.direction };
             self.u[c][ORDER] = sign * (self.drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
         }
+    }
+
+    /// The same for one mass on one drive, where the bookkeeping would cost more than the motion.
+    fn expand_single(&mut self, frame: &Frame, law: &Law, rub: Rub, x0: f64, v0: f64) {
+        let (spring, damper) = (frame.spring.at(0, 0), frame.damper.at(0, 0));
+        let response = frame.response[0][0];
+        let (x, v, u) = (&mut self.x[0], &mut self.v[0], &mut self.u[0]);
+        let (force, drive, input) = (&mut self.force[0], &self.drive[0], &self.input[0]);
+        (x[0], v[0]) = (x0, v0);
+        let Rub {
+            direction,
+            offset,
+            slope,
+        } = rub;
+        if direction == 0.0 {
+            for k in 0..ORDER {
+                let wanted = (k + 1) as f64 * drive[k + 1];
+                u[k] = if k == 0 { drive[0] - v[0] } else { 0.0 };
+                force[k] = (wanted - input[k] + spring * x[k] + damper * v[k]) / response;
+                x[k + 1] = v[k] * INVERSE[k + 1];
+                v[k + 1] = drive[k + 1];
+            }
+            u[ORDER] = 0.0;
+            return;
+        }
+        let smooth = frame.smooth[0];
+        let grown = &mut self.grown[0];
+        let pull = response * direction;
+        for k in 0..ORDER {
+            u[k] = direction * (drive[k] - v[k]);
+            let size = if smooth {
+                law.extend(u, k, grown)
+            } else {
+                slope * u[k] + if k == 0 { offset } else { 0.0 }
+            };
+            force[k] = direction * size;
+            let a = input[k] - spring * x[k] - damper * v[k] + pull * size;
+            x[k + 1] = v[k] * INVERSE[k + 1];
+            v[k + 1] = a * INVERSE[k + 1];
+        }
+        u[ORDER] = direction * (drive[ORDER] - v[ORDER]);
     }
 
     /// The size of the coefficients `k`, as a velocity.
@@ -320,7 +365,17 @@ impl Motion {
             let power = 1.0 / f64::from(k as i32);
             (bound / self.size(frame.rate, k)).powf(power)
         };
-        reach(ORDER).min(reach(ORDER - 1)).min(LONGEST / rate)
+        let mut shortest = reach(ORDER).min(reach(ORDER - 1)).min(LONGEST / rate);
+        for (c, rub) in rubs.iter().enumerate() {
+            // What holds a stuck contact may vary while the masses do not.
+            if rub.direction == 0.0 {
+                let share = frame.rate * bound / frame.coupling(c, c);
+                for k in [ORDER - 2, ORDER - 1] {
+                    shortest = shortest.min((share / self.force[c][k].abs()).powf(1.0 / k as f64));
+                }
+            }
+        }
+        shortest
     }
 
     /// Positions and velocities at `h`.
