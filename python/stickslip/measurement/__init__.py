@@ -1,7 +1,26 @@
-"""From a record and its rig to friction force, slip velocity and the table of break-aways."""
+"""From records and their rigs to motion, friction force, slip velocity and the table of break-aways."""
 
 from stickslip.measurement.friction import measure
+from stickslip.measurement.gauges import GAUGES, Bench
+from stickslip.measurement.kinematics import motion
+from stickslip.measurement.layout import Layout
 from stickslip.measurement.read import Record, read_columns
+from stickslip.measurement.result import facts
 from stickslip.measurement.rig import Rig
+from stickslip.measurement.rig_file import load_rig
+from stickslip.measurement.spectra import spectrum, spectrum_over_time
 
-__all__ = ["Record", "Rig", "measure", "read_columns"]
+__all__ = [
+    "GAUGES",
+    "Bench",
+    "Layout",
+    "Record",
+    "Rig",
+    "facts",
+    "load_rig",
+    "measure",
+    "motion",
+    "read_columns",
+    "spectrum",
+    "spectrum_over_time",
+]

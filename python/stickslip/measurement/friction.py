@@ -14,12 +14,16 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.measurement.break_away import break_aways
 from stickslip.measurement.force import Friction, fit_pieces, friction_force, likeliest_inertia
+from stickslip.measurement.gauges import GAUGES, Bench
 from stickslip.measurement.limits import LimitSearch, refine_sticks
+from stickslip.measurement.masses import masses_of
 from stickslip.measurement.noise import impulses, line_excess, mains_line, noise_level
 from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.read import Record, as_record
 from stickslip.measurement.regime import quiet_window, regime, slow_share
+from stickslip.measurement.result import release
 from stickslip.measurement.rig import Rig
+from stickslip.measurement.rig_file import load_rig
 from stickslip.measurement.spectra import Line, main_line
 from stickslip.measurement.sticks import (
     Flanks,
@@ -37,27 +41,37 @@ from stickslip.measurement.sticks import (
 
 Array = npt.NDArray[np.float64]
 
+FACTS = ["regime", "slips", "stuck_share", "slow_share", "main_line", "main_line_error", "stiffness", "inertia"]
+"""What a summary prints."""
 
-def measure(record: Any, rig: Rig | str | Path) -> xr.DataTree:
+
+def measure(
+    record: Any, rig: Rig | Bench | str | Path | dict[str, Any], *, mass: int | str | None = None
+) -> xr.DataTree:
     """Friction force, slip velocity and break-aways of a record.
 
-    friction = k x + D x' + m x'' and w = V - x' (the indirect method). The sticks are found first and the derivatives
-    are taken from smooth pieces between them, so that nothing is smeared across an event.
+    For a mass on a spring friction = k x + D x' + m x'' and w = V - x' (the indirect method). The sticks are found first
+    and the derivatives are taken from smooth pieces between them, so that nothing is smeared across an event. Other
+    gauges (`stickslip.measurement.GAUGES`) have their own way to friction; which one, the rig's `gauge` says.
 
     Parameters
     ----------
-    record : path of a MATLAB (v5) or CSV/text file, or an xarray Dataset, a pandas DataFrame or a dict of (n,) arrays
-        that holds the rig's column and time.
-    rig : a `Rig` or the path of a rig TOML.
+    record : path of a MATLAB (v5), CSV/text, JSON, look or netCDF file, or an xarray Dataset, a pandas DataFrame or a
+        dict of (n,) arrays that holds the rig's columns. A motion file or Dataset with a dimension `mass` holds several
+        records. For gauges that compare runs, a list of these.
+    rig : a `Rig`, a `Bench`, the path of a rig TOML, or its table.
+    mass : number (from 0) or label of the mass of a motion file; default: all of them.
 
     Returns
     -------
-    DataTree. Root: `slip_velocity`, `slip_acceleration`, `force`, `force_error`, `stuck`, `displacement`, `velocity`
-    over `time`. Child ``break_away``: `t`, `stick_time`, `force_rate`, `force`, `drop` and their ``_error`` over
-    `event`. Attributes of the root: `source`, `rig` (TOML), `command`, `version`, `notes` (what was assumed, corrected
-    or found inconsistent, one sentence each), `regime`, `main_line` and `main_line_error` (Hz), `slow_share` (of the
-    time with |w| < 0.2 V) and `stuck_share`, and the constants that were used: `stiffness`, `mass`, `damping`,
-    `drive_velocity`, `inertia`, `weight`.
+    DataTree. For a motion with several masses, one such tree as a child ``mass_<label>`` each. Else the root has
+    `slip_velocity`, `slip_acceleration`, `force`, `force_error`, `stuck`, `displacement`, `velocity` over `time` (those
+    that the gauge can give). Child ``break_away``: `t`, `stick_time`, `force_rate`, `force`, `drop` and their ``_error``
+    over `event`; other gauges add ``steady``, friction over slip velocity. Attributes of the root: `source`, `rig`
+    (TOML), `command`, `version`, `notes` (what was assumed, corrected or found inconsistent, one sentence each), `regime`,
+    `main_line` and `main_line_error` (Hz), `slow_share` (of the time with |w| < 0.2 V) and `stuck_share`, and the constants
+    that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; for other gauges the names in
+    `facts`.
 
     Raises
     ------
@@ -81,11 +95,38 @@ def measure(record: Any, rig: Rig | str | Path) -> xr.DataTree:
     >>> friction.attrs["regime"], bool(np.abs(friction["force"]).max() < 0.05)
     ('almost_harmonic', True)
     """
-    if not isinstance(rig, Rig):
-        rig = Rig.load(rig)
+    rig = load_rig(rig)
+    if isinstance(rig, Bench):
+        gauge = GAUGES[rig.gauge]
+        records = record if isinstance(record, list | tuple) else [record]
+        if not records:
+            raise InputError("measure: a record or a list of records was expected, got an empty list")
+        return gauge.measure([gauge.read(one, rig) for one in records], rig)
+    if isinstance(record, list | tuple):
+        if len(record) != 1:
+            raise InputError(
+                f"measure: a {rig.gauge} rig measures one record at a time, got {len(record)}; measure them one by one"
+            )
+        record = record[0]
+    masses = masses_of(record, mass)
+    if masses is not None:
+        trees = {f"mass_{label}": measure(one, rig) for label, one in masses.items()}
+        if len(trees) == 1 or mass is not None:
+            return next(iter(trees.values()))
+        return xr.DataTree.from_dict({f"/{name}": tree for name, tree in trees.items()})
+    if mass is not None:
+        raise InputError(
+            f"measure: mass = {mass!r} asks for one mass of a motion, and the record has no dimension mass"
+        )
     recorded = as_record(record, rig)
     found = _measure(recorded, rig)
     return _tree(recorded, rig, found)
+
+
+def measure_record(record: Record, rig: Rig) -> tuple[Friction, list[str]]:
+    """Friction of one record of a mass on a spring, with the fit it was taken from, and the notes."""
+    found = _measure(record, rig)
+    return found.friction, found.notes
 
 
 @dataclass
@@ -256,8 +297,6 @@ def _inertia_notes(friction: Friction, rig: Rig, word: str, line: Line, notes: l
 
 
 def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
-    from importlib.metadata import PackageNotFoundError, version
-
     f, o = found.friction, found.friction.fit.oscillator
     si = rig.unit != "1"
     length, force = ("m", "N") if si else ("1", "1")
@@ -274,16 +313,13 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
     if not si:
         for name in events:
             events[name].attrs["units"] = "1"
-    try:
-        release = version("stickslip")
-    except PackageNotFoundError:
-        release = "unknown"
     data.attrs = {
         "source": record.source,
         "rig": rig.to_toml(),
         "command": "stickslip measure",
-        "version": release,
+        "version": release(),
         "notes": found.notes,
+        "facts": FACTS,
         "regime": found.regime,
         "main_line": found.line.frequency,
         "main_line_error": found.line.error,

@@ -137,7 +137,7 @@ def as_record(source: Any, rig: Rig) -> Record:
         wanted = [rig.column] if rig.time_column is None else [rig.column, rig.time_column, "time"]
         table = read_table(source, rig.read, wanted)
     else:
-        table = Table(_columns_of(source), "record", first_row=0)
+        table = table_of(source)
     column = table.name_of(rig.column)
     signal = table.columns[column]
     notes = list(table.notes)
@@ -166,6 +166,13 @@ def as_record(source: Any, rig: Rig) -> Record:
         weight = good.astype(np.float64)
         notes.append(f"{count} missing samples of {column!r} were left out ({100 * count / len(good):.1f} %)")
     return Record(time, signal, table.source, tuple(notes), weight)
+
+
+def table_of(source: Any) -> Table:
+    """Columns of arrays in memory; rows count from 0."""
+    attributes = getattr(source, "attrs", {})
+    name = attributes.get("source", "record") if isinstance(attributes, Mapping) else "record"
+    return Table(_columns_of(source), str(name), first_row=0)
 
 
 def _columns_of(source: Any) -> dict[str, Array]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 import tomli_w
 
@@ -149,6 +151,12 @@ class Rig:
             table = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
             raise InputError(f"{source}: not a TOML document ({error}); correct that line") from None
+        return cls.from_table(table, source)
+
+    @classmethod
+    def from_table(cls, table: Mapping[str, Any], source: str = "rig") -> Rig:
+        """Read a rig from the table of its document."""
+        table = dict(table)
         known = [field.name for field in fields(cls)]
         for key in table:
             if key not in known:

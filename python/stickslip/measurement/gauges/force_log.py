@@ -1,0 +1,128 @@
+"""A slow log of the force of a spring that pulls a block: a table of break-aways, nothing in between is resolved."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from stickslip.errors import InputError
+from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
+from stickslip.measurement.result import event_table, friction_tree
+from stickslip.measurement.sticks import turning_points
+
+Array = npt.NDArray[np.float64]
+
+
+def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+    """Peaks of the force from which it falls by more than `least_drop`.
+
+    The slip is over between two samples of such a log, so a peak may have been missed by up to one sampling interval:
+    the break-away force is too low by up to rate * step, and its error says so. While the block sticks the spring's
+    force is the friction force.
+    """
+    if len(records) != 1:
+        raise InputError(f"force_log: one record at a time was expected, got {len(records)}")
+    record = records[0]
+    time, force = record.time, record["force"]
+    least = bench.number("least_drop")
+    valleys, peaks = turning_points(force, least)
+    step = float(np.median(np.diff(time)))
+    resolution = float(np.min(np.diff(np.unique(force)))) if len(np.unique(force)) > 1 else 0.0
+    rows: list[list[float]] = []
+    rates: list[float] = []
+    stuck = np.zeros(len(time), dtype=bool)
+    for peak in peaks:
+        before = [valley for valley in valleys if 0 < valley < peak]  # at 0 the stick began before the record
+        after = [valley for valley in valleys if valley > peak]
+        start = before[-1] if before else 0
+        low = after[0] if after else peak + int(np.argmin(force[peak:]))
+        drop = float(force[peak] - force[low])
+        if drop < least:
+            continue
+        stuck[start : peak + 1] = True
+        t, f = time[start : peak + 1], force[start : peak + 1]
+        rate, rate_error = _slope(t, f)
+        rates.append(rate)
+        missed = max(rate, 0.0) * step if np.isfinite(rate) else 0.0
+        force_error = float(np.hypot(missed / np.sqrt(3), resolution / np.sqrt(12)))
+        rows.append(
+            [
+                float(time[peak]),
+                step / 2,
+                float(time[peak] - time[start]) if before else float("nan"),
+                step / np.sqrt(2),
+                rate,
+                rate_error,
+                float(force[peak]),
+                force_error,
+                drop,
+                float(np.sqrt(2)) * force_error,
+            ]
+        )
+    notes = [
+        *record.notes,
+        f"a fall of the force counts as a slip from {least:g} N on (least_drop); slips shorter than the sampling interval "
+        f"of {step:.3g} s are jumps between two samples, so friction while slipping is not measured",
+    ]
+    drive, stiffness = bench.maybe("drive_velocity"), bench.maybe("stiffness")
+    rate = float(np.nanmedian(rates)) if rates else float("nan")
+    if drive is not None and stiffness is not None and rates:
+        notes.append(
+            f"median loading rate {rate:.3g} N/s is {rate / (drive * stiffness):.2f} times stiffness x drive velocity: what "
+            "is missing is creep and small slips within a stick"
+        )
+    events = event_table(rows)
+    facts: dict[str, float | str] = {"slips": float(len(rows)), "regime": "stick_slip" if len(rows) > 2 else "unknown"}
+    if rows:
+        values = np.array(rows)
+        facts |= {
+            "force": float(values[:, 6].mean()),
+            "force_error": float(values[:, 6].std(ddof=1)) if len(rows) > 1 else float("nan"),
+            "mean_drop": float(values[:, 8].mean()),
+            "recurrence": float(np.mean(np.diff(values[:, 0]))) if len(rows) > 1 else float("nan"),
+            "force_rate": rate,
+        }
+        both = np.isfinite(values[:, 2]) & (values[:, 2] > 0)
+        if np.count_nonzero(both) > 5:
+            logarithm = np.log10(values[both, 2])
+            slope, error = _slope(logarithm, values[both, 6])
+            facts |= {"force_per_decade": slope, "force_per_decade_error": error}
+            facts["correlation"] = float(np.corrcoef(logarithm, values[both, 6])[0, 1])
+    series: dict[str, tuple[npt.NDArray[np.generic], str]] = {
+        "time": (time, "s"),
+        "force": (force, "N"),
+        "force_error": (np.full(len(force), resolution / np.sqrt(12)), "N"),
+        "stuck": (stuck, "1"),
+    }
+    return friction_tree(
+        series=series,
+        tables={"break_away": events},
+        source=record.source,
+        rig=bench.toml,
+        notes=notes,
+        facts=facts,
+    )
+
+
+def _slope(x: Array, y: Array) -> tuple[float, float]:
+    """Slope of a straight line and its standard error."""
+    if len(x) < 3:
+        return (float((y[-1] - y[0]) / (x[-1] - x[0])), float("nan")) if len(x) == 2 else (float("nan"), float("nan"))
+    square = float(np.sum((x - x.mean()) ** 2))
+    slope = float(np.sum((x - x.mean()) * y)) / square
+    rest = y - y.mean() - slope * (x - x.mean())
+    return slope, float(np.sqrt(np.sum(rest**2) / (len(x) - 2) / square))
+
+
+FORCE_LOG = Gauge(
+    name="force_log",
+    channels={"force": ("force", "torque")},
+    optional={},
+    constants={
+        "least_drop": Constant(("force",), needed=True),
+        "stiffness": Constant(("stiffness",)),
+        "drive_velocity": Constant(("speed",)),
+    },
+    measure=_measure,
+)

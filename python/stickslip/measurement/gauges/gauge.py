@@ -1,0 +1,286 @@
+"""What a gauge is: named channels, named constants, and a function from samples to friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import tomli_w
+import xarray as xr
+
+from stickslip.documents import check_keys
+from stickslip.errors import InputError
+from stickslip.measurement.formats.table import Table
+from stickslip.measurement.layout import Layout
+from stickslip.measurement.read import check_finite, check_increasing, read_table, table_of
+from stickslip.measurement.units import find_unit, quantity, si_unit
+
+Array = npt.NDArray[np.float64]
+
+LEAST_SAMPLES = 32
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One column of a record: ``{ column = 5, unit = "mm" }`` in the table ``[columns]`` of a rig file.
+
+    Parameters
+    ----------
+    column : name or number of the column, or a list of names that are joined end to end.
+    unit : its unit; default SI.
+    sign : +1, or -1 where the gauge counts the other way.
+    zero : the reading, in its unit, that means zero.
+    valid : [lowest, highest] reading; what lies outside is a drop-out and counts as missing.
+    """
+
+    column: str | int | tuple[str, ...]
+    unit: str = ""
+    sign: float = 1.0
+    zero: float = 0.0
+    valid: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A number of the rig file: its dimension, its default (None: it must be given), and whether it is a pair."""
+
+    dimensions: tuple[str, ...]
+    default: float | tuple[float, float] | None = None
+    pair: bool = False
+    needed: bool = False
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The channels of one record in SI, on one clock.
+
+    Attributes
+    ----------
+    channels : name -> (n,) values.
+    units : name -> SI unit.
+    source, notes : as in a `Record`.
+    """
+
+    channels: dict[str, Array]
+    units: dict[str, str]
+    source: str
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> Array:
+        return self.channels[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.channels
+
+    @property
+    def time(self) -> Array:
+        """(n,) s."""
+        return self.channels["time"]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A rig of any gauge but the spring's, as its file says it.
+
+    Attributes
+    ----------
+    gauge : its name in `GAUGES`.
+    channels : name -> column and unit.
+    constants : name -> number in SI; None where it is optional and not given.
+    read : layout of the file.
+    companion : file with further channels on another clock, ``{stem}`` standing for the record's name, or "".
+    companion_read, companion_channels : how that file is read.
+    toml : the document itself.
+    """
+
+    gauge: str
+    channels: dict[str, Channel]
+    constants: dict[str, Any]
+    read: Layout = field(default_factory=Layout)
+    companion: str = ""
+    companion_read: Layout = field(default_factory=Layout)
+    companion_channels: dict[str, Channel] = field(default_factory=dict)
+    toml: str = ""
+
+    def number(self, name: str) -> float:
+        """A constant that is surely there."""
+        return float(self.constants[name])
+
+    def maybe(self, name: str) -> float | None:
+        """A constant that may be absent."""
+        value = self.constants[name]
+        return None if value is None else float(value)
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """A kind of gauge.
+
+    For developers: give the channels and constants their dimensions and write `measure`; reading, units, windows,
+    missing values and error sentences are done by then.
+
+    Attributes
+    ----------
+    name : as in the rig file, ``gauge = "..."``.
+    channels, optional : name -> dimensions one of which it must have.
+    constants : name -> dimension and default.
+    measure : from the samples of one or more records and the bench to the tree.
+    """
+
+    name: str
+    channels: Mapping[str, tuple[str, ...]]
+    optional: Mapping[str, tuple[str, ...]]
+    constants: Mapping[str, Constant]
+    measure: Callable[[list[Samples], Bench], xr.DataTree]
+
+    def bench(self, table: Mapping[str, Any], where: str) -> Bench:
+        """Check the table of a rig file; `where` names it."""
+        known = ["gauge", "columns", "read", "sampling_rate", "companion", *self.constants]
+        check_keys(table, known, ["columns"], where)
+        channels = self._channels(table["columns"], where, "[columns]")
+        companion = table.get("companion", {})
+        others: dict[str, Channel] = {}
+        if companion:
+            check_keys(companion, ["file", "read", "columns"], ["file", "columns"], f"{where}: [companion]")
+            others = self._channels(companion["columns"], where, "[companion.columns]")
+        both = {**channels, **others}
+        for name in self.channels:
+            if name not in both and name != "time":
+                raise InputError(f"{where}: [columns] lacks {name}; a {self.name} gauge needs it")
+        constants: dict[str, Any] = {}
+        for name, constant in self.constants.items():
+            if name not in table:
+                if constant.needed:
+                    raise InputError(f"{where}: {name} is missing; add a line `{name} = ...`")
+                constants[name] = constant.default
+            elif constant.pair:
+                pair = table[name]
+                if not isinstance(pair, list) or len(pair) != 2:
+                    raise InputError(f"{where}: {name} must be a list of two, [lowest, highest], got {pair!r}")
+                low, high = (quantity(name, value, constant.dimensions, where) for value in pair)
+                if not low < high:
+                    raise InputError(f"{where}: {name} must be [lowest, highest], got {pair!r}")
+                constants[name] = (low, high)
+            else:
+                constants[name] = quantity(name, table[name], constant.dimensions, where)
+        rate = table.get("sampling_rate")
+        if rate is not None:
+            rate = quantity("sampling_rate", rate, ("ratio",), where)
+            if rate <= 0:
+                raise InputError(f"{where}: sampling_rate must be a positive number, got {rate!r}")
+        elif "time" not in channels:
+            raise InputError(f"{where}: [columns] lacks time; name its column or give a sampling_rate")
+        constants["sampling_rate"] = rate
+        return Bench(
+            self.name,
+            channels,
+            constants,
+            Layout.from_table(table.get("read", {}), where),
+            str(companion.get("file", "")) if companion else "",
+            Layout.from_table(companion.get("read", {}), where) if companion else Layout(),
+            others,
+            tomli_w.dumps(dict(table)),
+        )
+
+    def _channels(self, table: Any, where: str, part: str) -> dict[str, Channel]:
+        if not isinstance(table, Mapping):
+            raise InputError(f"{where}: columns must be a table {part}, got {table!r}")
+        dimensions = {"time": ("time",), **self.channels, **self.optional}
+        check_keys(table, dimensions, [], f"{where}: {part}")
+        found: dict[str, Channel] = {}
+        for name, value in table.items():
+            entry = dict(value) if isinstance(value, Mapping) else {"column": value}
+            here = f"{where}: {part} {name}"
+            check_keys(entry, ["column", "unit", "sign", "zero", "valid"], ["column"], here)
+            column = entry["column"]
+            if isinstance(column, list) and column and all(isinstance(c, str) for c in column):
+                entry["column"] = tuple(column)
+            elif isinstance(column, bool) or not isinstance(column, str | int):
+                raise InputError(f"{here}: column must be a name, a number or a list of names, got {column!r}")
+            if "valid" in entry:
+                entry["valid"] = tuple(float(limit) for limit in entry["valid"])
+            channel = Channel(**entry)
+            if channel.unit:
+                find_unit(channel.unit, dimensions[name], here)
+            if channel.sign not in (1, -1):
+                raise InputError(f"{here}: sign must be 1 or -1, got {channel.sign!r}")
+            found[name] = channel
+        return found
+
+    def read(self, source: Any, bench: Bench) -> Samples:
+        """The channels of one record in SI."""
+        samples = self._read_one(source, bench.channels, bench.read, bench.maybe("sampling_rate"))
+        if bench.companion:
+            raise InputError(f"{samples.source}: a {self.name} gauge joins no second file; remove [companion]")
+        return samples
+
+    def _read_one(self, source: Any, channels: Mapping[str, Channel], layout: Layout, rate: float | None) -> Samples:
+        wanted: list[str | int] = []
+        for channel in channels.values():
+            wanted += channel.column if isinstance(channel.column, tuple) else [channel.column]
+        table = read_table(source, layout, wanted) if isinstance(source, str | Path) else table_of(source)
+        dimensions = {"time": ("time",), **self.channels, **self.optional}
+        values: dict[str, Array] = {}
+        units: dict[str, str] = {}
+        names: dict[str, str] = {}
+        for name, channel in channels.items():
+            columns = channel.column if isinstance(channel.column, tuple) else (channel.column,)
+            found = [table.name_of(column) for column in columns]
+            raw = np.concatenate([table.columns[column] for column in found])
+            if channel.valid is not None:
+                raw = np.where((raw >= channel.valid[0]) & (raw <= channel.valid[1]), raw, np.nan)
+            elif layout.missing == "refuse":
+                check_finite(raw, found[0], table)
+            unit = channel.unit or si_unit(dimensions[name][0])
+            dimension, size = find_unit(unit, dimensions[name], name)
+            values[name] = channel.sign * (raw - channel.zero) * size
+            units[name], names[name] = si_unit(dimension), found[0]
+        return _on_clock(values, units, names, table, layout, rate, channels, self.optional)
+
+
+def _on_clock(
+    values: dict[str, Array],
+    units: dict[str, str],
+    names: dict[str, str],
+    table: Table,
+    layout: Layout,
+    rate: float | None,
+    channels: Mapping[str, Channel],
+    optional: Mapping[str, Any],
+) -> Samples:
+    notes = list(table.notes)
+    lengths = {name: len(value) for name, value in values.items()}
+    n = next(iter(lengths.values()))
+    for name, length in lengths.items():
+        if length != n:
+            raise InputError(
+                f"{table.source}: column {names[name]!r} has {length} rows and {names[next(iter(names))]!r} has {n}; "
+                "they must agree"
+            )
+    if "time" not in values:
+        assert rate is not None
+        values["time"], units["time"] = np.arange(n) / rate, "s"
+    # a drop-out in a channel that is only told about does not cost the others their sample
+    core = [name for name in values if name not in optional or channels[name].valid is None]
+    good = np.all([np.isfinite(values[name]) for name in core], axis=0)
+    if not good.all():
+        missing = ", ".join(sorted(names[name] for name in core if not np.isfinite(values[name]).all()))
+        count = int(np.count_nonzero(~good))
+        what = "row with a missing value was" if count == 1 else "rows with missing values were"
+        notes.append(f"{count} {what} left out (column {missing})")
+    if layout.window is not None:
+        good &= (values["time"] >= layout.window[0]) & (values["time"] <= layout.window[1])
+    if np.count_nonzero(good) < LEAST_SAMPLES:
+        raise InputError(
+            f"{table.source}: {np.count_nonzero(good)} usable samples are too short a record, at least {LEAST_SAMPLES} "
+            "are needed"
+        )
+    kept = {name: value[good] for name, value in values.items()}
+    rows = np.arange(n)[good] + table.first_row if table.rows is None else table.rows[good]
+    if "time" in names:
+        check_increasing(kept["time"], names["time"], replace(table, rows=rows))
+    return Samples(kept, units, table.source, tuple(notes))

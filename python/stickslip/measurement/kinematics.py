@@ -1,0 +1,168 @@
+"""Motion as a labelled data set: displacement, velocity and acceleration, with a cut-off and an uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from stickslip.documents import did_you_mean
+from stickslip.errors import InputError
+from stickslip.measurement.friction import measure_record
+from stickslip.measurement.gauges import Bench
+from stickslip.measurement.masses import masses_of
+from stickslip.measurement.read import as_record
+from stickslip.measurement.result import release
+from stickslip.measurement.rig import Rig
+from stickslip.measurement.rig_file import load_rig
+from stickslip.measurement.smooth import Smooth, jerk_spline, kalman, savitzky_golay
+
+Array = npt.NDArray[np.float64]
+
+METHODS = ("pieces", "spline", "savitzky_golay", "kalman")
+
+
+@dataclass(frozen=True)
+class _Moved:
+    time: Array
+    smooth: Smooth
+    stuck: npt.NDArray[np.bool_]
+    notes: tuple[str, ...]
+    source: str
+
+
+def motion(
+    record: Any,
+    rig: Rig | str | Path | dict[str, Any],
+    *,
+    method: str = "pieces",
+    cutoff: float | None = None,
+    mass: int | str | None = None,
+) -> xr.Dataset:
+    """Displacement, velocity and acceleration of a mass on its spring.
+
+    With ``"pieces"`` the sticks are found first and smooth pieces fitted between them, so that x'' may jump at an event.
+    ``"spline"``, ``"savitzky_golay"`` and ``"kalman"`` (Rauch-Tung-Striebel) know nothing of events; they are here to be
+    compared with: near a break-away they miss the friction force by about a tenth.
+
+    Parameters
+    ----------
+    record, rig, mass : as for :func:`stickslip.measure`; a rig of a spring gauge.
+    method : one of the four.
+    cutoff : Hz, half-amplitude frequency of the smoother; default: the likeliest (for Savitzky-Golay: the one of the
+        spline). The pieces choose their own.
+
+    Returns
+    -------
+    Dataset over `time` (and `mass`): `x`, `v`, `a`, each with ``_error``, `stuck` (all False for the generic ones).
+    Attributes: `cutoff` (Hz), `method`, `noise` (of x), `notes`, `source`, `rig`, `version`.
+
+    Raises
+    ------
+    InputError
+        for an unknown method, a rig without a spring, or a record that cannot be used.
+
+    Notes
+    -----
+    The errors hold the noise and what smoothing leaves open, and for the pieces the uncertain time of events; the
+    generic smoothers do not know of events, so their errors are too small there.
+
+    Examples
+    --------
+    >>> from stickslip.measurement import Rig, motion
+    >>> t = np.linspace(0, 40, 1001)
+    >>> rig = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=1.0)
+    >>> x = 0.7 * np.sin(t) + 1e-3 * np.random.default_rng(0).standard_normal(1001)
+    >>> moved = motion({"t": t, "x": x}, rig)
+    >>> bool(np.abs(moved["a"] + 0.7 * np.sin(t)).max() < 0.05)
+    True
+    """
+    if method not in METHODS:
+        raise InputError(
+            f"motion: method must be one of {', '.join(METHODS)}, got {method!r}{did_you_mean(method, METHODS)}"
+        )
+    spring = load_rig(rig)
+    if isinstance(spring, Bench):
+        raise InputError(f"motion: a rig with a spring was expected, got the gauge {spring.gauge!r}; see ss.measure")
+    masses = masses_of(record, mass)
+    if masses is None:
+        return _data(_move(record, spring, method, cutoff), spring, method)
+    parts = [_data(_move(one, spring, method, cutoff), spring, method) for one in masses.values()]
+    if len(parts) == 1:
+        return parts[0]
+    label = xr.DataArray(list(masses), dims="mass", name="mass")
+    together = xr.concat(parts, dim=label, join="outer", fill_value={"stuck": False}, combine_attrs="drop_conflicts")
+    together["cutoff"] = ("mass", [part.attrs["cutoff"] for part in parts])
+    together.attrs["notes"] = [
+        f"mass {name}: {note}" for name, part in zip(masses, parts, strict=True) for note in part.attrs["notes"]
+    ]
+    return together.transpose("time", "mass", ...)
+
+
+def _move(source: Any, rig: Rig, method: str, cutoff: float | None) -> _Moved:
+    record = as_record(source, rig)
+    if method == "pieces":
+        if cutoff is not None:
+            raise InputError('motion: method = "pieces" chooses its own cut-off; leave cutoff out')
+        friction, notes = measure_record(record, rig)
+        fit, o = friction.fit, friction.fit.oscillator
+        places = np.unique(np.concatenate(fit.knots))
+        errors = [np.interp(record.time, places, fit.deviation(places, {d: 1.0}, friction.noise)) for d in range(3)]
+        # the force error also knows that a sample may lie on the other side of an event
+        errors[2] = np.maximum(errors[2], friction.force_error / o.mass)
+        smooth = Smooth(
+            friction.extension,
+            friction.velocity,
+            -friction.slip_acceleration,
+            errors[0],
+            errors[1],
+            errors[2],
+            friction.cutoff.get("slip", friction.cutoff.get("creep", float("nan"))),
+            friction.noise,
+        )
+        return _Moved(record.time, smooth, friction.stuck, tuple(notes), record.source)
+    x = (record.signal - rig.rest) * rig.force_unit
+    if rig.gauge == "spring_force":
+        x = x / rig.stiffness
+    if method == "savitzky_golay":
+        if cutoff is None:
+            cutoff = jerk_spline(record.time, x, record.weight).cutoff
+        smooth = savitzky_golay(record.time, x, cutoff)
+    else:
+        smooth = (
+            kalman(record.time, x, cutoff, record.weight)
+            if method == "kalman"
+            else jerk_spline(record.time, x, record.weight, cutoff)
+        )
+    warned = (*record.notes, "this smoother knows no events: near them it misses the acceleration")
+    return _Moved(record.time, smooth, np.zeros(len(x), dtype=bool), warned, record.source)
+
+
+def _data(moved: _Moved, rig: Rig, method: str) -> xr.Dataset:
+    units = ("1", "1", "1") if rig.unit == "1" else ("m", "m/s", "m/s^2")
+    s = moved.smooth
+    time_unit = "1" if rig.unit == "1" else "s"
+    data = xr.Dataset(coords={"time": ("time", moved.time, {"units": time_unit})})
+    for name, unit, values, error in (
+        ("x", units[0], s.x, s.x_error),
+        ("v", units[1], s.v, s.v_error),
+        ("a", units[2], s.a, s.a_error),
+    ):
+        data[name] = ("time", values, {"units": unit})
+        data[f"{name}_error"] = ("time", error, {"units": unit})
+    data["stuck"] = ("time", moved.stuck)
+    data.attrs = {
+        "method": method,
+        "cutoff": s.cutoff,
+        "noise": s.noise,
+        "notes": list(moved.notes),
+        "source": moved.source,
+        "rig": rig.to_toml(),
+        "command": "stickslip.measurement.motion",
+        "version": release(),
+    }
+    return data

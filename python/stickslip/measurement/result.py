@@ -1,0 +1,89 @@
+"""The one shape of every measured friction: a tree of a time series and of tables, with notes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+Array = npt.NDArray[np.float64]
+
+EVENT_COLUMNS = ("t", "stick_time", "force_rate", "force", "drop")
+
+
+def release() -> str:
+    """Version of the package, for provenance."""
+    try:
+        return version("stickslip")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def event_table(rows: Sequence[Sequence[float]], force_unit: str = "N", time_unit: str = "s") -> xr.Dataset:
+    """Table of break-aways from rows of value, error, value, error, ... in the order of `EVENT_COLUMNS`."""
+    values = np.array(rows, dtype=np.float64).reshape(-1, 2 * len(EVENT_COLUMNS))
+    rate_unit = "1" if force_unit == time_unit == "1" else f"{force_unit}/{time_unit}"
+    units = (time_unit, time_unit, rate_unit, force_unit, force_unit)
+    table = xr.Dataset()
+    for i, (name, unit) in enumerate(zip(EVENT_COLUMNS, units, strict=True)):
+        table[name] = ("event", values[:, 2 * i], {"units": unit})
+        table[f"{name}_error"] = ("event", values[:, 2 * i + 1], {"units": unit})
+    return table
+
+
+def friction_tree(
+    *,
+    series: Mapping[str, tuple[npt.NDArray[Any], str]],
+    tables: Mapping[str, xr.Dataset],
+    source: str,
+    rig: str,
+    notes: Sequence[str],
+    facts: Mapping[str, float | str],
+) -> xr.DataTree:
+    """Put a measured friction together.
+
+    Parameters
+    ----------
+    series : name -> ((n,) values, unit), with `time` among them, or empty where the gauge gives tables only.
+    tables : name of the child -> its table; ``break_away`` is added without rows where it is missing.
+    source, rig, notes : provenance: file, rig as TOML, sentences.
+    facts : numbers and words of the whole record; they become attributes and are what a summary prints.
+    """
+    data = xr.Dataset()
+    if series:
+        data = data.assign_coords(time=("time", series["time"][0], {"units": series["time"][1]}))
+        for name, (values, unit) in series.items():
+            if name != "time":
+                data[name] = ("time", values, {} if values.dtype == bool else {"units": unit})
+    data.attrs = {
+        "source": source,
+        "rig": rig,
+        "command": "stickslip measure",
+        "version": release(),
+        "notes": list(notes),
+        "facts": list(facts),
+        **facts,
+    }
+    children = {"break_away": event_table([]), **tables}
+    return xr.DataTree.from_dict({"/": data, **{f"/{name}": table for name, table in children.items()}})
+
+
+def facts(friction: xr.DataTree) -> dict[str, float | str]:
+    """What a summary of a measured friction prints: its numbers and words by name."""
+    names = friction.attrs.get("facts", [])
+    names = [names] if isinstance(names, str) else list(names)
+    found: dict[str, float | str] = {}
+    for name in names:
+        value = friction.attrs[name]
+        found[str(name)] = value if isinstance(value, str) else float(value)
+    table = friction["break_away"].to_dataset() if "break_away" in friction.children else xr.Dataset()
+    if table.sizes.get("event", 0):
+        for name in ("stick_time", "force", "drop"):
+            values = table[name].to_numpy()
+            if np.isfinite(values).any():
+                found[f"median_{name}"] = float(np.nanmedian(values))
+    return found
