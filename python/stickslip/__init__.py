@@ -19,14 +19,19 @@ if TYPE_CHECKING:
     from stickslip.measurement import measure
     from stickslip.orbit import Orbit, load
     from stickslip.simulation import simulate
-    from stickslip.system import Harmonic, Oscillator, load_system
+    from stickslip.system import Contact, Drive, Force, Harmonic, Oscillator, System, chain, load_system
 
 # Where each public name lives; it is imported when it is first asked for, so that `import stickslip` costs nothing.
 _HOME = {
+    "Contact": "system",
+    "Drive": "system",
+    "Force": "system",
     "Harmonic": "system",
     "InputError": "errors",
     "Orbit": "orbit",
     "Oscillator": "system",
+    "System": "system",
+    "chain": "system",
     "force_along": "law",
     "identify": "identification",
     "laws": "",
@@ -40,10 +45,15 @@ _HOME = {
 }
 
 __all__ = [
+    "Contact",
+    "Drive",
+    "Force",
     "Harmonic",
     "InputError",
     "Orbit",
     "Oscillator",
+    "System",
+    "chain",
     "force_along",
     "identify",
     "laws",

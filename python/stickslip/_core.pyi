@@ -3,7 +3,18 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BRANCHES", "KINDS", "Orbit", "__version__", "break_away", "check_law", "check_oscillator", "force_along"]
+__all__ = [
+    "BRANCHES",
+    "KINDS",
+    "Network",
+    "Orbit",
+    "__version__",
+    "break_away",
+    "check_law",
+    "check_oscillator",
+    "check_system",
+    "force_along",
+]
 
 _Floats = NDArray[np.float64]
 _Flags = NDArray[np.bool_]
@@ -37,6 +48,29 @@ class Orbit:
     @property
     def work(self) -> tuple[int, int]: ...
 
+_Start = tuple[list[float] | None, list[float] | None, float, int]
+
+@final
+class Network:
+    @staticmethod
+    def simulate(document: str, run: _Start) -> Network: ...
+    @staticmethod
+    def restore(
+        document: str, run: _Start, stop: int, work: tuple[int, int], steps: _Floats, events: _Floats
+    ) -> Network: ...
+    def segments(self) -> _Floats: ...
+    def events(self) -> _Floats: ...
+    def states(self, times: _Floats) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats, _Flags]: ...
+    @property
+    def run(self) -> _Start: ...
+    @property
+    def t_last(self) -> float: ...
+    @property
+    def stop(self) -> tuple[int, str, str]: ...
+    @property
+    def work(self) -> tuple[int, int]: ...
+
+def check_system(document: str) -> None: ...
 def check_oscillator(document: str) -> None: ...
 def check_law(document: str) -> None: ...
 def break_away(document: str, stick_time: _Floats, force_rate: _Floats) -> _Floats: ...

@@ -75,6 +75,8 @@ class Law(Table):
     """
 
     ALL: ClassVar[dict[str, type[Law]]] = {}
+    #: Whether kinetic friction is one smooth curve instead of linear pieces (a Taylor series instead of a closed form).
+    SMOOTH: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         Law.ALL[cls.__name__] = cls

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -115,6 +115,8 @@ class Rational(Law):
     0.25
     """
 
+    SMOOTH: ClassVar[bool] = True
+
     break_away: float
     weakening: float
 
@@ -134,6 +136,8 @@ class Cubic(Law):
     >>> round(Cubic(static=0.4, linear=0.45, cubic=0.6).kinetic_force(0.5), 12)
     0.25
     """
+
+    SMOOTH: ClassVar[bool] = True
 
     static: float
     linear: float
@@ -157,6 +161,8 @@ class ExponentialStribeck(Law):
     0.68394
     """
 
+    SMOOTH: ClassVar[bool] = True
+
     break_away: float
     kinetic: float
     scale: float
@@ -179,6 +185,8 @@ class PoppStelter(Law):
     >>> round(PoppStelter(0.4, 0.1, weakening=1.42, square=0.01).kinetic_force(1.0), 6)
     0.233967
     """
+
+    SMOOTH: ClassVar[bool] = True
 
     break_away: float
     kinetic: float

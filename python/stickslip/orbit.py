@@ -221,6 +221,10 @@ def load(path: str | Path) -> Orbit:
         if tree.attrs.get("stickslip") != "orbit":
             raise InputError(f"{path}: expected an orbit, got another netCDF file; make one with Orbit.save")
         run = json.loads(tree.attrs["run"])
+        if tree.attrs.get("engine") == "network":
+            from stickslip.network import restore
+
+            return restore(tree)
         system = Oscillator.from_dict(json.loads(tree.attrs["system"]))
         tables = {
             name: np.stack(

@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
+from numpy.typing import ArrayLike
+
 from stickslip import _core
 from stickslip.documents import number
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit
-from stickslip.system import Oscillator
+from stickslip.system import Oscillator, System
 
 
 def simulate(
-    system: Oscillator,
+    system: Oscillator | System,
     t_end: float,
-    x0: float | None = None,
-    v0: float | None = None,
+    x0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
     max_events: int = 10_000_000,
 ) -> Orbit:
-    """Simulate from event to event, each mode in closed form.
+    """Simulate from event to event, each mode in closed form; smooth laws, varying drives and many masses by Taylor series.
 
     Parameters
     ----------
-    system : the oscillator.
+    system : an oscillator, or a system of n masses.
     t_end : time to run > 0, in the system's unit of time.
-    x0 : position at t = 0; default 0.
-    v0 : velocity at t = 0; default that of the drive, so that the mass starts stuck where adhesion can hold it.
+    x0 : position at t = 0, for a system shape (n,); default 0.
+    v0 : velocity at t = 0, same shape; default that of the drive, so that a mass starts stuck where adhesion can hold it.
     max_events : the run ends there at the latest, with ``orbit.stop == "max_events"``.
 
     Returns
@@ -42,6 +44,10 @@ def simulate(
     """
     if isinstance(max_events, bool) or not isinstance(max_events, int) or max_events < 1:
         raise InputError(f"simulate: max_events must be a whole number of at least 1, got {max_events!r}")
+    if isinstance(system, System) or not system.closed_form:
+        from stickslip.network import simulate_network
+
+        return simulate_network(system, t_end, x0, v0, max_events)
     start = 0.0 if x0 is None else number("x0", x0, "simulate")
     velocity = None if v0 is None else number("v0", v0, "simulate")
     try:

@@ -1,5 +1,7 @@
 //! The border between the core and Python: conversions only. Documents cross it as JSON, numbers as arrays.
 
+mod network;
+
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -283,6 +285,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("KINDS", Kind::ALL.map(Kind::name))?;
     module.add("BRANCHES", law::BRANCHES)?;
     module.add_class::<Orbit>()?;
+    module.add_class::<network::Network>()?;
+    module.add_function(wrap_pyfunction!(network::check_system, module)?)?;
     module.add_function(wrap_pyfunction!(check_oscillator, module)?)?;
     module.add_function(wrap_pyfunction!(check_law, module)?)?;
     module.add_function(wrap_pyfunction!(break_away, module)?)?;

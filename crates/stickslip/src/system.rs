@@ -265,6 +265,11 @@ impl System {
             }
             contact.drive_velocity.validate()?;
             contact.law.validate()?;
+            if contact.law.branches(0.0).is_some() {
+                return wrong(format!(
+                    "contact {index}: a law with branches that do not meet needs an Oscillator of one mass with a constant drive"
+                ));
+            }
         }
         for force in &self.forcing {
             if force.mass >= n {

@@ -1,14 +1,12 @@
 //! Systems of masses: one mass against the closed form, energy balances, adhesion and slip where they belong.
 
 use stickslip::drive::Harmonic;
-use stickslip::law::{
-    BogaczRyczek, Coulomb, DwellTime, ExponentialStribeck, Law, PiecewiseLinear, StaticKinetic,
-};
+use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
 use stickslip::network::{self, Run};
 use stickslip::simulate;
 use stickslip::structure::Oscillator;
-use stickslip::system::{Contact, Drive, Force, System};
+use stickslip::system::{Contact, Force, System};
 
 fn one_mass(oscillator: &Oscillator) -> System {
     System {

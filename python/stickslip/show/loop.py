@@ -138,7 +138,7 @@ def _traces(orbit: Orbit, start: float, stop: float) -> list[_Trace]:
 def _reaction(orbit: Orbit, times: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
     """The force with which adhesion holds the mass at the speed of the drive."""
     system = orbit.system
-    reaction = system.stiffness * x + system.damping * system.drive_velocity
+    reaction: NDArray[np.float64] = system.stiffness * x + system.damping * system.drive_velocity
     for harmonic in system.harmonics:
         reaction = reaction - harmonic.amplitude * np.cos(harmonic.frequency * times + harmonic.phase)
     return reaction

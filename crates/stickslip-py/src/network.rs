@@ -1,0 +1,178 @@
+//! Systems of masses and their orbits across the border.
+
+use numpy::{IntoPyArray, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use stickslip::event::Work;
+use stickslip::mode::Kind;
+use stickslip::network::{self, Event, Run};
+use stickslip::simulate::Stop;
+use stickslip::system::System;
+
+use crate::{Array, refused};
+
+/// A whole run of a system, kept in the core.
+#[pyclass(frozen, module = "stickslip._core")]
+pub(crate) struct Network(network::Orbit);
+
+type Start = (Option<Vec<f64>>, Option<Vec<f64>>, f64, u64);
+
+fn run_of((x0, v0, t_end, max_events): Start) -> Run {
+    Run {
+        x0,
+        v0,
+        t_end,
+        max_events,
+    }
+}
+
+#[pymethods]
+impl Network {
+    /// Simulate the system of a JSON document.
+    #[staticmethod]
+    fn simulate(py: Python<'_>, document: &str, run: Start) -> PyResult<Self> {
+        let system = System::from_json(document).map_err(|error| refused(&error))?;
+        py.detach(|| network::simulate(&system, run_of(run)))
+            .map(Self)
+            .map_err(|error| refused(&error))
+    }
+
+    /// An orbit from its saved columns.
+    #[staticmethod]
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "that is how arrays cross the border"
+    )]
+    fn restore(
+        document: &str,
+        run: Start,
+        stop: usize,
+        work: (u64, u64),
+        steps: PyReadonlyArray1<'_, f64>,
+        events: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Self> {
+        let broken = || PyValueError::new_err("the columns of the saved orbit do not fit together");
+        let system = System::from_json(document).map_err(|error| refused(&error))?;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "small whole numbers"
+        )]
+        let index = |value: f64| value as usize;
+        let events = events.as_slice().map_err(|_| broken())?;
+        if !events.len().is_multiple_of(8) {
+            return Err(broken());
+        }
+        let orbit = network::Orbit {
+            run: run_of(run),
+            steps: steps.as_slice().map_err(|_| broken())?.to_vec(),
+            events: events
+                .chunks_exact(8)
+                .map(|row| {
+                    Ok(Event {
+                        t: row[0],
+                        kind: *Kind::ALL.get(index(row[1])).ok_or_else(broken)?,
+                        contact: index(row[2]),
+                        x: row[3],
+                        v: row[4],
+                        force: row[5],
+                        stick_time: row[6],
+                        force_rate: row[7],
+                    })
+                })
+                .collect::<PyResult<_>>()?,
+            stop: *Stop::ALL.get(stop).ok_or_else(broken)?,
+            work: Work {
+                events: work.0,
+                evaluations: work.1,
+            },
+            system,
+        };
+        if orbit.steps.is_empty() || !orbit.steps.len().is_multiple_of(orbit.width()) {
+            return Err(broken());
+        }
+        Ok(Self(orbit))
+    }
+
+    /// The steps, row after row: time (high, low), x and v of each mass, direction, offset, slope, branch of each contact.
+    fn segments<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
+        self.0.steps.clone().into_pyarray(py)
+    }
+
+    /// The events, one row of 8 numbers each: t, kind, contact, x, v, force, stick_time, force_rate.
+    fn events<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
+        let rows = self.0.events.iter().flat_map(|e| {
+            [
+                e.t,
+                f64::from(e.kind as u8),
+                e.contact as f64,
+                e.x,
+                e.v,
+                e.force,
+                e.stick_time,
+                e.force_rate,
+            ]
+        });
+        rows.collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    /// Positions, velocities, accelerations mass by mass; slip velocities, friction forces, adhesion contact by contact.
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "that is how arrays cross the border"
+    )]
+    #[expect(clippy::type_complexity, reason = "six columns")]
+    fn states<'py>(
+        &self,
+        py: Python<'py>,
+        times: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<(
+        Array<'py, f64>,
+        Array<'py, f64>,
+        Array<'py, f64>,
+        Array<'py, f64>,
+        Array<'py, f64>,
+        Array<'py, bool>,
+    )> {
+        let times = times.as_slice()?;
+        let states = py.detach(|| self.0.states(times));
+        Ok((
+            states.x.into_pyarray(py),
+            states.v.into_pyarray(py),
+            states.a.into_pyarray(py),
+            states.w.into_pyarray(py),
+            states.force.into_pyarray(py),
+            states.stuck.into_pyarray(py),
+        ))
+    }
+
+    /// What was asked: x0, v0, t_end, max_events.
+    #[getter]
+    fn run(&self) -> Start {
+        let run = &self.0.run;
+        (run.x0.clone(), run.v0.clone(), run.t_end, run.max_events)
+    }
+
+    #[getter]
+    fn t_last(&self) -> f64 {
+        self.0.t_last()
+    }
+
+    #[getter]
+    fn stop(&self) -> (usize, &'static str, &'static str) {
+        (self.0.stop as usize, self.0.stop.name(), self.0.stop.sentence())
+    }
+
+    #[getter]
+    fn work(&self) -> (u64, u64) {
+        (self.0.work.events, self.0.work.evaluations)
+    }
+}
+
+/// Check the JSON document of a system.
+#[pyfunction]
+pub(crate) fn check_system(document: &str) -> PyResult<()> {
+    System::from_json(document)
+        .map(drop)
+        .map_err(|error| refused(&error))
+}
