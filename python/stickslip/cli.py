@@ -115,8 +115,12 @@ def _measure(options: argparse.Namespace) -> None:
 
 def _identify(options: argparse.Namespace) -> None:
     from stickslip.identification import compare_motion, identify
+    from stickslip.identification.trajectory import fit_trajectories
 
-    result = identify(options.friction, law=options.law)
+    settings = {"free": options.free, "fixed": dict(map(_assignment, options.fixed)), "pieces": options.pieces}
+    result = identify(options.friction, law=options.law, **settings)
+    if options.trajectories:
+        result = fit_trajectories(result)
     agreement = None if options.no_simulation else compare_motion(options.friction[0], result)
     if options.output:
         result.save(options.output)
@@ -136,6 +140,14 @@ def _identify(options: argparse.Namespace) -> None:
     if agreement is not None:
         print("\n" + agreement.report())
     _print_written(options)
+
+
+def _assignment(text: str) -> tuple[str, float]:
+    name, _, number = text.partition("=")
+    try:
+        return name, float(number)
+    except ValueError:
+        raise InputError(f"--fixed: expected NAME=VALUE with a number, got {text!r}") from None
 
 
 def _demo(options: argparse.Namespace) -> None:
@@ -188,6 +200,14 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser("identify", help="fit a friction law to friction files, and simulate with it")
     command.add_argument("friction", nargs="+", metavar="FRICTION.nc")
     command.add_argument("--law", default="DwellTime", metavar="NAME", help="law to fit; default DwellTime")
+    command.add_argument(
+        "--free", nargs="+", metavar="NAME", help="numbers of the law to fit; default what the records tell"
+    )
+    command.add_argument("--fixed", nargs="+", default=[], metavar="NAME=VALUE", help="numbers to hold")
+    command.add_argument("--pieces", type=int, default=3, help="linear pieces of PiecewiseLinear; default 3")
+    command.add_argument(
+        "--trajectories", action="store_true", help="sharpen the law by laying its motion over each (steady) record"
+    )
     command.add_argument(
         "--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one"
     )
