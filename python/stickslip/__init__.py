@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stickslip import laws, paper, show
+    from stickslip.analysis import orbit_diagram
     from stickslip.errors import InputError
     from stickslip.identification import identify
     from stickslip.law import force_along, load_law
@@ -39,6 +40,7 @@ _HOME = {
     "load_law": "law",
     "load_system": "system",
     "measure": "measurement",
+    "orbit_diagram": "analysis",
     "paper": "",
     "show": "",
     "simulate": "simulation",
@@ -61,6 +63,7 @@ __all__ = [
     "load_law",
     "load_system",
     "measure",
+    "orbit_diagram",
     "paper",
     "show",
     "simulate",
