@@ -21,8 +21,7 @@ def masses_of(source: Any, mass: int | str | None = None) -> dict[str, xr.Datase
     mass : number or label of one; None for all.
     """
     if isinstance(source, str | Path) and Path(source).suffix.lower() == ".nc":
-        name, source = str(source), open_motion(source)
-        source.attrs["source"] = name
+        source = open_motion(source).assign_attrs(source=str(source))
     if not isinstance(source, xr.Dataset) or "mass" not in source.dims:
         return None
     labels = [str(label) for label in source["mass"].values] if "mass" in source.coords else []
@@ -39,9 +38,8 @@ def masses_of(source: Any, mass: int | str | None = None) -> dict[str, xr.Datase
         raise InputError(f"measure: mass must be one of {', '.join(labels)}, got {mass!r}")
     found: dict[str, xr.Dataset] = {}
     for i in chosen:
-        one = source.isel(mass=i, drop=True)
-        one.attrs["source"] = f"{source.attrs.get('source', 'motion')}, mass {labels[i]}"
-        found[labels[i]] = _seen(one)
+        name = f"{source.attrs.get('source', 'motion')}, mass {labels[i]}"
+        found[labels[i]] = _seen(source.isel(mass=i, drop=True).assign_attrs(source=name))
     return found
 
 

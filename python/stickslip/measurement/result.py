@@ -79,7 +79,10 @@ def facts(friction: xr.DataTree) -> dict[str, float | str]:
     found: dict[str, float | str] = {}
     for name in names:
         value = friction.attrs[name]
-        found[str(name)] = value if isinstance(value, str) else float(value)
+        if isinstance(value, str):
+            found[str(name)] = value
+        elif np.isfinite(value):  # what the record does not tell is left out
+            found[str(name)] = float(value)
     table = friction["break_away"].to_dataset() if "break_away" in friction.children else xr.Dataset()
     if table.sizes.get("event", 0):
         for name in ("stick_time", "force", "drop"):

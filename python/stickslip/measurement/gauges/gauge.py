@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,10 @@ class Channel:
     sign : +1, or -1 where the gauge counts the other way.
     zero : the reading, in its unit, that means zero.
     valid : [lowest, highest] reading; what lies outside is a drop-out and counts as missing.
+    scale : units per count, for readings that are not calibrated yet.
+    zero_row : row, from 0, whose reading means zero; in place of `zero`.
+    resets : pairs of rows, from 0, between which the gauge was set back: the reading is held and the jump taken out.
+    sum : add the readings up, for a column of sampling periods that is to be a time.
     """
 
     column: str | int | tuple[str, ...]
@@ -42,6 +46,26 @@ class Channel:
     sign: float = 1.0
     zero: float = 0.0
     valid: tuple[float, float] | None = None
+    scale: float = 1.0
+    zero_row: int | None = None
+    resets: tuple[tuple[int, int], ...] = ()
+    sum: bool = False
+
+    def calibrated(self, raw: Array, where: str) -> Array:
+        """Readings with the resets taken out, from zero, in the channel's unit."""
+        values = raw.copy()
+        for first, last in self.resets:
+            if not 0 <= first < last < len(values):
+                raise InputError(f"{where}: resets must be pairs of rows from 0 to {len(values) - 1}, got {[first, last]}")
+            jump = values[last] - values[first]
+            values[first:last] = values[first]
+            values[last:] -= jump
+        if self.zero_row is not None:
+            if not 0 <= self.zero_row < len(values):
+                raise InputError(f"{where}: zero_row must be 0 to {len(values) - 1}, got {self.zero_row}")
+            values -= values[self.zero_row]
+        values = self.sign * self.scale * (values - self.zero)
+        return np.cumsum(values) if self.sum else values
 
 
 @dataclass(frozen=True)
@@ -195,7 +219,7 @@ class Gauge:
         for name, value in table.items():
             entry = dict(value) if isinstance(value, Mapping) else {"column": value}
             here = f"{where}: {part} {name}"
-            check_keys(entry, ["column", "unit", "sign", "zero", "valid"], ["column"], here)
+            check_keys(entry, [option.name for option in fields(Channel)], ["column"], here)
             column = entry["column"]
             if isinstance(column, list) and column and all(isinstance(c, str) for c in column):
                 entry["column"] = tuple(column)
@@ -203,6 +227,8 @@ class Gauge:
                 raise InputError(f"{here}: column must be a name, a number or a list of names, got {column!r}")
             if "valid" in entry:
                 entry["valid"] = tuple(float(limit) for limit in entry["valid"])
+            if "resets" in entry:
+                entry["resets"] = tuple((int(first), int(last)) for first, last in entry["resets"])
             channel = Channel(**entry)
             if channel.unit:
                 find_unit(channel.unit, dimensions[name], here)
@@ -237,7 +263,7 @@ class Gauge:
                 check_finite(raw, found[0], table)
             unit = channel.unit or si_unit(dimensions[name][0])
             dimension, size = find_unit(unit, dimensions[name], name)
-            values[name] = channel.sign * (raw - channel.zero) * size
+            values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size
             units[name], names[name] = si_unit(dimension), found[0]
         return _on_clock(values, units, names, table, layout, rate, channels, self.optional)
 

@@ -1,0 +1,207 @@
+"""Files with odd layouts, units at the border, and what is refused in which words."""
+
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import stickslip as ss
+from stickslip.measurement import Layout, Rig, load_rig, measure, read_columns
+from stickslip.measurement.gauges import GAUGES
+from stickslip.measurement.read import as_record
+from stickslip.measurement.units import find_unit, quantity
+
+N = 80
+T = np.arange(N) / 10
+X = np.round(np.sin(T), 6)
+
+
+def spring(**changes: object) -> Rig:
+    known: dict[str, object] = {"gauge": "displacement", "column": 2, "time_column": 1, "read": Layout(header=False)}
+    return Rig(stiffness=1, mass=1, drive_velocity=1, **(known | changes))  # type: ignore[arg-type]
+
+
+def rows(mark: str, end: str = "") -> str:
+    return "\n".join(f"{t!r}{mark}{x!r}{end}" for t, x in zip(T.tolist(), X.tolist(), strict=True))
+
+
+@pytest.mark.parametrize(
+    ("content", "changes"),
+    [
+        (rows(","), {}),
+        (rows(" "), {}),
+        (rows(", "), {}),
+        (rows("\t", "\tN1"), {}),  # words in other columns
+        (rows(" ", " "), {}),  # a blank at the end of each line
+        (rows(";").replace(".", ","), {"read": Layout(header=False, decimal=",")}),
+        (rows(" ").replace(".", ","), {"read": Layout(header=False, decimal=",", delimiter="blank")}),
+        ("mass_A\nt,x\n" + rows(","), {"read": Layout(skip_rows=1), "column": "x", "time_column": "t"}),
+        ("t,x,,\n" + rows(",", ",,"), {"read": Layout(), "column": "x", "time_column": "t"}),  # columns without a name
+        (rows(",") + "\n8.0,", {"read": Layout(header=False, missing="drop")}),
+        (rows(",") + "\n8.0", {"read": Layout(header=False, torn_rows="drop")}),
+    ],
+)
+def test_odd_text_gives_the_same_record(tmp_path: Path, content: str, changes: dict[str, object]) -> None:
+    (tmp_path / "r.txt").write_text(content)
+    record = as_record(tmp_path / "r.txt", spring(**changes))
+    np.testing.assert_allclose(record.signal[:N], X)
+    np.testing.assert_allclose(record.time[:N], T)
+
+
+def test_units_of_a_rig_are_turned_to_si() -> None:
+    rig = spring(unit="mm", time_unit="ms", rest=2.0)
+    record = as_record({"1": 1000 * T, "2": X}, rig)
+    np.testing.assert_allclose(record.time, T)
+    assert rig.force_unit == 1e-3
+    assert find_unit("kip", ("force",), "x")[1] == pytest.approx(4448.22, abs=0.01)
+    assert quantity("bore", "1 in", ("length",), "x") == pytest.approx(0.0254)
+    assert quantity("speed", "60 rpm", ("angular_speed",), "x") == pytest.approx(2 * np.pi)
+
+
+def test_a_window_keeps_what_lies_inside() -> None:
+    record = as_record({"1": T, "2": X}, spring(read=Layout(window=(1.0, 7.5))))
+    assert record.time[0] == 1.0
+    assert record.time[-1] < 7.5
+
+
+def test_matlab_cells_are_joined(tmp_path: Path) -> None:
+    cells = np.empty((2, 1), dtype=object)
+    cells[0, 0], cells[1, 0] = np.stack([X[:40], T[:40]]), np.stack([X[40:], T[40:]])
+    savemat(tmp_path / "c.mat", {"Y": cells, "M": np.stack([T, X], axis=1)})
+    columns = read_columns(tmp_path / "c.mat")
+    np.testing.assert_array_equal(columns["Y(1)"], X)
+    np.testing.assert_array_equal(columns["Y(2)"], T)
+    np.testing.assert_array_equal(columns["M(2)"], X)
+
+
+def test_json_rows_are_columns_by_number_or_name(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text(json.dumps({"data": [[t, x] for t, x in zip(T, X, strict=True)], "dt": 0.1}))
+    np.testing.assert_array_equal(read_columns(tmp_path / "a.json")["2"], X)
+    (tmp_path / "b.json").write_text(json.dumps({"rows": [{"t": t, "x": x} for t, x in zip(T, X, strict=True)]}))
+    np.testing.assert_array_equal(read_columns(tmp_path / "b.json", Layout(rows="rows"))["x"], X)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("{", "not a JSON document"),
+        ('{"rows": []}', "no list of rows under 'data'; the keys are rows"),
+        ('{"data": [[1, 2], [3]]}', "row 2 has 1 cells and row 1 2"),
+        ('{"data": [[1, 2], [3, "x"]]}', "row 2, column '2': a number was expected, got 'x'"),
+    ],
+)
+def test_bad_json_is_one_sentence(tmp_path: Path, content: str, words: str) -> None:
+    (tmp_path / "a.json").write_text(content)
+    with pytest.raises(ss.InputError) as caught:
+        read_columns(tmp_path / "a.json")
+    assert words in str(caught.value)
+
+
+def look_file(rows: int = N) -> bytes:
+    head = b"run".ljust(20, b"\0") + struct.pack(">iiii", rows, 2, 0, 0)
+    for i in range(16):
+        name = (b"Time", b"Disp")[i] if i < 2 else b"no_val"
+        head += name.ljust(26, b"\0") + bytes(54) + struct.pack(">i", rows if i < 2 else 0)
+    return head + np.full(rows, 1000.0, dtype=">f4").tobytes() + X[:rows].astype(">f4").tobytes()
+
+
+def test_look_file_is_read_and_a_cut_one_refused(tmp_path: Path) -> None:
+    (tmp_path / "look").write_bytes(look_file())
+    np.testing.assert_allclose(read_columns(tmp_path / "look", Layout(format="look"))["Disp"], X, atol=1e-6)
+    (tmp_path / "cut").write_bytes(look_file()[:-8])
+    with pytest.raises(ss.InputError, match="truncated; copy it again"):
+        read_columns(tmp_path / "cut", Layout(format="look"))
+
+
+def test_a_real_look_run_has_its_length_and_its_friction(shared_data: Path) -> None:
+    from dataclasses import replace
+
+    path = shared_data / "rock_biax_p446" / "p446s7tr005l"
+    if not path.exists():
+        pytest.skip("no rock_biax_p446 among the real records")
+    bench = load_rig(Path(__file__).parents[1] / "examples" / "rigs" / "rock_biax_p446.toml")
+    gauge = GAUGES["direct_force"]
+    whole = gauge.read(path, replace(bench, read=Layout(format="look")))
+    assert len(whole.time) == 149058
+    assert whole.time[-1] == pytest.approx(7290.0, abs=1e-3)
+    for at, normal in ((1000, 4.96), (3400, 9.96), (5000, 14.96), (6500, 19.95)):
+        here = np.searchsorted(whole.time, [at - 20, at + 20])
+        assert np.median(whole["normal_force"][slice(*here)]) / 1e6 == pytest.approx(normal, abs=0.02)
+    for window, speed, friction in (
+        ((3380, 3440), 3.0, 0.5779),
+        ((3460, 3480), 10.0, 0.5775),
+        ((3489, 3496), 30.0, 0.5785),
+    ):
+        f = measure(path, replace(bench, read=replace(bench.read, window=window)))
+        assert float(f["slip_velocity"].median()) * 1e6 == pytest.approx(speed, rel=0.01)
+        assert float(f["force"].median()) == pytest.approx(friction, abs=0.0015)
+
+
+def test_velocity_step_on_basalt(shared_data: Path) -> None:
+    path = shared_data / "rock_velocity_steps" / "velstep4_BRAVA_expb819_basalt.txt"
+    if not path.exists():
+        pytest.skip("no rock_velocity_steps among the real records")
+    f = measure(path, Path(__file__).parents[1] / "examples" / "rigs" / "rock_velocity_steps.toml")
+    before = f["displacement"].values < 8712e-6
+    assert float(np.median(f["slip_velocity"].values[before])) * 1e6 == pytest.approx(3.0, abs=0.02)
+    assert float(np.median(f["slip_velocity"].values[-500:])) * 1e6 == pytest.approx(10.01, abs=0.03)
+    assert float(np.median(f["force"].values[before][-200:])) == pytest.approx(0.6085, abs=0.0005)
+    assert float(f["force"].max()) == pytest.approx(0.619, abs=0.0005)
+    assert float(np.median(f["force"].values[-300:])) == pytest.approx(0.6084, abs=0.001)
+
+
+def test_constants_of_the_wrong_kind_are_refused() -> None:
+    base = {"gauge": "cylinder", "bore": "25 mm", "range": ["8 mm", "30 mm"], "columns": {
+        "time": 1, "displacement": 2, "pressure": 3, "force": 4,
+    }}  # fmt: skip
+    load_rig(base)
+    for change, words in (
+        ({"bore": "25 bar"}, "rig: bore: the unit must be one of m, cm, mm"),
+        ({"bore": "25"}, "rig: bore = '25' has no unit"),
+        ({"bore": "wide mm"}, "bore must be a number or a text such as \"1.5 m\", got 'wide mm'"),
+        ({"range": ["30 mm", "8 mm"]}, "range must be [lowest, highest]"),
+        ({"range": 8}, "range must be a list of two"),
+        ({"boar": 1}, "unknown key 'boar' (did you mean 'bore'?)"),
+        ({"columns": {"time": 1}}, "[columns] lacks displacement; a cylinder gauge needs it"),
+        ({"columns": {**base["columns"], "force": {"column": 4, "unit": "bar"}}}, "the unit must be one of N, mN"),
+        ({"columns": {**base["columns"], "force": {"column": 4, "units": "N"}}}, "did you mean 'unit'"),
+        ({"columns": {"displacement": 2, "pressure": 3, "force": 4}}, "[columns] lacks time; name its column or give"),
+        ({"read": {"delimiter": "blanks"}}, "delimiter must be one of 'tab', 'comma', 'semicolon', 'blank'"),
+        ({"read": {"window": [2, 1]}}, "window must be [start, end] with start < end"),
+        ({"gauge": "cilinder"}, "did you mean 'cylinder'"),
+        ({"sampling_rate": 0}, "sampling_rate must be a positive number"),
+    ):
+        with pytest.raises(ss.InputError) as caught:
+            load_rig({**base, **change})
+        assert words in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+
+LOG = {"gauge": "force_log", "least_drop": 0.3, "columns": {"time": "t", "force": "f"}}
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ({"t": T, "f": np.where(T == 3, np.nan, X)}, "row 30, column 'f' is NaN (1 such in all)"),
+        ({"t": np.where(T == 3, T[29], T), "f": X}, "row 30, column 't' repeats the time stamp 2.9"),
+        ({"t": np.where(T == 3, 0.0, T), "f": X}, "row 30, column 't' goes back in time to 0"),
+        ({"t": T, "force": X}, "there is no column 'f'"),
+        ({"t": T[:9], "f": X[:9]}, "9 usable samples are too short a record"),
+        ({"t": T, "f": X[:-1]}, "column 'f' has 79 rows and 't' has 80"),
+    ],
+)
+def test_bad_records_of_other_gauges_are_one_sentence(columns: dict[str, np.ndarray], words: str) -> None:
+    with pytest.raises(ss.InputError) as caught:
+        measure(columns, LOG)
+    assert words in str(caught.value)
+
+
+def test_a_list_of_records_needs_a_gauge_that_compares_runs() -> None:
+    with pytest.raises(ss.InputError, match="measures one record at a time, got 2"):
+        measure([{"x": X}, {"x": X}], spring())
+    with pytest.raises(ss.InputError, match="got an empty list"):
+        measure([], LOG)

@@ -1,0 +1,133 @@
+"""Motion between events and motion files with several masses, against orbits whose truth is known."""
+
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip as ss
+from stickslip.measurement import Rig, measure, motion, spectrum, spectrum_over_time
+
+DRIVES = (0.2, 0.3)
+STEP = 0.04
+RIG = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.1, drive_velocity=DRIVES[0])
+
+
+@lru_cache
+def orbit(drive: float) -> ss.Orbit:
+    law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+    return ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=drive, law=law), 60.0)
+
+
+@lru_cache
+def film() -> xr.Dataset:
+    """Two masses seen by one camera: noise, a lost point, one mass seen later than the other."""
+    time = np.arange(0, 60, STEP)
+    rng = np.random.default_rng(5)
+    x = np.stack([orbit(drive).at(time)[0] for drive in (DRIVES[0], DRIVES[0])], axis=1)
+    x = x + 5e-4 * rng.standard_normal(x.shape)
+    x[300:304, 0] = np.nan
+    x[:50, 1] = np.nan
+    data = xr.Dataset({"x": (("time", "mass"), x, {"units": "1"})}, {"time": time, "mass": ["left", "right"]})
+    data["x_error"] = (("time", "mass"), np.full(x.shape, 5e-4), {"units": "1"})
+    data.attrs["source"] = "film.mp4"
+    return data
+
+
+def dropping() -> Rig:
+    from dataclasses import replace
+
+    from stickslip.measurement import Layout
+
+    return replace(RIG, read=Layout(missing="drop"))
+
+
+def test_all_masses_of_a_motion_are_measured(tmp_path: Path) -> None:
+    film().to_netcdf(tmp_path / "motion.nc", engine="h5netcdf")
+    tree = measure(tmp_path / "motion.nc", dropping())
+    assert set(tree.children) == {"mass_left", "mass_right"}
+    releases = orbit(DRIVES[0]).events.query("kind == 'release'")["t"].to_numpy()
+    for name, first in (("mass_left", 0.0), ("mass_right", 2.0)):
+        table = tree[name]["break_away"].to_dataset()
+        expected = releases[(releases > first) & (releases < 60 - STEP)]
+        assert table.sizes["event"] == len(expected)
+        np.testing.assert_allclose(table["t"], expected, atol=2 * STEP)
+        np.testing.assert_allclose(table["force"], 1.0, atol=0.01)
+        assert name.removeprefix("mass_") in tree[name].attrs["source"]
+    assert any("4 missing samples of 'x' were left out" in note for note in tree["mass_left"].attrs["notes"])
+    alone = measure(film(), dropping(), mass="right")
+    np.testing.assert_array_equal(alone["force"], tree["mass_right"]["force"])
+
+
+def test_lost_points_are_refused_unless_the_rig_lets_them_go() -> None:
+    with pytest.raises(ss.InputError, match=r"film\.mp4, mass left: row 300, column 'x' is NaN \(4 such in all\)"):
+        measure(film(), RIG, mass=0)
+
+
+@pytest.mark.parametrize(
+    ("mass", "words"), [(2, "mass must be 0 to 1, got 2"), ("top", "one of left, right, got 'top'")]
+)
+def test_a_mass_that_is_not_there_is_named(mass: int | str, words: str) -> None:
+    with pytest.raises(ss.InputError, match=words):
+        measure(film(), RIG, mass=mass)
+
+
+def test_motion_of_all_masses_is_one_data_set() -> None:
+    moved = motion(film(), dropping())
+    assert moved["a"].dims == ("time", "mass")
+    assert list(moved["mass"].values) == ["left", "right"]
+    assert moved["v"].attrs["units"] == "1"
+    assert np.isnan(moved["x"].sel(mass="right").values[:50]).all()
+
+
+def test_pieces_keep_the_jump_that_smoothers_smear() -> None:
+    drive = DRIVES[0]
+    time = np.arange(0, 60, STEP)
+    x, v = orbit(drive).at(time)
+    rng = np.random.default_rng(1)
+    record = {"t": time, "x": x + 1e-3 * rng.standard_normal(len(x))}
+    truth = orbit(drive).to_xarray(time)["force"].to_numpy()
+    error = {}
+    for method in ("pieces", "savitzky_golay", "kalman", "spline"):
+        moved = motion(record, RIG, method=method)
+        friction = moved["x"] + 0.1 * moved["v"] + moved["a"]
+        error[method] = float(np.sqrt(np.mean((friction.values[25:-25] - truth[25:-25]) ** 2)))
+        assert moved.attrs["cutoff"] > 0
+        assert moved.attrs["method"] == method
+        np.testing.assert_allclose(moved["v"].values[25:-25], v[25:-25], atol=0.08)
+    assert error["pieces"] < 0.02
+    # the generic smoothers leave much more, all of it near events
+    assert min(error["savitzky_golay"], error["kalman"], error["spline"]) > 2.5 * error["pieces"]
+    # and the spline is the Kalman smoother by other means
+    assert error["kalman"] == pytest.approx(error["spline"], rel=0.1)
+
+
+def test_a_given_cutoff_is_used_and_pieces_refuse_one() -> None:
+    time = np.arange(0, 20, STEP)
+    record = {"t": time, "x": orbit(DRIVES[0]).at(time)[0]}
+    assert motion(record, RIG, method="savitzky_golay", cutoff=2.0).attrs["cutoff"] == 2.0
+    with pytest.raises(ss.InputError, match="chooses its own cut-off"):
+        motion(record, RIG, cutoff=2.0)
+    with pytest.raises(ss.InputError, match="did you mean 'kalman'"):
+        motion(record, RIG, method="kalmann")
+
+
+def test_spectra_total_and_actual() -> None:
+    time = np.arange(0, 40, 0.01)
+    sound = xr.DataArray(
+        np.where(time < 20, np.sin(2 * np.pi * 3 * time), 0.5 * np.sin(2 * np.pi * 8 * time)),
+        dims="time", coords={"time": time}, attrs={"units": "m/s^2"},
+    )  # fmt: skip
+    total = spectrum(sound)
+    assert total["amplitude"].attrs["units"] == "m/s^2"
+    lines = total["frequency"].values[total["amplitude"].values > 0.15]
+    assert {round(float(line)) for line in lines} == {3, 8}
+    actual = spectrum_over_time(sound, window=4.0)
+    early = actual["amplitude"].sel(time=10, method="nearest")
+    late = actual["amplitude"].sel(time=30, method="nearest")
+    assert float(actual["frequency"].values[int(early.argmax("frequency"))]) == pytest.approx(3)
+    assert float(late.max()) == pytest.approx(0.5, rel=0.02)
+    with pytest.raises(ss.InputError, match="the window must be"):
+        spectrum_over_time(sound, window=100.0)
