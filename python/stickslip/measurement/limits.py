@@ -77,16 +77,17 @@ class LimitSearch:
         if joined == "nowhere":
             return Evidence(1.0, 0.0, constant + self._inner(matrix, right, prior, held, [0, 1, 2]))
         tied = 3 if soft else 2
-        ends = np.arange(tied) if joined == "start" else np.arange(count - tied, count)
-        free = np.setdiff1d(np.arange(count), ends)
-        inner, cross = matrix[np.ix_(free, free)], matrix[np.ix_(free, ends)].sum(axis=1)
+        ends, free = slice(0, tied), slice(tied, count)
+        if joined == "end":
+            ends, free = slice(count - tied, count), slice(0, count - tied)
+        inner, cross = matrix[free, free], matrix[free, ends].sum(axis=1)
         factor = cho_factor(inner, lower=True, check_finite=False)
         solved = cho_solve(factor, np.stack([right[free], cross], axis=1), check_finite=False)
-        rows = [] if soft else [2 if joined == "start" else 5]
-        log_prior = _log_determinant(prior[np.ix_(free, free)], held[np.ix_(np.array(rows, dtype=np.int64), free)])
+        row = 2 if joined == "start" else 5
+        log_prior = _log_determinant(prior[free, free], held[row : row if soft else row + 1, free])
         determinant = 2 * float(np.sum(np.log(np.diagonal(factor[0]))))
         return Evidence(
-            float(matrix[np.ix_(ends, ends)].sum() - cross @ solved[:, 1]),
+            float(matrix[ends, ends].sum() - cross @ solved[:, 1]),
             float(right[ends].sum() - cross @ solved[:, 0]),
             constant - float(right[free] @ solved[:, 0]) + determinant - log_prior,
         )
@@ -106,14 +107,16 @@ class LimitSearch:
         reference = _reference(count)
         part = slice(*np.searchsorted(self.time, [start, end]))
         places = np.clip((self.time[part] - start) / h, 0.0, float(count))
-        basis = BSpline.design_matrix(places, reference.knots, DEGREE).toarray()
+        basis = reference.basis(places)
         y, w = self.path[part] - origin, self.weight[part]
         weighted = basis * (w / self.noise**2)[:, None]
         # df/dt / m = target - sum_d factors[d] u^(d)
         factors = np.array([o.stiffness / o.mass / h, o.damping / o.mass / h**2, 1 / h**3])
         target = o.stiffness * o.drive_velocity / o.mass
         strength = 1 / (self.step * (2 * math.pi * self.cutoff) ** 6 * self.noise**2)
-        prior = strength * h * np.einsum("i,j,ijkl->kl", factors, factors, reference.products)
+        size = count + DEGREE
+        pairs = strength * h * np.outer(factors, factors).ravel()
+        prior = (pairs @ reference.products.reshape(9, -1)).reshape(size, size)
         right = weighted.T @ y + target * strength * h * (factors @ reference.integrals)
         constant = float(w @ (y * y)) / self.noise**2 + target**2 * strength * (end - start)
         rate = math.sqrt(o.stiffness / o.mass)
@@ -127,6 +130,17 @@ class _Reference:
     products: Array
     integrals: Array
     ends: Array
+    pieces: Array
+
+    def basis(self, places: Array) -> Array:
+        """(n, size) values of the splines: on every interval six polynomials of its own coordinate."""
+        count = len(self.pieces)
+        interval = np.minimum(places.astype(np.int64), count - 1)
+        powers = (places - interval)[:, None] ** np.arange(DEGREE + 1)
+        values = np.zeros((len(places), count + DEGREE))
+        local = np.einsum("np,npj->nj", powers, self.pieces[interval])
+        np.put_along_axis(values, interval[:, None] + np.arange(DEGREE + 1), local, axis=1)
+        return values
 
 
 @lru_cache(maxsize=512)
@@ -141,7 +155,10 @@ def _reference(count: int) -> _Reference:
     limits = [(0.0, d) for d in range(3)] + [(float(count), d) for d in range(3)]
     ends = np.array([spline(place, nu=d) for place, d in limits])
     products = np.einsum("ink,jnl->ijkl", weighted, derivatives, optimize=True)
-    return _Reference(knots, products, weighted.sum(axis=1), ends)
+    powers = 1 / np.array([math.factorial(p) for p in range(DEGREE + 1)])
+    taylor = np.array([spline(np.arange(float(count)), nu=p) for p in range(DEGREE + 1)]) * powers[:, None, None]
+    pieces = np.stack([taylor[:, i, i : i + DEGREE + 1] for i in range(count)])
+    return _Reference(knots, products, weighted.sum(axis=1), ends, pieces)
 
 
 def _log_determinant(precision: Array, held: Array) -> float:

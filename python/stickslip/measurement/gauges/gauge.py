@@ -56,7 +56,9 @@ class Channel:
         values = raw.copy()
         for first, last in self.resets:
             if not 0 <= first < last < len(values):
-                raise InputError(f"{where}: resets must be pairs of rows from 0 to {len(values) - 1}, got {[first, last]}")
+                raise InputError(
+                    f"{where}: resets must be pairs of rows from 0 to {len(values) - 1}, got {[first, last]}"
+                )
             jump = values[last] - values[first]
             values[first:last] = values[first]
             values[last:] -= jump
