@@ -14,6 +14,7 @@ from stickslip.show.canvas import OKABE_ITO, REGIME_COLOURS, STYLE, new_axes
 from stickslip.show.diagram import orbit_diagram_plot
 from stickslip.show.law import break_away_plot, law_plot
 from stickslip.show.loop import BRANCH_COLOURS, friction_loop
+from stickslip.show.motion import motion_phase, motion_plot, spectra_plot
 from stickslip.show.phase import phase_plane
 from stickslip.show.record import friction_record
 from stickslip.show.series import time_series
@@ -27,8 +28,11 @@ __all__ = [
     "friction_loop",
     "friction_record",
     "law_plot",
+    "motion_phase",
+    "motion_plot",
     "new_axes",
     "orbit_diagram_plot",
     "phase_plane",
+    "spectra_plot",
     "time_series",
 ]

@@ -19,6 +19,9 @@ CYCLES = 8
 def friction_record(friction: xr.DataTree) -> list[Axes]:
     """Draw friction force and slip velocity over time, sticks shaded, and friction over slip velocity.
 
+    Gauges that give no time series or no velocity are drawn as what they give: a table of friction over slip velocity, or
+    the break-aways.
+
     Parameters
     ----------
     friction : from :func:`stickslip.measure`.
@@ -26,9 +29,12 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     Returns
     -------
     Three axes of a new figure: force over time and slip velocity over time, both around the middle of the record, and
-    force over slip velocity of the whole record, blue while the slip speeds up and orange while it slows down.
+    force over slip velocity of the whole record, blue while the slip speeds up and orange while it slows down. One or two
+    axes where there is less to draw.
     """
     data = friction.to_dataset()
+    if "slip_velocity" not in data:
+        return _tables(friction)
     time, force = data["time"].to_numpy(), data["force"].to_numpy()
     w, stuck = data["slip_velocity"].to_numpy(), data["stuck"].to_numpy().astype(bool)
     releases = friction["break_away"]["t"].to_numpy() if "break_away" in friction.children else np.array([])
@@ -58,6 +64,42 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     loop.set(xlabel="slip velocity w" + speed_unit, ylabel="friction F" + unit)
     loop.legend(fontsize=8, frameon=False, markerscale=5)
     return [over_time, velocity, loop]
+
+
+def _tables(friction: xr.DataTree) -> list[Axes]:
+    """Friction over slip velocity from the table of steady runs, else the break-away force over the stick time."""
+    if "steady" in friction.children:
+        table = friction["steady"].to_dataset()
+        (ax,) = new_axes()
+        unit = table["force"].attrs.get("units", "1")
+        w, force, error = (table[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
+        branch = table["branch"].to_numpy() if "branch" in table else np.full(len(w), "")
+        for name, colour in (("", "black"), ("speeding_up", "blue"), ("slowing_down", "orange")):
+            rows = np.flatnonzero(branch == name)
+            if len(rows):
+                ax.errorbar(
+                    w[rows], force[rows], error[rows], fmt="o", ms=4, color=OKABE_ITO[colour], capsize=2,
+                    label=name.replace("_", " ") or None,
+                )  # fmt: skip
+        if "branch" in table:
+            ax.legend(fontsize=8, frameon=False)
+        ax.set(
+            xlabel=f"slip velocity w ({table['slip_velocity'].attrs.get('units', '1')})",
+            ylabel="friction F" + ("" if unit == "1" else f" ({unit})"),
+        )
+        return [ax]
+    over_time, law = new_axes(1, 2, figsize=(9, 3.4), layout="constrained")
+    data, table = friction.to_dataset(), friction["break_away"].to_dataset()
+    unit = data["force"].attrs.get("units", "1") if "force" in data else "1"
+    if "force" in data:
+        over_time.plot(data["time"].to_numpy(), data["force"].to_numpy(), color=OKABE_ITO["vermilion"], lw=0.8)
+    over_time.plot(table["t"], table["force"], "v", ms=4, color=OKABE_ITO["black"])
+    over_time.set(xlabel="time t (s)", ylabel=f"force ({unit})")
+    law.errorbar(
+        table["stick_time"], table["force"], table["force_error"], fmt="o", ms=4, color=OKABE_ITO["blue"], capsize=2
+    )
+    law.set(xlabel="stick time (s)", ylabel=f"break-away force ({unit})", xscale="log")
+    return [over_time, law]
 
 
 def _window(time: np.ndarray, releases: np.ndarray) -> tuple[float, float]:

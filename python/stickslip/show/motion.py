@@ -1,0 +1,124 @@
+"""A measured motion: x, v and a over time with the sticks shaded, its phase plane, its spectra."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.show.canvas import OKABE_ITO, axes, new_axes
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+NAMES = {"x": "displacement x", "v": "velocity v", "a": "acceleration a"}
+MOST = 20_000
+"""Points drawn of one curve."""
+
+
+def motion_plot(
+    motion: xr.Dataset, ax: list[Axes] | None = None, *, window: tuple[float, float] | None = None
+) -> list[Axes]:
+    """Draw x, v and a over time with their error bands, sticks shaded.
+
+    Parameters
+    ----------
+    motion : from :func:`stickslip.measurement.motion`, of one mass.
+    ax : three axes, default a new figure.
+    window : (start, end) in s; default the whole record.
+
+    Returns
+    -------
+    The three axes.
+    """
+    motion = _one_mass(motion)
+    places = new_axes(3, 1, sharex=True, figsize=(7, 5.2)) if ax is None else list(ax)
+    if len(places) != 3:
+        raise InputError(f"motion_plot: three axes were expected, got {len(places)}")
+    time = motion["time"].to_numpy()
+    start, end = (time[0], time[-1]) if window is None else window
+    inside = slice(*np.searchsorted(time, [start, end]))
+    if inside.stop - inside.start < 2:
+        raise InputError(
+            f"motion_plot: window = {(start, end)} holds no samples; the record spans {time[0]} to {time[-1]}"
+        )
+    inside = slice(inside.start, inside.stop, max(1, (inside.stop - inside.start) // MOST))
+    t, stuck = time[inside], motion["stuck"].to_numpy().astype(bool)[inside]
+    for place, name, colour in zip(places, NAMES, ("blue", "green", "vermilion"), strict=True):
+        values, error = motion[name].to_numpy()[inside], motion[f"{name}_error"].to_numpy()[inside]
+        place.fill_between(t, values - error, values + error, color=OKABE_ITO[colour], alpha=0.25, lw=0)
+        place.plot(t, values, color=OKABE_ITO[colour], lw=0.9)
+        place.fill_between(t, 0, 1, where=stuck, transform=place.get_xaxis_transform(), color="0.5", alpha=0.2, lw=0)
+        place.set_ylabel(NAMES[name] + _unit(motion[name]))
+        place.margins(x=0)
+    places[-1].set_xlabel("time t" + _unit(motion["time"]))
+    return places
+
+
+def motion_phase(motion: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw velocity over displacement, sticks thick."""
+    motion = _one_mass(motion)
+    ax = axes(ax)
+    stride = max(1, motion.sizes["time"] // MOST)
+    x, v = motion["x"].to_numpy()[::stride], motion["v"].to_numpy()[::stride]
+    stuck = motion["stuck"].to_numpy().astype(bool)[::stride]
+    ax.plot(x, v, color=OKABE_ITO["blue"], lw=0.7, rasterized=len(x) > 5000)
+    if stuck.any():
+        ax.plot(np.where(stuck, x, np.nan), np.where(stuck, v, np.nan), color=OKABE_ITO["vermilion"], lw=2.2)
+    ax.set(xlabel=NAMES["x"] + _unit(motion["x"]), ylabel=NAMES["v"] + _unit(motion["v"]))
+    return ax
+
+
+def spectra_plot(
+    signal: Any, ax: list[Axes] | None = None, *, highest: float | None = None, window: float | None = None
+) -> list[Axes]:
+    """Draw the spectrum of a whole record ("total") and along time ("actual").
+
+    Parameters
+    ----------
+    signal : DataArray over `time`, such as ``motion["a"]``.
+    ax : two axes, default a new figure.
+    highest : frequency up to which is drawn, Hz; default where a thousandth of the top amplitude is left.
+    window : of the spectrum along time in s, as in :func:`stickslip.measurement.spectrum_over_time`.
+
+    Returns
+    -------
+    The two axes.
+    """
+    from stickslip.measurement import spectrum, spectrum_over_time
+
+    places = new_axes(1, 2, figsize=(8, 3.2)) if ax is None else list(ax)
+    if len(places) != 2:
+        raise InputError(f"spectra_plot: two axes were expected, got {len(places)}")
+    total, actual = spectrum(signal), spectrum_over_time(signal, window=window)
+    frequency, amplitude = total["frequency"].to_numpy(), total["amplitude"].to_numpy()
+    if highest is None:
+        strong = np.flatnonzero(amplitude > 0.02 * amplitude.max())
+        highest = float(frequency[min(int(1.3 * strong[-1]) + 2, len(frequency) - 1)])
+    seen = frequency <= highest
+    places[0].plot(frequency[seen], amplitude[seen], lw=0.8)
+    places[0].set(
+        xlabel="frequency (Hz)", ylabel="amplitude" + _unit(total["amplitude"]), title="total", xlim=(0, highest)
+    )
+    rows = actual["frequency"].to_numpy() <= highest
+    image = places[1].pcolormesh(
+        actual["time"].to_numpy(), actual["frequency"].to_numpy()[rows], actual["amplitude"].to_numpy()[rows],
+        shading="auto", cmap="viridis", rasterized=True,
+    )  # fmt: skip
+    places[1].set(xlabel="time (s)", ylabel="frequency (Hz)", title="actual")
+    figure = places[1].figure
+    figure.colorbar(image, ax=places[1], label="amplitude" + _unit(total["amplitude"]))
+    return places
+
+
+def _one_mass(motion: xr.Dataset) -> xr.Dataset:
+    if "mass" in motion.dims:
+        raise InputError(f"motion: one mass was expected, got {motion.sizes['mass']}; choose with motion.isel(mass=0)")
+    return motion.dropna("time", subset=["x"])
+
+
+def _unit(values: xr.DataArray) -> str:
+    unit = values.attrs.get("units", "1")
+    return "" if unit == "1" else f" ({unit})"

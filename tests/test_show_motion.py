@@ -1,0 +1,50 @@
+"""Pictures of measured motions and of gauges: they draw what is there and refuse what is not."""
+
+from collections.abc import Iterator
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.measurement import Rig, measure, motion
+
+T = np.arange(0, 40, 0.05)
+RIG = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=0.5)
+
+
+@pytest.fixture(autouse=True)
+def closed() -> Iterator[None]:
+    yield
+    plt.close("all")
+
+
+def moved() -> object:
+    x = 0.4 * np.sin(T) + 1e-3 * np.random.default_rng(0).standard_normal(len(T))
+    return motion({"t": T, "x": x}, RIG, method="spline")
+
+
+def test_motion_is_drawn_with_its_bands() -> None:
+    axes = ss.show.motion_plot(moved(), window=(5, 20))
+    assert [ax.get_ylabel() for ax in axes] == ["displacement x", "velocity v", "acceleration a"]
+    assert len(axes[0].lines[0].get_xdata()) == 300
+    assert ss.show.motion_phase(moved()).get_xlabel() == "displacement x"
+    total, actual = ss.show.spectra_plot(moved()["a"])
+    assert (total.get_title(), actual.get_title()) == ("total", "actual")
+    with pytest.raises(ss.InputError, match="holds no samples"):
+        ss.show.motion_plot(moved(), window=(50, 60))
+    with pytest.raises(ss.InputError, match="one mass was expected, got 1"):
+        ss.show.motion_phase(moved().expand_dims("mass"))
+
+
+def test_gauges_without_velocity_are_drawn_as_tables() -> None:
+    force = np.where(T % 5 < 4, T % 5, 0.2)
+    log = measure(
+        {"t": T, "f": force}, {"gauge": "force_log", "least_drop": 0.3, "columns": {"time": "t", "force": "f"}}
+    )
+    _, law = ss.show.friction_record(log)
+    assert law.get_xscale() == "log"
+    observer = {"gauge": "torque_observer", "columns": {"time": "t", "velocity": "w", "torque": "q"}}
+    runs = [{"t": T, "w": np.full(len(T), w) + 1e-3 * np.sin(9 * T), "q": np.sin(T) + w} for w in (0.1, 0.3)]
+    (ax,) = ss.show.friction_record(measure(runs, observer))
+    assert "rad/s" in ax.get_xlabel()
