@@ -80,7 +80,7 @@ def spectra_plot(
     ----------
     signal : DataArray over `time`, such as ``motion["a"]``.
     ax : two axes, default a new figure.
-    highest : frequency up to which is drawn, Hz; default where a thousandth of the top amplitude is left.
+    highest : frequency up to which is drawn, Hz; default a little above where 97 % of the power lies.
     window : of the spectrum along time in s, as in :func:`stickslip.measurement.spectrum_over_time`.
 
     Returns
@@ -95,8 +95,8 @@ def spectra_plot(
     total, actual = spectrum(signal), spectrum_over_time(signal, window=window)
     frequency, amplitude = total["frequency"].to_numpy(), total["amplitude"].to_numpy()
     if highest is None:
-        strong = np.flatnonzero(amplitude > 0.02 * amplitude.max())
-        highest = float(frequency[min(int(1.3 * strong[-1]) + 2, len(frequency) - 1)])
+        power = np.cumsum(amplitude**2)
+        highest = float(min(1.3 * frequency[np.searchsorted(power, 0.97 * power[-1])], frequency[-1]))
     seen = frequency <= highest
     places[0].plot(frequency[seen], amplitude[seen], lw=0.8)
     places[0].set(

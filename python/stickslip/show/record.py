@@ -40,7 +40,8 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     releases = friction["break_away"]["t"].to_numpy() if "break_away" in friction.children else np.array([])
     middle = slice(*np.searchsorted(time, _window(time, releases)))
     unit = "" if data["force"].attrs.get("units", "1") == "1" else f" ({data['force'].attrs['units']})"
-    speed_unit = "" if w.size and data["slip_velocity"].attrs.get("units", "1") == "1" else " (m/s)"
+    speed = data["slip_velocity"].attrs.get("units", "1")
+    speed_unit = "" if speed == "1" else f" ({speed})"
 
     over_time, velocity, loop = new_axes(1, 3, figsize=(12.5, 3.6), layout="constrained")
     for ax, values, name, colour in (
