@@ -64,7 +64,9 @@ def error(releases: np.ndarray) -> float:
 def main(rounds: int = 3) -> list[dict[str, float | str]]:
     """Print and return the table: solver, error of the period, microseconds a period, ratio."""
     solvers = [("stickslip", 100_000, lambda n: by_stickslip(n))]
-    solvers += [(f"solve_ivp DOP853, rtol {rtol:g}", 20, lambda n, rtol=rtol: by_solve_ivp(n, rtol)) for rtol in (1e-8, 3e-14)]
+    solvers += [
+        (f"solve_ivp DOP853, rtol {rtol:g}", 20, lambda n, rtol=rtol: by_solve_ivp(n, rtol)) for rtol in (1e-8, 3e-14)
+    ]
     best = {name: np.inf for name, *_ in solvers}
     errors = {}
     for _ in range(rounds):
