@@ -27,7 +27,7 @@ def by_stickslip(periods: int) -> np.ndarray:
 def by_solve_ivp(periods: int, rtol: float) -> np.ndarray:
     """Times of release, with the modes written by hand: integrate to the event, switch, go on."""
 
-    def stick(_t: float, y: np.ndarray) -> list[float]:
+    def stick(_t: float, _y: np.ndarray) -> list[float]:
         return [DRIVE, 0.0]
 
     def slip(_t: float, y: np.ndarray) -> list[float]:
