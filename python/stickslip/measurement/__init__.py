@@ -5,7 +5,7 @@ from stickslip.measurement.gauges import GAUGES, Bench
 from stickslip.measurement.kinematics import motion
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.read import Record, read_columns
-from stickslip.measurement.result import facts
+from stickslip.measurement.result import facts, notes
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.rig_file import load_rig
 from stickslip.measurement.spectra import spectrum, spectrum_over_time
@@ -20,6 +20,7 @@ __all__ = [
     "load_rig",
     "measure",
     "motion",
+    "notes",
     "read_columns",
     "spectrum",
     "spectrum_over_time",

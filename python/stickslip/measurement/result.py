@@ -73,7 +73,10 @@ def friction_tree(
 
 
 def facts(friction: xr.DataTree) -> dict[str, float | str]:
-    """What a summary of a measured friction prints: its numbers and words by name."""
+    """What a summary of a measured friction prints: its numbers and words by name, mass by mass where there are several."""
+    if "facts" not in friction.attrs:
+        parts = {name.removeprefix("mass_"): facts(child) for name, child in friction.children.items()}
+        return {f"{mass} {name}": value for mass, part in parts.items() for name, value in part.items()}
     names = friction.attrs.get("facts", [])
     names = [names] if isinstance(names, str) else list(names)
     found: dict[str, float | str] = {}
@@ -90,3 +93,12 @@ def facts(friction: xr.DataTree) -> dict[str, float | str]:
             if np.isfinite(values).any():
                 found[f"median_{name}"] = float(np.nanmedian(values))
     return found
+
+
+def notes(friction: xr.DataTree) -> list[str]:
+    """Everything that was assumed, corrected or found inconsistent, a sentence each, mass by mass."""
+    if "notes" not in friction.attrs:
+        parts = {name.removeprefix("mass_"): notes(child) for name, child in friction.children.items()}
+        return [f"mass {mass}: {note}" for mass, part in parts.items() for note in part]
+    found = friction.attrs["notes"]
+    return [found] if isinstance(found, str) else [str(note) for note in found]
