@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from stickslip.analysis import orbit_diagram
     from stickslip.errors import InputError
     from stickslip.identification import identify
+    from stickslip.integration import integrate
     from stickslip.law import force_along, load_law
     from stickslip.measurement import measure
     from stickslip.orbit import Orbit, load
@@ -35,6 +36,7 @@ _HOME = {
     "chain": "system",
     "force_along": "law",
     "identify": "identification",
+    "integrate": "integration",
     "laws": "",
     "load": "orbit",
     "load_law": "law",
@@ -58,6 +60,7 @@ __all__ = [
     "chain",
     "force_along",
     "identify",
+    "integrate",
     "laws",
     "load",
     "load_law",

@@ -24,7 +24,8 @@ class Table:
     def __post_init__(self) -> None:
         where = type(self).__name__
         for item in fields(self):  # type: ignore[arg-type]
-            object.__setattr__(self, item.name, _tidy(item.name, getattr(self, item.name), where))
+            if item.type != "str":
+                object.__setattr__(self, item.name, _tidy(item.name, getattr(self, item.name), where))
 
     def to_dict(self) -> dict[str, Any]:
         """The document: numbers, lists and tables only; what is None is left out."""
@@ -78,8 +79,9 @@ class Law(Table):
     #: Whether kinetic friction is one smooth curve instead of linear pieces (a Taylor series instead of a closed form).
     SMOOTH: ClassVar[bool] = False
 
-    def __init_subclass__(cls) -> None:
-        Law.ALL[cls.__name__] = cls
+    def __init_subclass__(cls, family: bool = False) -> None:
+        if not family:
+            Law.ALL[cls.__name__] = cls
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -149,9 +151,14 @@ class Law(Table):
         signed = force[back].reshape(w.shape) * np.where(w < 0, -1.0, 1.0)
         return signed if w.ndim else float(signed)
 
+    def _along(
+        self, t: NDArray[np.float64], w: NDArray[np.float64], stuck: NDArray[np.bool_], rate: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        return _core.force_along(self.to_json(), t, w, stuck, rate)
+
 
 def force_along(
-    law: Law, t: ArrayLike, w: ArrayLike, stuck: ArrayLike, force_rate: ArrayLike | None = None
+    law: Law, t: ArrayLike, w: ArrayLike, stuck: ArrayLike | None = None, force_rate: ArrayLike | None = None
 ) -> NDArray[np.float64]:
     """The friction force a law predicts along a measured motion, its memory included.
 
@@ -159,13 +166,14 @@ def force_along(
     ----------
     law : any law.
     t, w : time and slip velocity, shape (n,).
-    stuck : whether the mass sticks, shape (n,).
+    stuck : whether the mass sticks, shape (n,); default where w is 0.
     force_rate : dF/dt while stuck, shape (n,); default 0.
 
     Returns
     -------
     Shape (n,): the kinetic force with the sign of w while slipping. While stuck friction is a reaction, which no law knows:
-    there it is the break-away force of that moment, with the sign of `force_rate`.
+    there it is the break-away force of that moment, with the sign of `force_rate`. A law with an internal state starts
+    unloaded (:meth:`~stickslip.state_laws.StateLaw.follow` starts anywhere) and knows the reaction too.
 
     >>> from stickslip.laws import StaticKinetic
     >>> law = StaticKinetic(break_away=1.0, kinetic=0.6)
@@ -177,7 +185,7 @@ def force_along(
     for name, values in (("t", t), ("w", w), ("force_rate", rate)):
         if not np.isfinite(values).all():
             raise InputError(f"force_along: {name} must be finite, got {values[~np.isfinite(values)][0]}")
-    return _core.force_along(law.to_json(), t, w, np.ascontiguousarray(stuck, bool), rate)
+    return law._along(t, w, np.ascontiguousarray(w == 0 if stuck is None else stuck, bool), rate)
 
 
 def load_law(path: str | Path) -> Law:

@@ -18,6 +18,12 @@ from stickslip.law import Law as Law
 from stickslip.law import Point, Table
 from stickslip.law import force_along as force_along
 from stickslip.law import load_law as load_law
+from stickslip.state_laws import BoucWen as BoucWen
+from stickslip.state_laws import Dahl as Dahl
+from stickslip.state_laws import ElastoPlastic as ElastoPlastic
+from stickslip.state_laws import LuGre as LuGre
+from stickslip.state_laws import RateState as RateState
+from stickslip.state_laws import Regularised as Regularised
 
 
 @dataclass(frozen=True)

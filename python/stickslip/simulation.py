@@ -8,6 +8,7 @@ from stickslip import _core
 from stickslip.documents import number
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit
+from stickslip.state_laws import StateLaw
 from stickslip.system import Oscillator, System
 
 
@@ -44,6 +45,10 @@ def simulate(
     """
     if isinstance(max_events, bool) or not isinstance(max_events, int) or max_events < 1:
         raise InputError(f"simulate: max_events must be a whole number of at least 1, got {max_events!r}")
+    if isinstance(system, Oscillator) and isinstance(system.law, StateLaw):
+        from stickslip.integration import integrate
+
+        return integrate(system, t_end, x0, v0, max_events)
     if isinstance(system, System) or not system.closed_form:
         from stickslip.network import simulate_network
 

@@ -1,6 +1,7 @@
 //! The border between the core and Python: conversions only. Documents cross it as JSON, numbers as arrays.
 
 mod network;
+mod state;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
@@ -12,6 +13,7 @@ use stickslip::law::{self, Friction, Law};
 use stickslip::mode::Kind;
 use stickslip::orbit::{self, Segment};
 use stickslip::simulate::{self, Run, Stop};
+use stickslip::state_oscillator::StateOscillator;
 use stickslip::structure::Oscillator;
 
 fn refused(error: &Error) -> PyErr {
@@ -218,6 +220,11 @@ impl Orbit {
 /// Check the JSON document of an oscillator.
 #[pyfunction]
 fn check_oscillator(document: &str) -> PyResult<()> {
+    if state::has_state(document) {
+        return StateOscillator::from_json(document)
+            .map(drop)
+            .map_err(|error| refused(&error));
+    }
     Oscillator::from_json(document)
         .map(drop)
         .map_err(|error| refused(&error))
@@ -226,6 +233,9 @@ fn check_oscillator(document: &str) -> PyResult<()> {
 /// Check the JSON document of a law.
 #[pyfunction]
 fn check_law(document: &str) -> PyResult<()> {
+    if state::has_state(document) {
+        return state::Law::new(document).map(drop);
+    }
     law_from(document)?.validate().map_err(|error| refused(&error))
 }
 
@@ -287,6 +297,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Orbit>()?;
     module.add_class::<network::Network>()?;
     module.add_function(wrap_pyfunction!(network::check_system, module)?)?;
+    module.add_class::<state::Law>()?;
+    module.add_class::<state::Oscillator>()?;
     module.add_function(wrap_pyfunction!(check_oscillator, module)?)?;
     module.add_function(wrap_pyfunction!(check_law, module)?)?;
     module.add_function(wrap_pyfunction!(break_away, module)?)?;

@@ -36,6 +36,10 @@ pub enum Error {
         before: f64,
         after: f64,
     },
+    /// An elasto-plastic contact that would slip before it yields.
+    ElasticBeyondSlip { elastic: f64, weakest: f64 },
+    /// A law with memory where a memoryless one is needed.
+    Remembers,
     /// The geometry of the paper's law does not close.
     Geometry { what: &'static str, value: f64 },
     /// Undamped resonance has no bounded forced response.
@@ -85,6 +89,14 @@ impl fmt::Display for Error {
             } => write!(
                 out,
                 "{name} must not fall, got {after} after {before} at node {index} (counted from 0): smooth the table first"
+            ),
+            Self::ElasticBeyondSlip { elastic, weakest } => write!(
+                out,
+                "elastic must be less than the smallest friction of steady slip ({weakest}), got {elastic}"
+            ),
+            Self::Remembers => write!(
+                out,
+                "law must be memoryless, as a smooth sign leaves no events to remember: take the kinetic friction of that law as a table"
             ),
             Self::Geometry { what, value } => write!(out, "{what}, got {value}"),
             Self::Resonance { frequency } => write!(

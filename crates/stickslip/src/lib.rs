@@ -15,6 +15,8 @@
 //! | [`system`] | masses, matrices, contacts, drives |
 //! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
 //! | [`series`] | Taylor coefficients, their recursions, the certified first root |
+//! | [`state_law`] | friction laws with an internal state, one file a law |
+//! | [`state_oscillator`] | the right-hand side of an oscillator under such a law |
 //! | [`error`] | everything a user can get wrong, one sentence each |
 //!
 //! ```
@@ -43,5 +45,7 @@ pub mod orbit;
 pub mod replay;
 pub mod series;
 pub mod simulate;
+pub mod state_law;
+pub mod state_oscillator;
 pub mod structure;
 pub mod system;

@@ -1,0 +1,132 @@
+//! Friction laws with an internal state: no adhesion, no modes, one smooth (and stiff) equation for all times.
+//!
+//! A law here says how much force slip at velocity w and state z produces, and how fast z changes. It has one state at most.
+//! The motion is integrated outside the core, as an orbit of these laws is no closed form.
+
+mod bouc_wen;
+mod dahl;
+mod elasto_plastic;
+mod lu_gre;
+mod rate_state;
+mod regularised;
+mod stribeck;
+
+use serde::{Deserialize, Serialize};
+
+pub use bouc_wen::BoucWen;
+pub use dahl::Dahl;
+pub use elasto_plastic::ElastoPlastic;
+pub use lu_gre::LuGre;
+pub use rate_state::{Evolution, RateState};
+pub use regularised::{Regularised, Shape};
+
+use crate::error::Error;
+
+/// The answers every law with a state gives. To add one: a file with this trait, one line in [`StateLaw`], and the same in
+/// Python.
+pub trait StateFriction {
+    /// Check the parameters.
+    ///
+    /// # Errors
+    /// The first parameter that makes no sense.
+    fn validate(&self) -> Result<(), Error>;
+
+    /// Whether there is a state; without one it stays at 0.
+    fn has_state(&self) -> bool {
+        true
+    }
+
+    /// Friction force, with the sign it has on the mass, and dz/dt, at slip velocity `w` and state `z`.
+    fn rates(&self, w: f64, z: f64) -> (f64, f64);
+
+    /// The state of steady slip at velocity `w`; for w = 0 the state of a contact that was never loaded.
+    fn steady(&self, w: f64) -> f64;
+
+    /// A bound of |∂ż/∂z| at slip velocity `w`, for [`StateFriction::advance`].
+    fn pace(&self, _w: f64) -> f64 {
+        0.0
+    }
+
+    /// The state after `time` at constant slip velocity.
+    fn advance(&self, w: f64, z: f64, time: f64) -> f64 {
+        // Runge-Kutta in steps of 1/50 of the law's own time: 1e-10 a step at worst, and more steps than needed.
+        let steps = (50.0 * time * self.pace(w)).ceil().clamp(1.0, 1e5);
+        let h = time / steps;
+        let rate = |z: f64| self.rates(w, z).1;
+        let mut z = z;
+        let mut left = steps;
+        while left > 0.0 {
+            let first = rate(z);
+            let second = rate(z + 0.5 * h * first);
+            let third = rate(z + 0.5 * h * second);
+            let fourth = rate(z + h * third);
+            z += h / 6.0 * (first + 2.0 * (second + third) + fourth);
+            left -= 1.0;
+        }
+        z
+    }
+}
+
+macro_rules! laws {
+    ($($name:ident),+) => {
+        /// Any friction law with a state, as one tagged document.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(tag = "type")]
+        pub enum StateLaw { $(#[doc = "See the struct of that name."] $name($name)),+ }
+
+        impl StateLaw {
+            /// The names of these laws.
+            pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),+];
+        }
+
+        impl StateFriction for StateLaw {
+            fn validate(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.validate()),+ } }
+            fn has_state(&self) -> bool { match self { $(Self::$name(law) => law.has_state()),+ } }
+            #[inline]
+            fn rates(&self, w: f64, z: f64) -> (f64, f64) { match self { $(Self::$name(law) => law.rates(w, z)),+ } }
+            fn steady(&self, w: f64) -> f64 { match self { $(Self::$name(law) => law.steady(w)),+ } }
+            fn pace(&self, w: f64) -> f64 { match self { $(Self::$name(law) => law.pace(w)),+ } }
+            fn advance(&self, w: f64, z: f64, time: f64) -> f64 { match self { $(Self::$name(law) => law.advance(w, z, time)),+ } }
+        }
+
+        $(impl From<$name> for StateLaw { fn from(law: $name) -> Self { Self::$name(law) } })+
+    };
+}
+
+laws!(Dahl, LuGre, ElastoPlastic, BoucWen, RateState, Regularised);
+
+/// Force and state of `law` along samples of time and slip velocity, from the state `z`.
+///
+/// Between samples w is linear; a change of its sign there is respected, so that no distance is lost.
+///
+/// # Errors
+/// The law's first parameter that makes no sense, or columns of different length.
+pub fn follow(law: &StateLaw, t: &[f64], w: &[f64], z: f64) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    law.validate()?;
+    if w.len() != t.len() {
+        return Err(Error::Document {
+            reason: format!(
+                "t and w must have the same length, got {} and {}",
+                t.len(),
+                w.len()
+            ),
+        });
+    }
+    let mut z = z;
+    let (mut force, mut state) = (Vec::with_capacity(t.len()), Vec::with_capacity(t.len()));
+    for i in 0..t.len() {
+        if i > 0 {
+            let (from, to, time) = (w[i - 1], w[i], t[i] - t[i - 1]);
+            if from * to < 0.0 {
+                let share = from / (from - to);
+                z = law.advance(0.5 * from, z, share * time);
+                z = law.advance(0.5 * to, z, (1.0 - share) * time);
+            } else if time > 0.0 {
+                z = law.advance(0.5 * (from + to), z, time);
+            }
+        }
+        force.push(law.rates(w[i], z).0);
+        state.push(z);
+    }
+    Ok((force, state))
+}

@@ -1,0 +1,77 @@
+//! A loop of restoring force over displacement, whose shape two numbers turn from softening to hardening.
+
+use serde::{Deserialize, Serialize};
+
+use super::StateFriction;
+use crate::error::{Error, finite, positive};
+
+/// ż = A w − β |w| |z|^(n−1) z − γ w |z|^n, F = k z, rate-independent.
+///
+/// Bouc (1967, n = 1); Wen, J. Engineering Mechanics Division ASCE 102 (1976) 249.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoucWen {
+    /// Stiffness k of the hysteretic force.
+    pub stiffness: f64,
+    /// β > 0, 1/length^n.
+    pub beta: f64,
+    /// γ with |γ| ≤ β.
+    pub gamma: f64,
+    /// Exponent n ≥ 1.
+    #[serde(default = "one")]
+    pub exponent: f64,
+    /// A > 0, 1 as a rule.
+    #[serde(default = "one")]
+    pub amplitude: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl BoucWen {
+    fn largest(&self) -> f64 {
+        (self.amplitude / (self.beta + self.gamma)).powf(1.0 / self.exponent)
+    }
+}
+
+impl StateFriction for BoucWen {
+    fn validate(&self) -> Result<(), Error> {
+        positive("stiffness", self.stiffness)?;
+        positive("beta", self.beta)?;
+        positive("amplitude", self.amplitude)?;
+        if finite("gamma", self.gamma)? > self.beta || self.gamma <= -self.beta {
+            return Err(Error::Geometry {
+                what: "gamma must lie in (−beta, beta], as the contact would create energy or never slip",
+                value: self.gamma,
+            });
+        }
+        if finite("exponent", self.exponent)? < 1.0 {
+            return Err(Error::Geometry {
+                what: "exponent must be at least 1",
+                value: self.exponent,
+            });
+        }
+        Ok(())
+    }
+
+    fn rates(&self, w: f64, z: f64) -> (f64, f64) {
+        let power = if self.exponent == 1.0 {
+            z.abs()
+        } else {
+            z.abs().powf(self.exponent)
+        };
+        let sense = if z * w < 0.0 { -1.0 } else { 1.0 };
+        let rate = w * (self.amplitude - power * (self.beta * sense + self.gamma));
+        (self.stiffness * z, rate)
+    }
+
+    fn steady(&self, w: f64) -> f64 {
+        if w == 0.0 { 0.0 } else { self.largest().copysign(w) }
+    }
+
+    fn pace(&self, w: f64) -> f64 {
+        let bend = self.exponent * self.largest().powf(self.exponent - 1.0);
+        (self.beta + self.gamma.abs()) * bend * w.abs()
+    }
+}

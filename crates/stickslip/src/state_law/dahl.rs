@@ -1,0 +1,72 @@
+//! Friction that yields before it slips, like a strained solid.
+
+use serde::{Deserialize, Serialize};
+
+use super::StateFriction;
+use crate::error::{Error, positive};
+
+/// dF/dx = σ |1 − (F/f_k) sgn w|^i sgn(1 − (F/f_k) sgn w), rate-independent; the state is F itself.
+///
+/// Dahl, A solid friction model, Aerospace Corporation TOR-158(3107-18) (1968).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dahl {
+    /// Stiffness σ at F = 0.
+    pub stiffness: f64,
+    /// Friction f_k of steady slip.
+    pub kinetic: f64,
+    /// Exponent i: 1 as a rule, below for brittle, above for ductile contacts.
+    #[serde(default = "one")]
+    pub exponent: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl StateFriction for Dahl {
+    fn validate(&self) -> Result<(), Error> {
+        positive("stiffness", self.stiffness)?;
+        positive("kinetic", self.kinetic)?;
+        positive("exponent", self.exponent).map(drop)
+    }
+
+    fn rates(&self, w: f64, z: f64) -> (f64, f64) {
+        if w == 0.0 {
+            return (z, 0.0);
+        }
+        let room = 1.0 - z / self.kinetic * w.signum();
+        let softened = if self.exponent == 1.0 {
+            room
+        } else {
+            room.abs().powf(self.exponent).copysign(room)
+        };
+        (z, self.stiffness * softened * w)
+    }
+
+    fn steady(&self, w: f64) -> f64 {
+        if w == 0.0 { 0.0 } else { self.kinetic.copysign(w) }
+    }
+
+    fn advance(&self, w: f64, z: f64, time: f64) -> f64 {
+        if w == 0.0 {
+            return z;
+        }
+        let steady = self.kinetic.copysign(w);
+        let room = 1.0 - z / steady;
+        let distance = self.stiffness * (w * time).abs() / self.kinetic;
+        // r' = −|r|^i sgn r over the distance: exponential for i = 1, a power of a straight line else.
+        let left = if self.exponent == 1.0 {
+            room * (-distance).exp()
+        } else {
+            let power = 1.0 - self.exponent;
+            let line = room.abs().powf(power) - power * distance;
+            if line <= 0.0 {
+                0.0
+            } else {
+                line.powf(1.0 / power).copysign(room)
+            }
+        };
+        steady * (1.0 - left)
+    }
+}

@@ -1,0 +1,115 @@
+//! Friction of rock: it depends on how fast a contact slips and how long its asperities have lived.
+
+use serde::{Deserialize, Serialize};
+
+use super::StateFriction;
+use crate::error::{Error, finite, positive};
+
+/// How the state evolves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Evolution {
+    /// θ̇ = 1 − |w| θ/L: contacts age at rest (Dieterich).
+    #[default]
+    Aging,
+    /// θ̇ = −(|w| θ/L) ln(|w| θ/L): contacts evolve by slip alone (Ruina).
+    Slip,
+}
+
+/// F = N a asinh((w/2V₀) exp((μ₀ + b ψ)/a)), the state ψ = ln(V₀ θ/L).
+///
+/// For |w| ≫ V₀ exp(−μ₀/a) it is N (μ₀ + a ln(|w|/V₀) + b ψ) sgn w of Dieterich, J. Geophysical Research 84 (1979) 2161,
+/// and Ruina, ibid. 88 (1983) 10359; the inverse sine passes through w = 0 (Rice, Lapusta & Ranjith, J. Mechanics and
+/// Physics of Solids 49 (2001) 1865).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RateState {
+    /// Normal force N.
+    pub normal_force: f64,
+    /// Direct effect a.
+    pub a: f64,
+    /// Evolution effect b.
+    pub b: f64,
+    /// Length of slip L (D_c) over which the state evolves.
+    pub length: f64,
+    /// Reference velocity V₀.
+    pub reference_velocity: f64,
+    /// Friction coefficient μ₀ of steady slip at V₀.
+    #[serde(default = "rock")]
+    pub reference_friction: f64,
+    /// Evolution of the state.
+    #[serde(default)]
+    pub law: Evolution,
+}
+
+fn rock() -> f64 {
+    0.6
+}
+
+impl RateState {
+    fn coefficient(&self, w: f64, psi: f64) -> f64 {
+        if w == 0.0 {
+            return 0.0;
+        }
+        let exponent = (self.reference_friction + self.b * psi) / self.a;
+        let log = (w.abs() / (2.0 * self.reference_velocity)).ln() + exponent;
+        // asinh y = ln 2y for y beyond 1e9, where y itself may overflow.
+        let inverse = if log > 20.0 {
+            log + std::f64::consts::LN_2
+        } else {
+            log.exp().asinh()
+        };
+        (self.a * inverse).copysign(w)
+    }
+}
+
+impl StateFriction for RateState {
+    fn validate(&self) -> Result<(), Error> {
+        positive("normal_force", self.normal_force)?;
+        positive("a", self.a)?;
+        finite("b", self.b)?;
+        positive("length", self.length)?;
+        positive("reference_velocity", self.reference_velocity)?;
+        positive("reference_friction", self.reference_friction).map(drop)
+    }
+
+    fn rates(&self, w: f64, z: f64) -> (f64, f64) {
+        let speed = w.abs();
+        let rate = match self.law {
+            Evolution::Aging => self.reference_velocity * (-z).exp() - speed,
+            Evolution::Slip if speed == 0.0 => 0.0,
+            Evolution::Slip => -speed * ((speed / self.reference_velocity).ln() + z),
+        };
+        (self.normal_force * self.coefficient(w, z), rate / self.length)
+    }
+
+    /// ψ = −ln(|w|/V₀); at rest, that of V₀.
+    fn steady(&self, w: f64) -> f64 {
+        if w == 0.0 {
+            0.0
+        } else {
+            -(w.abs() / self.reference_velocity).ln()
+        }
+    }
+
+    fn advance(&self, w: f64, z: f64, time: f64) -> f64 {
+        let speed = w.abs();
+        let decay = (-speed * time / self.length).exp();
+        match self.law {
+            Evolution::Aging => {
+                // θ V₀/L is linear between its value now and V₀/|w|.
+                let aged = if speed == 0.0 {
+                    self.reference_velocity * time / self.length
+                } else {
+                    self.reference_velocity / speed * (1.0 - decay)
+                };
+                (z.exp() * decay + aged).ln()
+            }
+            Evolution::Slip if speed == 0.0 => z,
+            Evolution::Slip => {
+                let steady = self.steady(w);
+                steady + (z - steady) * decay
+            }
+        }
+    }
+}

@@ -1,0 +1,256 @@
+"""Laws with an internal state against cases of the literature and against their limits."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import stickslip as ss
+from stickslip.laws import Law
+
+LUGRE = ss.laws.LuGre(1e5, 316.22776601683796, 0.4, kinetic=1.0, break_away=1.5, scale=1e-3)
+LAWS = [
+    ss.laws.Dahl(2.0, 1.0),
+    ss.laws.Dahl(2.0, 1.0, 1.5),
+    LUGRE,
+    ss.laws.ElastoPlastic(1e5, 316.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-3, elastic=0.9),
+    ss.laws.BoucWen(2.0, 3.0, 1.0, exponent=2),
+    ss.laws.RateState(1e7, 0.01, 0.015, 1e-5, 1e-6),
+    ss.laws.RateState(1e7, 0.01, 0.015, 1e-5, 1e-6, law="slip"),
+    ss.laws.Regularised(ss.laws.Rational(1.0, 3.0), 1e-3),
+    ss.laws.Regularised(ss.laws.PiecewiseLinear([(0, 1), (0.2, 0.6)], 1.0), 1e-3, shape="tanh"),
+]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_every_law_with_a_state_is_a_document_that_comes_back(law):
+    law.rates(0.1, 0.0)
+    assert Law.from_dict(law.to_dict()) == law
+    assert pickle.loads(pickle.dumps(law)) == law == copy.deepcopy(law)
+    oscillator = ss.Oscillator(0.0, 0.1, law)
+    assert ss.Oscillator.from_dict(oscillator.to_dict()) == oscillator
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_steady_state_rests_and_the_two_directions_are_alike(law):
+    w = np.array([1e-7, 1e-3, 0.3])
+    force, rate = law.rates(w, law.steady_state(w))
+    assert np.abs(rate).max() <= 1e-12 * max(1.0, np.abs(law.rates(w, 0.0)[1]).max())
+    assert law.kinetic_force(-w) == pytest.approx(-force)
+    assert (force > 0).all()
+
+
+@pytest.mark.parametrize("law", LAWS[:7], ids=lambda law: type(law).__name__)
+def test_state_along_a_motion_obeys_its_rate(law):
+    # dz/dt of the followed state, by differences, is the law's own rate.
+    speed = 1e-6 if isinstance(law, ss.laws.RateState) else 0.02
+    start = law.steady_state(0.5 * speed) * 0.3
+    span = 1e-7 if law in (LUGRE, LAWS[3]) else 1e-5
+    t = np.linspace(0, span / speed, 2001)
+    _, z = law.follow(t, np.full_like(t, speed), state=start)
+    slope = np.gradient(z, t)[1:-1]
+    rate = law.rates(speed, z)[1][1:-1]
+    assert slope == pytest.approx(rate, rel=1e-5, abs=1e-8 * np.abs(rate).max())
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: ss.laws.Dahl(-1, 1), "stiffness must be greater than 0, got -1"),
+        (lambda: ss.laws.LuGre(1, -1, 0, 1, 1, 1), "damping must not be negative, got -1"),
+        (lambda: ss.laws.ElastoPlastic(1, 0, 0, 1, 1.5, 1, elastic=1.2), r"elastic must be less than .* \(1\), got 1.2"),
+        (lambda: ss.laws.BoucWen(1, 1, 2), "gamma must lie in .*, got 2"),
+        (lambda: ss.laws.BoucWen(1, 1, 0, exponent=0.5), "exponent must be at least 1, got 0.5"),
+        (lambda: ss.laws.RateState(1, 0.01, 0.015, 1, 1, law="agin"), "law must be one of aging, slip, .* mean 'aging'"),
+        (lambda: ss.laws.Regularised(ss.laws.Coulomb(1), 0), "width must be greater than 0, got 0"),
+        (lambda: ss.laws.Regularised(ss.laws.BogaczRyczek(), 1e-3), "law must be memoryless"),
+        (lambda: ss.laws.Regularised(ss.laws.DwellTime(1, 1, 1), 1e-3), "law must be memoryless"),
+        (lambda: ss.laws.Regularised(LUGRE, 1e-3), "law must be a memoryless friction law"),
+        (lambda: ss.laws.Regularised(ss.laws.Coulomb(1), 1, "arctg"), "shape must be one of arctan, tanh"),
+        (lambda: LUGRE.break_away_force(), "LuGre: has no break-away force"),
+        (lambda: LUGRE.follow([0, 1], [0]), "same length, got 2 and 1"),
+        (lambda: LUGRE.follow([1, 0], [0, 0]), "t must not fall"),
+        (lambda: LUGRE.follow([0, 1], [0, np.nan]), "w must be finite, got nan"),
+        (lambda: ss.integrate(ss.paper.oscillator(0.3), 10), "BogaczRyczek has no internal state; use stickslip.simulate"),
+        (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), 10, method="radau"), "method must be one of .* mean 'Radau'"),
+        (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), 10, tolerance=1e-20), "tolerance must lie in"),
+        (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), -1), "t_end must be greater than 0, got -1"),
+        (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), 10, max_evaluations=99), "needed more than 99 evaluations"),
+        (lambda: ss.simulate(ss.Oscillator(0, 0.1, LUGRE), 1).at(2), r"t must lie in \[0, 1\]"),
+        (lambda: ss.simulate(ss.Oscillator(0, 0.1, LUGRE), 1).segments, "motion under LuGre is smooth"),
+    ],
+)  # fmt: skip
+def test_what_makes_no_sense_is_refused_in_one_sentence(make, sentence):
+    with pytest.raises(ss.InputError, match=sentence) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def _upcrossings(orbit, w):
+    t = np.linspace(0, orbit.t_end, 40_001)
+    speed = orbit.system.drive_velocity - orbit.at(t)[1]
+    up = np.flatnonzero((speed[:-1] < w) & (speed[1:] >= w))
+    return [brentq(lambda t: orbit.system.drive_velocity - orbit.at(t)[1] - w, t[i], t[i + 1], xtol=1e-13) for i in up]
+
+
+def test_s18_lugre_block_on_a_spring():
+    # S18 of the validation cases: m x″ = k (v t − x) − F, Canudas de Wit et al., IEEE TAC 40 (1995) 419, Fig. 4; numbers
+    # from two implicit integrators at 1e-13.
+    oscillator = ss.Oscillator(damping=0.0, drive_velocity=0.1, law=LUGRE, stiffness=2.0)
+    orbit = ss.integrate(oscillator, 40, tolerance=1e-12)
+    slips = _upcrossings(orbit, 0.05)
+    assert slips[0] == pytest.approx(7.54039746, abs=1e-7)
+    assert 2.0 * orbit.at(slips[0])[0] == pytest.approx(1.50276511, abs=1e-7)
+    assert np.diff(slips)[-1] == pytest.approx(6.36271982, abs=1e-7)
+    assert orbit.regime() == "stick_slip"
+    assert orbit.work.evaluations < 60_000
+
+
+def test_coulomb_limit_of_s18():
+    # σ₀ → ∞, w_s → 0: break-away 1.5, then F = 1 + 0.4 w.
+    sharp = ss.laws.PiecewiseLinear([(0, 1.0), (1, 1.4)], break_away=1.5)
+    orbit = ss.simulate(ss.Oscillator(0.0, 0.1, sharp, stiffness=2.0), 60)
+    release = orbit.events.query("kind == 'release'")["t"]
+    assert release.diff().iloc[-1] == pytest.approx(6.453932708291305, rel=1e-11)
+
+
+def test_lugre_with_stiff_bristles_is_stribeck_friction_with_adhesion():
+    # σ₀ → ∞ with σ₁ = √σ₀: the period tends to that of the law with true adhesion, about as σ₀ to the power −1/2.
+    sharp = ss.laws.ExponentialStribeck(break_away=1.5, kinetic=1.0, scale=0.05, viscous=0.4)
+    orbit = ss.simulate(ss.Oscillator(0.0, 0.1, sharp, stiffness=2.0), 60)
+    limit = orbit.events.query("kind == 'release'")["t"].diff().iloc[-1]
+    error = []
+    for stiffness in (1e4, 1e6):
+        law = ss.laws.LuGre(stiffness, stiffness**0.5, 0.4, 1.0, 1.5, 0.05, exponent=1)
+        orbit = ss.simulate(ss.Oscillator(0.0, 0.1, law, stiffness=2.0), 60)
+        error.append(limit - np.diff(_upcrossings(orbit, 0.05))[-1])
+    assert 0 < error[1] < 0.1 * error[0] < 0.02
+
+
+@pytest.mark.parametrize(
+    ("eps", "period", "x_max"),
+    [
+        (1e2, 9.70968083, 0.91023681),
+        (1e3, 11.29815066, 1.06707951),
+        (1e4, 11.80799363, 1.1158706),
+        (1e5, 11.95188006, 1.12938134),
+        (1e6, 11.98920011, 1.13285054),
+    ],
+)
+def test_s6_regularised_leine(eps, period, x_max):
+    # S6 of the validation cases: the law of Leine et al. 1998 with (2/π) arctan(ε w) for the sign.
+    law = ss.laws.Regularised(ss.laws.Rational(1.0, 3.0), width=1 / eps)
+    orbit = ss.integrate(ss.Oscillator(0.0, 0.2, law), 70, tolerance=1e-12)
+    tops = orbit.events.query("kind == 'turn' and x > 0.8")
+    assert tops["t"].diff().iloc[-1] == pytest.approx(period, abs=1e-7)
+    assert tops["x"].iloc[-1] == pytest.approx(x_max, abs=1e-7)
+
+
+def test_regularised_law_tends_to_the_law_itself():
+    # S5 is the limit of S6: the error of the period falls about as the width does to the power 2/3.
+    exact = 12.00103129483058
+    error = [exact - period for period in (9.70968083, 11.29815066, 11.80799363, 11.95188006, 11.98920011)]
+    slope = np.diff(np.log(error)) / np.log(0.1)
+    assert (slope > 0.5).all()
+    assert (slope < 0.7).all()
+
+
+@pytest.mark.parametrize(("law", "phi", "period"), [("aging", 1.0, 10.54048576), ("slip", 0.5, 9.57708105)])
+def test_s17_rate_and_state_at_the_critical_stiffness(law, phi, period):
+    # S17 of the validation cases: quasi-static block at k = N (b − a)/L, from w = V₀ e^φ and θ = L/V₀; time in L/V₀. With
+    # the small mass of 10 kg inertia shifts the period by less than 1e-9 (m V₀²/(N a L) = 1e-11).
+    friction = ss.laws.RateState(normal_force=1e7, a=0.01, b=0.015, length=1e-5, reference_velocity=1e-6, law=law)
+    stiffness = 1e7 * (0.015 - 0.01) / 1e-5
+    w = 1e-6 * np.exp(phi)
+    oscillator = ss.Oscillator(0.0, 1e-6, friction, mass=10.0, stiffness=stiffness)
+    x = float(friction.rates(w, 0.0)[0]) / stiffness
+    orbit = ss.integrate(oscillator, 250, x0=x, v0=1e-6 - w, state=0.0, tolerance=1e-9, method="Radau")
+    turns = orbit.events.query("kind == 'turn'")["t"].to_numpy()
+    assert (turns[2:] - turns[:-2]) / 10.0 == pytest.approx(period, abs=1e-7)
+
+
+@pytest.mark.parametrize("mass", [10.0, 1e12])
+def test_s17_critical_stiffness(mass):
+    # Linear stability: k_c = N (b − a)/L (1 + m V₀²/(N a L)), 5e9 without inertia and 1e10 for 1e12 kg; period 2π/ω_c =
+    # 88.857 s at k_c. Small motions grow below and decay above.
+    law = ss.laws.RateState(normal_force=1e7, a=0.01, b=0.015, length=1e-5, reference_velocity=1e-6)
+    critical = {10.0: 5e9, 1e12: 1e10}[mass]
+    grown = []
+    for factor in (0.95, 1.05):
+        oscillator = ss.Oscillator(0.0, 1e-6, law, mass=mass, stiffness=factor * critical)
+        x = law.kinetic_force(1e-6) / (factor * critical)
+        orbit = ss.integrate(oscillator, 600, x0=x * (1 + 1e-6), v0=0.0, state=0.0)
+        w = np.abs(orbit.at(np.linspace(0, 600, 6001))[1])
+        grown.append(w[-1000:].max() / w[1000:2000].max())
+        turns = orbit.events.query("kind == 'turn'")["t"].to_numpy()
+        assert np.mean(turns[4:] - turns[2:-2]) == pytest.approx(88.85765876316732, rel=0.04)
+    assert grown[0] > 1.1
+    assert grown[1] < 0.9
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "turning_force", "work"),
+    [(0.25, 0.4621171572600098, 0.07576568547998049), (1, 0.9640275800758169, 2.071944839848366),
+     (3, 0.9999877116507956, 10.00002457669841)],
+)  # fmt: skip
+def test_s19_dahl_loop(amplitude, turning_force, work):
+    # S19 of the validation cases: quasi-static loop of dF/dx = σ (1 − F/f_k sgn w) between ±a, F_r = f_k tanh(σ a/f_k).
+    law = ss.laws.Dahl(stiffness=2.0, kinetic=1.0)
+    ends = np.cumsum([amplitude] + [2 * amplitude] * 59)
+    n = 2000
+    t = np.concatenate([np.linspace(end - 2 * amplitude, end, n + 1) for end in ends])
+    t = np.maximum(t, 0.0)
+    w = np.repeat(np.where(np.arange(60) % 2, -1.0, 1.0), n + 1)
+    force = ss.force_along(law, t, w).reshape(60, n + 1)
+    assert abs(force[-1, -1]) == pytest.approx(turning_force, rel=1e-11)
+    h = 2 * amplitude / n
+    simpson = h / 3 * (force[:, 0] + force[:, -1] + 4 * force[:, 1:-1:2].sum(1) + 2 * force[:, 2:-1:2].sum(1))
+    assert simpson[-2] - simpson[-1] == pytest.approx(work, rel=1e-10)
+
+
+def test_bouc_wen_of_exponent_one_is_dahl():
+    # β = k/f_k, γ = 0, A = 1; one is followed by Runge-Kutta, the other exactly.
+    t = np.linspace(0, 30, 3001)
+    w = np.sin(t) + 0.4 * np.sin(2.7 * t)
+    dahl = ss.force_along(ss.laws.Dahl(stiffness=2.0, kinetic=0.8), t, w)
+    bouc = ss.force_along(ss.laws.BoucWen(stiffness=2.0, beta=2.5, gamma=0.0), t, w)
+    assert bouc == pytest.approx(dahl, abs=1e-9)
+
+
+def test_elasto_plastic_contact_does_not_drift_where_lugre_does():
+    # Below break-away: the same small oscillating load around a mean, Dupont et al. 2002, Fig. 5.
+    drift = {}
+    for law in (LUGRE, ss.laws.ElastoPlastic(1e5, 316.0, 0.4, 1.0, 1.5, 1e-3, elastic=0.95)):
+        oscillator = ss.Oscillator(0.0, 0.0, law, stiffness=1e-3, forcing=ss.Harmonic(0.4, 5.0))
+        orbit = ss.integrate(oscillator, 60, x0=-400.0, v0=0.0, tolerance=1e-8)
+        period = 2 * np.pi / 5
+        x = orbit.at(np.array([10, 40]) * period)[0]
+        drift[type(law).__name__] = abs(x[1] - x[0])
+    assert drift["LuGre"] > 1e-8
+    assert drift["ElastoPlastic"] < 1e-2 * drift["LuGre"]
+
+
+def test_brittle_and_ductile_dahl_agree_with_their_rate():
+    for exponent in (0.5, 2.0):
+        law = ss.laws.Dahl(2.0, 1.0, exponent)
+        t = np.linspace(0, 0.3, 3001)
+        force, _ = law.follow(t, np.ones_like(t))
+        assert np.gradient(force, t)[1:-1] == pytest.approx(law.rates(1.0, force)[1][1:-1], rel=1e-5)
+
+
+def test_orbit_of_a_law_with_a_state_answers_as_others_do(tmp_path):
+    oscillator = ss.Oscillator(damping=0.0, drive_velocity=0.1, law=LUGRE, stiffness=2.0)
+    orbit = ss.simulate(oscillator, 30)
+    motion = orbit.to_xarray()
+    assert {"x", "v", "a", "slip_velocity", "force", "stuck", "state"} <= set(motion)
+    rest = motion["a"] + 2.0 * motion["x"] - motion["force"]
+    assert float(np.abs(rest).max()) < 1e-12
+    assert list(orbit.events)[:5] == ["t", "kind", "contact", "x", "v"]
+    assert set(orbit.events["kind"]) <= {"crossing", "turn"}
+    assert orbit.stop == "t_end"
+    assert orbit.save(tmp_path / "orbit.nc").exists()
+    short = ss.simulate(oscillator, 30, max_events=2)
+    assert short.stop == "max_events"
+    assert short.t_end < 30
