@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stickslip import laws, paper, show
     from stickslip.analysis import orbit_diagram
+    from stickslip.batch import simulate_many
     from stickslip.errors import InputError
     from stickslip.identification import identify
     from stickslip.integration import integrate
@@ -46,6 +47,7 @@ _HOME = {
     "paper": "",
     "show": "",
     "simulate": "simulation",
+    "simulate_many": "batch",
 }
 
 __all__ = [
@@ -70,6 +72,7 @@ __all__ = [
     "paper",
     "show",
     "simulate",
+    "simulate_many",
 ]
 
 

@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from typing import final
 
 import numpy as np
@@ -6,11 +7,13 @@ from numpy.typing import NDArray
 __all__ = [
     "BRANCHES",
     "KINDS",
+    "STOPS",
     "Network",
     "Orbit",
     "StateLaw",
     "StateOscillator",
     "__version__",
+    "batch",
     "break_away",
     "check_law",
     "check_oscillator",
@@ -23,6 +26,7 @@ _Flags = NDArray[np.bool_]
 
 __version__: str
 KINDS: list[str]
+STOPS: list[str]
 BRANCHES: list[str]
 
 @final
@@ -73,6 +77,16 @@ class Network:
     def work(self) -> tuple[int, int]: ...
 
 def check_system(document: str) -> None: ...
+def batch(
+    document: str,
+    names: list[str],
+    values: _Floats,
+    run: tuple[float, float, int],
+    section: int | None,
+    keep: int,
+    workers: int,
+    progress: Callable[[int, int], object] | None,
+) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
 
 @final
 class StateLaw:

@@ -1,5 +1,6 @@
 //! The border between the core and Python: conversions only. Documents cross it as JSON, numbers as arrays.
 
+mod batch;
 mod network;
 mod state;
 
@@ -294,7 +295,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("KINDS", Kind::ALL.map(Kind::name))?;
     module.add("BRANCHES", law::BRANCHES)?;
+    module.add("STOPS", Stop::ALL.map(Stop::name))?;
     module.add_class::<Orbit>()?;
+    module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
     module.add_class::<network::Network>()?;
     module.add_function(wrap_pyfunction!(network::check_system, module)?)?;
     module.add_class::<state::Law>()?;

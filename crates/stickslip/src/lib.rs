@@ -11,6 +11,7 @@
 //! | [`event`] | the certified next event |
 //! | [`simulate`] | the loop, and why it stopped |
 //! | [`orbit`] | what a run returns, evaluable at any time |
+//! | [`batch`] | many runs over parameters and starts, on all cores |
 //! | [`replay`] | a law along a measured motion |
 //! | [`system`] | masses, matrices, contacts, drives |
 //! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
@@ -32,6 +33,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod batch;
 pub mod drive;
 pub mod error;
 pub mod event;

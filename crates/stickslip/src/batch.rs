@@ -1,0 +1,178 @@
+//! Many runs of one oscillator over parameters and starts, on all cores. Each run depends on its own row alone, so the
+//! results are the same for any number of workers; memory grows only with what is asked back.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use rayon::prelude::*;
+use serde_json::Value;
+
+use crate::error::Error;
+use crate::mode::Kind;
+use crate::orbit::{Event, Orbit, Record, Segment};
+use crate::simulate::{Run, Stop, observe};
+use crate::structure::Oscillator;
+
+/// What is varied and what is kept of each run.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    /// The document of the oscillator that is varied.
+    pub document: Value,
+    /// What is varied: paths in the document such as `forcing.0.amplitude`, or `x0` and `v0`.
+    pub names: Vec<String>,
+    /// The values, a row for each run.
+    pub values: Vec<f64>,
+    /// Time to run.
+    pub t_end: f64,
+    /// Most events of each run.
+    pub max_events: u64,
+    /// The time from which on events count.
+    pub after: f64,
+    /// Which events make the section, if one is kept.
+    pub section: Option<Kind>,
+    /// How many of the last events of that kind are kept.
+    pub keep: usize,
+}
+
+/// What is kept of one run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Position and velocity at `t_end`, or where the run stopped before.
+    pub last: (f64, f64),
+    /// Events after the transient, by kind.
+    pub counts: [u64; Kind::ALL.len()],
+    /// The sum of the stick times of those that are releases.
+    pub stick_time: f64,
+    /// (t, x, v) of the last events of the section, in time.
+    pub section: VecDeque<[f64; 3]>,
+    /// Why the run ended.
+    pub stop: Stop,
+}
+
+/// A run as it is told: only the row and the present mode are kept.
+struct Tally {
+    after: f64,
+    section: Option<Kind>,
+    keep: usize,
+    segment: Option<Segment>,
+    row: Row,
+}
+
+impl Record for Tally {
+    fn segment(&mut self, segment: Segment) {
+        self.segment = Some(segment);
+    }
+
+    fn event(&mut self, event: Event) {
+        if event.t < self.after {
+            return;
+        }
+        self.row.counts[event.kind as usize] += 1;
+        if event.kind == Kind::Release {
+            self.row.stick_time += event.stick_time;
+        }
+        if self.section == Some(event.kind) && self.keep > 0 {
+            if self.row.section.len() == self.keep {
+                self.row.section.pop_front();
+            }
+            self.row.section.push_back([event.t, event.x, event.v]);
+        }
+    }
+}
+
+impl Batch {
+    /// How many runs there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.values.len() / self.names.len().max(1)
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The runs of a range of rows, in their order, on the threads of the present rayon pool.
+    ///
+    /// # Errors
+    /// The first row, in their order, whose values make no sense.
+    pub fn rows(&self, range: Range<usize>) -> Result<Vec<Row>, Error> {
+        let rows: Vec<Result<Row, Error>> = range.into_par_iter().map(|index| self.row(index)).collect();
+        rows.into_iter().collect()
+    }
+
+    fn row(&self, index: usize) -> Result<Row, Error> {
+        let width = self.names.len();
+        let values = &self.values[index * width..(index + 1) * width];
+        let at = |error: Error| {
+            let row: Vec<String> = self
+                .names
+                .iter()
+                .zip(values)
+                .map(|(name, value)| format!("{name} = {value}"))
+                .collect();
+            Error::Document {
+                reason: format!("run {index} ({}): {error}", row.join(", ")),
+            }
+        };
+        let mut document = self.document.clone();
+        let mut run = Run {
+            max_events: self.max_events,
+            ..Run::stuck(self.t_end)
+        };
+        for (name, &value) in self.names.iter().zip(values) {
+            match name.as_str() {
+                "x0" => run.x0 = value,
+                "v0" => run.v0 = Some(value),
+                path => *place(&mut document, path).map_err(at)? = value.into(),
+            }
+        }
+        let oscillator: Oscillator = serde_json::from_value(document).map_err(|error| {
+            at(Error::Document {
+                reason: error.to_string(),
+            })
+        })?;
+        let mut tally = Tally {
+            after: self.after,
+            section: self.section,
+            keep: self.keep,
+            segment: None,
+            row: Row {
+                last: (run.x0, oscillator.drive_velocity),
+                counts: [0; Kind::ALL.len()],
+                stick_time: 0.0,
+                section: VecDeque::new(),
+                stop: Stop::End,
+            },
+        };
+        let (stop, _) = observe(&oscillator, run, &mut tally).map_err(at)?;
+        tally.row.stop = stop;
+        if let Some(segment) = tally.segment {
+            let end = if stop == Stop::End {
+                self.t_end
+            } else {
+                segment.clock.high
+            };
+            let mut orbit = Orbit::new(oscillator, run);
+            orbit.segments.push(segment);
+            let state = orbit.states(&[end])[0];
+            tally.row.last = (state.x, state.v);
+        }
+        Ok(tally.row)
+    }
+}
+
+/// The number at a dotted path of the document.
+fn place<'a>(document: &'a mut Value, path: &str) -> Result<&'a mut Value, Error> {
+    let missing = || Error::Document {
+        reason: format!("the system document has no number {path:?}"),
+    };
+    let pointer = format!("/{}", path.replace('.', "/"));
+    let place = document.pointer_mut(&pointer).ok_or_else(missing)?;
+    if place.is_number() {
+        Ok(place)
+    } else {
+        Err(missing())
+    }
+}

@@ -1,0 +1,142 @@
+"""Many runs of one oscillator over parameters and starts, on all cores."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip import _core
+from stickslip.documents import did_you_mean, number
+from stickslip.errors import InputError
+from stickslip.system import Oscillator
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def simulate_many(
+    system: Oscillator,
+    over: Mapping[str, ArrayLike],
+    t_end: float,
+    *,
+    transient: float = 0.5,
+    section: str | None = None,
+    keep: int = 32,
+    max_events: int = 10_000_000,
+    workers: int | None = None,
+    progress: Callable[[int, int], Any] | None = None,
+) -> xr.Dataset:
+    """Simulate every combination of parameters and starts and keep only what is asked for.
+
+    Parameters
+    ----------
+    system : the oscillator that is varied; one whose motion has a closed form.
+    over : values by name, each shape (n,): a number of the system document such as ``"drive_velocity"``,
+        ``"forcing.amplitude"`` or ``"law.kinetic"``, or the start ``"x0"``, ``"v0"``. All combinations are run.
+    t_end : time to run each.
+    transient : the fraction of each run whose events do not count, in [0, 1).
+    section : a kind of event, such as ``"release"``, whose last `keep` occurrences are kept.
+    keep : how many.
+    max_events : the most events of each run.
+    workers : threads; default all cores. The result does not depend on it.
+    progress : called as ``progress(done, n)`` after each block of runs.
+
+    Returns
+    -------
+    Dataset over the names of `over`: ``x`` and ``v`` at t_end, ``events`` (a number for each ``kind``, after the
+    transient), ``stick_time`` (the mean, NaN where nothing sticks), ``stop``; and with a section ``section_t``,
+    ``section_x`` and ``section_v`` over ``point``, the last events in time, NaN where there are fewer.
+
+    Raises
+    ------
+    InputError
+        for an unknown name or a value that makes no sense; nothing is returned then.
+    KeyboardInterrupt
+        between two blocks of runs.
+
+    >>> from stickslip import paper
+    >>> runs = simulate_many(paper.oscillator(0.3), {"drive_velocity": [0.2, 0.3], "x0": [0.0, 0.5]}, t_end=400)
+    >>> (runs["events"].sel(kind="release") > 0).values.tolist()
+    [[True, True], [False, False]]
+    """
+    import xarray as xr
+
+    if isinstance(system, Oscillator) and not system.closed_form:
+        raise InputError("simulate_many: the motion of this oscillator has no closed form; run simulate in a loop")
+    if not over:
+        raise InputError("simulate_many: over is empty; name at least one parameter or start to vary")
+    if not 0 <= transient < 1:
+        raise InputError(f"simulate_many: transient must lie in [0, 1), got {transient}")
+    if section is not None and section not in _core.KINDS:
+        hint = did_you_mean(section, _core.KINDS)
+        raise InputError(f"simulate_many: section must be one of {', '.join(_core.KINDS)}, got {section!r}{hint}")
+    for name, count in (("keep", keep), ("max_events", max_events), ("workers", workers or 1)):
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise InputError(f"simulate_many: {name} must be a whole number of at least 1, got {count!r}")
+    axes = {name: np.atleast_1d(np.asarray(values, float)) for name, values in over.items()}
+    for name, values in axes.items():
+        if values.ndim != 1 or not np.isfinite(values).all():
+            raise InputError(f"simulate_many: {name} must be a list of finite numbers, got shape {values.shape}")
+    document = json.loads(system.to_json())
+    paths = [_path(name, document) for name in axes]
+    grid = np.stack([mesh.ravel() for mesh in np.meshgrid(*axes.values(), indexing="ij")], axis=1)
+    end = number("t_end", t_end, "simulate_many")
+    kind = None if section is None else _core.KINDS.index(section)
+    held = keep if section else 0
+    try:
+        state, stop, counts, stick_time, points = _core.batch(
+            json.dumps(document),
+            paths,
+            np.ascontiguousarray(grid.ravel()),
+            (end, transient * end, max_events),
+            kind,
+            held,
+            workers or os.cpu_count() or 1,
+            progress,
+        )
+    except ValueError as error:
+        raise InputError(f"simulate_many: {error}") from None
+    dims = list(axes)
+    shape = tuple(values.size for values in axes.values())
+    counts = counts.reshape(*shape, len(_core.KINDS))
+    releases = counts[..., _core.KINDS.index("release")]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.where(releases > 0, stick_time.reshape(shape) / releases, np.nan)
+    state = state.reshape(*shape, 2)
+    names = np.array(_core.STOPS)[stop.astype(int)].reshape(shape)
+    data: dict[str, Any] = {
+        "x": (dims, state[..., 0]),
+        "v": (dims, state[..., 1]),
+        "events": ([*dims, "kind"], counts.astype(np.int64)),
+        "stick_time": (dims, mean),
+        "stop": (dims, names),
+    }
+    if section:
+        points = points.reshape(*shape, keep, 3)
+        data |= {f"section_{name}": ([*dims, "point"], points[..., i]) for i, name in enumerate("txv")}
+    attrs = {"system": json.dumps(system.to_dict()), "t_end": end, "transient": transient, "section": section or ""}
+    return xr.Dataset(data, coords={**axes, "kind": _core.KINDS}, attrs=attrs)
+
+
+def _path(name: str, document: Mapping[str, Any]) -> str:
+    """The place of a name in the core's document, where forcing is a list."""
+    if name in ("x0", "v0"):
+        return name
+    if name.startswith("forcing.") and not name.split(".")[1].isdigit():
+        name = name.replace("forcing.", "forcing.0.", 1)
+    place: Any = document
+    for key in name.split("."):
+        try:
+            place = place[int(key)] if isinstance(place, list) else place[key]
+        except (KeyError, IndexError, ValueError, TypeError):
+            known = [*place] if isinstance(place, Mapping) else []
+            hint = did_you_mean(key, known)
+            raise InputError(f"simulate_many: the system has no number {name!r}{hint}") from None
+    if isinstance(place, bool) or not isinstance(place, int | float):
+        raise InputError(f"simulate_many: {name!r} is not a number of the system, so it cannot be varied")
+    return name
