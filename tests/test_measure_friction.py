@@ -103,7 +103,10 @@ def test_static_kinetic_cycle_has_its_period_and_stick_time() -> None:
     np.testing.assert_allclose(table["force_rate"], 0.2, rtol=0.01)
 
 
-@pytest.mark.parametrize("drive", [0.1, 0.2, 0.3, 0.4])
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize("drive", [0.1, pytest.param(0.2, marks=SLOW), 0.3, pytest.param(0.4, marks=SLOW)])
 def test_friction_is_within_two_percent_at_a_thousandth_of_noise(drive: float) -> None:
     truth = oscillator(kinked, drive, 0.28, 0.0371, 70.0)
     friction = measured(truth, drive, 0.28, 1e-3)
@@ -118,7 +121,10 @@ def test_friction_is_within_two_percent_at_a_thousandth_of_noise(drive: float) -
     assert 0.2 < np.sqrt(np.mean((error / friction["force_error"].values) ** 2)) < 1.5
 
 
-@pytest.mark.parametrize(("drive", "noise"), [(0.1, 1e-3), (0.2, 1e-3), (0.3, 1e-3), (0.4, 1e-3), (0.3, 5e-3)])
+@pytest.mark.parametrize(
+    ("drive", "noise"),
+    [(0.1, 1e-3), pytest.param(0.2, 1e-3, marks=SLOW), (0.3, 1e-3), pytest.param(0.4, 1e-3, marks=SLOW), (0.3, 5e-3)],
+)
 def test_no_stick_is_missed_and_none_invented(drive: float, noise: float) -> None:
     truth = oscillator(kinked, drive, 0.28, 0.0371, 70.0)
     table = measured(truth, drive, 0.28, noise)["break_away"]
@@ -153,7 +159,7 @@ def test_steady_slip_is_stable_slip() -> None:
 
 def test_spring_force_recalibrates_the_stiffness() -> None:
     # the spring is 10 % stiffer than the rig says: the sticks show it
-    truth = oscillator(kinetic, 0.2, 0.1, 0.038, 90.0)
+    truth = oscillator(kinetic, 0.2, 0.1, 0.038, 50.0)
     rng = np.random.default_rng(1)
     force = truth.x + 1e-3 * rng.standard_normal(len(truth.x))
     rig = Rig(gauge="spring_force", column="F", unit="1", stiffness=1 / 1.1, mass=1, damping=0.1, drive_velocity=0.2)
@@ -164,14 +170,14 @@ def test_spring_force_recalibrates_the_stiffness() -> None:
 
 
 def test_wrong_drive_velocity_is_found_and_said() -> None:
-    truth = oscillator(kinetic, 0.2, 0.1, 0.038, 90.0)
+    truth = oscillator(kinetic, 0.2, 0.1, 0.038, 50.0)
     friction = measured(truth, 0.2, 0.1, 1e-3, drive_velocity=0.205)
     assert friction.attrs["drive_velocity"] == pytest.approx(0.2, rel=2e-3)
     assert any("drive velocity re-calibrated" in note for note in friction.attrs["notes"])
 
 
 def test_impulses_and_mains_are_taken_out() -> None:
-    truth = oscillator(kinetic, 0.2, 0.1, 0.038, 90.0)
+    truth = oscillator(kinetic, 0.2, 0.1, 0.038, 50.0)
     rng = np.random.default_rng(1)
     x = truth.x + 5e-4 * rng.standard_normal(len(truth.x))
     spikes = rng.choice(len(x), 20, replace=False)
@@ -187,7 +193,7 @@ def test_impulses_and_mains_are_taken_out() -> None:
 
 
 def test_it_survives_a_file(tmp_path: Path) -> None:
-    truth = oscillator(kinetic, 0.2, 0.1, 0.038, 60.0)
+    truth = oscillator(kinetic, 0.2, 0.1, 0.038, 40.0)
     friction = measured(truth, 0.2, 0.1, 1e-3)
     friction.to_netcdf(tmp_path / "f.nc", engine="h5netcdf")
     with xr.open_datatree(tmp_path / "f.nc", engine="h5netcdf") as back:

@@ -76,6 +76,18 @@ def test_a_mass_that_is_not_there_is_named(mass: int | str, words: str) -> None:
         measure(film(), RIG, mass=mass)
 
 
+def test_a_motion_in_pixels_is_no_motion_in_metres() -> None:
+    pixels = film().assign(x=film()["x"].assign_attrs(units="px"))
+    with pytest.raises(ss.InputError, match="'x' is in px and the rig says 1; track it with a calibration"):
+        measure(pixels, dropping())
+
+
+def test_an_error_that_the_scatter_contradicts_is_told() -> None:
+    boasting = film().assign(x_error=film()["x_error"] / 10)
+    tree = measure(boasting, dropping(), mass="left")
+    assert any("good to 5e-05" in note and "the scatter was believed" in note for note in tree.attrs["notes"])
+
+
 def test_motion_of_all_masses_is_one_data_set() -> None:
     moved = motion(film(), dropping())
     assert moved["a"].dims == ("time", "mass")

@@ -16,7 +16,7 @@ from stickslip.measurement.break_away import break_aways
 from stickslip.measurement.force import Friction, fit_pieces, friction_force, likeliest_inertia
 from stickslip.measurement.gauges import GAUGES, Bench
 from stickslip.measurement.limits import LimitSearch, refine_sticks
-from stickslip.measurement.masses import masses_of
+from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.noise import impulses, line_excess, mains_line, noise_level
 from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.read import Record, as_record
@@ -108,6 +108,7 @@ def measure(
                 f"measure: a {rig.gauge} rig measures one record at a time, got {len(record)}; measure them one by one"
             )
         record = record[0]
+    record = opened(record)
     masses = masses_of(record, mass)
     if masses is not None:
         trees = {f"mass_{label}": measure(one, rig) for label, one in masses.items()}
@@ -216,12 +217,23 @@ def _measure(record: Record, rig: Rig) -> _Found:
                 "w is measured, not set to zero, inside them"
             )
     friction = friction_force(fit, sticks)
+    if record.error is not None:
+        stated = record.error * rig.force_unit / (o.stiffness if spring else 1.0)
+        if not 0.5 < friction.noise / max(stated, 1e-300) < 2:
+            notes.append(
+                f"the record says its samples are good to {stated:.2g} {_length(rig)}, they scatter by "
+                f"{friction.noise:.2g} about the fit: the scatter was believed"
+            )
     window = quiet_window(noise, record.step, o.drive_velocity)
     slow = slow_share(friction.slip_velocity, o.drive_velocity, window)
     word = regime(friction.slip_velocity, o.drive_velocity, slow, rigid, len(sticks), len(flanks.limits))
     line = main_line(friction.slip_acceleration, record.step)
     _inertia_notes(friction, rig, word, line, notes)
     return _Found(friction, sticks, rigid, slow, line, word, notes)
+
+
+def _length(rig: Rig) -> str:
+    return "" if rig.unit == "1" else "m"
 
 
 def _without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:

@@ -14,7 +14,7 @@ from stickslip.documents import did_you_mean
 from stickslip.errors import InputError
 from stickslip.measurement.friction import measure_record
 from stickslip.measurement.gauges import Bench
-from stickslip.measurement.masses import masses_of
+from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import as_record
 from stickslip.measurement.result import release
 from stickslip.measurement.rig import Rig
@@ -88,6 +88,7 @@ def motion(
     spring = load_rig(rig)
     if isinstance(spring, Bench):
         raise InputError(f"motion: a rig with a spring was expected, got the gauge {spring.gauge!r}; see ss.measure")
+    record = opened(record)
     masses = masses_of(record, mass)
     if masses is None:
         return _data(_move(record, spring, method, cutoff), spring, method)

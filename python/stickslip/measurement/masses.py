@@ -12,6 +12,13 @@ from stickslip.errors import InputError
 from stickslip.measurement.read import open_motion
 
 
+def opened(source: Any) -> Any:
+    """The Dataset of a netCDF file, with its path as `source`; anything else as it is."""
+    if isinstance(source, str | Path) and Path(source).suffix.lower() == ".nc":
+        return open_motion(source).assign_attrs(source=str(source))
+    return source
+
+
 def masses_of(source: Any, mass: int | str | None = None) -> dict[str, xr.Dataset] | None:
     """The records in a motion, by the label of their mass; None for anything without a dimension ``mass``.
 
@@ -20,8 +27,7 @@ def masses_of(source: Any, mass: int | str | None = None) -> dict[str, xr.Datase
     source : Dataset (dims `time`, `mass`), or the path of a netCDF file of it.
     mass : number or label of one; None for all.
     """
-    if isinstance(source, str | Path) and Path(source).suffix.lower() == ".nc":
-        source = open_motion(source).assign_attrs(source=str(source))
+    source = opened(source)
     if not isinstance(source, xr.Dataset) or "mass" not in source.dims:
         return None
     labels = [str(label) for label in source["mass"].values] if "mass" in source.coords else []

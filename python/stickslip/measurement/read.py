@@ -41,6 +41,7 @@ class Record:
     notes : what was found worth telling while reading.
     weight : (n,) 0 for a sample that is missing (its signal is a line between its neighbours) and 1 for all others; None
         where none is missing.
+    error : standard error of a sample as the file states it (``x_error`` of a motion), in the unit of the signal, or None.
     """
 
     time: Array
@@ -48,6 +49,7 @@ class Record:
     source: str
     notes: tuple[str, ...] = ()
     weight: Array | None = None
+    error: float | None = None
 
     @property
     def step(self) -> float:
@@ -139,6 +141,7 @@ def as_record(source: Any, rig: Rig) -> Record:
     else:
         table = table_of(source)
     column = table.name_of(rig.column)
+    _check_unit(source, column, rig, table.source)
     signal = table.columns[column]
     notes = list(table.notes)
     if rig.read.missing == "refuse":
@@ -165,7 +168,10 @@ def as_record(source: Any, rig: Rig) -> Record:
         signal = np.interp(time, time[good], signal[good])
         weight = good.astype(np.float64)
         notes.append(f"{count} missing samples of {column!r} were left out ({100 * count / len(good):.1f} %)")
-    return Record(time, signal, table.source, tuple(notes), weight)
+    stated = table.columns.get(f"{column}_error", np.zeros(0))
+    stated = stated[np.isfinite(stated)]
+    error = float(np.median(stated)) if len(stated) else None
+    return Record(time, signal, table.source, tuple(notes), weight, error)
 
 
 def table_of(source: Any) -> Table:
@@ -198,6 +204,16 @@ def _columns_of(source: Any) -> dict[str, Array]:
         if array.ndim <= 1 or max(array.shape) == array.size:
             columns[name] = array.ravel()
     return columns
+
+
+def _check_unit(source: Any, column: str, rig: Rig, name: str) -> None:
+    """Refuse a labelled motion in another unit than the rig's; pixels are not metres."""
+    if not hasattr(source, "data_vars") or column not in source:
+        return
+    unit = source[column].attrs.get("units")
+    if unit is not None and str(unit) != rig.unit:
+        what = "track it with a calibration" if unit == "px" else f'write unit = "{unit}" in the rig'
+        raise InputError(f"{name}: {column!r} is in {unit} and the rig says {rig.unit}; {what}")
 
 
 def check_finite(values: Array, column: str, table: Table) -> None:
