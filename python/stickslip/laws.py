@@ -24,6 +24,7 @@ from stickslip.state_laws import ElastoPlastic as ElastoPlastic
 from stickslip.state_laws import LuGre as LuGre
 from stickslip.state_laws import RateState as RateState
 from stickslip.state_laws import Regularised as Regularised
+from stickslip.tabulation import from_function as from_function
 
 
 @dataclass(frozen=True)
