@@ -8,7 +8,10 @@
 //! time has made of it). Otherwise the most overloaded one slips in the direction of the force it could not bear, and the rest
 //! is asked again; one that would then slip against its direction sticks after all. Should this go round in circles, the first
 //! consistent combination is taken, stick before slip forward before slip backward, the first contact changing fastest.
-//! Contacts in a closed loop share adhesion such that the sum of squares of their forces is least.
+//!
+//! Stuck contacts in a closed loop (two between the same bodies, or mass, drive, mass) leave the share of each undetermined.
+//! They share such that the sum of squares of their forces is least; one that is overloaded while the others still hold it
+//! stays where it is, pinned at its limit, and the others bear the rest until the next event.
 
 use crate::drive::Clock;
 use crate::error::{Error, finite, positive};
@@ -16,7 +19,7 @@ use crate::event::Work;
 use crate::flow::taylor::{Frame, Held, Motion, Rub};
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 use crate::mode::Kind;
-use crate::series::{Series, at, curvature, derivative, first_root, free_time, slope_at};
+use crate::series::{ORDER, Series, at, curvature, derivative, first_root, free_time, slope_at};
 use crate::simulate::Stop;
 use crate::system::System;
 
@@ -144,7 +147,7 @@ impl Orbit {
                         slope: rub[2],
                     })
                     .collect();
-                let held = frame.held((0..contacts).filter(|&c| rubs[c].direction == 0.0).collect());
+                let held = frame.held((0..contacts).filter(|&c| rubs[c].holds()).collect());
                 motion.aim(&frame, clock(row));
                 motion.expand(
                     &frame,
@@ -220,6 +223,8 @@ struct Contact {
     memory: Memory,
     /// When it stuck.
     since: Clock,
+    /// The force of a stuck contact that is at its limit while others hold it, else 0.
+    pinned: f64,
     /// The slip acceleration is zero at the start of the piece, by what led there.
     turning: bool,
     /// The sign of the slip acceleration in this piece, 0 before it is known.
@@ -260,6 +265,7 @@ impl<'a> Loop<'a> {
             piece: Piece::constant(0.0),
             memory: Memory::default(),
             since: Clock::default(),
+            pinned: 0.0,
             turning: false,
             sense: 0.0,
         };
@@ -283,7 +289,7 @@ impl<'a> Loop<'a> {
 
     fn go(&mut self, run: &Run) -> Stop {
         self.start();
-        let mut mark = self.clock;
+        let (mut mark, mut counted) = (self.clock, 0);
         let short = 1e-6 / self.frame.rate;
         loop {
             self.expand();
@@ -326,14 +332,11 @@ impl<'a> Loop<'a> {
                 self.record_step();
                 return Stop::MaxEvents;
             }
-            // At least one more than before; several contacts may have changed at once.
-            if self.work.events % ACCUMULATION < self.contacts.len() as u64 + 1
-                && self.work.events >= ACCUMULATION
-            {
-                if mark.until(self.clock.high) < short && mark != self.clock {
+            if self.work.events >= counted + ACCUMULATION {
+                if mark.until(self.clock.high) < short {
                     return Stop::Accumulation;
                 }
-                mark = self.clock;
+                (mark, counted) = (self.clock, self.work.events);
             }
         }
     }
@@ -443,11 +446,15 @@ impl<'a> Loop<'a> {
             let stuck = contact.direction == 0.0;
             Rub {
                 direction: contact.direction,
-                offset: if stuck { 0.0 } else { contact.piece.offset },
+                offset: if stuck {
+                    contact.pinned
+                } else {
+                    contact.piece.offset
+                },
                 slope: if stuck { 0.0 } else { contact.piece.slope },
             }
         }));
-        let stuck = (0..self.contacts.len()).filter(|&c| self.contacts[c].direction == 0.0);
+        let stuck = (0..self.contacts.len()).filter(|&c| self.rubs[c].holds());
         if !stuck.clone().eq(self.held.contacts.iter().copied()) {
             self.held = self.frame.held(stuck.collect());
         }
@@ -484,6 +491,9 @@ impl<'a> Loop<'a> {
         let mut reach = horizon;
         for (c, contact) in self.contacts.iter().enumerate() {
             if contact.direction == 0.0 {
+                if contact.pinned != 0.0 {
+                    continue;
+                }
                 let rested = self.rested(c);
                 if let Some(h) = end_of_adhesion(self.laws[c], &self.motion.force[c], rested, reach)
                     && (h < reach || found.is_none())
@@ -632,11 +642,15 @@ impl<'a> Loop<'a> {
             limit: &limit,
             kinetic: &kinetic,
             wants: zero.iter().map(|&c| wants[c]).collect(),
+            drives: self.motion.drives(),
             released: passage.released.map(|(c, direction)| (row_of(c), direction)),
         };
         let answer = question.answer();
+        let idle: Vec<bool> = (0..zero.len()).map(|row| question.idle(&answer, row)).collect();
         for (row, &c) in zero.iter().enumerate() {
-            let direction = answer[row];
+            let idle = idle[row];
+            let direction = if idle { 0.0 } else { answer[row] };
+            self.contacts[c].pinned = if idle { answer[row] * limit[row] } else { 0.0 };
             if !is_new(c) && direction == 0.0 {
                 continue;
             }
@@ -703,18 +717,68 @@ struct Question<'a> {
     kinetic: &'a [f64],
     /// The relative accelerations that the contacts must make up for to hold.
     wants: Vec<f64>,
+    /// The drive velocities of all contacts.
+    drives: &'a [Series],
     /// The contact that cannot stick, by its place in `zero`.
     released: Option<(usize, f64)>,
 }
 
 impl Question<'_> {
+    /// Whether a contact that does not stick is held in place all the same, by others that do.
+    fn idle(&self, grip: &[f64], row: usize) -> bool {
+        grip[row] != 0.0 && self.follows(grip, row) == Some(true)
+    }
+
+    /// Whether the motion across a contact is given by the other stuck ones, and if so whether its drive goes along.
+    fn follows(&self, grip: &[f64], row: usize) -> Option<bool> {
+        if !self.frame.loops {
+            return None;
+        }
+        let place = |row: usize| self.zero[row];
+        let stuck: Vec<usize> = (0..grip.len())
+            .filter(|&other| other != row && grip[other] == 0.0)
+            .collect();
+        if stuck.is_empty() {
+            return None;
+        }
+        // b_row as a sum of those of the stuck ones, and what of its own response to a force is then left.
+        let held = self.frame.held(stuck.iter().map(|&row| place(row)).collect());
+        let own = self.frame.coupling(place(row), place(row));
+        let share = held.forces(|i| self.frame.coupling(place(stuck[i]), place(row)));
+        let sum = |term: &dyn Fn(usize) -> f64| -> f64 {
+            stuck
+                .iter()
+                .zip(&share)
+                .map(|(&from, share)| share * term(place(from)))
+                .sum()
+        };
+        if own - sum(&|from| self.frame.coupling(place(row), from)) > 1e-9 * own {
+            return None;
+        }
+        let size = self
+            .drives
+            .iter()
+            .flatten()
+            .fold(0.0, |most: f64, term| most.max(term.abs()));
+        Some(
+            (0..=ORDER).all(|k| {
+                (self.drives[place(row)][k] - sum(&|from| self.drives[from][k])).abs() <= 1e-9 * size
+            }),
+        )
+    }
+
     /// For each contact the force with which it sticks, or the slip acceleration along its direction; and for one that
     /// cannot be held (redundant contacts that want different accelerations) the acceleration that is left.
     fn loads(&self, grip: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let mut wants = self.wants.clone();
         let place = |row: usize| self.zero[row];
         for from in (0..grip.len()).filter(|&row| grip[row] != 0.0) {
-            let force = grip[from] * self.kinetic[from];
+            let size = if self.idle(grip, from) {
+                self.limit[from]
+            } else {
+                self.kinetic[from]
+            };
+            let force = grip[from] * size;
             for (to, want) in wants.iter_mut().enumerate() {
                 *want -= self.frame.coupling(place(to), place(from)) * force;
             }
@@ -746,7 +810,7 @@ impl Question<'_> {
         let mut worst = None;
         let mut most = 1.0 + ROOM;
         for row in (0..grip.len()).filter(|&row| grip[row] == 0.0) {
-            let unheld = left[row].abs() > 1e-9 * size;
+            let unheld = left[row].abs() > 1e-9 * size || self.follows(grip, row) == Some(false);
             // A contact at its limit beside one that breaks breaks too.
             let room = if self.released.is_some() {
                 1.0 - ROOM
@@ -767,7 +831,7 @@ impl Question<'_> {
         }
         worst.or_else(|| {
             let backwards = |&row: &usize| grip[row] * left[row] < -1e-10 * size;
-            let slips = (0..grip.len()).filter(|&row| grip[row] != 0.0);
+            let slips = (0..grip.len()).filter(|&row| grip[row] != 0.0 && !self.idle(grip, row));
             slips.clone().find(backwards).map(|row| (row, 0.0))
         })
     }

@@ -154,6 +154,15 @@ pub fn first_root(guard: &Series, rounding: f64, turning: bool, reach: f64) -> O
         series[1] = 0.0;
     }
     if series[0] <= rounding {
+        // A guard that stays within rounding of zero throughout says nothing: two bodies that move on together.
+        if series[1..]
+            .iter()
+            .rev()
+            .fold(0.0, |sum, term| (sum + term.abs()) * reach)
+            <= rounding
+        {
+            return None;
+        }
         let order = if turning { 2 } else { 1 };
         if series[order] <= 0.0 {
             return Some(0.0);

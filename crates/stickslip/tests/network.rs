@@ -1,12 +1,15 @@
 //! Systems of masses: one mass against the closed form, energy balances, adhesion and slip where they belong.
 
 use stickslip::drive::Harmonic;
-use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, StaticKinetic};
+use stickslip::law::{
+    BogaczRyczek, Coulomb, Cubic, DwellTime, ExponentialStribeck, Friction, Hold, Law, PiecewiseLinear,
+    PoppStelter, Rational, StaticKinetic,
+};
 use stickslip::mode::Kind;
 use stickslip::network::{self, Run};
 use stickslip::simulate;
 use stickslip::structure::Oscillator;
-use stickslip::system::{Contact, Force, System};
+use stickslip::system::{Contact, Drive, Force, System};
 
 fn one_mass(oscillator: &Oscillator) -> System {
     System {
@@ -142,5 +145,296 @@ fn one_mass_agrees_with_the_closed_form() {
             };
             assert!(worst < most, "{oscillator:?} from {x0}, {v0:?}: {worst:.1e}");
         }
+    }
+}
+
+/// A small generator of numbers in [0, 1), always the same (Marsaglia's xorshift).
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.roll()
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a small count"
+        )]
+        let pick = (self.roll() * count as f64) as usize;
+        pick
+    }
+
+    fn law(&mut self) -> Law {
+        let kinetic = self.between(0.2, 0.6);
+        let break_away = kinetic + self.between(0.0, 0.6);
+        match self.below(9) {
+            0 => Coulomb { kinetic }.into(),
+            1 => StaticKinetic { break_away, kinetic }.into(),
+            2 => DwellTime {
+                kinetic,
+                limit: self.between(0.1, 0.6),
+                rate: self.between(0.1, 2.0),
+                exponent: self.between(0.4, 1.3),
+            }
+            .into(),
+            3 => PiecewiseLinear {
+                nodes: vec![
+                    [0.0, break_away],
+                    [0.2, kinetic],
+                    [0.6, kinetic + 0.05],
+                    [1.0, 0.7],
+                ],
+                break_away: break_away + self.between(0.0, 0.3),
+            }
+            .into(),
+            4 => Rational {
+                break_away,
+                weakening: self.between(0.5, 4.0),
+            }
+            .into(),
+            5 => ExponentialStribeck {
+                break_away,
+                kinetic,
+                scale: self.between(0.05, 0.5),
+                viscous: 0.05,
+            }
+            .into(),
+            6 => Cubic {
+                at_rest: 0.4,
+                linear: 0.45,
+                cubic: 0.6,
+            }
+            .into(),
+            7 => PoppStelter {
+                break_away,
+                kinetic,
+                weakening: 1.42,
+                square: 0.01,
+            }
+            .into(),
+            _ => BogaczRyczek::default().into(),
+        }
+    }
+
+    fn drive(&mut self) -> Drive {
+        let velocity = self.between(0.05, 0.6);
+        match self.below(4) {
+            0 => Drive {
+                velocity,
+                harmonics: vec![Harmonic {
+                    amplitude: self.between(0.05, 0.5),
+                    frequency: self.between(0.3, 3.0),
+                    phase: self.between(0.0, 6.0),
+                }],
+                nodes: vec![],
+            },
+            1 => Drive {
+                velocity: 0.0,
+                harmonics: vec![],
+                nodes: vec![[3.0, 0.1], [8.0, velocity], [11.0, -velocity], [20.0, 0.2]],
+            },
+            _ => velocity.into(),
+        }
+    }
+
+    fn system(&mut self) -> System {
+        let n = 1 + self.below(4);
+        let zero = vec![vec![0.0; n]; n];
+        let (mut mass, mut stiffness, mut damping) = (zero.clone(), zero.clone(), zero);
+        for i in 0..n {
+            mass[i][i] = self.between(0.5, 2.0);
+            stiffness[i][i] += self.between(0.3, 2.0);
+            damping[i][i] += self.between(0.0, 0.2);
+            for j in 0..i {
+                let (inertia, spring, damper) = (
+                    self.between(0.0, 0.1),
+                    self.between(0.0, 1.0),
+                    self.between(0.0, 0.1),
+                );
+                mass[i][j] = inertia;
+                mass[j][i] = inertia;
+                for (matrix, value) in [(&mut stiffness, spring), (&mut damping, damper)] {
+                    matrix[i][i] += value;
+                    matrix[j][j] += value;
+                    matrix[i][j] -= value;
+                    matrix[j][i] -= value;
+                }
+            }
+        }
+        let mut contacts: Vec<Contact> = (0..n)
+            .map(|mass| Contact {
+                mass,
+                other: None,
+                drive_velocity: self.drive(),
+                law: self.law(),
+            })
+            .collect();
+        if n > 1 {
+            // One mass rubs on its neighbour instead of on a drive, another on both.
+            let (first, second) = (self.below(n - 1), self.below(n - 1));
+            contacts[first].other = Some(first + 1);
+            contacts[first].drive_velocity = 0.0.into();
+            contacts.push(Contact {
+                mass: second + 1,
+                other: Some(second),
+                drive_velocity: 0.0.into(),
+                law: self.law(),
+            });
+        }
+        let forcing = (0..self.below(3))
+            .map(|_| Force {
+                mass: self.below(n),
+                amplitude: self.between(0.0, 0.6),
+                frequency: self.between(0.2, 3.0),
+                phase: self.between(0.0, 6.0),
+            })
+            .collect();
+        System {
+            mass,
+            stiffness,
+            damping,
+            contacts,
+            forcing,
+        }
+    }
+}
+
+fn times_vector(matrix: &[Vec<f64>], vector: &[f64]) -> Vec<f64> {
+    let row = |row: &Vec<f64>| row.iter().zip(vector).map(|(a, b)| a * b).sum();
+    matrix.iter().map(row).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Gauss-Legendre nodes and weights of 8 points on (−1, 1), the positive half.
+const GAUSS: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
+    (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
+];
+
+/// Parts of a step for the quadrature.
+const PARTS: u32 = 4;
+
+/// The error of the energy balance over the run, and what it is relative to; every mode is looked at on the way.
+fn audit(system: &System, t_end: f64) -> (f64, f64) {
+    let orbit = network::simulate(
+        system,
+        Run {
+            max_events: 20_000,
+            ..Run::driven(t_end)
+        },
+    )
+    .unwrap();
+    let last = &orbit.events[orbit.events.len().saturating_sub(6)..];
+    assert_eq!(
+        orbit.t_last(),
+        t_end,
+        "{}: {last:#?} {system:?}",
+        orbit.stop.sentence()
+    );
+    let (n, contacts, width) = (system.masses(), system.contacts.len(), orbit.width());
+    let energy = |x: &[f64], v: &[f64]| {
+        0.5 * dot(v, &times_vector(&system.mass, v)) + 0.5 * dot(x, &times_vector(&system.stiffness, x))
+    };
+    let rows: Vec<&[f64]> = orbit.steps.chunks_exact(width).collect();
+    let (mut work, mut size) = (0.0, 1.0);
+    for (index, row) in rows.iter().enumerate() {
+        let until = rows.get(index + 1).map_or(t_end, |next| next[0]);
+        let half = 0.5 * (until - row[0]) / f64::from(PARTS);
+        if half <= 1e-13 {
+            continue;
+        }
+        for part in 0..PARTS {
+            let middle = row[0] + half * f64::from(2 * part + 1);
+            for (node, weight) in GAUSS
+                .iter()
+                .flat_map(|&(node, weight)| [(-node, weight), (node, weight)])
+            {
+                let t = middle + half * node;
+                let states = orbit.states(&[t]);
+                let (x, v) = (&states.x, &states.v);
+                let mut power = -dot(v, &times_vector(&system.damping, v));
+                for (c, contact) in system.contacts.iter().enumerate() {
+                    let direction = row[2 + 2 * n + 4 * c];
+                    let across = v[contact.mass] - contact.other.map_or(0.0, |other| v[other]);
+                    power += states.force[c] * across;
+                    if direction == 0.0 {
+                        let bears = contact.law.break_away(Hold {
+                            stick_time: t_end,
+                            force_rate: 0.0,
+                        });
+                        assert!(
+                            states.force[c].abs() <= bears + 1e-12,
+                            "overloaded at {t}: {system:?}"
+                        );
+                    } else {
+                        assert!(direction * states.w[c] >= -1e-12, "backwards at {t}: {system:?}");
+                        assert!(direction * states.force[c] >= -1e-12);
+                    }
+                }
+                for force in &system.forcing {
+                    power += force.amplitude * (force.frequency * t + force.phase).cos() * v[force.mass];
+                }
+                // The equation of motion itself.
+                let inertia = times_vector(&system.mass, &states.a);
+                let (spring, damper) = (
+                    times_vector(&system.stiffness, x),
+                    times_vector(&system.damping, v),
+                );
+                for i in 0..n {
+                    let mut force = -spring[i] - damper[i];
+                    for (c, contact) in system.contacts.iter().enumerate() {
+                        force += match () {
+                            () if contact.mass == i => states.force[c],
+                            () if contact.other == Some(i) => -states.force[c],
+                            () => 0.0,
+                        };
+                    }
+                    for push in system.forcing.iter().filter(|push| push.mass == i) {
+                        force += push.amplitude * (push.frequency * t + push.phase).cos();
+                    }
+                    assert!(
+                        (inertia[i] - force).abs() < 1e-10 * (1.0 + force.abs()),
+                        "at {t}: {system:?}"
+                    );
+                }
+                work += weight * half * power;
+                size = f64::max(size, energy(x, v));
+            }
+        }
+    }
+    let start = orbit.states(&[0.0]);
+    let end = orbit.states(&[t_end]);
+    assert_eq!(end.stuck.len(), contacts);
+    (
+        (energy(&end.x, &end.v) - energy(&start.x, &start.v) - work).abs(),
+        size,
+    )
+}
+
+/// Work of drives, forcing, friction and damping against the energy of the masses.
+#[test]
+fn energy_is_balanced_on_random_systems() {
+    let mut dice = Dice(0x5eed);
+    for number in 0..100 {
+        let system = dice.system();
+        let (error, size) = audit(&system, 40.0);
+        assert!(
+            error < 1e-9 * size,
+            "system {number}: {error:.1e} of {size}: {system:?}"
+        );
     }
 }

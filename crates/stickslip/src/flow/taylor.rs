@@ -27,6 +27,13 @@ pub(crate) struct Rub {
     pub slope: f64,
 }
 
+impl Rub {
+    /// Whether adhesion here is a constraint; a stuck contact at its limit that others hold has a force, its offset, instead.
+    pub(crate) fn holds(&self) -> bool {
+        self.direction == 0.0 && self.offset == 0.0
+    }
+}
+
 /// What stays the same along an orbit.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
@@ -43,6 +50,8 @@ pub(crate) struct Frame {
     smooth: Vec<bool>,
     /// L without friction.
     pub(crate) rate: f64,
+    /// Whether the contacts can close a loop.
+    pub(crate) loops: bool,
 }
 
 /// The adhesion of some contacts as a constraint: (b M⁻¹ bᵀ)⁻¹ over them, or the solution of least size where contacts are
@@ -85,8 +94,21 @@ impl Frame {
             .chain(system.forcing.iter().map(|force| force.frequency))
             .fold(0.0, f64::max);
         let free = spring.norm().sqrt() + damper.norm();
+        // Contacts as edges between the masses and, the last node, the ground of all drives.
+        let mut joined: Vec<usize> = (0..=n).collect();
+        let mut loops = false;
+        for &(mass, other) in &ends {
+            let (one, two) = (joined[mass], joined[other.unwrap_or(n)]);
+            loops |= one == two;
+            for node in &mut joined {
+                if *node == two {
+                    *node = one;
+                }
+            }
+        }
         Self {
             masses: n,
+            loops,
             rate: if free + fastest > 0.0 {
                 free.max(fastest)
             } else {
@@ -186,6 +208,11 @@ impl Motion {
         (self.drive[contact][0], self.drive[contact][1])
     }
 
+    /// All drive velocities.
+    pub(crate) fn drives(&self) -> &[Series] {
+        &self.drive
+    }
+
     /// What acts from outside, from `clock` on.
     pub(crate) fn aim(&mut self, frame: &Frame, clock: Clock) {
         for (drive, series) in frame.drives.iter().zip(&mut self.drive) {
@@ -251,6 +278,14 @@ impl Motion {
                 let w = self.drive[c][k] - frame.across(c, |i| self.v[i][k]);
                 if rub.direction == 0.0 {
                     self.u[c][k] = w;
+                    if rub.offset != 0.0 {
+                        self.force[c][k] = if k == 0 { rub.offset } else { 0.0 };
+                        if k == 0 {
+                            for (a, response) in self.acceleration.iter_mut().zip(&frame.response[c]) {
+                                *a += response * rub.offset;
+                            }
+                        }
+                    }
                     continue;
                 }
                 self.u[c][k] = rub.direction * w;
