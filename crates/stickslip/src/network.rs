@@ -386,7 +386,8 @@ impl<'a> Loop<'a> {
         for c in 0..self.contacts.len() {
             scale = scale.max(self.motion.drive(c).0.abs());
         }
-        self.scale = scale;
+        // Nothing moves yet: what is pushed will, and what is not has no size.
+        self.scale = if scale > 0.0 { scale } else { f64::MIN_POSITIVE };
     }
 
     /// The Taylor series from here on; laws that follow the sense of the slip acceleration are told where it jumped.
@@ -399,11 +400,10 @@ impl<'a> Loop<'a> {
             self.motion
                 .expand(&self.frame, &self.laws, &self.rubs, &self.held, &self.x, &self.v);
             self.work.evaluations += 1;
-            let noise = 1e-9
-                * self.frame.rate
-                * self
-                    .scale
-                    .max(self.motion.size(self.frame.rate, 1) / self.frame.rate);
+            self.scale = self
+                .scale
+                .max(self.motion.size(self.frame.rate, 1) / self.frame.rate);
+            let noise = 1e-9 * self.frame.rate * self.scale;
             let mut turned = false;
             for c in 0..self.contacts.len() {
                 let contact = &mut self.contacts[c];

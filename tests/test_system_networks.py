@@ -1,0 +1,240 @@
+"""Systems of masses against an independent solver, drives against the force they amount to, documents and refusals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+import stickslip as ss
+
+Floats = NDArray[np.float64]
+
+
+def belt_by_scipy(system: ss.System, x0: Floats, t_end: float) -> list[tuple[float, int, str]]:
+    """Coulomb friction of every mass on one belt (M diagonal): DOP853 from event to event, written without the package."""
+    mass = np.diag(np.array(system.mass))
+    stiffness, damping = np.array(system.stiffness), np.array(system.damping)
+    belt = system.contacts[0].drive_velocity
+    limit = np.array([contact.law.kinetic for contact in system.contacts])
+    n = len(mass)
+
+    def applied(x: Floats, v: Floats) -> Floats:
+        return stiffness @ x + damping @ v
+
+    x, v = x0.copy(), np.full(n, belt)
+    mode = np.where(np.abs(applied(x, v)) <= limit, 0.0, np.sign(applied(x, v)))
+    t = 0.0
+    events: list[tuple[float, int, str]] = []
+    while t < t_end:
+
+        def rate(_: float, y: Floats, mode: Floats = mode) -> Floats:
+            a = np.where(mode == 0, 0.0, (mode * limit - applied(y[:n], y[n:])) / mass)
+            return np.concatenate([y[n:], a])
+
+        def guard(i: int, mode: Floats = mode):  # type: ignore[no-untyped-def]
+            def value(_: float, y: Floats) -> float:
+                if mode[i] != 0:
+                    return float(mode[i] * (belt - y[n + i]))
+                return float(limit[i] - abs(applied(y[:n], y[n:])[i]))
+
+            value.terminal, value.direction = True, -1  # type: ignore[attr-defined]
+            return value
+
+        run = solve_ivp(
+            rate, (t, t_end), np.concatenate([x, v]), method="DOP853", rtol=1e-12, atol=1e-13, max_step=0.05,
+            events=[guard(i) for i in range(n)],
+        )  # fmt: skip
+        t, (x, v) = run.t[-1], np.split(run.y[:, -1], 2)
+        hits = [i for i in range(n) if run.t_events[i].size]
+        if not hits:
+            break
+        mode = mode.copy()
+        for i in hits:
+            pull = applied(x, v)[i]
+            if mode[i] == 0:
+                mode[i] = np.sign(pull)
+                events.append((t, i, "release"))
+                continue
+            v[i] = belt
+            mode[i] = 0.0 if abs(applied(x, v)[i]) <= limit[i] else np.sign(applied(x, v)[i])
+            events.append((t, i, "capture" if mode[i] == 0 else "crossing"))
+    return events
+
+
+@pytest.mark.parametrize(("n", "t_end"), [(2, 60.0), (10, 15.0)])
+def test_belt_of_coulomb_masses_agrees_with_scipy(n: int, t_end: float) -> None:
+    # Limits that differ, so that nothing happens by symmetry; a start that is far from the steady sliding state.
+    laws = [ss.laws.Coulomb(0.5 + 0.03 * i) for i in range(n)]
+    system = ss.chain(n, laws, 0.2, coupling=0.8)
+    x0 = 2.0 * np.cos(1.0 + 2.0 * np.arange(n))
+    orbit = ss.simulate(system, t_end, x0=x0)
+    expected = belt_by_scipy(system, x0, t_end)
+    assert len(expected) > 10
+    got = orbit.events
+    assert list(zip(got["contact"], got["kind"], strict=True)) == [(i, kind) for _, i, kind in expected]
+    np.testing.assert_allclose(got["t"], [t for t, *_ in expected], atol=2e-9)
+
+
+def test_shaken_drive_is_a_constant_drive_and_a_force() -> None:
+    """The relation of the paper's Eqs. (8) and (10), exact for any frequency: see Drive."""
+    speed, shift, omega, d = 0.3, 0.2, 1.7, 0.05
+    law = ss.laws.StaticKinetic(1.0, 0.6)
+    shaken = ss.Oscillator(damping=d, drive_velocity=ss.Drive.shaken(speed, shift, omega), law=law)
+    # −U₀[(k − mΩ²) sin Ωt + DΩ cos Ωt] as two harmonics A cos(Ωt + φ)
+    forces = (
+        ss.Harmonic(shift * (1 - omega**2), omega, np.pi / 2),
+        ss.Harmonic(-shift * d * omega, omega),
+    )
+    forced = ss.Oscillator(damping=d, drive_velocity=speed, law=law, forcing=forces)
+    one = ss.simulate(shaken, 100.0, x0=0.1, v0=0.4)
+    other = ss.simulate(forced, 100.0, x0=0.1, v0=0.4 - shift * omega)
+    t = np.linspace(0, 100, 3001)
+    x, v = one.at(t)
+    y, u = other.at(t)
+    np.testing.assert_allclose(x - shift * np.sin(omega * t), y, atol=1e-10)
+    np.testing.assert_allclose(v - shift * omega * np.cos(omega * t), u, atol=1e-10)
+    assert list(one.events["kind"]) == list(other.events["kind"])
+    assert one.regime() == other.regime() == "stick_slip"
+
+
+def test_ramp_and_table() -> None:
+    law = ss.laws.Coulomb(0.5)
+    ramp = ss.Oscillator(damping=0.1, drive_velocity=ss.Drive.ramp(0.0, 0.4, duration=8.0), law=law)
+    orbit = ss.simulate(ramp, 8.0)
+    # Stuck on the drive x = 0.025 t²: adhesion x + 0.1 ẋ + ẍ reaches 0.5 where t² + 0.2 t + 2 = 20.
+    expected = -0.1 + np.sqrt(0.01 + 18.0)
+    assert orbit.events["t"][0] == pytest.approx(expected, abs=1e-13)
+    x, v = orbit.at(2.0)
+    assert x == pytest.approx(0.1, abs=1e-15)
+    assert v == pytest.approx(0.1, abs=1e-15)
+    # A table that starts faster than friction can accelerate the mass: it slips from the start, until it has caught up.
+    table = ss.Drive.table([0.0, 0.5, 1.0], [0.0, 0.5, 0.5])
+    jerked = ss.simulate(ss.Oscillator(damping=0.0, drive_velocity=table, law=law), 20.0)
+    assert not jerked.to_xarray([0.1])["stuck"].item()
+    assert jerked.events["kind"][0] == "capture"
+    assert jerked.events["t"][0] > 0.5
+    np.testing.assert_allclose(ss.Drive.table([0, 1], [2, 4]).at([0.5, 3.0]), [3.0, 4.0])
+
+
+def test_mass_on_mass_sticks_and_moves_as_one() -> None:
+    """A block on a driven carriage: below the limit they are one mass on one spring."""
+    system = ss.System(
+        mass=[1.0, 0.5],
+        stiffness=[[2.0, 0.0], [0.0, 0.0]],
+        damping=0.0,
+        contacts=[ss.Contact(mass=1, law=ss.laws.StaticKinetic(0.4, 0.3), other=0)],
+    )
+    orbit = ss.simulate(system, 50.0, x0=[0.5, 0.5], v0=[0.0, 0.0])
+    t = np.linspace(0, 50, 501)
+    x, _ = orbit.at(t)
+    assert x.shape == (501, 2)
+    np.testing.assert_allclose(x[:, 0], 0.5 * np.cos(np.sqrt(2 / 1.5) * t), atol=1e-12)
+    np.testing.assert_allclose(x[:, 1], x[:, 0], atol=1e-12)
+    assert orbit.events.empty
+    # The block feels 0.5 · (2/1.5) · 0.9 = 0.6 > 0.4: it slips.
+    orbit = ss.simulate(system, 50.0, x0=[0.9, 0.9], v0=[0.0, 0.0])
+    assert orbit.events["kind"].isin(["capture", "release"]).any()
+    # Friction between them and nothing else: momentum of the block changes by the friction force alone.
+    late = orbit.to_xarray(t)
+    np.testing.assert_allclose(late["a"].isel(mass=1) * 0.5, late["force"].isel(contact=0), atol=1e-12)
+
+
+def test_two_contacts_between_the_same_bodies_bear_what_both_bear() -> None:
+    both = ss.System(
+        [1], [1], [0], [ss.Contact(0, ss.laws.Coulomb(0.2), 0.1), ss.Contact(0, ss.laws.Coulomb(0.6), 0.1)]
+    )
+    one = ss.System([1], [1], [0], [ss.Contact(0, ss.laws.Coulomb(0.8), 0.1)])
+    a, b = ss.simulate(both, 60.0), ss.simulate(one, 60.0)
+    assert a.events["t"].min() == pytest.approx(b.events["t"].min(), abs=1e-12)
+    np.testing.assert_allclose(a.at(np.linspace(0, 60, 200))[0], b.at(np.linspace(0, 60, 200))[0], atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        ss.laws.Rational(1.0, 3.0),
+        ss.laws.Cubic(0.4, 0.45, 0.6),
+        ss.laws.ExponentialStribeck(1.0, 0.5, 0.5),
+        ss.laws.PoppStelter(0.4, 0.1, 1.42, 0.01),
+    ],
+    ids=lambda law: type(law).__name__,
+)
+def test_smooth_law_behaves_like_any_other(law: ss.laws.Law, tmp_path: Path) -> None:
+    oscillator = ss.Oscillator(damping=0.05, drive_velocity=0.2, law=law)
+    orbit = ss.simulate(oscillator, 100.0)
+    assert orbit.regime() == "stick_slip"
+    t = np.linspace(0, 100, 1001)
+    x, _ = orbit.at(t)
+    sampled = orbit.to_xarray(t)
+    slip = ~sampled["stuck"].to_numpy()
+    w = sampled["slip_velocity"].to_numpy()
+    assert x.shape == t.shape
+    np.testing.assert_allclose(sampled["force"].to_numpy()[slip], law.kinetic_force(w[slip]), atol=1e-13)
+    again = ss.load(orbit.save(tmp_path / "orbit.nc"))
+    assert np.array_equal(again.at(t), orbit.at(t))
+    assert again.events.equals(orbit.events)
+    assert again.system == oscillator
+    assert ss.laws.Law.from_dict(law.to_dict()) == law
+
+
+def test_system_documents(tmp_path: Path) -> None:
+    system = ss.System(
+        mass=[1.0, 2.0],
+        stiffness=[[2, -1], [-1, 2]],
+        damping=0.1,
+        contacts=[
+            ss.Contact(mass=0, law=ss.laws.BogaczRyczek(), drive_velocity=ss.Drive.shaken(0.3, 0.1, 1.1)),
+            ss.Contact(mass=1, law=ss.laws.Coulomb(0.2), other=0),
+        ],
+        forcing=[ss.Force(0.1, 1.25, mass=1)],
+    )
+    path = tmp_path / "system.toml"
+    path.write_text(system.to_toml())
+    assert ss.load_system(path) == system
+    orbit = ss.simulate(system, 30.0)
+    again = ss.load(orbit.save(tmp_path / "orbit.nc"))
+    t = np.linspace(0, 30, 301)
+    assert np.array_equal(again.at(t), orbit.at(t))
+    assert set(orbit.to_xarray(t).dims) == {"time", "mass", "contact"}
+    assert orbit.regime(contact=1)
+
+
+@pytest.mark.parametrize(
+    ("build", "sentence"),
+    [
+        (lambda: ss.System([1, -1], [1, 1], 0, []), "mass matrix must be symmetric and positive definite"),
+        (lambda: ss.System([1, 1], [1], 0, []), "stiffness must be a 2 by 2 matrix"),
+        (
+            lambda: ss.System([1], [1], 0, [ss.Contact(1, ss.laws.Coulomb(1))]),
+            "contact 0 must name masses from 0 to 0, got 1",
+        ),
+        (
+            lambda: ss.System([1], [1], 0, [ss.Contact(0, ss.laws.Coulomb(1), other=0)]),
+            "must join two masses, got 0 twice",
+        ),
+        (lambda: ss.Contact(0, 0.5), "law must be a friction law"),
+        (lambda: ss.chain(0, ss.laws.Coulomb(1), 0.1), "whole number of at least 1"),
+        (lambda: ss.chain(3, [ss.laws.Coulomb(1)], 0.1), "one law or 3 of them"),
+        (lambda: ss.simulate(ss.chain(2, ss.laws.Coulomb(1), 0.1), 1.0, x0=[1.0]), "must have the shape"),
+        (lambda: ss.laws.ExponentialStribeck(0.4, 0.5, 0.1), "break-away force must be at least the kinetic force"),
+        (lambda: ss.laws.Rational(1.0, -1.0), "weakening must not be negative"),
+        (lambda: ss.Drive.table([0, 0], [1, 2]), ""),
+    ],
+)
+def test_refusals(build: object, sentence: str) -> None:
+    if not sentence:
+        with pytest.raises(ss.InputError, match="strictly increasing"):
+            ss.Oscillator(damping=0, drive_velocity=build(), law=ss.laws.Coulomb(1))  # type: ignore[operator]
+        return
+    with pytest.raises(ss.InputError, match=sentence):
+        build()  # type: ignore[operator]
+
+
+def test_friction_that_falls_without_end_is_named() -> None:
+    orbit = ss.simulate(ss.Oscillator(damping=0.0, drive_velocity=0.2, law=ss.laws.Cubic(0.4, 2.0, -1.0)), 1000.0)
+    assert orbit.stop == "diverged"
+    assert "grew beyond all numbers" in orbit.stop_sentence
