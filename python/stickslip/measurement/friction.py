@@ -217,12 +217,12 @@ def _measure(record: Record, rig: Rig) -> _Found:
                 "w is measured, not set to zero, inside them"
             )
     friction = friction_force(fit, sticks)
-    if record.error is not None:
+    if record.error:
         stated = record.error * rig.force_unit / (o.stiffness if spring else 1.0)
         if not 0.5 < friction.noise / max(stated, 1e-300) < 2:
             notes.append(
-                f"the record says its samples are good to {stated:.2g} {_length(rig)}, they scatter by "
-                f"{friction.noise:.2g} about the fit: the scatter was believed"
+                f"the record says its samples are good to {stated:.2g}{_length(rig)}, they scatter by "
+                f"{friction.noise:.2g}{_length(rig)} about the fit: the scatter was believed"
             )
     window = quiet_window(noise, record.step, o.drive_velocity)
     slow = slow_share(friction.slip_velocity, o.drive_velocity, window)
@@ -233,7 +233,7 @@ def _measure(record: Record, rig: Rig) -> _Found:
 
 
 def _length(rig: Rig) -> str:
-    return "" if rig.unit == "1" else "m"
+    return "" if rig.unit == "1" else " m"
 
 
 def _without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:

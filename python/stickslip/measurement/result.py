@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,19 @@ def event_table(rows: Sequence[Sequence[float]], force_unit: str = "N", time_uni
         table[name] = ("event", values[:, 2 * i], {"units": unit})
         table[f"{name}_error"] = ("event", values[:, 2 * i + 1], {"units": unit})
     return table
+
+
+def facts_of_runs(sources: Sequence[str], force: Sequence[float]) -> dict[str, float]:
+    """Force of each run by the name of its file, for a summary of several.
+
+    >>> facts_of_runs(["a/one.csv", "a/two.csv"], [1.0, 2.0])
+    {'force one': 1.0, 'force two': 2.0}
+    """
+    if len(sources) < 2:
+        return {}
+    stems = [Path(source).stem for source in sources]
+    names = stems if len(set(stems)) == len(stems) else [f"{i}" for i in range(len(stems))]
+    return {f"force {name}": float(value) for name, value in zip(names, force, strict=True)}
 
 
 def friction_tree(

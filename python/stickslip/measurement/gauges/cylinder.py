@@ -10,7 +10,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
-from stickslip.measurement.result import friction_tree
+from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.smooth import jerk_spline
 
 Array = npt.NDArray[np.float64]
@@ -54,7 +54,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         f"the loop is shifted by {shift.min():.2f} ... {shift.max():.2f} N (zero of the gauges or error of the area), "
         "so only the half width is friction"
     )
-    facts = {
+    facts: dict[str, float | str] = {
         "force": float(half.mean()),
         "force_error": float(error.max()),
         "in_run_deviation": float(rows["in_run_deviation"].mean()),
@@ -63,7 +63,8 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         "area": area,
         "strokes": float(rows.pop("strokes").sum()),
     }
-    series = _series(records[0], area, facts["force_error"]) if len(records) == 1 else {}
+    facts |= facts_of_runs([record.source for record in records], half.tolist())
+    series = _series(records[0], area, float(error.max())) if len(records) == 1 else {}
     return friction_tree(
         series=series,
         tables={"steady": steady},

@@ -17,7 +17,7 @@ from stickslip.measurement.clocks import clock_offset
 from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
 from stickslip.measurement.gauges.scatter import median_and_error
 from stickslip.measurement.noise import noise_level
-from stickslip.measurement.result import event_table, friction_tree
+from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
 from stickslip.measurement.smooth import jerk_spline
 from stickslip.measurement.spectra import main_line
 
@@ -130,8 +130,12 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         tables=children,
         source="; ".join(run.record.source for run in runs),
         rig=bench.toml,
-        notes=run.notes if len(runs) == 1 else [f"{run.record.source}: {note}" for run in runs for note in run.notes],
-        facts=run.facts if len(runs) == 1 else {"runs": float(len(runs))},
+        notes=run.notes
+        if len(runs) == 1
+        else [f"{Path(run.record.source).name}: {note}" for run in runs for note in run.notes],
+        facts=run.facts
+        if len(runs) == 1
+        else facts_of_runs([run.record.source for run in runs], [float(run.facts["force"]) for run in runs]),
     )
 
 

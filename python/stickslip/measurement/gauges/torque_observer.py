@@ -8,7 +8,7 @@ import xarray as xr
 
 from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
 from stickslip.measurement.gauges.scatter import block_error
-from stickslip.measurement.result import friction_tree
+from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.spectra import main_line
 
 Array = npt.NDArray[np.float64]
@@ -54,18 +54,18 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         "the torque is the observer's own estimate: an offset of its zero or of gravity is in it, and runs in one sense "
         "only cannot tell that from friction"
     )
+    facts: dict[str, float | str] = {"regime": ", ".join(words[i] for i in order)}
+    if len(rows) == 1:
+        facts |= {"force": rows[0]["force"], "force_error": rows[0]["force_error"]}
+    else:
+        facts |= facts_of_runs([records[i].source for i in order], table["force"].tolist())
     return friction_tree(
         series=_series(records[0]) if len(records) == 1 else {},
         tables={"steady": steady},
         source=", ".join(record.source for record in records),
         rig=bench.toml,
         notes=notes,
-        facts={
-            "force": float(table["force"][0]),
-            "force_error": float(table["force_error"][0]),
-            "runs": float(len(rows)),
-            "regime": words[order[0]] if len(rows) == 1 else ", ".join(words[i] for i in order),
-        },
+        facts=facts,
     )
 
 
