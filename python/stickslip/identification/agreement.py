@@ -69,13 +69,14 @@ class Agreement:
         measured = measured.iloc[::stride]
         axes.plot(measured["v"], measured["spring"], ".", ms=1.5, color="0.6", label="measured")
         axes.plot(simulated["v"], simulated["spring"], lw=1.5, color="C3", label="simulated")
-        axes.set_xlabel("velocity ẋ")
-        axes.set_ylabel("spring force k x")
+        force, _, velocity = _units(self.record)
+        axes.set_xlabel("velocity ẋ" + velocity)
+        axes.set_ylabel("spring force k x" + force)
         axes.legend(loc="best")
         return axes
 
     def plot_force(self, ax: Any = None, cycles: float = 6.0) -> Any:
-        """Spring force over time of both motions, set to zero at a break-away; returns the Axes."""
+        """Spring force over time of both motions from a break-away, or from a rise through its mean; returns the Axes."""
         import matplotlib.pyplot as plt
 
         axes = plt.subplots()[1] if ax is None else ax
@@ -84,18 +85,22 @@ class Agreement:
         span = cycles * _cycle(self.record)
         starts = self.record.break_away["t"].to_numpy()
         middle = float(self.record.time[0]) + 0.5 * float(np.ptp(self.record.time))
-        first = float(starts[np.argmin(np.abs(starts - middle))]) if starts.size else middle
         events = self.orbit.events
         releases = events["t"][(events["kind"] == "release").to_numpy() & (events["t"] > TRANSIENT * self.orbit.t_end)]
-        begin = float(releases.iloc[0]) if len(releases) else TRANSIENT * self.orbit.t_end
+        sticks = starts.size > 0 and len(releases) > 0
+        if sticks:
+            first, begin = float(starts[np.argmin(np.abs(starts - middle))]), float(releases.iloc[0])
+        else:
+            first, begin = _upward(measured, middle), _upward(simulated, TRANSIENT * self.orbit.t_end)
         for frame, origin, color, label in (
             (measured, first, "0.5", "measured"),
             (simulated, begin, "C3", "simulated"),
         ):
             part = frame[(frame["time"] >= origin) & (frame["time"] <= origin + span)]
             axes.plot(part["time"] - origin, part["spring"], lw=1.2, color=color, label=label)
-        axes.set_xlabel("time since a break-away" if starts.size else "time")
-        axes.set_ylabel("spring force k x")
+        force, time, _ = _units(self.record)
+        axes.set_xlabel(("time since a break-away" if sticks else "time since a rise through the mean") + time)
+        axes.set_ylabel("spring force k x" + force)
         axes.legend(loc="best")
         return axes
 
@@ -198,6 +203,21 @@ def _system(record: FrictionRecord, law: Law | Identification | Oscillator) -> O
         mass=known["mass"],
         stiffness=known["stiffness"],
     )
+
+
+def _units(record: FrictionRecord) -> tuple[str, str, str]:
+    """Units of force, time and velocity as labels show them: none where the rig is dimensionless."""
+    if 'unit = "1"' in str(record.attrs.get("rig", 'unit = "1"')):
+        return "", "", ""
+    return " (N)", " (s)", " (m/s)"
+
+
+def _upward(trace: pd.DataFrame, after: float) -> float:
+    """The first time after `after` at which the spring force rises through its mean; `after` if it never does."""
+    late = trace[trace["time"] >= after]
+    above = (late["spring"] > late["spring"].mean()).to_numpy()
+    rises = np.flatnonzero(above[1:] & ~above[:-1])
+    return float(late["time"].iloc[rises[0] + 1]) if rises.size else after
 
 
 def _cycle(record: FrictionRecord) -> float:
