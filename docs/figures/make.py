@@ -18,6 +18,10 @@ LAWS = {
     "coulomb": ss.laws.Coulomb(kinetic=0.6),
     "static-kinetic": ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6),
     "piecewise-linear": ss.laws.PiecewiseLinear(nodes=[(0, 0.9), (0.2, 0.6), (0.6, 0.7)], break_away=1.0),
+    "rational": ss.laws.Rational(break_away=1.0, weakening=3.0),
+    "cubic": ss.laws.Cubic(static=1.0, linear=1.2, cubic=0.9),
+    "exponential-stribeck": ss.laws.ExponentialStribeck(break_away=1.0, kinetic=0.5, scale=0.1, viscous=0.2),
+    "popp-stelter": ss.laws.PoppStelter(break_away=0.4, kinetic=0.1, weakening=1.42, square=0.01),
     "dwell-time": ss.laws.DwellTime(kinetic=0.5, limit=0.5, rate=0.4),
     "bogacz-ryczek": ss.laws.BogaczRyczek(),
 }
