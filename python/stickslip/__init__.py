@@ -12,7 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stickslip import laws, paper, show
+    from stickslip import laws, measurement, paper, show
     from stickslip.analysis import orbit_diagram
     from stickslip.batch import simulate_many
     from stickslip.errors import InputError
@@ -43,6 +43,7 @@ _HOME = {
     "load_law": "law",
     "load_system": "system",
     "measure": "measurement",
+    "measurement": "",
     "orbit_diagram": "analysis",
     "paper": "",
     "show": "",
@@ -68,6 +69,7 @@ __all__ = [
     "load_law",
     "load_system",
     "measure",
+    "measurement",
     "orbit_diagram",
     "paper",
     "show",

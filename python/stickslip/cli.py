@@ -76,39 +76,24 @@ def _save_figure(figure: Any, path: str) -> None:
 
 def _measure(options: argparse.Namespace) -> None:
     from stickslip.documents import write_whole
-    from stickslip.measurement import measure
+    from stickslip.measurement import facts, measure, notes
 
-    friction = measure(options.record, options.rig)
+    record = options.record if len(options.record) > 1 else options.record[0]
+    friction = measure(record, options.rig, mass=options.mass)
     if options.output:
         write_whole(options.output, lambda draft: friction.to_netcdf(draft, engine="h5netcdf"))
     if options.plot:
         from stickslip import show
 
-        _save_figure(show.friction_record(friction)[0].figure, options.plot)
-    sticks = friction["break_away"].to_dataset()
-    facts = {
-        name: friction.attrs[name]
-        for name in (
-            "regime",
-            "slips",
-            "stuck_share",
-            "slow_share",
-            "main_line",
-            "main_line_error",
-            "stiffness",
-            "inertia",
-        )
-    }
-    for name in ("stick_time", "drop"):
-        facts[f"median_{name}"] = float(sticks[name].median()) if sticks.sizes["event"] else None
-    notes = friction.attrs["notes"]
-    notes = [notes] if isinstance(notes, str) else list(notes)
+        first = friction if "notes" in friction.attrs else next(iter(friction.children.values()))
+        _save_figure(show.friction_record(first)[0].figure, options.plot)
+    found = facts(friction)
     if options.json:
-        _print_json(facts | {"notes": notes})
+        _print_json(found | {"notes": notes(friction)})
         return
-    for name, value in facts.items():
+    for name, value in found.items():
         print(f"{name.replace('_', ' '):20s}{value:.6g}" if isinstance(value, float) else f"{name:20s}{value}")
-    for note in notes:
+    for note in notes(friction):
         print(f"note                {note}")
     _print_written(options)
 
@@ -192,8 +177,9 @@ def _parser() -> argparse.ArgumentParser:
     command.set_defaults(run=_simulate)
 
     command = commands.add_parser("measure", help="turn a record into slip velocity, friction force and break-aways")
-    command.add_argument("record", metavar="RECORD")
+    command.add_argument("record", nargs="+", metavar="RECORD", help="a record or motion file; several runs of one rig")
     command.add_argument("--rig", required=True, metavar="RIG.toml", help="what the record was taken with")
+    command.add_argument("--mass", metavar="LABEL", help="one mass of a motion file; default: all")
     command.add_argument("-o", "--output", metavar="FRICTION.nc", help="write the friction file")
     command.set_defaults(run=_measure)
 

@@ -133,7 +133,7 @@ def against_truth(identification: Identification) -> pd.DataFrame:
         share = grown / table.loc[limit, "value"]
         row = start + share * table.loc[limit, ["value", "low", "high"]].to_numpy(float)
         table.loc[limit] = [row[0], share * table.loc[limit, "error"], row[1], row[2], true.break_away_force(**held)]
-        table = table.rename(index={limit: f"f_s({held['stick_time']:.2f}, {held['force_rate']:.2f})"})
+        table = table.rename(index={limit: "f_s after a stick"})
     inside = (table["low"] <= table["true"]) & (table["true"] <= table["high"])
     table["inside the 95 % interval"] = np.where(inside, "yes", "no")
     return table

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -100,7 +101,7 @@ class Report:
 
 def _cell(value: object) -> str:
     if isinstance(value, float):
-        return f'<td class="number">{value:.4g}</td>'
+        return f'<td class="number">{"–" if math.isnan(value) else f"{value:.5g}"}</td>'
     if isinstance(value, int):
         return f'<td class="number">{value}</td>'
     return f"<td>{html.escape(str(value))}</td>"
