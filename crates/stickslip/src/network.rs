@@ -551,7 +551,8 @@ impl<'a> Loop<'a> {
                     return cause == Cause::End(End::Low);
                 }
                 let (speed, slope) = slope_at(&self.motion.u[other], h);
-                speed <= tolerance && slope < 0.0
+                // One that has just left zero with no slope has no sign of it yet.
+                speed <= tolerance && slope < 0.0 && !(h == 0.0 && contact.turning)
             })
             .collect();
         let speed = at(&self.motion.u[c], h).max(0.0);
@@ -563,8 +564,11 @@ impl<'a> Loop<'a> {
         };
         self.advance(h);
         self.motion.aim(&self.frame, self.clock);
-        for contact in &mut self.contacts {
-            contact.turning = false;
+        if h > 0.0 {
+            // An event at once, at another contact, leaves what is known of the start as it was.
+            for contact in &mut self.contacts {
+                contact.turning = false;
+            }
         }
         if let Cause::End(end) = cause
             && !passage.arrived.contains(&c)
