@@ -77,7 +77,7 @@ def test_state_along_a_motion_obeys_its_rate(law):
         (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), 10, method="radau"), "method must be one of .* mean 'Radau'"),
         (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), 10, tolerance=1e-20), "tolerance must lie in"),
         (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), -1), "t_end must be greater than 0, got -1"),
-        (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), 10, max_evaluations=99), "needed more than 99 evaluations"),
+        (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), 10, max_evaluations=99), "Radau came to t = .* in 99"),
         (lambda: ss.simulate(ss.Oscillator(0, 0.1, LUGRE), 1).at(2), r"t must lie in \[0, 1\]"),
         (lambda: ss.simulate(ss.Oscillator(0, 0.1, LUGRE), 1).segments, "motion under LuGre is smooth"),
     ],
@@ -169,6 +169,29 @@ def test_s17_rate_and_state_at_the_critical_stiffness(law, phi, period):
     orbit = ss.integrate(oscillator, 250, x0=x, v0=1e-6 - w, state=0.0, tolerance=1e-9, method="Radau")
     turns = orbit.events.query("kind == 'turn'")["t"].to_numpy()
     assert (turns[2:] - turns[:-2]) / 10.0 == pytest.approx(period, abs=1e-7)
+
+
+def test_s17_slip_law_runs_away_beyond_its_separatrix():
+    # At the critical stiffness, with u = φ + ψ, the quasi-static slip law runs away beyond the invariant line
+    # u = 1 − (1 − a/b) e^(−φ), for ψ = 0 from φ = 0.858774 on (substitute the line into φ′, ψ′). Below it the peak is that of
+    # the quasi-static equations (DOP853 at 1e-12); above it inertia alone ends the run.
+    law = ss.laws.RateState(1e7, 0.01, 0.015, 1e-5, 1e-6, law="slip")
+    peaks = []
+    for phi in (0.85, 0.86):
+        w = 1e-6 * np.exp(phi)
+        oscillator = ss.Oscillator(0.0, 1e-6, law, mass=1e-3, stiffness=5e9)
+        orbit = ss.integrate(
+            oscillator, 15, x0=float(law.rates(w, 0.0)[0]) / 5e9, v0=1e-6 - w, state=0.0, tolerance=1e-9
+        )
+        low, high = 0.0, orbit.t_end
+        for _ in range(6):
+            t = np.linspace(low, high, 20_001)
+            w = 1e-6 - orbit.at(t)[1]
+            top = int(np.argmax(w))
+            low, high = t[max(top - 5, 0)], t[min(top + 5, 20_000)]
+        peaks.append(np.log(w.max() / 1e-6))
+    assert peaks[0] == pytest.approx(8.266959, abs=1e-4)
+    assert peaks[1] > 18
 
 
 @pytest.mark.parametrize("mass", [10.0, 1e12])

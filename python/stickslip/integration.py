@@ -32,7 +32,7 @@ def integrate(
     *,
     state: float | None = None,
     tolerance: float = 1e-10,
-    method: str = "LSODA",
+    method: str | None = None,
     max_evaluations: int = 2_000_000,
 ) -> StateOrbit:
     """Integrate an oscillator whose law has an internal state, or a smooth sign.
@@ -47,7 +47,8 @@ def integrate(
     state : the law's state at t = 0; default that of steady slip at the slip velocity of the start, and for no slip that
         of a contact that was never loaded.
     tolerance : relative error a step, in [1e-13, 1e-2]; absolute errors are scaled with the drive velocity and the law.
-    method : ``"LSODA"``, ``"Radau"``, ``"BDF"`` (stiff), ``"DOP853"``, ``"RK45"`` (where the law is not stiff).
+    method : ``"LSODA"``, ``"Radau"``, ``"BDF"`` (stiff), ``"DOP853"``, ``"RK45"`` (where the law is not stiff); default
+        LSODA, and Radau where that fails or stalls.
 
     max_evaluations : most evaluations of the right-hand side, some 100,000 a second.
 
@@ -72,7 +73,7 @@ def integrate(
     law = system.law
     if not isinstance(law, StateLaw):
         raise InputError(f"integrate: {type(law).__name__} has no internal state; use stickslip.simulate")
-    if method not in METHODS:
+    if method is not None and method not in METHODS:
         raise InputError(f"integrate: method must be one of {', '.join(METHODS)}{did_you_mean(method, METHODS)}")
     if not 1e-13 <= number("tolerance", tolerance, "integrate") <= 1e-2:
         raise InputError(f"integrate: tolerance must lie in [1e-13, 1e-2], got {tolerance}")
@@ -89,15 +90,13 @@ def integrate(
     with_state = law.has_state
     rates = core.rates
     spent = 0
+    allowed = max_evaluations
 
     def slope(t: float, y: NDArray[np.float64]) -> list[float]:
         nonlocal spent
         spent += 1
-        if spent > max_evaluations:
-            raise InputError(
-                f"integrate: {method} needed more than {max_evaluations} evaluations to come to t = {t:g}: take another "
-                "method (Radau never stalls), a looser tolerance, or raise max_evaluations"
-            )
+        if spent > allowed:
+            raise _Stalled(t)
         values = rates(t, y[0], y[1], y[2] if with_state else 0.0)
         return list(values if with_state else values[:2])
 
@@ -105,12 +104,31 @@ def integrate(
     # The slip velocity is the variable: a stiff law multiplies the rounding of s − v.
     start = [x, drive - v, z] if with_state else [x, drive - v]
     scale = _scales(system, law, x, v)[: len(start)]
-    with warnings.catch_warnings():
-        # LSODA reports its failures as warnings; they come back as the reason of the stop.
-        warnings.simplefilter("ignore")
-        solution: Any = solve_ivp(
-            slope, (0.0, end), start, method=method, dense_output=True, rtol=tolerance, atol=tolerance * scale
-        )  # type: ignore[call-overload, unused-ignore]
+    solution: Any = None
+    # LSODA is the fastest by far, but may fail at the first step or crawl in its non-stiff half; Radau does neither.
+    attempts = ("LSODA", "Radau") if method is None else (method,)
+    for attempt in attempts:
+        allowed = max_evaluations if attempt == attempts[-1] else max_evaluations // 2
+        try:
+            with warnings.catch_warnings():
+                # LSODA reports its failures as warnings; they come back as the reason of the stop.
+                warnings.simplefilter("ignore")
+                solution = solve_ivp(
+                    slope, (0.0, end), start, method=attempt, dense_output=True, rtol=tolerance, atol=tolerance * scale
+                )  # type: ignore[call-overload, unused-ignore]
+        except _Stalled as stalled:
+            if attempt == attempts[-1]:
+                raise InputError(
+                    f"integrate: {attempt} came to t = {stalled.t:g} in {max_evaluations} evaluations: take another method, "
+                    "a looser tolerance, or raise max_evaluations"
+                ) from None
+            continue
+        if solution.status == 0:
+            break
+    if len(solution.t) < 2:
+        raise InputError(
+            f"integrate: {attempts[-1]} could not take its first step: take another method or tolerance, or check the units"
+        )
     crossings = _roots(solution, lambda y: y[1])
     turns = _roots(solution, lambda y: drive - y[1])
     last, stop = float(solution.t[-1]), "t_end" if solution.status == 0 else "solver"
@@ -120,6 +138,13 @@ def integrate(
     marks = tuple(times[times <= last] for times in (crossings, turns))
     work = Work(events=sum(map(len, marks)), evaluations=spent)
     return StateOrbit(system, solution.sol, marks, last, stop, work)
+
+
+class _Stalled(Exception):
+    """The evaluations that were allowed are spent."""
+
+    def __init__(self, t: float) -> None:
+        self.t = t
 
 
 def _roots(solution: Any, guard: Callable[[NDArray[np.float64]], Any]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.laws import BogaczRyczek, DwellTime, Law, PiecewiseLinear, force_along
+from stickslip.laws import BogaczRyczek, DwellTime, ForceRate, Law, PiecewiseLinear, Tabulated, TwoBranch, force_along
 from stickslip.show.canvas import OKABE_ITO, axes, label
 
 if TYPE_CHECKING:
@@ -103,11 +103,13 @@ def break_away_plot(
     The axes.
     """
     ax = axes(ax)
-    surface = law.static_friction if isinstance(law, BogaczRyczek) else None
+    surface = law.static_friction if isinstance(law, BogaczRyczek) else law if isinstance(law, ForceRate) else None
     if stick_times is None:
         dwell = law if isinstance(law, DwellTime) else surface
         # The time after which the growth is nearly over.
         last = 1.0 if dwell is None else (4.0 / dwell.rate) ** (1.0 / dwell.exponent)
+        if isinstance(law, Tabulated) and isinstance(law.break_away, tuple):
+            last = max(1.2 * law.break_away[-1][0], 1e-300)
         stick_times = np.linspace(0.0, last, 301).tolist()
     scale = None if surface is None else surface.force_rate_scale
     if force_rates is None:
@@ -127,6 +129,14 @@ def break_away_plot(
 def _reach(law: Law) -> float:
     if isinstance(law, PiecewiseLinear):
         return 1.5 * law.nodes[-1][0]
+    tables: tuple[object, ...] = ()
+    if isinstance(law, Tabulated):
+        tables = (law.kinetic,)
+    elif isinstance(law, TwoBranch):
+        tables = (law.rising, law.falling)
+    last = [float(table[-1][0]) for table in tables if isinstance(table, tuple) and table[-1][0] > 0]
+    if last:
+        return 1.5 * max(last)
     return 0.6 if isinstance(law, BogaczRyczek) else 1.0
 
 
