@@ -43,3 +43,42 @@ def test_tabulated_law_goes_through_its_nodes():
     release = orbit.events.query("kind == 'release'").iloc[2:]
     assert len(release) > 3
     assert law.break_away_force(release["stick_time"]) == pytest.approx(release["force"].to_numpy(), abs=1e-12)
+
+
+def test_friction_of_two_branches_is_always_on_one_or_between_them():
+    # Random tables, drives, forcings and starts: friction lies on the branch that the sign of ẇ asks for, or between the
+    # branches where ẇ = 0, and every run comes to its end.
+    random = np.random.default_rng(1)
+
+    def table():
+        return [(0.0, random.uniform(0.2, 1.5))] + [
+            (w, random.uniform(0.2, 1.5)) for w in np.sort(random.uniform(0.05, 2, random.integers(0, 4)))
+        ]
+
+    held = 0
+    for _ in range(200):
+        rising, falling = table(), table()
+        law = ss.laws.TwoBranch(rising, falling, max(rising[0][1], falling[0][1]) + random.uniform(0, 0.5))
+        forcing = ss.Harmonic(random.uniform(0, 1), random.uniform(0.3, 3)) if random.random() < 0.5 else None
+        oscillator = ss.Oscillator(random.uniform(0, 0.3), random.uniform(-1, 1), law, forcing=forcing)
+        orbit = ss.simulate(oscillator, 60, x0=random.normal(), v0=random.normal(), max_events=20_000)
+        assert orbit.stop == "t_end"
+        motion = orbit.to_xarray(np.linspace(0, 60, 2001))
+        w = motion["slip_velocity"].to_numpy()
+        force, growth = motion["force"].to_numpy() * np.sign(w), -motion["a"].to_numpy() * np.sign(w)
+        up, down = (np.interp(np.abs(w), *np.array(branch).T) for branch in (rising, falling))
+        slips = ~motion["stuck"].to_numpy() & (np.abs(w) > 1e-6)
+        moving, still = slips & (np.abs(growth) > 1e-7), slips & (growth == 0)
+        assert np.abs(force - np.where(growth > 0, up, down))[moving].max(initial=0) < 1e-8
+        assert np.maximum(down - force, force - up)[still].max(initial=0) < 1e-8
+        held += still.sum()
+    assert held > 1000
+
+
+def test_law_with_a_state_comes_from_a_system_file(tmp_path):
+    law = ss.laws.Regularised(ss.laws.Coulomb(0.5), width=1e-3)
+    path = tmp_path / "system.toml"
+    path.write_text(ss.Oscillator(0.1, 0.2, law).to_toml())
+    system = ss.load_system(path)
+    assert system.law == law
+    assert ss.simulate(system, 300).regime() == "stable_slip"

@@ -270,7 +270,8 @@ def test_orbit_of_a_law_with_a_state_answers_as_others_do(tmp_path):
     assert {"x", "v", "a", "slip_velocity", "force", "stuck", "state"} <= set(motion)
     rest = motion["a"] + 2.0 * motion["x"] - motion["force"]
     assert float(np.abs(rest).max()) < 1e-12
-    assert list(orbit.events)[:5] == ["t", "kind", "contact", "x", "v"]
+    exact = ss.simulate(ss.Oscillator(0.1, 0.1, ss.laws.StaticKinetic(1.5, 1.0)), 30).events
+    assert list(orbit.events) == [*exact, "state"]
     assert set(orbit.events["kind"]) <= {"crossing", "turn"}
     assert orbit.stop == "t_end"
     assert orbit.save(tmp_path / "orbit.nc").exists()

@@ -69,10 +69,10 @@ class StateOrbit(Orbit):
 
     @cached_property
     def events(self) -> pd.DataFrame:
-        """The table of pseudo-events: t, kind, contact, x, v, force, state.
+        """The table of pseudo-events: t, kind, contact, x, v, force, stick_time, force_rate, state.
 
         kind is crossing (the slip velocity changes its sign) or turn (the velocity does). Nothing happens there to a
-        smooth motion: they mark it.
+        smooth motion: they mark it, and stick_time and force_rate are missing throughout.
         """
         import pandas as pd
 
@@ -89,6 +89,8 @@ class StateOrbit(Orbit):
                 "x": x,
                 "v": self.system.drive_velocity - w,
                 "force": force,
+                "stick_time": np.full(len(times), np.nan),
+                "force_rate": np.full(len(times), np.nan),
                 "state": z,
             }
         )
