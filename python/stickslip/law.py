@@ -101,6 +101,8 @@ class Law(Table):
         """Any law from its document."""
         if not isinstance(table, Mapping) or "type" not in table:
             raise InputError(f'{where}: type is missing; add `type = "..."` with one of {", ".join(Law.ALL)}')
+        import stickslip.laws  # noqa: F401  # the laws are known once their module is there
+
         name = table["type"]
         if name not in Law.ALL:
             hint = did_you_mean(str(name), Law.ALL)
