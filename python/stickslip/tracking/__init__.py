@@ -1,0 +1,62 @@
+"""From films to motion: pictures with their times, finders, identities, calibration, and films made for a test."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stickslip.tracking.batch import track_films
+    from stickslip.tracking.calibration import Calibration, Lens, read_calibration
+    from stickslip.tracking.check_film import draw_tracks, tracks_over_film, write_check_film
+    from stickslip.tracking.follow import track
+    from stickslip.tracking.osp import read_osp
+    from stickslip.tracking.scale_check import FreeFall, free_fall
+    from stickslip.tracking.setup import Setup
+    from stickslip.tracking.source import Film
+    from stickslip.tracking.synthetic import Camera, film
+
+# Imported when first asked for: the command line builds its parser from here and must not wait for numpy.
+_HOME = {
+    "Calibration": "calibration",
+    "Camera": "synthetic",
+    "Film": "source",
+    "FreeFall": "scale_check",
+    "Lens": "calibration",
+    "Setup": "setup",
+    "draw_tracks": "check_film",
+    "film": "synthetic",
+    "free_fall": "scale_check",
+    "read_calibration": "calibration",
+    "read_osp": "osp",
+    "track": "follow",
+    "track_films": "batch",
+    "tracks_over_film": "check_film",
+    "write_check_film": "check_film",
+}
+
+__all__ = [
+    "Calibration",
+    "Camera",
+    "Film",
+    "FreeFall",
+    "Lens",
+    "Setup",
+    "draw_tracks",
+    "film",
+    "free_fall",
+    "read_calibration",
+    "read_osp",
+    "track",
+    "track_films",
+    "tracks_over_film",
+    "write_check_film",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'stickslip.tracking' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"stickslip.tracking.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value

@@ -1,0 +1,234 @@
+"""Blobs: connected spots that stand out from what surrounds them, at whatever brightness that is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stickslip.tracking.likeness import Likeness
+from stickslip.tracking.sightings import Array, Sightings
+from stickslip.tracking.vision import vision
+
+LEVELS = 16
+"""Heights at which a picture is cut."""
+
+LEAST_LEVELS = 3
+"""A spot that is seen at fewer heights is noise or texture."""
+
+MOST = 80
+"""Of a crowded picture no more spots than this are looked at closely, those that stand out most."""
+
+
+@dataclass(frozen=True)
+class _Spot:
+    level: int
+    label: int
+    area: int
+    left: int
+    top: int
+    width: int
+    height: int
+
+
+def find_blobs(
+    picture: Likeness,
+    *,
+    size: float | None = None,
+    threshold: float | None = None,
+    level: float | None = None,
+    opening: int = 0,
+) -> Sightings:
+    """Compact spots of high likeness with their centres.
+
+    The picture is cut at 16 heights; spots that lie inside each other at successive heights are one blob (as in a
+    component tree). Each has its own outline, where the area changes least with the height, so uneven light does no harm.
+    The centre is that of the likeness I above the ground around the blob,
+
+        x_c = Σ x_i g_i / Σ g_i,   g_i = clip(½ + s ((I_i − ground)/(crown − ground) − ½), 0, 1),
+
+    s = 1 up to 12 px of diameter and 2 from 24 px on (then only the rim is weighed, not the face's texture), and its
+    standard error that of the picture's noise σ around the blob, σ_x = s σ/(crown − ground) √Σ(x_i − x_c)² / Σ g_i, the
+    sum under the root over the rim where 0 < g_i < 1.
+
+    Parameters
+    ----------
+    picture : (height, width) likeness, 0 to 255.
+    size : diameter in px; blobs from half to twice of it are kept. Default: from 3 px to two fifths of
+        the picture's area.
+    threshold : least contrast in grey levels; default a sixth of the picture's range.
+    level : cut only here; for a body whose outline is known to be at that likeness.
+    opening : thin things (strings, rims) narrower than this many px are taken off the blobs first.
+
+    Returns
+    -------
+    Sightings, n >= 0.
+
+    Limits: a marker must be roughly as wide as it is high (up to 1:4, for motion blur), and its contrast must exceed the
+    noise about five times.
+    """
+    cv2 = vision()
+    high, wide = picture.shape
+    smallest = math.pi / 4 * (0.5 * size if size else 3.0) ** 2
+    largest = math.pi / 4 * (2.0 * size) ** 2 if size else 0.4 * high * wide
+    work = np.clip(picture, 0, 255).astype(np.uint8)
+    if opening > 1:
+        kernel = cv2.getStructuringElement(cv2.MORPH_RECT, (opening, opening))
+        work = cv2.morphologyEx(work, cv2.MORPH_OPEN, kernel)
+    else:
+        # with the size known, texture inside a marker must not break it into parts
+        work = cv2.GaussianBlur(work, (0, 0), max(0.8, size / 8 if size else 0.0))
+    low, top = (float(value) for value in np.percentile(work[:: max(1, high // 400)], [0.5, 100]))
+    if top - low < 6:
+        return Sightings.of([])
+    step = (top - low) / (LEVELS + 1)
+    least_levels = LEAST_LEVELS if threshold is None else max(1, round(threshold / step))
+    heights: Array = np.array([level], float) if level is not None else low + step * np.arange(1.0, LEVELS + 1)
+    chains = _chains(cv2, work, heights, smallest, largest, least_levels if level is None else 1)
+    rows = []
+    for chain in sorted(chains, key=len, reverse=True)[:MOST]:
+        row = _centre(cv2, picture, work, _outline(chain), heights, level, size)
+        if row is not None and (threshold is None or row[5] >= threshold):
+            rows.append(row)
+    return _one_each(Sightings.of(rows))
+
+
+def _one_each(found: Sightings) -> Sightings:
+    """Of blobs around one centre the most marker-like: a spot and its halo are one thing."""
+    kept: list[int] = []
+    for i in np.argsort(-found.score, kind="stable"):
+        near = [j for j in kept if math.hypot(found.x[i] - found.x[j], found.y[i] - found.y[j]) < 0.12 * found.size[i]]
+        if not near:
+            kept.append(int(i))
+    return found.take(np.sort(np.array(kept, np.int64)))
+
+
+def _chains(
+    cv2: Any, work: npt.NDArray[np.uint8], heights: npt.NDArray[np.float64], smallest: float, largest: float, least: int
+) -> list[list[_Spot]]:
+    """Spots inside each other, from the highest level down; one list a blob."""
+    finished: list[list[_Spot]] = []
+    growing: list[list[_Spot]] = []
+    for level in range(len(heights) - 1, -1, -1):
+        mask = (work > heights[level]).view(np.uint8)
+        _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=4)
+        area = stats[:, 4]
+        box = stats[:, 2].astype(float) * stats[:, 3]
+        narrow = np.minimum(stats[:, 2], stats[:, 3]) / np.maximum(stats[:, 2], stats[:, 3])
+        good = (area >= smallest) & (area <= largest) & (area >= 0.45 * box) & (narrow >= 0.25)
+        good[0] = False
+        spots = {
+            int(label): _Spot(level, int(label), int(area[label]), *(int(value) for value in stats[label, :4]))
+            for label in np.flatnonzero(good)
+        }
+        parents: dict[int, list[list[_Spot]]] = {}
+        for chain in growing:
+            last = chain[-1]
+            inside = labels[last.top : last.top + last.height, last.left : last.left + last.width]
+            # some pixel of the smaller spot lies in its parent; all of them do, so the most frequent label is it
+            row, column = last.height // 2, last.width // 2
+            label = int(inside[row, column])
+            if label not in spots:
+                label = int(np.bincount(inside.ravel()[inside.ravel() > 0], minlength=1).argmax())
+            spot = spots.get(label)
+            if spot is None or (len(chain) >= LEAST_LEVELS and spot.area > 2.5 * chain[len(chain) // 2].area):
+                finished.append(chain)
+                spots.pop(label, None) if spot is not None else None
+            else:
+                parents.setdefault(label, []).append(chain)
+        growing = []
+        for label, children in parents.items():
+            children.sort(key=len, reverse=True)
+            finished.extend(children[1:])
+            if label in spots:
+                growing.append([*children[0], spots.pop(label)])
+            else:
+                finished.append(children[0])
+        growing.extend([spot] for spot in spots.values())
+    return [chain for chain in finished + growing if len(chain) >= least]
+
+
+def _outline(chain: list[_Spot]) -> _Spot:
+    """The spot of a chain whose area changes least from level to level; of equals the one in the middle."""
+    if len(chain) < 3:
+        return chain[len(chain) // 2]
+    area = np.array([spot.area for spot in chain], float)
+    growth = (area[2:] - area[:-2]) / area[1:-1]
+    middle = np.abs(np.arange(1, len(chain) - 1) - 0.5 * (len(chain) - 1)) / len(chain)
+    return chain[1 + int(np.argmin(growth + 0.3 * middle))]
+
+
+def _centre(
+    cv2: Any,
+    picture: Likeness,
+    work: npt.NDArray[np.uint8],
+    half: _Spot,
+    heights: npt.NDArray[np.float64],
+    level: float | None,
+    wanted: float | None,
+) -> tuple[float, ...] | None:
+    high, wide = picture.shape
+    reach = min(6, 2 + math.ceil(0.12 * math.sqrt(half.area)))
+    ring = reach + 2 + math.ceil(0.1 * math.sqrt(half.area))
+    left, right = max(0, half.left - ring), min(wide, half.left + half.width + ring)
+    top, bottom = max(0, half.top - ring), min(high, half.top + half.height + ring)
+    window = picture[top:bottom, left:right].astype(np.float64)
+    cut = (work[top:bottom, left:right] > heights[half.level]).view(np.uint8)
+    _, labels = cv2.connectedComponents(cut)
+    counts = np.bincount(
+        labels[half.top - top : half.top - top + half.height, half.left - left : half.left - left + half.width].ravel()
+    )
+    if len(counts) < 2:
+        return None
+    core = (labels == 1 + int(counts[1:].argmax())).view(np.uint8)
+    kernel = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    near = cv2.dilate(core, kernel).astype(bool)
+    others = cv2.dilate(((labels > 0) & (core == 0)).view(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
+    around = ~near & ~others
+    if around.sum() < 12:
+        around = ~near
+    if around.sum() < 12:
+        return None
+    inside = core.astype(bool)
+    ground = float(np.median(window[around]))
+    crown = float(np.median(window[inside]))
+    contrast = crown - ground
+    if contrast <= 0:
+        return None
+    steep = float(np.clip(math.sqrt(half.area) / 12, 1, 2))
+    middle = ground + 0.5 * contrast if level is None else level
+    share = np.clip(0.5 + steep * (window - middle) / contrast, 0, 1)
+    share[~near | (others & ~inside)] = 0
+    share[share < 0.1] = 0  # the ground's noise far from the centre weighs most
+    weight = float(share.sum())
+    rows, columns = np.nonzero(share)
+    shares = share[rows, columns]
+    x = float((columns * shares).sum() / weight)
+    y = float((rows * shares).sum() / weight)
+    xx, yy, xy = (
+        float((a * b * shares).sum() / weight)
+        for a, b in ((columns - x, columns - x), (rows - y, rows - y), (columns - x, rows - y))
+    )
+    spread = 1.4826 * float(np.median(np.abs(window[around] - ground)))
+    noise = math.hypot(max(spread, 0.3), 1 / math.sqrt(12))
+    rim = shares < 0.98
+    rough = steep * noise / (contrast * weight)
+    x_error = rough * math.sqrt(float(((columns - x)[rim] ** 2).sum()))
+    y_error = rough * math.sqrt(float(((rows - y)[rim] ** 2).sum()))
+    determinant = max(xx * yy - xy * xy, 1e-12)
+    compact = min(1.0, weight / (4 * math.pi * math.sqrt(determinant)))
+    wide_axis = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
+    round_ = math.sqrt(determinant) / wide_axis
+    size = 2 * math.sqrt(weight / math.pi)
+    score = contrast * compact**2 * math.sqrt(round_) * size**0.25
+    if wanted is not None:
+        score *= math.exp(-((math.log(size / wanted) / 0.4) ** 2))
+    cut_x = half.left <= 0 or half.left + half.width >= wide
+    cut_y = half.top <= 0 or half.top + half.height >= high
+    return (
+        *(x + left, y + top, max(x_error, 0.005), max(y_error, 0.005), size, contrast, score),
+        *(-1, cut_x, cut_y),
+    )

@@ -1,0 +1,376 @@
+"""From pixels to metres: scale, rotation, lens, a curved scale along an axis, a plane seen at an angle."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stickslip.documents import check_keys, number
+from stickslip.errors import InputError
+from stickslip.tracking.ruler import find_marks
+from stickslip.tracking.sightings import Array
+from stickslip.tracking.source import read_picture
+from stickslip.tracking.vision import vision
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "ft": 0.3048, "1": 1.0}
+
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lens:
+    """Radial distortion: a pixel at p shows what an ideal lens would show at c + (p − c)(1 + k1 ρ² + k2 ρ⁴).
+
+    With ρ = |p − c|/radius.
+
+    Parameters
+    ----------
+    centre : c in px.
+    radius : the unit of ρ in px, usually half the picture's diagonal.
+    k1, k2 : dimensionless; k1 > 0 for barrel distortion.
+    """
+
+    centre: Pair
+    radius: float
+    k1: float = 0.0
+    k2: float = 0.0
+
+    def straighten(self, places: npt.ArrayLike) -> Array:
+        """(n, 2) pixels as an ideal lens would show them."""
+        away = np.asarray(places, float) - self.centre
+        rho2 = (away**2).sum(axis=-1, keepdims=True) / self.radius**2
+        return np.asarray(self.centre + away * (1 + self.k1 * rho2 + self.k2 * rho2**2))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """A map from pixels to the world's plane, x along an axis, y to its left (upwards where x points right).
+
+    With s and n the pixel distances along and to the left of the axis through `origin`, after the lens is taken out,
+
+        x = Σ_j c_j s^j,   y = n dx/ds,
+
+    or, for a plane seen at an angle, the 3 x 3 `homography` H: (x, y, 1) ~ H (X, Y, 1).
+
+    Parameters
+    ----------
+    origin : pixel (X, Y) where s = n = 0.
+    angle : direction of the axis in degrees, counter-clockwise from the picture's right.
+    coefficients : c_0, c_1, ... in m per px^j; (0, scale) for an even scale.
+    unit : unit of x and y: ``"m"``, ``"1"`` for a dimensionless world, ``"px"`` for none.
+    lens : radial distortion, or None.
+    homography : rows of H, or None.
+    scale_error : relative standard error of the scale.
+    notes : sentences on how it was found and how well it fits.
+    """
+
+    origin: Pair = (0.0, 0.0)
+    angle: float = 0.0
+    coefficients: tuple[float, ...] = (0.0, 1.0)
+    unit: str = "m"
+    lens: Lens | None = None
+    homography: tuple[tuple[float, ...], ...] | None = None
+    scale_error: float = 0.0
+    notes: tuple[str, ...] = field(default=())
+
+    def to_world(self, x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:
+        """World coordinates of pixels, any shape; NaN stays NaN."""
+        places = np.stack(np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)), axis=-1)
+        if self.lens is not None:
+            places = self.lens.straighten(places)
+        if self.homography is not None:
+            world = _project(np.array(self.homography), places)
+            return world[..., 0], world[..., 1]
+        turn = math.radians(self.angle)
+        away = places - self.origin
+        s = away[..., 0] * math.cos(turn) - away[..., 1] * math.sin(turn)
+        n = -away[..., 0] * math.sin(turn) - away[..., 1] * math.cos(turn)
+        polynomial = np.polynomial.Polynomial(self.coefficients)
+        return np.asarray(polynomial(s)), np.asarray(n * polynomial.deriv()(s))
+
+    def errors(self, x: Array, y: Array, x_error: Array, y_error: Array) -> tuple[Array, Array]:
+        """Standard errors of the world coordinates from those of the pixels, to first order."""
+        step = 0.5
+        right, left = self.to_world(x + step, y), self.to_world(x - step, y)
+        down, up = self.to_world(x, y + step), self.to_world(x, y - step)
+        return tuple(  # type: ignore[return-value]
+            np.hypot((right[i] - left[i]) * x_error, (down[i] - up[i]) * y_error) for i in (0, 1)
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data; :meth:`from_dict` reads it back."""
+        return asdict(self)
+
+    def to_json(self) -> str:
+        """As a JSON document, how a motion file carries it."""
+        return json.dumps(self.to_dict())
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Calibration:
+        """The calibration that :meth:`to_dict` wrote."""
+        lens = data.get("lens")
+        rows = data.get("homography")
+        return cls(
+            **{
+                **data,
+                "origin": tuple(data["origin"]),
+                "coefficients": tuple(data["coefficients"]),
+                "lens": None if lens is None else Lens(**{**lens, "centre": tuple(lens["centre"])}),
+                "homography": None if rows is None else tuple(tuple(row) for row in rows),
+                "notes": tuple(data["notes"]),
+            }
+        )
+
+
+PIXELS = Calibration(unit="px", coefficients=(0.0, 1.0))
+"""No calibration: coordinates stay pixels, x to the right and y downwards as in the picture."""
+
+_COMMON = ("unit", "origin", "angle", "lens")
+_KINDS = {
+    "scale": (),
+    "points": ("length",),
+    "ruler": ("first", "second", "last", "pitch", "order", "start"),
+    "marks": ("positions", "order"),
+    "checker": ("corners", "square"),
+    "marker_size": (),
+}
+
+
+def read_calibration(table: Mapping[str, Any], folder: Path, marker_size: float | None = None) -> Calibration:
+    """The calibration that a table asks for.
+
+    Exactly one of these keys says how; lengths are in `unit` (default ``"m"``; results are in m):
+
+    * ``scale``: px per unit.
+    * ``points = [[x, y], [x, y]]`` with ``length``: two pixels and their distance; the axis runs from the first to the
+      second, the first is the origin.
+    * ``ruler = "photo.jpg"`` with ``first``, ``second``, ``last`` (pixels of those marks), ``pitch``, ``order`` (of the
+      polynomial, default 3) and ``start`` (what the first mark says, default 0): the marks are found in the photo.
+    * ``marks = [[x, y], ...]`` with ``positions = [...]`` and ``order`` (default 1): pixels of known places.
+    * ``checker = "board.png"`` with ``corners = [9, 6]`` (inner corners along and across) and ``square``: a board in the
+      plane of motion; plane and lens are fitted together.
+    * ``marker_size``: the true diameter (or side) of the marker that is tracked.
+
+    ``origin = [x, y]``, ``angle`` (degrees, counter-clockwise) and ``lens = {k1 = ..., k2 = ..., centre = [x, y],
+    radius = ...}`` may be added to the first four and the last.
+
+    Parameters
+    ----------
+    table : the keys above.
+    folder : where relative paths begin.
+    marker_size : diameter of the tracked marker in px, for the kind of that name.
+
+    Raises
+    ------
+    InputError
+        with the key that is unknown, missing or of another kind.
+    """
+    where = "calibration"
+    kinds = [kind for kind in _KINDS if kind in table]
+    if len(kinds) != 1:
+        check_keys(table, [*_KINDS, *_COMMON, *(key for keys in _KINDS.values() for key in keys)], (), where)
+        got = " and ".join(kinds) if kinds else "none"
+        raise InputError(f"{where}: exactly one of {', '.join(_KINDS)} must say how, got {got}")
+    kind = kinds[0]
+    check_keys(table, [kind, *_KINDS[kind], *_COMMON], (), where)
+    unit = str(table.get("unit", "m"))
+    if unit not in UNITS:
+        raise InputError(f"{where}: unit must be one of {', '.join(UNITS)}, got {unit!r}")
+    factor = UNITS[unit]
+    lens = _lens(table.get("lens"))
+    base: dict[str, Any] = {"unit": "1" if unit == "1" else "m", "lens": lens}
+    if "origin" in table:
+        base["origin"] = _pair(table["origin"], "origin")
+    if "angle" in table:
+        base["angle"] = number("angle", table["angle"], where)
+    if kind == "checker":
+        return _from_checker(table, folder, factor, base)
+    if kind in ("ruler", "marks"):
+        return _from_marks(table, folder, factor, base)
+    if kind == "points":
+        return _from_points(table, factor, base)
+    given = _positive(table, kind)
+    if kind == "scale":
+        return Calibration(
+            **base, coefficients=(0.0, factor / given), notes=(f"Scale given: {given:g} px per {unit}.",)
+        )
+    if marker_size is None:
+        raise InputError(f"{where}: marker_size needs a marker that is tracked; give scale or points")
+    note = f"Scale from the marker: {given:g} {unit} across {marker_size:.2f} px."
+    # half a pixel of doubt at either rim of a marker that is blurred
+    return Calibration(
+        **base, coefficients=(0.0, factor * given / marker_size), scale_error=0.5 / marker_size, notes=(note,)
+    )
+
+
+def _from_points(table: Mapping[str, Any], factor: float, base: dict[str, Any]) -> Calibration:
+    points = table["points"]
+    if not isinstance(points, list | tuple) or len(points) != 2:
+        raise InputError(f"calibration: points must be two pixels [[x, y], [x, y]], got {points!r}")
+    pair = np.array([_pair(point, "points") for point in points])
+    length = _positive(table, "length")
+    straight = pair if base["lens"] is None else base["lens"].straighten(pair)
+    step = straight[1] - straight[0]
+    distance = float(np.hypot(*step))
+    if distance < 2:
+        raise InputError(f"calibration: the two points are {distance:.3g} px apart; choose points far from each other")
+    found = {
+        "origin": (float(straight[0, 0]), float(straight[0, 1])),
+        "angle": math.degrees(math.atan2(-step[1], step[0])),
+    }
+    note = f"Scale from two points {distance:.2f} px apart; a pixel of doubt in one is {100 / distance:.2g} % of it."
+    return Calibration(
+        **{**found, **base}, coefficients=(0.0, factor * length / distance), scale_error=0.5 / distance, notes=(note,)
+    )
+
+
+def _from_marks(table: Mapping[str, Any], folder: Path, factor: float, base: dict[str, Any]) -> Calibration:
+    if "ruler" in table:
+        for key in ("first", "second", "last"):
+            if key not in table:
+                raise InputError(f"calibration: {key} is missing; add the pixel of that mark, `{key} = [x, y]`")
+        ends = [_pair(table[key], key) for key in ("first", "second", "last")]
+        path = folder / str(table["ruler"])
+        places, numbers = find_marks(read_picture(path), *ends)
+        positions = number("start", table.get("start", 0.0), "calibration") + _positive(table, "pitch") * numbers
+        order, of = int(table.get("order", 3)), f"the ruler in {path.name}"
+    else:
+        marks, given = table["marks"], table.get("positions")
+        if not isinstance(marks, list | tuple) or not isinstance(given, list | tuple) or len(marks) != len(given):
+            raise InputError(
+                "calibration: marks and positions must be lists of one length; give a position for each mark"
+            )
+        places = np.array([_pair(mark, "marks") for mark in marks])
+        positions = np.array([number("positions", value, "calibration") for value in given])
+        order, of = int(table.get("order", 1)), "the marks given"
+    if not 1 <= order < len(places):
+        raise InputError(f"calibration: order must lie in [1, {len(places) - 1}] for {len(places)} marks, got {order}")
+    straight = places if base["lens"] is None else base["lens"].straighten(places)
+    middle = straight.mean(axis=0)
+    along = np.linalg.svd(straight - middle)[2][0]
+    along = along * np.sign(along @ (straight[-1] - straight[0]))
+    # s is counted from the pixel on the ruler's line where X = 0 only if no origin is given: any other serves as well
+    origin = np.array(base.pop("origin", (float(straight[0, 0]), float(straight[0, 1]))))
+    angle = base.pop("angle", math.degrees(math.atan2(-along[1], along[0])))
+    turn = math.radians(angle)
+    s = (straight - origin) @ np.array([math.cos(turn), -math.sin(turn)])
+    keep = np.ones(len(s), bool)
+    for _ in range(3):  # a scratch or a stain taken for a mark stands out from the others
+        curve = np.polynomial.Polynomial.fit(s[keep], positions[keep], order)
+        misfit = np.abs(positions - curve(s))
+        keep = misfit <= max(6 * 1.4826 * float(np.median(misfit)), 1e-9 * float(np.ptp(positions)))
+        if keep.sum() <= order + 1:
+            keep[:] = True
+    rms = float(np.sqrt(np.mean((positions - curve(s))[keep] ** 2)))
+    span = float(np.ptp(positions[keep]))
+    unit = str(table.get("unit", "m"))
+    notes = [
+        f"Scale from {int(keep.sum())} of {len(s)} marks of {of}, a polynomial of order {order}: it misses the marks by "
+        f"{rms:.3g} {unit} rms over {span:g} {unit}."
+    ]
+    if order < len(s) - 3:
+        better = np.polynomial.Polynomial.fit(s[keep], positions[keep], order + 1)
+        finer = float(np.sqrt(np.mean((positions - better(s))[keep] ** 2)))
+        if finer < 0.5 * rms:
+            notes.append(
+                f"A polynomial of order {order + 1} would miss them by {finer:.3g} {unit}: "
+                f"`order = {order + 1}` is the truer scale."
+            )
+    coefficients = tuple(factor * float(value) for value in curve.convert().coef)
+    return Calibration(
+        **base,
+        origin=(float(origin[0]), float(origin[1])),
+        angle=float(angle),
+        coefficients=coefficients,
+        scale_error=rms / span,
+        notes=tuple(notes),
+    )
+
+
+def _from_checker(table: Mapping[str, Any], folder: Path, factor: float, base: dict[str, Any]) -> Calibration:
+    from scipy.optimize import least_squares
+
+    cv2 = vision()
+    path = folder / str(table["checker"])
+    picture = read_picture(path)
+    corners = table.get("corners")
+    if not isinstance(corners, list | tuple) or len(corners) != 2 or min(corners) < 3:
+        raise InputError(
+            f"calibration: corners must be the inner corners [along, across], 3 or more each, got {corners!r}"
+        )
+    along, across = (int(value) for value in corners)
+    square = _positive(table, "square")
+    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    found, places = cv2.findChessboardCornersSB(grey, (along, across), flags=cv2.CALIB_CB_ACCURACY)
+    if not found:
+        raise InputError(
+            f"{path}: no checker board with {along} x {across} inner corners seen; check corners and light"
+        )
+    places = places.reshape(-1, 2).astype(float)
+    rows, columns = np.divmod(np.arange(along * across), along)
+    board = np.stack([columns, across - 1 - rows], axis=1).astype(float)  # y upwards
+    if (places[along - 1] - places[0]) @ (1, 0) < 0:  # the finder may begin at either end of the board
+        places = places[::-1]
+    height, width = grey.shape
+    centre, radius = ((width - 1) / 2, (height - 1) / 2), math.hypot(width, height) / 2
+    start = np.eye(3) if len(places) < 4 else cv2.findHomography(places, board)[0]
+
+    def misfit(p: Array) -> Array:
+        lens = Lens(centre=centre, radius=radius, k1=p[8], k2=p[9])
+        plane = np.append(p[:8], 1.0).reshape(3, 3)
+        return np.asarray((_project(plane, lens.straighten(places)) - board).ravel())
+
+    fit = least_squares(misfit, np.append(start.ravel()[:8] / start[2, 2], [0.0, 0.0]), x_scale="jac")
+    plane = np.append(fit.x[:8], 1.0).reshape(3, 3)
+    plane[:2] *= square * factor
+    rms = float(np.sqrt(2 * np.mean(fit.fun**2))) * square
+    lens = Lens(centre=centre, radius=radius, k1=float(fit.x[8]), k2=float(fit.x[9]))
+    note = (
+        f"Plane and lens from {len(places)} corners of the board in {path.name}: they are missed by {rms:.3g} "
+        f"{table.get('unit', 'm')} rms; k1 = {lens.k1:.4g}, k2 = {lens.k2:.4g}."
+    )
+    return Calibration(
+        **{**base, "lens": lens},
+        homography=tuple(tuple(float(value) for value in row) for row in plane),
+        scale_error=rms / (square * math.hypot(along, across)),
+        notes=(note,),
+    )
+
+
+def _project(plane: Array, places: Array) -> Array:
+    ahead = np.concatenate([places, np.ones((*places.shape[:-1], 1))], axis=-1) @ plane.T
+    return np.asarray(ahead[..., :2] / ahead[..., 2:])
+
+
+def _lens(table: object) -> Lens | None:
+    if table is None:
+        return None
+    if not isinstance(table, Mapping):
+        raise InputError(
+            f"calibration: lens must be a table {{k1 = ..., centre = [x, y], radius = ...}}, got {table!r}"
+        )
+    check_keys(table, ("k1", "k2", "centre", "radius"), ("k1", "centre", "radius"), "calibration lens")
+    numbers = {key: number(key, table.get(key, 0.0), "calibration lens") for key in ("k1", "k2", "radius")}
+    return Lens(centre=_pair(table["centre"], "centre"), **numbers)
+
+
+def _pair(value: object, name: str) -> Pair:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise InputError(f"calibration: {name} must be a pixel [x, y], got {value!r}")
+    return number(name, value[0], "calibration"), number(name, value[1], "calibration")
+
+
+def _positive(table: Mapping[str, Any], key: str) -> float:
+    if key not in table:
+        raise InputError(f"calibration: {key} is missing; add a line `{key} = ...`")
+    value = number(key, table[key], "calibration")
+    if value <= 0:
+        raise InputError(f"calibration: {key} must be a positive number, got {value:g}")
+    return value

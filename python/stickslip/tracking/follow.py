@@ -1,0 +1,251 @@
+"""From a film to the motion of its markers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.tracking.blobs import find_blobs
+from stickslip.tracking.calibration import PIXELS, read_calibration
+from stickslip.tracking.fiducial import check_dictionary, find_fiducials
+from stickslip.tracking.likeness import likeness
+from stickslip.tracking.links import Track, choose, link
+from stickslip.tracking.motion import motion_dataset, save_motion
+from stickslip.tracking.osp import PROJECTS, TEXTS, read_osp
+from stickslip.tracking.setup import Setup
+from stickslip.tracking.sightings import Sightings
+from stickslip.tracking.source import Film, Picture
+from stickslip.tracking.template import find_templates
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Progress = Callable[[str, int, int], object]
+
+CROWD = 60
+"""More candidates than this (and three a mass) are not looked at in one picture."""
+
+
+def track(
+    source: str | Path | list[Path],
+    setup: Setup | Mapping[str, Any] | str | Path | None = None,
+    *,
+    output: str | Path | None = None,
+    check: str | Path | None = None,
+    progress: Progress | None = None,
+    command: str | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Follow markers through a film.
+
+    Parameters
+    ----------
+    source : a video file, a folder of images, a list of images, or a project or text export of OSP Tracker.
+    setup : what to look for: a :class:`Setup`, a table or the path of a TOML file. Default: one dark spot, in px.
+    output : write the motion there (netCDF).
+    check : write a film with the tracks drawn in there (``.avi``, ``.mp4``, or a folder of PNG).
+    progress : called with (what, pictures done, pictures in all).
+    command : what the motion's ``command`` attribute says; default this call.
+    options : fields of :class:`Setup`, over those of `setup`: ``marker="bright"``, ``masses=2``, ``size=20``,
+        ``region=[x, y, width, height]``, ``frame_rate=240``, ``calibration={"scale": 4000}``, ...
+
+    Returns
+    -------
+    The motion, a Dataset with the dimensions ``time`` (s) and ``mass``:
+
+    * ``x``, ``y`` and their standard errors ``x_error``, ``y_error`` in m (``attrs["units"]``; px without a calibration);
+      with a calibration x runs along its axis and y to its left, in px y runs downwards as in the picture;
+    * ``lost``: empty where the marker was seen, else the reason why it was not; x and y are then NaN. A marker cut off
+      at one pair of edges keeps the coordinate along them;
+    * ``x_px``, ``y_px``: the places in the picture, and the coordinate ``frame``, the picture's number.
+
+    The errors are those of the picture's noise at each point; a wrong scale is not in them, ``scale_error`` in the
+    attributes says how well that is known.
+
+    Raises
+    ------
+    InputError
+        where the film cannot be read, the setup is wrong, a marker is never seen.
+
+    Examples
+    --------
+    >>> motion = track("slider.mp4", marker="green", frame_rate=240)  # doctest: +SKIP
+    >>> motion.x.sel(mass=0).plot()  # doctest: +SKIP
+    """
+    path = Path(source) if not isinstance(source, list) else None
+    if path is not None and path.suffix.lower() in (*PROJECTS, *TEXTS):
+        if setup is not None or options:
+            raise InputError(f"{path}: an OSP Tracker file holds its own tracks and scale; leave the setup out")
+        motion = read_osp(path)
+    else:
+        motion = _track_film(source, Setup.of(setup, **options), progress)
+    motion.attrs["command"] = command or f"stickslip.track({str(source)!r})"
+    if check is not None:
+        if path is not None and path.suffix.lower() in (*PROJECTS, *TEXTS):
+            raise InputError(f"{path}: a check film needs the film itself, not its tracks; track the video")
+        from stickslip.tracking.check_film import write_check_film
+
+        write_check_film(motion, source, check, progress)
+    if output is not None:
+        save_motion(motion, output)
+    return motion
+
+
+@dataclass
+class _Seen:
+    times: list[float]
+    pictures: list[Sightings]
+    readable: list[bool]
+    shape: tuple[int, int]
+
+
+def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progress | None) -> xr.Dataset:
+    times = setup.folder / setup.times if setup.times is not None else None
+    film = Film(source, setup.frame_rate, times)
+    seen = _look(film, setup, progress)
+    if not any(len(sightings) for sightings in seen.pictures):
+        raise InputError(
+            f"{film.name}: no {_describe(setup)} was seen in {len(seen.times)} pictures; look at the film and correct "
+            "marker, size, threshold or region"
+        )
+    tracks = choose(
+        link(seen.pictures, setup.max_jump), seen.pictures, setup.count, start=setup.start, moving=setup.moving
+    )
+    if setup.finder != "blob":
+        tracks.sort(key=lambda track: track.label if setup.ids is None else setup.ids.index(track.label))
+    if len(tracks) < setup.count:
+        raise InputError(
+            f"{film.name}: {setup.count} times a {_describe(setup)} is wanted, but only {len(tracks)} can be followed; "
+            "correct masses, size, threshold or region"
+        )
+    return _motion(film, setup, seen, tracks)
+
+
+def _describe(setup: Setup) -> str:
+    if setup.finder == "blob":
+        size = f" of about {setup.size:g} px" if setup.size else ""
+        return f"{setup.marker} marker{size}"
+    return "template" if setup.finder == "template" else f"fiducial of the dictionary {setup.dictionary}"
+
+
+def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
+    seen = _Seen([], [], [], (0, 0))
+    total = len(film)
+    find: Callable[[Picture], Sightings] | None = None
+    for time, picture in film:
+        seen.times.append(time)
+        seen.readable.append(picture is not None)
+        if picture is None:
+            seen.pictures.append(Sightings.of([]))
+        else:
+            if find is None:
+                seen.shape = (picture.shape[0], picture.shape[1])
+                find = _finder(setup, picture, film.name)
+            seen.pictures.append(find(picture).best(max(CROWD, 3 * setup.count)))
+        if progress is not None:
+            progress(f"looking at {Path(film.name).name}", len(seen.times), max(total, len(seen.times)))
+    return seen
+
+
+def _finder(setup: Setup, first: Picture, name: str) -> Callable[[Picture], Sightings]:
+    height, width = first.shape[:2]
+    left, top, wide, high = setup.region or (0, 0, width, height)
+    if left >= width or top >= height:
+        raise InputError(f"{name}: the region begins at ({left}, {top}), outside of pictures of {width} x {height} px")
+    right, bottom = min(width, left + wide), min(height, top + high)
+
+    def cropped(picture: Picture) -> Picture:
+        return picture[top:bottom, left:right]
+
+    if setup.finder == "fiducial":
+        check_dictionary(setup.dictionary)
+        return lambda picture: find_fiducials(cropped(picture), setup.dictionary, setup.ids).moved(left, top)
+    if setup.finder == "template":
+        pieces = []
+        for x, y, w, h in setup.templates or ():
+            if x + w > width or y + h > height:
+                raise InputError(
+                    f"{name}: the template [{x}, {y}, {w}, {h}] leaves the picture of {width} x {height} px"
+                )
+            pieces.append(likeness(first[y : y + h, x : x + w], "bright", setup.channel))
+        return lambda picture: find_templates(likeness(cropped(picture), "bright", setup.channel), pieces).moved(
+            left, top
+        )
+
+    level = setup.level
+    if level is not None and setup.marker == "dark":
+        level = 255 - level
+
+    def blobs(picture: Picture) -> Sightings:
+        grey = likeness(cropped(picture), setup.marker, setup.channel)
+        found = find_blobs(grey, size=setup.size, threshold=setup.threshold, level=level, opening=setup.opening)
+        return found.moved(left, top)
+
+    return blobs
+
+
+def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> xr.Dataset:
+    shape = len(seen.times), len(tracks)
+    x, y, x_error, y_error = (np.full(shape, np.nan) for _ in range(4))
+    size = np.full(shape, np.nan)
+    lost = np.full(shape, "", dtype=object)
+    for mass, marker in enumerate(tracks):
+        lost[:, mass] = _reasons(marker, seen)
+        for frame, place in zip(marker.frames, marker.places, strict=True):
+            found = seen.pictures[frame]
+            x[frame, mass], y[frame, mass] = found.x[place], found.y[place]
+            x_error[frame, mass], y_error[frame, mass] = found.x_error[place], found.y_error[place]
+            size[frame, mass] = found.size[place]
+            cut = [name for name, off in (("x", found.cut_x[place]), ("y", found.cut_y[place])) if off]
+            lost[frame, mass] = f"{' and '.join(cut)}: cut off at the edge" if cut else ""
+    calibration = PIXELS
+    if setup.calibration is not None:
+        calibration = read_calibration(setup.calibration, setup.folder, float(np.nanmedian(size)))
+    motion = motion_dataset(
+        np.array(seen.times), x, y, x_error, y_error, lost, calibration, source=film.name, frame_rate=film.rate
+    )
+    if setup.names is not None:
+        motion = motion.assign_coords(name=("mass", list(setup.names)))
+    motion.attrs["setup"] = setup.to_toml()
+    motion.attrs["notes"] = [*film.notes, *calibration.notes, *_remarks(motion)]
+    return motion
+
+
+def _reasons(marker: Track, seen: _Seen) -> list[str]:
+    """Why the marker is missing where it is, one a picture."""
+    height, width = seen.shape
+    first, last = marker.frames[0], marker.frames[-1]
+    margin = marker.size + float(np.hypot(marker.vx, marker.vy))
+    near_edge = min(marker.x, marker.y, width - 1 - marker.x, height - 1 - marker.y) < margin
+    reasons = []
+    for frame in range(len(seen.times)):
+        if not seen.readable[frame]:
+            reasons.append("picture cannot be read")
+        elif frame < first:
+            reasons.append("not yet seen")
+        elif frame > last:
+            reasons.append("left the picture" if near_edge else "no longer seen")
+        else:
+            reasons.append("not found")
+    return reasons
+
+
+def _remarks(motion: xr.Dataset) -> list[str]:
+    remarks = []
+    for mass in range(motion.sizes["mass"]):
+        reasons = motion["lost"].to_numpy()[:, mass]
+        missing = {str(reason): int((reasons == reason).sum()) for reason in dict.fromkeys(reasons) if reason}
+        if missing:
+            told = ", ".join(f"{count} {reason}" for reason, count in missing.items())
+            remarks.append(f"Mass {mass} is missing in {sum(missing.values())} of {len(reasons)} pictures ({told}).")
+    steps = np.diff(motion["time"].to_numpy())
+    if steps.size and np.ptp(steps) > 0.02 * np.median(steps):
+        remarks.append(
+            f"The pictures are not evenly spaced: {1e3 * steps.min():.4g} to {1e3 * steps.max():.4g} ms apart."
+        )
+    return remarks

@@ -1,0 +1,234 @@
+"""Pictures with their times, from a video file or a folder of images."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stickslip.errors import InputError
+from stickslip.tracking.vision import vision
+
+Picture = npt.NDArray[np.uint8]
+
+IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".pgm", ".ppm")
+
+
+@dataclass
+class Film:
+    """Pictures in the order of time.
+
+    Iterating gives (time in s, picture of shape (height, width, 3) in blue-green-red), again and again if wanted; an image
+    file that cannot be read gives None for its picture.
+    A video's time stamps are those of the file, also where they are not evenly spaced.
+
+    Parameters
+    ----------
+    source : a video file, a folder of images (in natural order: 2 before 10), or a list of image files.
+    frame_rate : pictures per second of the camera. A video says its own; this overrides it, for slow motion: its time
+        stamps are then scaled by (rate the file says) / `frame_rate`. Images need it, or `times`.
+    times : a text file with one time in s a line, or the times themselves; for images or instead of a video's stamps.
+
+    Attributes
+    ----------
+    notes : what was found worth telling while reading, complete after the film has been read to its end.
+
+    Raises
+    ------
+    InputError
+        for a file that is missing or no video, a folder without images, a frame rate that is not positive, times that
+        are missing, not finite or do not increase.
+    """
+
+    source: str | Path | list[Path]
+    frame_rate: float | None = None
+    times: str | Path | npt.ArrayLike | None = None
+    notes: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        rate = self.frame_rate
+        if rate is not None and not (math.isfinite(rate) and rate > 0):
+            raise InputError(
+                f"{self.name}: the frame rate must be a positive number of pictures per second, got {rate:g}"
+            )
+        self._images: list[Path] | None = None
+        self._file_rate = math.nan
+        self._times = self._given_times()
+        if isinstance(self.source, list):
+            self._images = [Path(path) for path in self.source]
+        else:
+            path = Path(self.source)
+            if not path.exists():
+                raise InputError(f"{path}: no such film; give a video file or a folder of images")
+            if path.is_dir():
+                self._images = natural_order([file for file in path.iterdir() if file.suffix.lower() in IMAGES])
+                if not self._images:
+                    raise InputError(
+                        f"{path}: the folder holds no images; expected files ending in {', '.join(IMAGES[:3])}"
+                    )
+            elif path.suffix.lower() in IMAGES:
+                self._images = [path]
+            else:
+                self._file_rate = self._open(path).get(vision().CAP_PROP_FPS)
+        if self._images is not None and self._times is None and rate is None:
+            if len(self._images) > 1:
+                raise InputError(
+                    f"{self.name}: images carry no time; give frame_rate in pictures per second (0.5 for one every 2 s)"
+                )
+            self._times = np.zeros(1)
+        if self._images is not None and self._times is not None and len(self._times) != len(self._images):
+            raise InputError(f"{self.name}: {len(self._images)} images but {len(self._times)} times; give one for each")
+
+    @property
+    def name(self) -> str:
+        """What the film is called in messages."""
+        return f"{self.source[0].parent}" if isinstance(self.source, list) and self.source else str(self.source)
+
+    @property
+    def rate(self) -> float:
+        """Pictures per second of the camera: as given, else as the file says, NaN where neither does."""
+        return self.frame_rate if self.frame_rate is not None else self._file_rate
+
+    def __len__(self) -> int:
+        """The number of pictures, as far as the file knows."""
+        if self._images is not None:
+            return len(self._images)
+        return max(0, int(self._open(Path(str(self.source))).get(vision().CAP_PROP_FRAME_COUNT)))
+
+    def __iter__(self) -> Iterator[tuple[float, Picture | None]]:
+        self.notes.clear()
+        return self._pictures() if self._images is not None else self._frames(Path(str(self.source)))
+
+    def _pictures(self) -> Iterator[tuple[float, Picture | None]]:
+        shape: tuple[int, ...] | None = None
+        unreadable: list[str] = []
+        for index, path in enumerate(self._images or []):
+            time = self._times[index] if self._times is not None else index / self.rate
+            try:
+                picture = read_picture(path)
+            except InputError:
+                unreadable.append(path.name)
+                yield float(time), None
+                continue
+            if shape is not None and picture.shape != shape:
+                raise InputError(
+                    f"{path}: {picture.shape[1]} x {picture.shape[0]} pixels, but the first image has "
+                    f"{shape[1]} x {shape[0]}; give images of one size"
+                )
+            shape = picture.shape
+            yield float(time), picture
+        if shape is None:
+            raise InputError(f"{self.name}: none of the {len(unreadable)} images can be read; copy them again")
+        if unreadable:
+            self.notes.append(f"{len(unreadable)} image(s) cannot be read: {', '.join(unreadable[:5])}.")
+
+    def _frames(self, path: Path) -> Iterator[tuple[float, Picture]]:
+        cv2 = vision()
+        capture = self._open(path)
+        announced = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        file_rate = capture.get(cv2.CAP_PROP_FPS)
+        stretch = file_rate / self.frame_rate if self.frame_rate is not None else 1.0
+        index, last = 0, -math.inf
+        while True:
+            seen, picture = capture.read()
+            if not seen:
+                break
+            if self._times is not None:
+                if index >= len(self._times):
+                    raise InputError(f"{path}: {len(self._times)} times, but more pictures; give one for each")
+                time = float(self._times[index])
+            else:
+                time = 1e-3 * capture.get(cv2.CAP_PROP_POS_MSEC) * stretch
+            if not time > last:
+                raise InputError(
+                    f"{path}: the time stamp of picture {index} ({time:g} s) does not follow that of the one before "
+                    f"({last:g} s); give the times yourself with `times`"
+                )
+            last = time
+            yield time, picture
+            index += 1
+        capture.release()
+        if index == 0:
+            raise InputError(f"{path}: no picture could be decoded, the file seems damaged; copy it again")
+        if index < announced - 1:
+            self.notes.append(f"The film ends after {index} of {announced} pictures: the rest cannot be decoded.")
+
+    def _open(self, path: Path) -> Any:
+        cv2 = vision()
+        capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+        if not capture.isOpened():
+            what = "is empty" if path.stat().st_size == 0 else "is no video, or a truncated or damaged one"
+            raise InputError(f"{path}: the file {what}; copy or export it again")
+        rate = capture.get(cv2.CAP_PROP_FPS)
+        if self.frame_rate is not None and not (math.isfinite(rate) and rate > 0) and self._times is None:
+            raise InputError(f"{path}: the file says no frame rate, so its stamps cannot be scaled; give `times`")
+        return capture
+
+    def _given_times(self) -> npt.NDArray[np.float64] | None:
+        if self.times is None:
+            return None
+        if not isinstance(self.times, str | Path):
+            return _checked_times(np.asarray(self.times, float), "times", 0)
+        path = Path(self.times)
+        try:
+            lines = path.read_text(encoding="utf-8").split()
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{path}: the times cannot be read ({error}); give a text file, one time a line") from None
+        values = []
+        for row, word in enumerate(lines, start=1):
+            try:
+                values.append(float(word))
+            except ValueError:
+                raise InputError(f"{path}: row {row} must be a time in seconds, got {word!r}") from None
+        return _checked_times(np.array(values), str(path), 1)
+
+
+def _checked_times(times: npt.NDArray[np.float64], where: str, first: int) -> npt.NDArray[np.float64]:
+    bad = np.flatnonzero(~np.isfinite(times))
+    if bad.size:
+        raise InputError(f"{where}: row {bad[0] + first} must be a finite time in seconds, got {times[bad[0]]}")
+    back = np.flatnonzero(np.diff(times) <= 0)
+    if back.size:
+        row = back[0] + 1
+        raise InputError(
+            f"{where}: times must increase, but row {row + first} ({times[row]:g} s) does not follow "
+            f"{times[row - 1]:g} s; remove the duplicate"
+        )
+    return times
+
+
+def read_picture(path: str | Path) -> Picture:
+    """One image file as a (height, width, 3) array in blue-green-red.
+
+    Raises
+    ------
+    InputError
+        where it is missing or no image.
+    """
+    cv2 = vision()
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such image; check the path")
+    picture: Picture | None = cv2.imread(str(path), cv2.IMREAD_COLOR_BGR)
+    if picture is None:
+        raise InputError(f"{path}: not a whole image file; copy it again")
+    return picture
+
+
+def natural_order(paths: list[Path]) -> list[Path]:
+    """The paths as people count: ``frame2`` before ``frame10``.
+
+    >>> [path.name for path in natural_order([Path("f10.png"), Path("f2.png")])]
+    ['f2.png', 'f10.png']
+    """
+
+    def key(path: Path) -> list[tuple[int, int | str]]:
+        return [(0, int(part)) if part.isdigit() else (1, part) for part in re.split(r"(\d+)", path.name) if part]
+
+    return sorted(paths, key=key)

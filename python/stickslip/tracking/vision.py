@@ -1,0 +1,31 @@
+"""The vision library, fetched when it is first needed and kept quiet: what goes wrong is said by our own sentences."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from typing import Any
+
+from stickslip.errors import InputError
+
+
+def vision() -> Any:
+    """OpenCV, imported now.
+
+    Raises
+    ------
+    InputError
+        where it is not installed.
+    """
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # read once, when the first film is opened
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+    try:
+        cv2 = importlib.import_module("cv2")
+    except ImportError:
+        raise InputError(
+            "films need the vision library OpenCV, which is not installed; run `pip install stickslip[video]`"
+        ) from None
+    quiet = getattr(cv2, "setLogLevel", None)
+    if quiet is not None:
+        quiet(0)
+    return cv2

@@ -1,0 +1,226 @@
+"""The parts of tracking: times, likeness, blobs, identities, calibration, import."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from stickslip.errors import InputError
+from stickslip.tracking import Calibration, Film, Lens, read_calibration, read_osp, track
+from stickslip.tracking.blobs import find_blobs
+from stickslip.tracking.likeness import likeness
+from stickslip.tracking.links import choose, link
+from stickslip.tracking.ruler import find_marks
+from stickslip.tracking.sightings import Sightings
+
+cv2 = pytest.importorskip("cv2")
+
+
+def disc(x, y, radius=10.0, size=(80, 120), ground=200.0, spot=40.0):
+    rows, columns = np.mgrid[: size[0], : size[1]]
+    share = np.clip(radius - np.hypot(columns - x, rows - y) + 0.5, 0, 1)
+    return cv2.GaussianBlur((ground + share * (spot - ground)).astype(np.float32), (0, 0), 0.8)
+
+
+def film_of(path, count=6):
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), 25.0, (120, 80), True)
+    for index in range(count):
+        writer.write(np.repeat(disc(40.0 + 4 * index, 40.0)[..., None], 3, axis=2).astype(np.uint8))
+    writer.release()
+
+
+def grow(data, path, more):
+    """Add bytes at the end of a box of an MP4 file, all the boxes around it growing too."""
+    position, end, sizes = 0, len(data), []
+    for name in path:
+        at = position
+        while data[at + 4 : at + 8] != name:
+            at += struct.unpack(">I", data[at : at + 4])[0]
+            assert at < end
+        sizes.append(at)
+        end = at + struct.unpack(">I", data[at : at + 4])[0]
+        position = at + 8
+    data = bytearray(data[:end] + more + data[end:])
+    for at in sizes:
+        data[at : at + 4] = struct.pack(">I", struct.unpack(">I", data[at : at + 4])[0] + len(more))
+    return data, sizes[-1]
+
+
+def uneven(path):
+    """Rewrite the time table of an MP4 film: two pictures of one length, then shorter ones."""
+    data = path.read_bytes()
+    assert data.index(b"mdat") < data.index(b"moov")  # so that offsets to the pictures stay
+    stts = data.index(b"stts") - 4
+    count, step = struct.unpack(">II", data[stts + 16 : stts + 24])
+    data, stts = grow(
+        data, [b"moov", b"trak", b"mdia", b"minf", b"stbl", b"stts"], struct.pack(">II", count - 2, step // 2)
+    )
+    data[stts + 12 : stts + 24] = struct.pack(">III", 2, 2, step)
+    path.write_bytes(data)
+
+
+def test_the_time_stamps_of_a_variable_frame_rate_are_kept(tmp_path):
+    path = tmp_path / "film.mp4"
+    film_of(path)
+    np.testing.assert_allclose([time for time, _ in Film(path)], 0.04 * np.arange(6), atol=1e-6)
+    uneven(path)
+    times = [time for time, _ in Film(path)]
+    np.testing.assert_allclose(np.diff(times), [0.04, 0.04, 0.02, 0.02, 0.02], atol=1e-4)
+    motion = track(path, size=20)
+    assert any("not evenly spaced" in note for note in motion.attrs["notes"])
+    np.testing.assert_allclose(np.diff(motion["x"].values[:, 0]), 4, atol=0.1)
+
+
+def test_a_blob_is_found_to_a_hundredth_of_a_pixel():
+    random = np.random.default_rng(3)
+    errors = []
+    for _ in range(60):
+        x, y = 60 + random.uniform(-1, 1), 40 + random.uniform(-1, 1)
+        found = find_blobs(255 - np.rint(disc(x, y)))
+        assert len(found) == 1
+        errors += [found.x[0] - x, found.y[0] - y]
+        assert found.size[0] == pytest.approx(20, rel=0.05)
+    assert np.std(errors) < 0.01
+    assert abs(np.mean(errors)) < 0.005
+
+
+def test_uneven_light_does_not_hide_a_blob():
+    picture = np.minimum(disc(30, 40), disc(90, 40)) * np.linspace(1.0, 0.25, 120)
+    found = find_blobs((255 - picture).astype(np.float32), size=20).best(2)
+    np.testing.assert_allclose(np.sort(found.x), [30, 90], atol=0.5)
+
+
+def test_a_blob_at_the_edge_is_known_to_be_cut_off():
+    found = find_blobs(255 - disc(4, 40))
+    assert found.cut_x[0]
+    assert not found.cut_y[0]
+
+
+def test_likeness_of_a_colour_gives_nothing_for_grey_and_other_hues():
+    pixels = np.array([[[30, 160, 40], [200, 200, 200], [40, 40, 200], [200, 60, 50]]], np.uint8)
+    green = likeness(pixels, "green")[0]
+    assert green[0] > 60
+    np.testing.assert_allclose(green[1:], 0)
+
+
+def film_of_points(paths):
+    """Sightings of points, each row of `paths` a picture."""
+    return [
+        Sightings.of([(x, y, 0.01, 0.01, 20, 100, 100, -1, 0, 0) for x, y in row if np.isfinite(x)]) for row in paths
+    ]
+
+
+def test_identities_survive_a_common_jump_and_a_gap():
+    time = np.arange(40)
+    shift = np.where(time % 2, 35.0, 0.0)
+    paths = np.stack([np.stack([100.0 * i + 50 + shift, np.full(40, 50.0)], axis=1) for i in range(5)], axis=1)
+    paths[10:14, 2] = np.nan
+    tracks = choose(link(film_of_points(paths), None), film_of_points(paths), 5)
+    assert [len(track.frames) for track in tracks] == [40, 40, 36, 40, 40]
+    sightings = film_of_points(paths)
+    for number, found in enumerate(tracks):
+        x = [sightings[frame].x[place] for frame, place in zip(found.frames, found.places, strict=True)]
+        np.testing.assert_allclose(x, paths[found.frames, number, 0])
+
+
+def test_two_that_cross_keep_their_ways():
+    time = np.linspace(0, 1, 30)
+    paths = np.stack(
+        [np.stack([50 + 400 * time, 50 + 10 * time], axis=1), np.stack([450 - 400 * time, 55 - 10 * time], axis=1)],
+        axis=1,
+    )
+    sightings = film_of_points(paths)
+    tracks = choose(link(sightings), sightings, 2, start=((50, 50), (450, 55)))
+    for number, found in enumerate(tracks):
+        x = [sightings[frame].x[place] for frame, place in zip(found.frames, found.places, strict=True)]
+        np.testing.assert_allclose(x, paths[:, number, 0])
+
+
+def test_two_points_give_scale_rotation_and_origin(tmp_path):
+    table = {"points": [[100, 200], [100 + 80, 200 - 60]], "length": 5, "unit": "cm"}
+    calibration = read_calibration(table, tmp_path)
+    np.testing.assert_allclose(calibration.to_world(180, 140), (0.05, 0), atol=1e-12)
+    np.testing.assert_allclose(calibration.to_world(100 - 60, 200 - 80), (0, 0.05), atol=1e-12)  # to its left
+    assert calibration.scale_error == pytest.approx(0.005)
+    again = Calibration.from_dict(calibration.to_dict())
+    assert again == calibration
+
+
+def test_errors_follow_the_scale(tmp_path):
+    calibration = read_calibration({"scale": 1000.0, "angle": 90.0}, tmp_path)
+    one = np.ones(1)
+    x_error, y_error = calibration.errors(one, one, 0.2 * one, 0.1 * one)
+    np.testing.assert_allclose([x_error[0], y_error[0]], [1e-4, 2e-4])
+
+
+def test_marks_of_a_curved_ruler_are_found_and_followed(tmp_path):
+    pitch = 40 + 0.02 * np.arange(700)
+    place = np.concatenate([[0], np.cumsum(1 / pitch)])[:700]
+    picture = np.where(np.floor(place).astype(int) % 2, 30, 220)[None, :].repeat(60, axis=0).astype(np.uint8)
+    edges = (np.flatnonzero(np.diff(picture[0].astype(int))) + 0.5)[:12]
+    noisy = cv2.GaussianBlur(picture, (0, 0), 1.0)
+    cv2.imwrite(str(tmp_path / "ruler.png"), noisy)
+    places, numbers = find_marks(
+        cv2.imread(str(tmp_path / "ruler.png")), (edges[0], 30), (edges[1] + 2, 30), (edges[-1], 30)
+    )
+    np.testing.assert_array_equal(numbers, np.arange(12))
+    np.testing.assert_allclose(places[:, 0], edges, atol=0.1)
+    table = {
+        "ruler": "ruler.png",
+        "first": [edges[0], 30],
+        "second": [edges[1], 30],
+        "last": [edges[-1], 30],
+        "pitch": 1,
+        "unit": "cm",
+    }
+    calibration = read_calibration(table, tmp_path)
+    x, _ = calibration.to_world(edges, 30 * np.ones(12))
+    np.testing.assert_allclose(100 * np.diff(x), 1, atol=0.02)
+
+
+def test_a_checker_board_gives_plane_and_lens(tmp_path):
+    lens = Lens(centre=(319.5, 239.5), radius=400.0, k1=0.06)
+    plane = np.array([[0.021, 0.002, -1.8], [0.001, -0.022, 8.2], [1e-4, 5e-5, 1.0]])  # px to squares
+    rows, columns = np.mgrid[:480, :640].astype(float)
+    fine = np.zeros((480, 640))
+    for dx in (-0.25, 0.25):
+        for dy in (-0.25, 0.25):
+            world = np.concatenate(
+                [lens.straighten(np.stack([columns + dx, rows + dy], -1)), np.ones((480, 640, 1))], -1
+            )
+            world = world @ plane.T
+            u, v = world[..., 0] / world[..., 2], world[..., 1] / world[..., 2]
+            black = (np.floor(u) + np.floor(v)).astype(int) % 2 == 0
+            inside = (u > 0) & (u < 9) & (v > 0) & (v < 7)
+            fine += np.where(inside & black, 20, 230) / 4
+    cv2.imwrite(str(tmp_path / "board.png"), cv2.GaussianBlur(fine, (0, 0), 0.7))
+    calibration = read_calibration({"checker": "board.png", "corners": [8, 6], "square": 10, "unit": "mm"}, tmp_path)
+    assert calibration.lens.k1 == pytest.approx(0.06, abs=0.01)
+    spots = np.array([[150.0, 120.0], [500.0, 130.0], [300.0, 350.0], [450.0, 300.0]])
+    world = np.concatenate([lens.straighten(spots), np.ones((4, 1))], 1) @ plane.T
+    truth = world[:, :2] / world[:, 2:] * 0.01
+    x, y = calibration.to_world(spots[:, 0], spots[:, 1])
+    apart = np.stack([x, y], 1) - truth
+    np.testing.assert_allclose(apart - apart.mean(axis=0), 0, atol=2e-5)  # 0.02 mm of 80 mm
+
+
+def test_the_size_of_the_marker_gives_the_scale(tmp_path):
+    film_of(tmp_path / "film.mp4")
+    motion = track(tmp_path / "film.mp4", size=20, calibration={"marker_size": 10, "unit": "mm"})
+    assert motion["x"].attrs["units"] == "m"
+    np.testing.assert_allclose(np.diff(motion["x"].values[:, 0]), 0.002, rtol=0.08)
+
+
+def test_text_tables_of_tracker_are_read(tmp_path):
+    path = tmp_path / "export.txt"
+    path.write_text("#multi:\ncart\t\t\tbob\nt\tx\ty\tt\tx\ty\n0,0\t1,5\t2\t0,0\t3\t4\n0,1\t1,6\t2\t0,1\t\t\n")
+    motion = read_osp(path)
+    assert list(motion["name"].values) == ["cart", "bob"]
+    np.testing.assert_allclose(motion["x"], [[1.5, 3], [1.6, np.nan]])
+    assert motion["lost"].values[1, 1] == "not in the table"
+    path.write_text("t,x,y\n0,1,2\n0.1,oops,2\n")
+    with pytest.raises(InputError, match=r"row 3, column 'x' must be a number, got 'oops'"):
+        read_osp(path)
+    path.write_text("t,x,y\n0,1,2\n0,1,2\n")
+    with pytest.raises(InputError, match="row 3: time 0 s does not follow 0 s"):
+        read_osp(path)
