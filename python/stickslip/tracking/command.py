@@ -206,12 +206,9 @@ def run_film(options: argparse.Namespace) -> None:
     output = Path(options.output)
     with _Bar() as bar:
         truth = film(orbit, output, start=start, duration=duration, progress=bar, **camera)
-    beside = {
-        "truth": save_motion(truth, output.with_suffix(".truth.nc")),
-        "setup": write_whole(
-            output.with_suffix(".track.toml"), lambda draft: draft.write_text(truth.attrs["setup"], encoding="utf-8")
-        ),
-    }
+    beside = {"truth": output.with_suffix(".truth.nc"), "setup": output.with_suffix(".track.toml")}
+    save_motion(truth, beside["truth"])
+    write_whole(beside["setup"], lambda draft: draft.write_text(truth.attrs["setup"], encoding="utf-8"))
     if options.json:
         facts = {
             "film": str(output),
