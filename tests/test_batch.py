@@ -6,7 +6,9 @@ import stickslip as ss
 
 def test_every_run_is_the_run_alone():
     forced = ss.paper.oscillator(0.3, ss.Harmonic(0.05, 1.25))
-    runs = ss.simulate_many(forced, {"forcing.amplitude": [0.0, 0.1], "v0": [-0.2, 0.3]}, 120, section="reversal", keep=5)
+    runs = ss.simulate_many(
+        forced, {"forcing.amplitude": [0.0, 0.1], "v0": [-0.2, 0.3]}, 120, section="reversal", keep=5
+    )
     for amplitude in (0.0, 0.1):
         for v0 in (-0.2, 0.3):
             alone = ss.simulate(ss.paper.oscillator(0.3, ss.Harmonic(amplitude, 1.25)), 120, v0=v0)

@@ -69,3 +69,36 @@ def test_version_does_not_wait_for_numpy():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert done.stdout.startswith("stickslip 0.")
+
+
+def test_a_fresh_interpreter_knows_the_laws_that_files_name(system, tmp_path):
+    # The laws are known to files before anything has asked for ss.laws.
+    orbit = tmp_path / "orbit.nc"
+    command = [sys.executable, "-m", "stickslip.cli", "simulate", str(system), "--t-end", "20", "-o", str(orbit)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    code = f"import stickslip as ss; print(ss.load({str(orbit)!r}).t_end)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == "20.0", done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["-o", "."], "got a folder"),
+        (["-o", "/dev/null"], "got a device"),
+        (["-o", ""], "got an empty one"),
+        (["--max-events", str(2**70)], "max_events must be a whole number"),
+        (["--t-end", "nan"], "t_end must be a finite number"),
+    ],
+)
+def test_bad_options_give_one_sentence(system, capsys, arguments, sentence):
+    assert main(["simulate", str(system), *arguments]) == 2
+    error = capsys.readouterr().err
+    assert sentence in error
+    assert error.count("\n") == 1
+
+
+def test_a_start_beyond_all_numbers_is_said(system, capsys):
+    assert main(["simulate", str(system), "--x0", "1e308", "--t-end", "10", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["stop"] == "diverged"

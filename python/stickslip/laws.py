@@ -7,7 +7,7 @@ Every law answers two questions: what force adhesion can bear (:meth:`Law.break_
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -352,7 +352,7 @@ class BogaczRyczek(Law):
             point = getattr(self, name)
             if point == "infinity" and name in "ACD":
                 object.__setattr__(self, name, None)
-            elif point is not None and np.shape(point) != (2,):
+            elif point is not None and not _is_point(point):
                 raise InputError(f"BogaczRyczek: {name} must be a pair of numbers, got {point!r}")
         super().__post_init__()
 
@@ -363,3 +363,7 @@ class BogaczRyczek(Law):
     def to_json(self) -> str:
         """The document for the core, where a pencil at infinity is not there."""
         return json.dumps(super().to_dict())
+
+
+def _is_point(value: object) -> bool:
+    return isinstance(value, Sequence | np.ndarray) and len(value) == 2 and all(np.ndim(item) == 0 for item in value)

@@ -43,8 +43,8 @@ def simulate(
     >>> round(float(orbit.events["stick_time"].dropna().iloc[-1]), 12)
     4.0
     """
-    if isinstance(max_events, bool) or not isinstance(max_events, int) or max_events < 1:
-        raise InputError(f"simulate: max_events must be a whole number of at least 1, got {max_events!r}")
+    if isinstance(max_events, bool) or not isinstance(max_events, int) or not 1 <= max_events < 2**63:
+        raise InputError(f"simulate: max_events must be a whole number from 1 to 2⁶³, got {max_events!r}")
     if isinstance(system, Oscillator) and isinstance(system.law, StateLaw):
         from stickslip.integration import integrate
 

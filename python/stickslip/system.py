@@ -74,6 +74,8 @@ class Drive(Table):
                 for item in items
             ),
         )
+        if not isinstance(self.nodes, list | tuple | np.ndarray):
+            raise InputError(f"Drive: nodes must be pairs (time, velocity), got {self.nodes!r}")
         super().__post_init__()
         if any(not isinstance(node, tuple) or len(node) != 2 for node in self.nodes):
             raise InputError(f"Drive: nodes must be pairs (time, velocity), got {self.nodes!r}")

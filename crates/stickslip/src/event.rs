@@ -255,7 +255,7 @@ impl<const H: usize> Search<'_, H> {
                 let step = if value == 0.0 {
                     0.0
                 } else {
-                    (t - halley).clamp(low, high) - t
+                    (t - halley).max(low).min(high) - t
                 };
                 return self.arrive(t, &basis, step, end);
             }
@@ -355,7 +355,7 @@ impl<const H: usize> Search<'_, H> {
                 }
                 h += guards.free;
             }
-            t += h.clamp(tiny, reach);
+            t += h.min(reach).max(tiny);
             if t >= horizon {
                 return None;
             }
@@ -521,7 +521,7 @@ fn close<const H: usize>(
         let halley = newton / (1.0 + 0.5 * newton * bend * force.signum() / fall).max(0.5);
         let mut next = t + halley;
         if halley.abs() <= settled.max(f64::EPSILON * t) {
-            return Ok(next.clamp(low, above));
+            return Ok(next.max(low).min(above));
         }
         if !(next > low && next < above) {
             next = if above == high && margin > 0.0 {

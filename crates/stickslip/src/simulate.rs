@@ -125,6 +125,8 @@ pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> R
 
 /// So many events in less than a millionth of the natural time √(m/k) are an accumulation.
 const ACCUMULATION: u64 = 1000;
+/// A state beyond this has left the numbers: its square would overflow.
+const HUGE: f64 = 1e150;
 
 struct Loop<'a, const H: usize> {
     law: &'a Law,
@@ -156,6 +158,9 @@ impl<'a, const H: usize> Loop<'a, H> {
         let mut mark = self.clock;
         loop {
             record.segment(Segment::new(self.clock, self.x, self.v, &mode));
+            if !(self.x.abs() < HUGE && self.v.abs() < HUGE) {
+                return Ok((Stop::Diverged, self.work));
+            }
             let horizon = self.clock.until(run.t_end);
             let next = match mode {
                 Mode::Stick => self.stick(horizon, record),

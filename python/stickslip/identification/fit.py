@@ -218,7 +218,7 @@ def identify(
         static=static,
         notes=list(dict.fromkeys(notes)),
         records=records,
-        command=_command(records, kind, free, pieces),
+        command=_command(records, kind, free, fixed, pieces),
     )
 
 
@@ -300,11 +300,19 @@ def _notes(record: FrictionRecord) -> list[str]:
     return [str(note) for note in np.atleast_1d(notes)]
 
 
-def _command(records: Sequence[FrictionRecord], kind: type[Law], free: Iterable[str] | None, pieces: int) -> str:
+def _command(
+    records: Sequence[FrictionRecord],
+    kind: type[Law],
+    free: Iterable[str] | None,
+    fixed: Mapping[str, float] | None,
+    pieces: int,
+) -> str:
     files = [f"FRICTION-{i}.nc" if record.name == f"record {i}" else record.name for i, record in enumerate(records, 1)]
     parts = ["stickslip identify", *files, "--law", kind.__name__]
     if free is not None:
-        parts += ["--free", ",".join(free)]
+        parts += ["--free", *free]
+    if fixed:
+        parts += ["--fixed", *(f"{name}={value:g}" for name, value in fixed.items())]
     if pieces != 3:
         parts += ["--pieces", str(pieces)]
     return " ".join(parts)

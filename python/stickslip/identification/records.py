@@ -131,9 +131,12 @@ def _open(path: Path) -> xr.DataTree:
         raise InputError(f"{path}: no such file; check the path")
     try:
         with xr.open_datatree(path, engine="h5netcdf") as tree:
-            return tree.load()
+            loaded = tree.load()
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path}: not a netCDF file, or a truncated one ({error}); measure again") from None
+    if loaded.attrs.get("stickslip") == "orbit":
+        raise InputError(f"{path}: expected a friction file, got a simulated orbit; measure a record first")
+    return loaded
 
 
 def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:

@@ -211,6 +211,7 @@ def fit_trajectories(
         parameters=parameters,
         covariance=pd.DataFrame(covariance, index=names, columns=names),
         rms=distance,
+        command=f"{first.command} --trajectories",
         notes=[*first.notes, note],
     )
 

@@ -41,6 +41,9 @@ from stickslip.measurement.sticks import (
 
 Array = npt.NDArray[np.float64]
 
+MOSTLY_SLOW = 0.4
+"""Share of slow time below which the main line of a record is that of the oscillator."""
+
 FACTS = ["regime", "slips", "stuck_share", "slow_share", "main_line", "main_line_error", "stiffness", "inertia"]
 """What a summary prints."""
 
@@ -228,7 +231,7 @@ def _measure(record: Record, rig: Rig) -> _Found:
     slow = slow_share(friction.slip_velocity, o.drive_velocity, window)
     word = regime(friction.slip_velocity, o.drive_velocity, slow, rigid, len(sticks), len(flanks.limits))
     line = main_line(friction.slip_acceleration, record.step)
-    _inertia_notes(friction, rig, word, line, notes)
+    _inertia_notes(friction, rig, slow, line, notes)
     return _Found(friction, sticks, rigid, slow, line, word, notes)
 
 
@@ -286,11 +289,12 @@ def _rigid_fit(
     return sticks, fit
 
 
-def _inertia_notes(friction: Friction, rig: Rig, word: str, line: Line, notes: list[str]) -> None:
+def _inertia_notes(friction: Friction, rig: Rig, slow: float, line: Line, notes: list[str]) -> None:
     o = friction.fit.oscillator
     own = math.sqrt(o.stiffness / o.mass) / (2 * math.pi)
     nominal = math.sqrt(rig.stiffness / o.mass) / (2 * math.pi)
-    if word in ("almost_harmonic", "intermittent") and line.frequency > 0:
+    # A slider that is slow most of the time sounds at the rate of its slips, not at its resonance.
+    if slow < MOSTLY_SLOW and line.frequency > 0:
         ratio = line.frequency / own
         if abs(ratio - 1) > max(0.05, 3 * line.error / own):
             notes.append(

@@ -14,10 +14,9 @@ SLOW_LEVEL = 0.2
 """Below this fraction of the drive velocity a mass counts as slow."""
 STEADY = 0.1
 """Slip is stable if the slip velocity scatters less than this fraction of the drive velocity."""
-MOSTLY_SLOW = 0.4
-"""A creeping motion is stick-slip if it is slow for at least this share of the time."""
-HARDLY_SLOW = 0.25
-"""A sine that just touches w = 0 is slow for 20 % of the time; less than this is almost-harmonic motion."""
+LINGERS = 0.25
+"""A sine that just touches w = 0 is slow for 20 % of the time: a creeping motion that is slow for longer than this lingers
+there, and is stick-slip."""
 
 
 def slow_share(slip_velocity: Array, drive_velocity: float, window: int = 1) -> float:
@@ -42,8 +41,8 @@ def regime(slip_velocity: Array, drive_velocity: float, slow: float, rigid: bool
     - ``stable_slip``: the slip velocity scatters by less than 0.1 V;
     - where sticks are exact (`rigid`): ``stick_slip`` if at least four in five cycles stick, ``almost_harmonic`` if at
       most one in five does, else ``intermittent``;
-    - where the mass creeps: ``stick_slip`` if |w| < 0.2 V for at least 40 % of the time, ``almost_harmonic`` if for
-      less than 25 %, else ``intermittent``.
+    - where the mass creeps: ``stick_slip``, be it fast, if |w| < 0.2 V for at least 25 % of the time, else
+      ``almost_harmonic``.
 
     Parameters
     ----------
@@ -55,8 +54,9 @@ def regime(slip_velocity: Array, drive_velocity: float, slow: float, rigid: bool
     """
     if float(np.std(slip_velocity)) < STEADY * drive_velocity:
         return "stable_slip"
-    share = sticks / max(cycles, 1) if rigid else slow
-    high, low = (0.8, 0.2) if rigid else (MOSTLY_SLOW, HARDLY_SLOW)
-    if share >= high:
+    if not rigid:
+        return "stick_slip" if slow >= LINGERS else "almost_harmonic"
+    share = sticks / max(cycles, 1)
+    if share >= 0.8:
         return "stick_slip"
-    return "almost_harmonic" if share <= low else "intermittent"
+    return "almost_harmonic" if share <= 0.2 else "intermittent"

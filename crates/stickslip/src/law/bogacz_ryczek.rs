@@ -266,6 +266,21 @@ impl Friction for BogaczRyczek {
                 value: self.b[0],
             });
         }
+        let top = self.static_friction.initial;
+        let fallen = top - self.alpha.at(top);
+        if fallen < 0.0 {
+            return Err(Error::Geometry {
+                what: "alpha must not exceed the break-away force: friction after it would be negative",
+                value: self.alpha.at(top),
+            });
+        }
+        let beyond = self.corner([self.beta, fallen]);
+        if beyond[0] <= self.beta {
+            return Err(Error::Geometry {
+                what: "the fall after break-away must end before the corner: beta must be smaller",
+                value: self.beta,
+            });
+        }
         let mut memory = Memory::default();
         self.remember([0.0, self.static_friction.initial], &mut memory);
         if memory.corner[0] <= 0.0 || !memory.corner[0].is_finite() {
