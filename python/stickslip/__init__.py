@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from stickslip.orbit import Orbit, load
     from stickslip.simulation import simulate
     from stickslip.system import Contact, Drive, Force, Harmonic, Oscillator, System, chain, load_system
+    from stickslip.tracking import film, track
 
 # Where each public name lives; it is imported when it is first asked for, so that `import stickslip` costs nothing.
 _HOME = {
@@ -46,9 +47,11 @@ _HOME = {
     "measurement": "",
     "orbit_diagram": "analysis",
     "paper": "",
+    "film": "tracking",
     "show": "",
     "simulate": "simulation",
     "simulate_many": "batch",
+    "track": "tracking",
 }
 
 __all__ = [
@@ -61,6 +64,7 @@ __all__ = [
     "Oscillator",
     "System",
     "chain",
+    "film",
     "force_along",
     "identify",
     "integrate",
@@ -75,6 +79,7 @@ __all__ = [
     "show",
     "simulate",
     "simulate_many",
+    "track",
 ]
 
 

@@ -215,6 +215,11 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("--plot", metavar="FILE.png", help="draw the result")
         command.add_argument("--json", action="store_true", help="print the result as JSON")
 
+    from stickslip.tracking.command import add_film, add_track
+
+    add_track(commands)
+    add_film(commands)
+
     command = commands.add_parser("demo", help="the whole way on what ships with the package")
     command.add_argument("-o", "--output", default="demo-report", metavar="FOLDER", help="where the report goes")
     command.set_defaults(run=_demo)
