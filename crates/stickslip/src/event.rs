@@ -7,6 +7,7 @@
 use crate::flow::exact::{Basis, Signal, Slip, Stick};
 use crate::flow::expansion::Expansion;
 use crate::law::{End, Friction, Hold, Law, Piece};
+use crate::series::free_time;
 
 /// What finding events has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -474,18 +475,6 @@ pub fn end_of_stick<const H: usize>(
 /// The largest step in which |force + rate τ| + curvature τ²/2 stays within `bears`.
 fn margin_time(bears: f64, force: f64, rate: f64, curvature: f64) -> f64 {
     free_time(bears - force, -rate, curvature).min(free_time(bears + force, rate, curvature))
-}
-
-/// The positive root of margin + rate τ − curvature τ²/2, in the form that does not cancel; none is infinite.
-fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
-    let root = (rate * rate + 2.0 * curvature * margin).sqrt();
-    if rate < 0.0 {
-        2.0 * margin / (root - rate)
-    } else if curvature > 0.0 {
-        (root + rate) / curvature
-    } else {
-        f64::INFINITY
-    }
 }
 
 /// The root of the falling margin in (low, high], or `high` where it is still positive there: Halley inside the bracket.
