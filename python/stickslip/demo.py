@@ -20,7 +20,7 @@ from stickslip.identification import Agreement, Identification, compare_motion, 
 from stickslip.identification.parameters import value
 from stickslip.identification.trajectory import fit_trajectories
 from stickslip.laws import BogaczRyczek
-from stickslip.measurement import Rig, measure
+from stickslip.measurement import Rig, measure, notes
 from stickslip.report import Report
 from stickslip.simulation import simulate
 
@@ -156,9 +156,8 @@ def _report(
     report.heading("From displacement to friction force")
     report.text("Sticks are found first; between them smooth pieces give velocity and acceleration, and so friction.")
     report.figure(_friction_figure(frictions), "Friction force over slip velocity, measured (points) and true (line).")
-    for friction in frictions:
-        notes = friction.attrs["notes"]
-        report.items([notes] if isinstance(notes, str) else list(notes))
+    for s, friction in zip(DRIVE_VELOCITIES, frictions, strict=True):
+        report.items([f"s = {s:.2f}: {note}" for note in notes(friction)])
     report.heading("From friction force to the law")
     report.text(
         "First the law is replayed with its memory along the measured motion, and least squares fits its branches; then the "

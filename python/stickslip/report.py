@@ -50,7 +50,9 @@ class Report:
         self._body.append(f"<p>{html.escape(text)}</p>")
 
     def items(self, texts: list[str]) -> None:
-        """Add a list of sentences."""
+        """Add a list of sentences, if there are any."""
+        if not texts:
+            return
         self._body.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in texts) + "</ul>")
 
     def code(self, text: str) -> None:

@@ -25,7 +25,7 @@ from stickslip.identification.first_guess import GUESSES, Guess, Seen, first_gue
 from stickslip.identification.motion import Motion
 from stickslip.identification.parameters import check_names, places, with_values
 from stickslip.identification.records import FrictionRecord, read_records
-from stickslip.laws import Coulomb, Law
+from stickslip.laws import Coulomb, DwellTime, Law
 
 CORRELATED = 0.98
 
@@ -206,6 +206,8 @@ def identify(
     problem = Problem(records, guess.law, guess.free, relative=relative, ties=guess.ties, within=guess.within)
     found = fit_branches(problem, _best_start(problem, guess))
     notes = [*(static.notes if static is not None else drift), *guess.notes, *_what_could_not_be_told(found)]
+    if kind is DwellTime and static is not None and static.chosen != "exponential":
+        notes.append("The law asked for has the exponential form; the other form is named for comparison.")
     if relative:
         notes.append("The kinetic force is the mean over the record; its error holds the drift from slip to slip.")
     notes += [f"{record.name}: {note}" for record in records for note in _notes(record)]
