@@ -88,8 +88,6 @@ class Law(Table):
         super().__post_init__()
         try:
             _core.check_law(self.to_json())
-        except InputError:
-            raise
         except ValueError as error:
             raise InputError(f"{type(self).__name__}: {error}") from None
 

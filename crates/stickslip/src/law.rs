@@ -42,6 +42,11 @@ use crate::series::{Grown, Series};
 /// A point (slip speed, friction force) of the characteristic.
 pub type Point = [f64; 2];
 
+/// What an exponent is where a document leaves it out.
+pub(crate) fn one() -> f64 {
+    1.0
+}
+
 /// How the contact has been held: what static friction may depend on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hold {

@@ -1,30 +1,13 @@
 //! Laws against their limits and against closed forms, each with its source.
 
+mod support;
+
 use stickslip::drive::Harmonic;
-use stickslip::law::{DwellTime, ForceRate, Law, PiecewiseLinear, Table, Tabulated, TwoBranch};
+use stickslip::law::{DwellTime, ForceRate, PiecewiseLinear, Table, Tabulated, TwoBranch};
 use stickslip::mode::Kind;
 use stickslip::orbit::Orbit;
 use stickslip::simulate::{Run, Stop, simulate};
-use stickslip::structure::Oscillator;
-
-fn oscillator(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> Oscillator {
-    Oscillator {
-        mass: 1.0,
-        stiffness: 1.0,
-        damping,
-        drive_velocity,
-        law: law.into(),
-        forcing: vec![],
-    }
-}
-
-fn close(got: f64, expected: f64) {
-    let error = (got - expected).abs() / expected.abs();
-    assert!(
-        error < 1e-11,
-        "got {got}, expected {expected}: relative error {error:.1e}"
-    );
-}
+use support::{close, oscillator};
 
 fn same(one: &Orbit, two: &Orbit) {
     assert_eq!(one.events.len(), two.events.len());

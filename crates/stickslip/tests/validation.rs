@@ -1,30 +1,14 @@
 //! Numbers known to 13 to 15 digits. Each case names its source; all are met to a relative 1e-11 or better.
 
+mod support;
+
 use stickslip::drive::Harmonic;
 use stickslip::law::{Coulomb, DwellTime, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
 use stickslip::orbit::{Event, Orbit};
 use stickslip::simulate::{Run, simulate};
 use stickslip::structure::Oscillator;
-
-fn oscillator(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> Oscillator {
-    Oscillator {
-        mass: 1.0,
-        stiffness: 1.0,
-        damping,
-        drive_velocity,
-        law: law.into(),
-        forcing: vec![],
-    }
-}
-
-fn close(got: f64, expected: f64) {
-    let error = (got - expected).abs() / expected.abs();
-    assert!(
-        error < 1e-11,
-        "got {got}, expected {expected}: relative error {error:.1e}"
-    );
-}
+use support::{close, oscillator};
 
 fn of_kind(orbit: &Orbit, kind: Kind) -> Vec<&Event> {
     orbit.events.iter().filter(|event| event.kind == kind).collect()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -216,9 +216,8 @@ def fit_trajectories(
     )
 
 
-def _jacobian(residuals: object, at: Array, step: float = 1e-3) -> Array:
+def _jacobian(residuals: Callable[[Array], Array], at: Array, step: float = 1e-3) -> Array:
     """Central differences; `at` is in units of the first standard errors and of time."""
-    assert callable(residuals)
     columns = []
     for j in range(at.size):
         ahead, behind = at.copy(), at.copy()

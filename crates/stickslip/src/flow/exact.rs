@@ -338,13 +338,6 @@ impl<const H: usize> Slip<H> {
         Basis { c, s, cos, sin }
     }
 
-    /// Position and velocity.
-    #[must_use]
-    pub fn at(&self, t: f64) -> (f64, f64) {
-        let basis = self.basis(t);
-        (self.x.at(&basis), self.v.at(&basis))
-    }
-
     /// The slip speed u = σ (s − ẋ) as a signal.
     #[must_use]
     pub fn speed(&self, direction: f64, drive_velocity: f64) -> Signal<H> {

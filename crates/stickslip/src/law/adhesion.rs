@@ -18,21 +18,17 @@ pub struct StaticFriction {
     #[serde(default)]
     pub limit: f64,
     /// Rate γ, 1/time^m.
-    #[serde(default = "one")]
+    #[serde(default = "crate::law::one")]
     pub rate: f64,
     /// Exponent m.
-    #[serde(default = "one")]
+    #[serde(default = "crate::law::one")]
     pub exponent: f64,
     /// Force rate δ₀ at which the growth is halved; none: no dependence on the force rate.
     #[serde(default)]
     pub force_rate_scale: Option<f64>,
     /// Exponent q.
-    #[serde(default = "one")]
+    #[serde(default = "crate::law::one")]
     pub force_rate_exponent: f64,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 impl StaticFriction {

@@ -16,12 +16,8 @@ pub struct DwellTime {
     /// Rate γ, 1/time^m.
     pub rate: f64,
     /// Exponent m.
-    #[serde(default = "one")]
+    #[serde(default = "crate::law::one")]
     pub exponent: f64,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 impl DwellTime {

@@ -21,15 +21,11 @@ pub struct ForceRate {
     /// Force rate δ₀ at which the growth is halved.
     pub force_rate_scale: f64,
     /// Exponent m.
-    #[serde(default = "one")]
+    #[serde(default = "crate::law::one")]
     pub exponent: f64,
     /// Exponent q.
-    #[serde(default = "one")]
+    #[serde(default = "crate::law::one")]
     pub force_rate_exponent: f64,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 impl ForceRate {

@@ -18,15 +18,11 @@ pub struct BoucWen {
     /// γ with |γ| ≤ β.
     pub gamma: f64,
     /// Exponent n ≥ 1.
-    #[serde(default = "one")]
+    #[serde(default = "crate::law::one")]
     pub exponent: f64,
     /// A > 0, 1 as a rule.
-    #[serde(default = "one")]
+    #[serde(default = "crate::law::one")]
     pub amplitude: f64,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 impl BoucWen {

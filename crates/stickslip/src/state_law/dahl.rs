@@ -16,12 +16,8 @@ pub struct Dahl {
     /// Friction f_k of steady slip.
     pub kinetic: f64,
     /// Exponent i: 1 as a rule, below for brittle, above for ductile contacts.
-    #[serde(default = "one")]
+    #[serde(default = "crate::law::one")]
     pub exponent: f64,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 impl StateFriction for Dahl {
