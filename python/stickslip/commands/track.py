@@ -1,14 +1,14 @@
-"""The commands ``stickslip track`` and ``stickslip film``."""
+"""``stickslip track``: films or folders of images to motion files."""
 
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stickslip.commands.terminal import Bar, Commands, save_figure, say, say_json, say_value, say_written
 from stickslip.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 OPTIONS = ("finder", "masses", "marker", "channel", "size", "threshold", "level", "opening", "region", "max_jump")
 
 
-def add_track(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add ``track`` to the sub-commands of the command line."""
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Declare the options."""
     command = commands.add_parser("track", help="turn films or folders of images into motion files")
     command.add_argument("source", nargs="+", metavar="IMAGES_OR_VIDEO", help="a film each; or the images of one film")
     command.add_argument("--setup", metavar="TRACK.toml", help="what to look for; the options below win over it")
@@ -41,36 +41,10 @@ def add_track(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     command.add_argument("--plot", metavar="FILE.png", help="draw the tracks over the film")
     command.add_argument("--again", action="store_true", help="of many films track also those that are finished")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
-    command.set_defaults(run=run_track)
+    command.set_defaults(run=run)
 
 
-def add_film(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add ``film`` to the sub-commands of the command line."""
-    command = commands.add_parser("film", help="make a film of a simulated rig, with every place known")
-    command.add_argument("system", metavar="SYSTEM.toml")
-    command.add_argument(
-        "-o", "--output", required=True, metavar="FILM.avi", help=".avi, .mkv, .mp4, or a folder for PNG"
-    )
-    command.add_argument("--start", type=float, metavar="T", help="first time of the film; default half the orbit")
-    command.add_argument("--duration", type=float, metavar="T", help="how long it is; default ten natural periods")
-    for name, what in (
-        ("frame_rate", "pictures per unit of time"),
-        ("scale", "px per unit of length"),
-        ("marker", "diameter of the markers in px"),
-        ("noise", "noise, as px of an edge; default 0.1"),
-        ("blur", "lens blur in px"),
-        ("k1", "radial lens distortion"),
-        ("light", "unevenness of the light, 0 to 0.8"),
-        ("exposure", "share of the time the shutter is open"),
-    ):
-        command.add_argument(f"--{name.replace('_', '-')}", type=float, metavar="X", help=what)
-    command.add_argument("--size", type=int, nargs=2, metavar=("W", "H"), help="of the pictures in px")
-    command.add_argument("--seed", type=int, help="of noise and texture")
-    command.add_argument("--json", action="store_true", help="print the result as JSON")
-    command.set_defaults(run=run_film)
-
-
-def run_track(options: argparse.Namespace) -> int | None:
+def run(options: argparse.Namespace) -> None:
     """Run ``stickslip track``.
 
     Raises
@@ -91,43 +65,36 @@ def run_track(options: argparse.Namespace) -> int | None:
         _track_one(sources[0], options, given, command)
     else:
         _track_many(sources, options, given, command)
-    return None
 
 
 def _track_one(source: str | list[Path], options: argparse.Namespace, given: dict[str, Any], command: str) -> None:
     from stickslip.tracking.follow import track
 
-    with _Bar() as bar:
+    with Bar() as bar:
         motion = track(
             source, options.setup, output=options.output, check=options.check, progress=bar, command=command, **given
         )
     if options.plot:
-        from stickslip.documents import write_whole
         from stickslip.tracking.check_film import tracks_over_film
 
-        figure: Any = tracks_over_film(motion, source).figure
-        kind = Path(options.plot).suffix.lstrip(".") or "png"
-        write_whole(options.plot, lambda draft: figure.savefig(draft, format=kind, dpi=150))
+        save_figure(tracks_over_film(motion, source).figure, options.plot)
     facts = _facts(motion)
     if options.json:
-        json.dump(facts, sys.stdout, indent=2, default=float)
-        _say("")
+        say_json(facts)
         return
     for name, value in facts.items():
         if name == "notes":
             for note in value:
-                _say(f"note                {note}")
+                say_value("note", note)
         elif name == "masses":
             for row in value:
-                _say(
+                say(
                     f"mass {row['mass']:<15d}seen in {row['seen']} of {facts['pictures']} pictures, "
                     f"x {row['x_from']:.6g} to {row['x_to']:.6g}, error {row['x_error']:.2g} {facts['units']}"
                 )
         else:
-            _say(f"{name.replace('_', ' '):20s}{value:.6g}" if isinstance(value, float) else f"{name:20s}{value}")
-    for path in (options.output, options.check, options.plot):
-        if path:
-            _say(f"written             {path}")
+            say_value(name, value)
+    say_written(options.output, options.check, options.plot)
 
 
 def _track_many(sources: list[str], options: argparse.Namespace, given: dict[str, Any], command: str) -> None:
@@ -135,7 +102,7 @@ def _track_many(sources: list[str], options: argparse.Namespace, given: dict[str
 
     if not options.output:
         raise InputError("track: several films need a folder for their motion files; add -o FOLDER")
-    with _Bar() as bar:
+    with Bar() as bar:
         table = track_films(
             list(sources),
             options.output,
@@ -147,10 +114,10 @@ def _track_many(sources: list[str], options: argparse.Namespace, given: dict[str
             **given,
         )
     if options.json:
-        _say(str(table.to_json(orient="records", indent=2)))
+        say(str(table.to_json(orient="records", indent=2)))
     else:
         for row in table.to_dict("records"):
-            _say(f"{row['state']:18s}{row['source']}" + (f": {row['message']}" if row["message"] else ""))
+            say(f"{row['state']:18s}{row['source']}" + (f": {row['message']}" if row["message"] else ""))
     failed = int((table["state"] == "failed").sum())
     if failed:
         raise InputError(f"{failed} of {len(table)} films could not be tracked; the others are in {options.output}")
@@ -182,69 +149,3 @@ def _facts(motion: xr.Dataset) -> dict[str, Any]:
         "masses": rows,
         "notes": list(motion.attrs["notes"]),
     }
-
-
-def run_film(options: argparse.Namespace) -> None:
-    """Run ``stickslip film``: the film, beside it the truth (``.truth.nc``) and how to track it (``.track.toml``)."""
-    from stickslip.documents import write_whole
-    from stickslip.simulation import simulate
-    from stickslip.system import load_system_document
-    from stickslip.tracking.motion import save_motion
-    from stickslip.tracking.synthetic import film
-
-    system, settings = load_system_document(options.system)
-    period = system.natural_period
-    duration = 10 * period if options.duration is None else options.duration
-    start = 20 * period if options.start is None else options.start
-    settings["t_end"] = max(settings.get("t_end", 0.0), start + duration)
-    orbit = simulate(system, **settings)
-    names = ("frame_rate", "scale", "marker", "noise", "blur", "k1", "light", "exposure", "seed")
-    camera = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-    camera.setdefault("frame_rate", 100 / period)
-    if options.size:
-        camera |= {"width": options.size[0], "height": options.size[1]}
-    output = Path(options.output)
-    with _Bar() as bar:
-        truth = film(orbit, output, start=start, duration=duration, progress=bar, **camera)
-    beside = {"truth": output.with_suffix(".truth.nc"), "setup": output.with_suffix(".track.toml")}
-    save_motion(truth, beside["truth"])
-    write_whole(beside["setup"], lambda draft: draft.write_text(truth.attrs["setup"], encoding="utf-8"))
-    if options.json:
-        facts = {
-            "film": str(output),
-            "pictures": truth.sizes["time"],
-            **{key: str(path) for key, path in beside.items()},
-        }
-        json.dump(facts, sys.stdout, indent=2)
-        _say("")
-        return
-    _say(f"film                {truth.sizes['time']} pictures, {camera['frame_rate']:.4g} per unit of time")
-    for path in (output, *beside.values()):
-        _say(f"written             {path}")
-    _say(f"track it with       stickslip track {output} --setup {beside['setup']} -o {output.with_suffix('.nc')}")
-
-
-def _say(line: str) -> None:
-    """Results go to stdout."""
-    sys.stdout.write(line + "\n")
-
-
-class _Bar:
-    """Progress on stderr, shown only to a person."""
-
-    def __enter__(self) -> _Bar:
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-        columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-        console = Console(stderr=True)
-        self._progress = Progress(*columns, console=console, disable=not console.is_terminal, transient=True)
-        self._progress.start()
-        self._task = self._progress.add_task("start", total=None)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
-
-    def __call__(self, what: str, done: int, total: int) -> None:
-        self._progress.update(self._task, description=what, completed=done, total=total)
