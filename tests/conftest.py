@@ -22,3 +22,12 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no real records in {folder}: set STICKSLIP_DATA to the folder that holds them")
     return folder
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print the table of known numbers, if its tests ran."""
+    reports = [report for outcome in ("passed", "failed") for report in terminalreporter.stats.get(outcome, [])]
+    lines = [value for report in reports for name, value in report.user_properties if name == "known number"]
+    if lines:
+        terminalreporter.section("known numbers: expected, got, relative error")
+        terminalreporter.write("".join(f"{line}\n" for line in lines))
