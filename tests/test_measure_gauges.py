@@ -166,6 +166,99 @@ def test_slow_force_log_gives_its_break_aways(shared_data: Path) -> None:
     np.testing.assert_allclose(table["t"].values[:2], [37.75, 42.5], atol=0.3)
 
 
+def test_rock_is_measured_at_every_speed_and_load(shared_data: Path) -> None:
+    f = measured(shared_data, "rock_biax_p446", "rock_biax_p446/p446s7tr005l")
+    holds = f["steady"].to_dataset(inherit=False)
+    load = holds["normal_force"].values / 1e6
+    for normal in (4.96, 9.96, 14.96, 19.95):
+        here = np.flatnonzero(np.abs(load - normal) < 0.02)
+        assert len(here) == 12  # the run-in at 10 um/s, then eleven speeds
+        speed = holds["slip_velocity"].values[here[1:]] * 1e6
+        np.testing.assert_allclose(speed, [1, 3, 10, 30, 100, 300, 100, 30, 10, 3, 1], rtol=0.025)
+        if normal == 9.96:
+            known = [0.5764, 0.5779, 0.5775, 0.5785, 0.5809, 0.5824, 0.5798, 0.5806, 0.5813, 0.5812, 0.5802]
+            apart = np.abs(holds["force"].values[here[1:]] - known)
+            assert (apart < 2.5 * holds["force_error"].values[here[1:]]).all()
+            assert apart.max() < 0.002
+    # velocity strengthening by ~ .001 per e-fold, with a slow drift
+    assert 0.0005 < f.attrs["a_minus_b"] < 0.0015
+    # every step up in speed jumps up at first, every step down down
+    assert (f["step"]["direct_effect"].values > 0).all()
+
+
+def test_basalt_jumps_and_comes_back(shared_data: Path) -> None:
+    f = measured(shared_data, "rock_velocity_steps", "rock_velocity_steps/*.txt")
+    step = f["step"].to_dataset(inherit=False).isel(step=0)
+    assert float(step["velocity_before"]) * 1e6 == pytest.approx(3.00, abs=0.01)
+    assert float(step["velocity_after"]) * 1e6 == pytest.approx(10.01, abs=0.1)
+    at = np.interp(float(step["t"]), f["time"].values, f["displacement"].values)
+    assert at * 1e6 == pytest.approx(8714, abs=5)
+    assert float(step["force_before"]) == pytest.approx(0.6085, abs=0.001)
+    assert float(step["peak_force"]) == pytest.approx(0.619, abs=0.0015)
+    assert float(step["force_after"]) == pytest.approx(0.6084, abs=0.0005)
+    assert float(step["a_minus_b"]) == pytest.approx(0.0, abs=0.0005)
+    assert abs(float(step["a_minus_b"])) < 2 * float(step["a_minus_b_error"])
+    # .0105 over ln(10.01 / 3.00)
+    assert abs(float(step["direct_effect"]) - 0.0105 / np.log(10.01 / 3)) < 2 * float(step["direct_effect_error"])
+
+
+def test_a_list_of_slips_gives_strength_over_waiting_time(shared_data: Path) -> None:
+    f = measured(shared_data, "rock_4m_events", "rock_4m_events/Macroscopic*.csv")
+    table = f["break_away"].to_dataset()
+    assert table.sizes["event"] == 56
+    assert float(table["t"][-1] - table["t"][0]) == pytest.approx(216, abs=1)
+    assert (f.attrs["lowest_force"] / 1e6, f.attrs["highest_force"] / 1e6) == (
+        pytest.approx(0.643, abs=0.001),
+        pytest.approx(0.687, abs=0.001),
+    )
+    assert float(table["drop"].median()) / 1e6 == pytest.approx(0.019, abs=0.0005)
+    assert (float(table["drop"].min()) / 1e6, float(table["drop"].max()) / 1e6) == (
+        pytest.approx(0.014, abs=0.0005),
+        pytest.approx(0.055, abs=0.0005),
+    )
+    assert (f.attrs["lowest_slip"] * 1e3, f.attrs["highest_slip"] * 1e3) == (
+        pytest.approx(0.029, abs=0.0006),
+        pytest.approx(0.095, abs=0.0005),
+    )
+    # stronger the longer it waited
+    assert f.attrs["force_per_decade"] > 3 * f.attrs["force_per_decade_error"]
+
+
+def test_holds_at_constant_speed_are_found_and_their_friction_is_unbiased() -> None:
+    rng = np.random.default_rng(3)
+    speeds = np.repeat([2.0, 10.0, 5.0], 400)
+    time = 0.05 * np.arange(1200)
+    x = np.cumsum(0.05 * speeds) + 0.01 * rng.standard_normal(1200)
+    since = np.concatenate([np.arange(400)] * 3) * 0.05 * speeds  # path since the step
+    jump = 0.02 * np.log(np.concatenate([np.ones(400), np.full(400, 5.0), np.full(400, 0.5)]))
+    friction = 0.6 + 0.005 * np.log(speeds) + jump * np.exp(-since / 12) + 5e-4 * rng.standard_normal(1200)
+    rig = {"gauge": "velocity_steps", "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}}}
+    f = measure({"t": time, "x": x, "f": friction}, rig)
+    np.testing.assert_allclose(f["steady"]["slip_velocity"], [2, 10, 5], rtol=0.01)
+    np.testing.assert_allclose(f["step"]["a_minus_b"], 0.005, atol=4e-4)
+    np.testing.assert_allclose(f["step"]["direct_effect"], 0.025, atol=0.005)
+
+
+@pytest.mark.parametrize(
+    ("columns", "changes", "words"),
+    [
+        ({"x": np.zeros(64)}, {}, "no stretch of constant speed above least_speed = 0"),
+        ({"n": np.linspace(1, -1, 64)}, {}, "the normal force is -0.01587 at 3.2 s, where it must be positive"),
+        ({}, {"gauge": "event_list"}, "an event_list needs a column of drop or of force_after"),
+    ],
+)
+def test_what_holds_and_lists_cannot_use_is_refused(
+    columns: dict[str, np.ndarray], changes: dict[str, object], words: str
+) -> None:
+    record = {"t": np.arange(64) / 10, "x": np.arange(64.0), "f": np.ones(64), "n": np.ones(64)} | columns
+    named = {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "N"}, "normal_force": "n"}
+    if changes:
+        named = {"time": "t", "force": "f"}
+    with pytest.raises(ss.InputError) as caught:
+        measure(record, {"gauge": "velocity_steps", "columns": named} | changes)
+    assert words in str(caught.value)
+
+
 def test_every_gauge_has_an_example_rig() -> None:
     text = "\n".join(path.read_text() for path in RIGS.glob("*.toml"))
     for name in GAUGES:

@@ -8,6 +8,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
+from stickslip.measurement.gauges.scatter import straight_line
 from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.sticks import turning_points
 
@@ -42,7 +43,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             continue
         stuck[start : peak + 1] = True
         t, f = time[start : peak + 1], force[start : peak + 1]
-        rate, rate_error = _slope(t, f)
+        rate, rate_error = straight_line(t, f)
         rates.append(rate)
         missed = max(rate, 0.0) * step if np.isfinite(rate) else 0.0
         force_error = float(np.hypot(missed / np.sqrt(3), resolution / np.sqrt(12)))
@@ -86,7 +87,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         both = np.isfinite(values[:, 2]) & (values[:, 2] > 0)
         if np.count_nonzero(both) > 5:
             logarithm = np.log10(values[both, 2])
-            slope, error = _slope(logarithm, values[both, 6])
+            slope, error = straight_line(logarithm, values[both, 6])
             facts |= {"force_per_decade": slope, "force_per_decade_error": error}
             facts["correlation"] = float(np.corrcoef(logarithm, values[both, 6])[0, 1])
     series: dict[str, tuple[npt.NDArray[np.generic], str]] = {
@@ -103,16 +104,6 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         notes=notes,
         facts=facts,
     )
-
-
-def _slope(x: Array, y: Array) -> tuple[float, float]:
-    """Slope of a straight line and its standard error."""
-    if len(x) < 3:
-        return (float((y[-1] - y[0]) / (x[-1] - x[0])), float("nan")) if len(x) == 2 else (float("nan"), float("nan"))
-    square = float(np.sum((x - x.mean()) ** 2))
-    slope = float(np.sum((x - x.mean()) * y)) / square
-    rest = y - y.mean() - slope * (x - x.mean())
-    return slope, float(np.sqrt(np.sum(rest**2) / (len(x) - 2) / square))
 
 
 FORCE_LOG = Gauge(

@@ -35,3 +35,13 @@ def median_and_error(values: Array, blocks: int = 10) -> tuple[float, float]:
         return float(np.median(values)), float("nan")
     medians = [float(np.median(part)) for part in np.array_split(values, blocks)]
     return float(np.median(values)), float(np.std(medians, ddof=1) / np.sqrt(blocks))
+
+
+def straight_line(x: Array, y: Array) -> tuple[float, float]:
+    """Slope of a straight line and its standard error."""
+    if len(x) < 3:
+        return (float((y[-1] - y[0]) / (x[-1] - x[0])), float("nan")) if len(x) == 2 else (float("nan"), float("nan"))
+    square = float(np.sum((x - x.mean()) ** 2))
+    slope = float(np.sum((x - x.mean()) * y)) / square
+    rest = y - y.mean() - slope * (x - x.mean())
+    return slope, float(np.sqrt(np.sum(rest**2) / (len(x) - 2) / square))
