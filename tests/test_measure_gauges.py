@@ -232,7 +232,10 @@ def test_holds_at_constant_speed_are_found_and_their_friction_is_unbiased() -> N
     since = np.concatenate([np.arange(400)] * 3) * 0.05 * speeds  # path since the step
     jump = 0.02 * np.log(np.concatenate([np.ones(400), np.full(400, 5.0), np.full(400, 0.5)]))
     friction = 0.6 + 0.005 * np.log(speeds) + jump * np.exp(-since / 12) + 5e-4 * rng.standard_normal(1200)
-    rig = {"gauge": "velocity_steps", "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}}}
+    rig = {
+        "gauge": "velocity_steps",
+        "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}},
+    }
     f = measure({"t": time, "x": x, "f": friction}, rig)
     np.testing.assert_allclose(f["steady"]["slip_velocity"], [2, 10, 5], rtol=0.01)
     np.testing.assert_allclose(f["step"]["a_minus_b"], 0.005, atol=4e-4)

@@ -24,7 +24,9 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     record = records[0]
     time, force = record.time, record["force"]
     if "drop" not in record and "force_after" not in record:
-        raise InputError(f"{record.source}: an event_list needs a column of drop or of force_after; add it to [columns]")
+        raise InputError(
+            f"{record.source}: an event_list needs a column of drop or of force_after; add it to [columns]"
+        )
     drop = record["drop"] if "drop" in record else force - record["force_after"]
     wait = np.concatenate([[math.nan], np.diff(time)])
     regained = np.concatenate([[math.nan], force[1:] - (force - drop)[:-1]])
@@ -45,8 +47,8 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     }
     notes = [
         *record.notes,
-        "a list of slips says nothing of the motion between them: the stick time is the wait since the slip before, and there "
-        "is no friction while slipping",
+        "a list of slips says nothing of the motion between them: the stick time is the wait since the slip before, and "
+        "there is no friction while slipping",
     ]
     known = wait > 0
     if np.count_nonzero(known) > 5:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -22,8 +23,10 @@ SAME_SPEED = 1.2
 """Neighbouring stretches whose speeds differ by less than this ratio are one hold."""
 SAME_LOAD = 0.02
 """Normal forces that differ by less than this share of their mean are one load."""
-STEP = ("t", "velocity_before", "velocity_after", "force_before", "peak_force", "force_after")
-STEP += ("direct_effect", "direct_effect_error", "a_minus_b", "a_minus_b_error")
+STEP = (
+    *("t", "velocity_before", "velocity_after", "force_before", "peak_force", "force_after"),
+    *("direct_effect", "direct_effect_error", "a_minus_b", "a_minus_b_error"),
+)
 """Columns of the table of steps."""
 LEAST = 16
 """Samples a hold must have."""
@@ -60,8 +63,8 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         if not (load > 0).all():
             at = int(np.argmin(load > 0))
             raise InputError(
-                f"{record.source}: the normal force is {load[at]:.4g} at {time[at]:.6g} s, where it must be positive; choose a "
-                "window (rig: [read] window) in which the sample is loaded"
+                f"{record.source}: the normal force is {load[at]:.4g} at {time[at]:.6g} s, where it must be positive; choose "
+                "a window (rig: [read] window) in which the sample is loaded"
             )
         friction, unit = friction / load, "1"
     tolerance = bench.maybe("tolerance") or max(12 * noise_level(x), 1e-3 * float(np.ptp(x)))
@@ -105,19 +108,19 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         facts["direct_effect_error"] = float(np.median(steps["direct_effect_error"].to_numpy()))
         facts["peak_force"] = float(steps["peak_force"].max())
         notes.append(
-            "the machine's compliance rounds the peak of a step off, so the direct effect a is at least what is given here, but "
-            "for the noise that its error states"
+            "the machine's compliance rounds the peak of a step off, so the direct effect a is at least what is given here, "
+            "but for the noise that its error states"
         )
-    at = np.zeros(len(time))
+    speed = np.zeros(len(time))
     for hold in holds:
-        at[hold.first : hold.last] = hold.speed
+        speed[hold.first : hold.last] = hold.speed
     return friction_tree(
         series={
             "time": (time, "s"),
-            "slip_velocity": (at, speed_unit),
+            "slip_velocity": (speed, speed_unit),
             "force": (friction, unit),
             "force_error": (np.full(len(time), noise_level(friction)), unit),
-            "stuck": (at == 0, "1"),
+            "stuck": (speed == 0, "1"),
             "displacement": (x, length),
         },
         tables={"steady": steady, "step": steps},
@@ -144,9 +147,7 @@ def _holds(time: Array, x: Array, tolerance: float) -> list[_Hold]:
             marks.add(first + worst)
             left += [(first, first + worst), (first + worst, last)]
     edges = sorted(marks)
-    parts = [
-        _Hold(a, b, float(x[b] - x[a]) / float(time[b] - time[a])) for a, b in zip(edges, edges[1:], strict=False)
-    ]
+    parts = [_Hold(a, b, float(x[b] - x[a]) / float(time[b] - time[a])) for a, b in pairwise(edges)]
     joined: list[_Hold] = []
     for part in parts:
         before = joined[-1] if joined else None
