@@ -119,3 +119,21 @@ def test_dwell_surface():
     t, rate = np.array([0.0, 1.0, 4.0]), np.array([0.5, 0.0, 0.3])
     expected = 1.0 + 0.5 * (1 - np.exp(-2.0 * np.sqrt(t))) / (1 + (rate / 0.3) ** 2)
     assert law.break_away_force(t, rate) == pytest.approx(expected)
+    falling = replace(law, static_friction=replace(surface, drop=0.4, drop_scale=0.6, drop_exponent=3))
+    assert falling.break_away_force(t, rate) == pytest.approx(expected + 0.4 / (1 + (rate / 0.6) ** 3))
+
+
+def test_a_climb_ends_at_static_friction_of_the_force_rate_at_its_turn():
+    # Eq. (7): f_s(0, δ), where δ is what adhesion would feel at the turn, d/dt (x + d s − u₀ cos ηt) with ẋ = s.
+    surface = ss.laws.StaticFriction(initial=0.8, drop=1.2, drop_scale=0.35, drop_exponent=8)
+    law, s, u0, eta = ss.laws.BogaczRyczek(static_friction=surface), 0.35, 0.05, 1.25
+    orbit = ss.simulate(ss.Oscillator(0.25, s, law, forcing=ss.Harmonic(u0, eta)), 300)
+    start, branch = (orbit.segments[name].to_numpy() for name in ("t", "branch"))
+    # Those without a turn on the climb itself, which would go back along it.
+    climbs = 1 + np.flatnonzero((branch[:-2] != 4) & (branch[1:-1] == 4) & (branch[2:] == 1))
+    assert climbs.size > 5
+    force = orbit.events.set_index("t")["force"]
+    delta = s + u0 * eta * np.sin(eta * start[climbs])
+    expected = 0.8 + 1.2 / (1 + (delta / 0.35) ** 8)
+    assert force[start[climbs + 1]].to_numpy() == pytest.approx(expected, abs=1e-12)
+    assert np.ptp(expected) > 0.1

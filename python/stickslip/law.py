@@ -168,7 +168,8 @@ def force_along(
     law : any law.
     t, w : time and slip velocity, shape (n,).
     stuck : whether the mass sticks, shape (n,); default where w is 0.
-    force_rate : dF/dt while stuck, shape (n,); default 0.
+    force_rate : dF/dt while stuck and, for a law whose static friction without rest depends on it, what it would be if the
+        mass stuck (k V on a spring); shape (n,), default 0.
 
     Returns
     -------

@@ -280,15 +280,17 @@ class TwoBranch(Law):
 
 @dataclass(frozen=True)
 class StaticFriction(Table):
-    """The surface f_s(t_s, δ) = f_0 + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
+    """The surface f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
 
     Parameters
     ----------
-    initial : f_0 = f_s(0, ·) > 0.
+    initial : f_0 = f_s(0, δ → ∞) > 0, and f_s(0, ·) without a drop.
     limit : Δ∞ ≥ 0, growth after an infinite rest at a vanishing force rate.
     rate, exponent : γ > 0 and m > 0.
     force_rate_scale : δ₀ > 0, the force rate that halves the growth; None: no dependence on the force rate.
     force_rate_exponent : q > 0.
+    drop : Δ₀ ≥ 0, what f_s(0, δ) falls by from a vanishing to an infinite force rate.
+    drop_scale, drop_exponent : δ₁ > 0, the force rate at which half of that is gone, and p > 0.
 
     The growth with rest is Kato's; static friction falling with the force rate is the finding of Johannes, Green &
     Brockley, Wear 24 (1973) 381, in a form of our own.
@@ -300,6 +302,9 @@ class StaticFriction(Table):
     exponent: float = 1.0
     force_rate_scale: float | None = None
     force_rate_exponent: float = 1.0
+    drop: float = 0.0
+    drop_scale: float = 1.0
+    drop_exponent: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -121,6 +121,8 @@ pub struct Memory {
     pub corner: Point,
     /// The break-away force, where the anchor was set by a break-away.
     pub released_at: Option<f64>,
+    /// |dF/dt| that adhesion would feel now; written by the caller before a start in slip and a turn to rising slip speed.
+    pub force_rate: f64,
 }
 
 /// The answers every law gives. To add a law: one file with this trait, one line in [`Law`], and the same in Python.

@@ -90,6 +90,7 @@ pub fn first<const H: usize>(
     if w == 0.0 {
         return at_zero(law, holding, rate, memory);
     }
+    memory.force_rate = rate.abs();
     let direction = w.signum();
     // m u̇ = σ·holding − D u − f(u): the friction that would keep the slip speed.
     let balance = direction * holding - frame.damping * w.abs();

@@ -231,6 +231,18 @@ struct Contact {
     sense: f64,
 }
 
+impl Contact {
+    /// What it does, as far as the flow cares.
+    fn rub(&self) -> Rub {
+        let stuck = self.direction == 0.0;
+        Rub {
+            direction: self.direction,
+            offset: if stuck { self.pinned } else { self.piece.offset },
+            slope: if stuck { 0.0 } else { self.piece.slope },
+        }
+    }
+}
+
 /// What ends a mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Cause {
@@ -360,7 +372,9 @@ impl<'a> Loop<'a> {
                 .map(|other| self.frame.coupling(c, other) * force[other])
                 .sum();
             let balance = direction * (wants[c] - others) / self.frame.coupling(c, c);
+            let rate = self.rate_if_stuck(c);
             let contact = &mut self.contacts[c];
+            contact.memory.force_rate = rate;
             contact.direction = direction;
             contact.piece = self.laws[c].begin(w.abs(), balance, &mut contact.memory);
             force[c] = direction * self.laws[c].force(&contact.piece, w.abs());
@@ -426,6 +440,9 @@ impl<'a> Loop<'a> {
                 } else if now != contact.sense && slope.abs() > noise {
                     let speed = self.motion.u[c][0].max(0.0);
                     let rising = now > 0.0;
+                    let rate = self.rate_if_stuck(c);
+                    let contact = &mut self.contacts[c];
+                    contact.memory.force_rate = rate;
                     let force = contact.direction * self.laws[c].force(&contact.piece, speed);
                     contact.piece =
                         self.laws[c].next(&contact.piece, End::Turn { rising }, speed, &mut contact.memory);
@@ -442,18 +459,7 @@ impl<'a> Loop<'a> {
 
     fn set_rubs(&mut self) {
         self.rubs.clear();
-        self.rubs.extend(self.contacts.iter().map(|contact| {
-            let stuck = contact.direction == 0.0;
-            Rub {
-                direction: contact.direction,
-                offset: if stuck {
-                    contact.pinned
-                } else {
-                    contact.piece.offset
-                },
-                slope: if stuck { 0.0 } else { contact.piece.slope },
-            }
-        }));
+        self.rubs.extend(self.contacts.iter().map(Contact::rub));
         let stuck = (0..self.contacts.len()).filter(|&c| self.rubs[c].holds());
         if !stuck.clone().eq(self.held.contacts.iter().copied()) {
             self.held = self.frame.held(stuck.collect());
@@ -573,7 +579,9 @@ impl<'a> Loop<'a> {
         if let Cause::End(end) = cause
             && !passage.arrived.contains(&c)
         {
+            let rate = self.rate_if_stuck(c);
             let contact = &mut self.contacts[c];
+            contact.memory.force_rate = rate;
             let turn = matches!(end, End::Turn { .. });
             let speed = match end {
                 End::Low => contact.piece.low,
@@ -598,6 +606,26 @@ impl<'a> Loop<'a> {
             .collect()
     }
 
+    /// |dF/dt| that adhesion would feel if the contact stuck now; 0 where its law does not ask.
+    fn rate_if_stuck(&self, c: usize) -> f64 {
+        if !self.laws[c].feels_force_rate() {
+            return 0.0;
+        }
+        let mut rubs: Vec<Rub> = self.contacts.iter().map(Contact::rub).collect();
+        rubs[c] = Rub {
+            direction: 0.0,
+            offset: 0.0,
+            slope: 0.0,
+        };
+        let held = self
+            .frame
+            .held((0..rubs.len()).filter(|&c| rubs[c].holds()).collect());
+        let (mut motion, mut v) = (self.motion.clone(), self.v.clone());
+        self.frame.stop(&held, self.clock, &mut v);
+        motion.expand(&self.frame, &self.laws, &rubs, &held, &self.x, &v);
+        motion.force[c][1].abs()
+    }
+
     /// Decide for all contacts with zero slip velocity at once.
     fn settle(&mut self, passage: &Passage) {
         let is_new = |c: usize| passage.arrived.contains(&c);
@@ -613,11 +641,17 @@ impl<'a> Loop<'a> {
         let limit: Vec<f64> = zero
             .iter()
             .map(|&c| {
-                let hold = Hold {
-                    stick_time: self.rested(c),
-                    force_rate: passage.rates[c].abs(),
-                };
-                self.laws[c].break_away(if is_new(c) { Hold::default() } else { hold })
+                self.laws[c].break_away(if is_new(c) {
+                    Hold {
+                        stick_time: 0.0,
+                        force_rate: self.rate_if_stuck(c),
+                    }
+                } else {
+                    Hold {
+                        stick_time: self.rested(c),
+                        force_rate: passage.rates[c].abs(),
+                    }
+                })
             })
             .collect();
         let kinetic: Vec<f64> = (0..zero.len())

@@ -6,7 +6,8 @@ use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 /// The friction force of `law` along samples of time, slip velocity and adhesion.
 ///
 /// While slipping it is the kinetic force with the sign of w. While stuck friction is a reaction that no law knows: the
-/// break-away force of that moment is returned, with the sign of `force_rate`.
+/// break-away force of that moment is returned, with the sign of `force_rate`. While slipping `force_rate` is what adhesion
+/// would feel (k V on a spring); it matters to laws whose static friction without rest depends on it.
 ///
 /// # Errors
 /// The law's first parameter that makes no sense, or columns of different length.
@@ -45,6 +46,7 @@ pub fn force_along(
             force.push(bears * force_rate[i].signum());
             continue;
         }
+        memory.force_rate = force_rate[i].abs();
         let (direction, u) = (w[i].signum(), w[i].abs());
         let follow = match &mut slip {
             Some(follow) if follow.direction == direction => follow,
@@ -60,7 +62,10 @@ pub fn force_along(
                     let from_rest = if stuck_since.is_some() {
                         bears
                     } else {
-                        law.break_away(Hold::default())
+                        law.break_away(Hold {
+                            stick_time: 0.0,
+                            force_rate: memory.force_rate,
+                        })
                     };
                     law.leave(from_rest, &mut memory)
                 };

@@ -271,6 +271,9 @@ impl<'a, const H: usize> Loop<'a, H> {
             // The slip velocity is known exactly here.
             self.v = self.frame.drive_velocity - direction * speed;
         }
+        if end == (End::Turn { rising: true }) {
+            self.memory.force_rate = self.frame.stick(self.clock, self.x).at(0.0).1.abs();
+        }
         if speed > 0.0 || end == (End::Turn { rising: true }) {
             let next = mode::after(self.law, direction, piece, end, speed, &mut self.memory);
             let kind = match (end, &next) {

@@ -84,7 +84,7 @@ fn difference(oscillator: &Oscillator, x0: f64, v0: Option<f64>) -> f64 {
 }
 
 fn oscillators() -> Vec<Oscillator> {
-    let laws: [Law; 4] = [
+    let laws: [Law; 5] = [
         StaticKinetic {
             break_away: 1.0,
             kinetic: 0.6,
@@ -103,6 +103,7 @@ fn oscillators() -> Vec<Oscillator> {
         }
         .into(),
         BogaczRyczek::default().into(),
+        falling_with_the_force_rate().into(),
     ];
     let mut all = Vec::new();
     for law in laws {
@@ -148,6 +149,16 @@ fn one_mass_agrees_with_the_closed_form() {
     }
 }
 
+/// The paper's law with static friction that falls with the force rate, also without rest.
+fn falling_with_the_force_rate() -> BogaczRyczek {
+    let mut law = BogaczRyczek::default();
+    law.static_friction.initial = 0.8;
+    law.static_friction.drop = 1.2;
+    law.static_friction.drop_scale = 0.35;
+    law.static_friction.drop_exponent = 4.0;
+    law
+}
+
 /// A small generator of numbers in [0, 1), always the same (Marsaglia's xorshift).
 struct Dice(u64);
 
@@ -176,7 +187,7 @@ impl Dice {
     fn law(&mut self) -> Law {
         let kinetic = self.between(0.2, 0.6);
         let break_away = kinetic + self.between(0.0, 0.6);
-        match self.below(9) {
+        match self.below(10) {
             0 => Coulomb { kinetic }.into(),
             1 => StaticKinetic { break_away, kinetic }.into(),
             2 => DwellTime {
@@ -221,6 +232,7 @@ impl Dice {
                 square: 0.01,
             }
             .into(),
+            8 => falling_with_the_force_rate().into(),
             _ => BogaczRyczek::default().into(),
         }
     }

@@ -5,15 +5,25 @@ use serde::{Deserialize, Serialize};
 use super::Hold;
 use crate::error::{Error, not_negative, positive};
 
-/// f_s(t_s, δ) = f_0 + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
+/// f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
 ///
 /// The growth with rest is Kato's (Kato, Sato & Matsubayashi, Wear 20 (1972) 315); the fall with the force rate follows
-/// the finding of Johannes, Green & Brockley (Wear 24 (1973) 381) in a form of our own: at t_s = 0 nothing depends on δ.
+/// the finding of Johannes, Green & Brockley (Wear 24 (1973) 381) in a form of our own, for what rest adds and, with Δ₀, for
+/// what there is without rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StaticFriction {
-    /// f_s(0, ·).
+    /// f_0 = f_s(0, δ → ∞).
     pub initial: f64,
+    /// What f_s(0, δ) falls by from a vanishing to an infinite force rate, Δ₀.
+    #[serde(default)]
+    pub drop: f64,
+    /// Force rate δ₁ at which half of that is gone.
+    #[serde(default = "crate::law::one")]
+    pub drop_scale: f64,
+    /// Exponent p.
+    #[serde(default = "crate::law::one")]
+    pub drop_exponent: f64,
     /// Growth after an infinite rest at a vanishing force rate, Δ∞.
     #[serde(default)]
     pub limit: f64,
@@ -32,8 +42,26 @@ pub struct StaticFriction {
 }
 
 impl StaticFriction {
+    /// The same force whatever the hold.
+    pub(super) const fn constant(initial: f64) -> Self {
+        Self {
+            initial,
+            drop: 0.0,
+            drop_scale: 1.0,
+            drop_exponent: 1.0,
+            limit: 0.0,
+            rate: 1.0,
+            exponent: 1.0,
+            force_rate_scale: None,
+            force_rate_exponent: 1.0,
+        }
+    }
+
     pub(super) fn validate(&self) -> Result<(), Error> {
         positive("initial static friction", self.initial)?;
+        not_negative("drop of static friction", self.drop)?;
+        positive("drop_scale", self.drop_scale)?;
+        positive("drop_exponent", self.drop_exponent)?;
         not_negative("limit of static friction", self.limit)?;
         positive("rate of static friction", self.rate)?;
         positive("exponent of static friction", self.exponent)?;
@@ -44,15 +72,24 @@ impl StaticFriction {
     }
 
     pub(super) fn force(&self, hold: Hold) -> f64 {
+        let initial = self.without_rest(hold.force_rate);
         if self.limit == 0.0 || hold.stick_time <= 0.0 {
-            return self.initial;
+            return initial;
         }
         let grown = -(-self.rate * self.power(hold.stick_time)).exp_m1();
         let softened = match self.force_rate_scale {
             None => 1.0,
             Some(scale) => 1.0 + (hold.force_rate / scale).powf(self.force_rate_exponent),
         };
-        self.initial + self.limit * grown / softened
+        initial + self.limit * grown / softened
+    }
+
+    /// f_s(0, δ).
+    pub(super) fn without_rest(&self, force_rate: f64) -> f64 {
+        if self.drop == 0.0 {
+            return self.initial;
+        }
+        self.initial + self.drop / (1.0 + (force_rate / self.drop_scale).powf(self.drop_exponent))
     }
 
     /// sup of ∂f_s/∂t_s from `stick_time` on. With z = γ t^m the derivative is Δ∞ m z^(1 − 1/m) γ^(1/m) e^(−z); it falls

@@ -56,12 +56,10 @@ impl Default for BogaczRyczek {
     fn default() -> Self {
         Self {
             static_friction: StaticFriction {
-                initial: 1.084,
                 limit: 0.3,
                 rate: 0.3,
-                exponent: 1.0,
                 force_rate_scale: Some(0.5),
-                force_rate_exponent: 1.0,
+                ..StaticFriction::constant(1.084)
             },
             a: None,
             b: [-0.41, 1.33],
@@ -166,24 +164,60 @@ impl BogaczRyczek {
         }
     }
 
-    /// From the turning point `from` up to static friction at zero stick time (the paper's Eq. 7).
-    fn climb(&self, from: Point) -> Piece {
+    /// From the turning point `from` up to the friction `top`.
+    fn climb(&self, from: Point, top: f64) -> Piece {
         let steepest = self.steepest();
         let slope = match self.d {
             Some(d) if from[0] < d[0] && d[1] > from[1] => slope(from, d).min(steepest),
             _ => steepest,
         };
-        let high = from[0] + (self.static_friction.initial - from[1]) / slope;
+        let high = from[0] + (top - from[1]) / slope;
         Piece {
             turns: true,
             ..Piece::line(from, slope, from[0], high, CLIMB)
         }
     }
 
+    /// Check that the branches after a break-away without rest at the force `top` make a characteristic.
+    fn validate_branches(&self, top: f64) -> Result<(), Error> {
+        let fallen = top - self.alpha.at(top);
+        if fallen < 0.0 {
+            return Err(Error::Geometry {
+                what: "alpha must not exceed the break-away force: friction after it would be negative",
+                value: self.alpha.at(top),
+            });
+        }
+        let beyond = self.corner([self.beta, fallen]);
+        if beyond[0] <= self.beta {
+            return Err(Error::Geometry {
+                what: "the fall after break-away must end before the corner: beta must be smaller",
+                value: self.beta,
+            });
+        }
+        let mut memory = Memory::default();
+        self.remember([0.0, top], &mut memory);
+        if memory.corner[0] <= 0.0 || !memory.corner[0].is_finite() {
+            return Err(Error::Geometry {
+                what: "the upper line from (0, f_s(0)) must meet the line l at w > 0",
+                value: memory.corner[0],
+            });
+        }
+        let lower = self.lower(&memory).force(0.0);
+        if lower > top {
+            return Err(Error::Geometry {
+                what: "the lower branch must lie below the upper one: move B down or l up; its force at w = 0 must not exceed f_s(0)",
+                value: lower,
+            });
+        }
+        Ok(())
+    }
+
     /// What follows where the slip speed turns to rise at `from`, on the lower or the common line.
     fn turn_up(&self, from: Point, piece: &Piece, memory: &Memory) -> Piece {
-        if from[1] < self.static_friction.initial {
-            self.climb(from)
+        // Static friction at stick time zero and the force rate of this moment (the paper's Eq. 7).
+        let top = self.static_friction.without_rest(memory.force_rate);
+        if from[1] < top {
+            self.climb(from, top)
         } else if piece.branch == LOWER {
             // Friction is already above what adhesion bears: the branches stay as they are.
             self.steep_up(from, memory)
@@ -266,35 +300,8 @@ impl Friction for BogaczRyczek {
                 value: self.b[0],
             });
         }
-        let top = self.static_friction.initial;
-        let fallen = top - self.alpha.at(top);
-        if fallen < 0.0 {
-            return Err(Error::Geometry {
-                what: "alpha must not exceed the break-away force: friction after it would be negative",
-                value: self.alpha.at(top),
-            });
-        }
-        let beyond = self.corner([self.beta, fallen]);
-        if beyond[0] <= self.beta {
-            return Err(Error::Geometry {
-                what: "the fall after break-away must end before the corner: beta must be smaller",
-                value: self.beta,
-            });
-        }
-        let mut memory = Memory::default();
-        self.remember([0.0, self.static_friction.initial], &mut memory);
-        if memory.corner[0] <= 0.0 || !memory.corner[0].is_finite() {
-            return Err(Error::Geometry {
-                what: "the upper line from (0, f_s(0)) must meet the line l at w > 0",
-                value: memory.corner[0],
-            });
-        }
-        let lower = self.lower(&memory).force(0.0);
-        if lower > self.static_friction.initial {
-            return Err(Error::Geometry {
-                what: "the lower branch must lie below the upper one: move B down or l up; its force at w = 0 must not exceed f_s(0)",
-                value: lower,
-            });
+        for force_rate in [0.0, f64::INFINITY] {
+            self.validate_branches(self.static_friction.without_rest(force_rate))?;
         }
         Ok(())
     }
@@ -308,7 +315,8 @@ impl Friction for BogaczRyczek {
     }
 
     fn feels_force_rate(&self) -> bool {
-        self.static_friction.limit > 0.0 && self.static_friction.force_rate_scale.is_some()
+        let surface = &self.static_friction;
+        surface.drop > 0.0 || surface.limit > 0.0 && surface.force_rate_scale.is_some()
     }
 
     fn leave(&self, force: f64, memory: &mut Memory) -> Piece {
@@ -318,7 +326,7 @@ impl Friction for BogaczRyczek {
     }
 
     fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece {
-        self.leave(self.static_friction.initial, memory);
+        self.leave(self.static_friction.without_rest(memory.force_rate), memory);
         let rising = self.rising(u, memory);
         if u >= memory.corner[0] || balance >= rising.force(u) {
             return rising;
@@ -343,7 +351,7 @@ impl Friction for BogaczRyczek {
             (COMMON | STEEP, End::Low) => self.lower(memory),
             (CLIMB, End::Low) => self.falling(u, memory),
             (CLIMB, End::High) => {
-                self.remember([piece.high, self.static_friction.initial], memory);
+                self.remember([piece.high, piece.force(piece.high)], memory);
                 memory.released_at = None;
                 self.rising(piece.high, memory)
             }

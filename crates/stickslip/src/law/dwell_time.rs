@@ -23,12 +23,10 @@ pub struct DwellTime {
 impl DwellTime {
     fn static_friction(&self) -> StaticFriction {
         StaticFriction {
-            initial: self.kinetic,
             limit: self.limit,
             rate: self.rate,
             exponent: self.exponent,
-            force_rate_scale: None,
-            force_rate_exponent: 1.0,
+            ..StaticFriction::constant(self.kinetic)
         }
     }
 }

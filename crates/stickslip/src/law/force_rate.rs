@@ -31,12 +31,12 @@ pub struct ForceRate {
 impl ForceRate {
     fn static_friction(&self) -> StaticFriction {
         StaticFriction {
-            initial: self.kinetic,
             limit: self.limit,
             rate: self.rate,
             exponent: self.exponent,
             force_rate_scale: Some(self.force_rate_scale),
             force_rate_exponent: self.force_rate_exponent,
+            ..StaticFriction::constant(self.kinetic)
         }
     }
 }
