@@ -6,13 +6,16 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+import tomli_w
 from scipy.optimize import least_squares
 
+from stickslip.documents import write_whole
 from stickslip.errors import InputError
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.uncertainty import correlation_time, half_width, robust_scale
@@ -76,6 +79,27 @@ class StaticFriction:
     def best(self) -> StaticFit:
         """The chosen fit."""
         return self.fits[self.chosen]
+
+    def report(self) -> str:
+        """The result in words and a table of all forms."""
+        tables = pd.concat({name: fit.parameters for name, fit in self.fits.items()}, names=["form", "parameter"])
+        lines = [
+            f"Static friction over stick time, {len(self.rows)} break-aways: {self.chosen}",
+            "",
+            tables.to_string(float_format=lambda number: f"{number:.5g}"),
+            "",
+        ]
+        return "\n".join([*lines, *[f"- {note}" for note in self.notes]])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words: the chosen form, all forms with their parameters, notes."""
+        forms = {name: {"formula": fit.formula, **fit.parameters.to_dict("index")} for name, fit in self.fits.items()}
+        return {"chosen": self.chosen, "forms": forms, "break_aways": len(self.rows), "notes": self.notes}
+
+    def save(self, path: str | Path) -> Path:
+        """Write the fits as a TOML document."""
+        text = tomli_w.dumps({"static_friction": self.to_dict()})
+        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
 
     def plot(self, ax: Any = None) -> Any:
         """Break-away force over stick time with the fits; returns the Axes."""
@@ -141,7 +165,9 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     relative, notes = is_relative(rows)
     level = float(np.mean(rows["level"])) if rows["level"].notna().any() else math.nan
     if not math.isfinite(level):
-        level = float(np.median(np.concatenate([record.force[~record.stuck] for record in records])))
+        sliding = np.concatenate([record.force[~record.stuck] for record in records])
+        # nothing known of the slips: an undamped one falls as far below the kinetic force as it began above it
+        level = float(np.median(sliding if sliding.size else rows["force"] - rows["drop"] / 2))
     rows = rows.assign(used=rows["force"] - rows["level"] + level if relative else rows["force"])
     fits = _fits(rows, level)
     chosen, sentence = _choose(fits)
@@ -278,9 +304,13 @@ def _fit(
     count, free = len(force), len(names)
     chi = robust_scale(residuals / sigma)
     order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
-    tau = correlation_time((residuals / sigma)[order])
-    covariance = np.linalg.pinv(jacobian.T @ jacobian) * max(chi, 1e-12) ** 2 * tau * count / max(count - free, 1)
-    freedom = max(count / tau - free, 1.0)
+    inverse = np.linalg.pinv(jacobian.T @ jacobian)
+    # what goes together from row to row counts as far as it pulls at a number: a slow drift hardly tilts a growth with t_s
+    pulls = inverse @ jacobian.T * (residuals / sigma)
+    tau = np.array([correlation_time(pull[order]) for pull in pulls])
+    swell = max(chi, 1e-12) ** 2 * count / max(count - free, 1)
+    covariance = np.asarray(inverse * swell * np.sqrt(np.outer(tau, tau)), dtype=float)
+    freedom = max(count / float(tau.max()) - free, 1.0)
     errors = np.sqrt(np.diag(covariance))
     columns = ["value", "error", "low", "high"]
     table = pd.DataFrame(index=pd.Index(names, name="parameter"), columns=columns, dtype=float)

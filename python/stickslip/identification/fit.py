@@ -196,6 +196,11 @@ def identify(
     """
     records = read_records(friction)
     kind, start = _kind(law)
+    if not any(record.slips for record in records):
+        raise InputError(
+            f"identify: {records[0].name} is a table of break-aways, so nothing is known of kinetic friction: leave the law "
+            "out to fit static friction alone, or add a record of the motion"
+        )
     if isinstance(pieces, bool) or not isinstance(pieces, int) or not 1 <= pieces <= 12:
         raise InputError(f"identify: pieces must be a whole number from 1 to 12, got {pieces!r}")
     rows = break_away_rows(records)

@@ -116,7 +116,7 @@ def _read(item: Any, number: int) -> FrictionRecord:
     if isinstance(item, FrictionRecord):
         return item
     if isinstance(item, str | Path):
-        return _from_tree(_open(Path(item)), str(item))
+        return _from_tree(opened(Path(item)), str(item))
     if isinstance(item, xr.Dataset):
         item = xr.DataTree(item)
     if isinstance(item, xr.DataTree):
@@ -126,7 +126,14 @@ def _read(item: Any, number: int) -> FrictionRecord:
     )
 
 
-def _open(path: Path) -> xr.DataTree:
+def opened(path: Path) -> xr.DataTree:
+    """A friction file, in memory.
+
+    Raises
+    ------
+    InputError
+        where it is missing, damaged or an orbit.
+    """
     if not path.exists():
         raise InputError(f"{path}: no such file; check the path")
     try:
@@ -141,6 +148,8 @@ def _open(path: Path) -> xr.DataTree:
 
 def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
     data = tree.to_dataset(inherit=False)
+    if "slip_velocity" not in data and len(_table(tree, name)):
+        return _slips_alone(tree, name)
     columns: dict[str, Array] = {}
     for column in ("time", "slip_velocity", "force"):
         columns[column] = _column(data, column, name)
@@ -175,6 +184,26 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
         displacement=_column(data, "displacement", name) if "displacement" in data else None,
     )
     return record.facing_slip()
+
+
+def _slips_alone(tree: xr.DataTree, name: str) -> FrictionRecord:
+    """A record that is a table of break-aways and nothing else: its samples are those, all of them stuck.
+
+    It says how static friction grows, and nothing of the friction of slip.
+    """
+    table = _table(tree, name)
+    count = len(table)
+    return FrictionRecord(
+        name=name,
+        time=table["t"].to_numpy(),
+        slip_velocity=np.zeros(count),
+        force=table["force"].to_numpy(),
+        force_error=table["force_error"].to_numpy(),
+        stuck=np.ones(count, dtype=bool),
+        break_away=table,
+        constants=_constants(tree.attrs),
+        attrs={str(key): value for key, value in tree.attrs.items()},
+    )
 
 
 def _column(data: xr.Dataset, column: str, name: str) -> Array:

@@ -1,0 +1,362 @@
+"""Friction over slip velocity alone: the forms that such a curve may have, laid beside each other, offset and all."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import tomli_w
+import xarray as xr
+
+from stickslip.documents import did_you_mean, write_whole
+from stickslip.errors import InputError
+from stickslip.identification.curves import BLOCKS, COLUMNS, SHAPES, Rows, SteadyFit, fit_form, forms_of
+from stickslip.identification.records import opened
+from stickslip.laws import Coulomb, ExponentialStribeck, Law, Tabulated
+from stickslip.measurement.noise import noise_level
+
+Array = npt.NDArray[np.float64]
+
+SENSE = 0.05
+"""Below this share of its top speed (and within four sigmas of its noise) a record does not tell which way it slides."""
+EVIDENCE = 2.0
+"""By so much the sum of squared misfits, in units of the stated errors, must differ to tell two forms apart."""
+
+OF_LAW = {"Coulomb": ("Coulomb",), "ExponentialStribeck": ("Stribeck", "Coulomb + viscous")}
+"""Shapes that are a law of the catalogue."""
+
+
+@dataclass(frozen=True)
+class SteadyFriction:
+    """Friction over slip velocity: all forms, the chosen one, and the law in it.
+
+    Attributes
+    ----------
+    rows : DataFrame of the points: slip_velocity, force, force_error, source.
+    fits : by name of the form, the best prediction of held-back rows first.
+    chosen : name of the chosen form.
+    undecided : names of forms that predict held-back rows as well, within one standard error.
+    notes : plain sentences.
+    command : what to type to do it again.
+    """
+
+    rows: pd.DataFrame
+    fits: dict[str, SteadyFit]
+    chosen: str
+    undecided: list[str]
+    notes: list[str]
+    command: str
+
+    @property
+    def best(self) -> SteadyFit:
+        """The chosen fit."""
+        return self.fits[self.chosen]
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """Of the chosen form: value, error, low and high by name."""
+        return self.best.parameters
+
+    @property
+    def law(self) -> Law | None:
+        """The chosen form as a law, without its offset and drift, at the mean load; None where friction would be negative.
+
+        What no law of the catalogue has for its form is `Tabulated` over the speeds that were measured.
+        """
+        values = self.parameters["value"].to_dict()
+        try:
+            if self.chosen.startswith("Coulomb") and not {"viscous", "quadratic"} & set(values):
+                return Coulomb(kinetic=values["kinetic"])
+            if "scale" in values:
+                return ExponentialStribeck(
+                    break_away=values["kinetic"] + values["weakening"],
+                    kinetic=values["kinetic"],
+                    scale=values["scale"],
+                    viscous=values["viscous"],
+                )
+            speed = self.rows["slip_velocity"].abs().to_numpy()
+            if "logarithm" in values:
+                w = np.geomspace(float(speed.min()), float(speed.max()), 33)
+            else:
+                w = np.linspace(1e-9, 1.0, 2 if "viscous" in values else 33) * float(speed.max())
+            force = self.best(w) - values.get("offset", 0.0)
+            w, force = np.insert(w, 0, 0.0), np.insert(force, 0, force[0])
+            nodes = tuple((float(a), float(b)) for a, b in zip(w, force, strict=True))
+            return Tabulated(kinetic=nodes, break_away=float(force[0]))
+        except InputError:
+            return None
+
+    def table(self) -> pd.DataFrame:
+        """One line for each form: numbers, rms, rms of held-back rows, and whether it was chosen or ties with the chosen."""
+        rows = {
+            name: {
+                "numbers": len(fit.parameters),
+                "rms": fit.rms,
+                "held_back": fit.held_back,
+                "verdict": "chosen" if name == self.chosen else "as good" if name in self.undecided else "",
+            }
+            for name, fit in self.fits.items()
+        }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("form")
+
+    def report(self) -> str:
+        """The result in words and two tables."""
+        shown = self.table()
+        shown = shown[shown["verdict"] != ""].iloc[:12] if len(shown) > 12 else shown
+        return "\n".join(
+            [
+                f"Friction over slip velocity: {self.chosen}",
+                self.best.formula,
+                "",
+                self.parameters.to_string(float_format=lambda number: f"{number:.5g}"),
+                "",
+                shown.to_string(float_format=lambda number: f"{number:.4g}"),
+                "",
+                *[f"- {note}" for note in self.notes],
+            ]
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words: form, parameters, the table of forms, the law where there is one, notes."""
+        law = self.law
+        return {
+            "form": self.chosen,
+            "formula": self.best.formula,
+            "parameters": self.parameters.to_dict("index"),
+            "forms": self.table().to_dict("index"),
+            "law": None if law is None else law.to_dict(),
+            "notes": self.notes,
+        }
+
+    def to_toml(self) -> str:
+        """The law file: [law] where there is one, [uncertainty] and [source] with the form and all its numbers."""
+        from stickslip import _core
+
+        plain = self.to_dict()
+        document = {} if plain["law"] is None else {"law": plain["law"]}
+        document["uncertainty"] = {name: row["error"] for name, row in plain["parameters"].items()}
+        document["source"] = {
+            "command": self.command,
+            "version": _core.__version__,
+            "records": sorted(set(self.rows["source"])),
+            "form": self.chosen,
+            "formula": plain["formula"],
+            "values": {name: row["value"] for name, row in plain["parameters"].items()},
+            "intervals": {name: [row["low"], row["high"]] for name, row in plain["parameters"].items()},
+            "rms": self.best.rms,
+            "notes": self.notes,
+        }
+        return tomli_w.dumps(document)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the law file; :func:`stickslip.load_law` reads it back where it holds a law."""
+        text = self.to_toml()
+        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+
+    def plot(self, ax: Any = None) -> Any:
+        """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes."""
+        import matplotlib.pyplot as plt
+
+        axes = plt.subplots()[1] if ax is None else ax
+        w, force, error = (self.rows[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
+        if len(w) > 500:
+            axes.plot(w, force, ".", ms=1.5, alpha=0.3, color="0.5", label="measured", rasterized=True)
+        else:
+            axes.errorbar(w, force, error, fmt="o", ms=3, color="0.4", label="measured")
+        for side in (1.0, -1.0):
+            inside = np.abs(w[w * side > 0])
+            if not len(inside):
+                continue
+            grid = side * np.linspace(inside.min(), inside.max(), 200)
+            label = self.chosen if side == math.copysign(1.0, float(w.max())) or (w < 0).all() else None
+            line = axes.plot(grid, self.best(grid), color="C0", label=label)
+            axes.fill_between(grid, *self.best.interval(grid), color=line[0].get_color(), alpha=0.25, lw=0)
+            for number, name in enumerate(self.undecided[:3], start=1):
+                axes.plot(grid, self.fits[name](grid), "--", lw=1, color=f"C{number}", label=name if label else None)
+        axes.set_xlabel("slip velocity w")
+        axes.set_ylabel("friction force f")
+        axes.legend()
+        return axes
+
+
+def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
+    """Fit friction over slip velocity and compare the forms that such a curve may have.
+
+    On the side w > 0 friction is one of the shapes: f_k (Coulomb), f_k + b w, f_k + q w², f_k + a ln(w / w₀) (steady
+    rate-and-state friction) or f_k + Δ exp(−w / w_s) + b w (Stribeck), turned over for w < 0. Each is also tried with an
+    offset that keeps its sign (a gauge's zero, gravity), with a term in the load where that was varied, and with one in
+    the place where the record tells it. All are fitted by least squares and judged by rows that were held back from the
+    fit; the simplest form within one standard error of the best is chosen.
+
+    Parameters
+    ----------
+    friction : a friction DataTree or file with the table ``steady`` or a direct force over slip velocity; or a list.
+    law : name of a law whose shape is to be fitted; default: all shapes compete.
+
+    Returns
+    -------
+    SteadyFriction.
+
+    Raises
+    ------
+    InputError
+        for records without friction over slip velocity, or too few rows for the law asked for.
+
+    Limits: no memory and no acceleration; a loop becomes its middle, and the intervals hold its width only as scatter. An
+    offset shows only where the record slides both ways. Intervals count correlated rows as fewer and stated errors that
+    are too small as larger.
+
+    Source: the choice is the one-standard-error rule of Breiman, Friedman, Olshen & Stone, Classification and Regression
+    Trees (1984), Section 3.4.3.
+
+    >>> import xarray as xr
+    >>> w = np.concatenate([np.linspace(0.1, 1, 10), -np.linspace(0.1, 1, 10)])
+    >>> f = 0.4 * np.sign(w) + 0.2 * w - 0.17 + 0.003 * np.random.default_rng(0).standard_normal(20)
+    >>> table = {"slip_velocity": ("row", w), "force": ("row", f), "force_error": ("row", np.full(20, 0.003))}
+    >>> found = fit_steady(xr.DataTree.from_dict({"/steady": xr.Dataset(table)}))
+    >>> found.chosen, found.parameters["value"].round(2).to_dict()
+    ('Coulomb + viscous, offset', {'kinetic': 0.4, 'viscous': 0.2, 'offset': -0.17})
+    """
+    items = list(friction) if isinstance(friction, list | tuple) else [friction]
+    parts, names = [], []
+    for number, item in enumerate(items, start=1):
+        name = str(item) if isinstance(item, str | Path) else f"record {number}"
+        tree = opened(Path(item)) if isinstance(item, str | Path) else item
+        parts.append(_rows(tree, name))
+        names.append(name)
+    if not parts:
+        raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
+    rows = _joined(parts)
+    notes = []
+    if float(np.sum(rows.force * np.sign(rows.w))) < 0:
+        rows = replace(rows, force=-rows.force)
+        notes.append(
+            "The force is counted against the motion in these records; it was turned over, so that friction is > 0."
+        )
+    if law is not None and law not in OF_LAW:
+        raise InputError(
+            f"identify: {law} is not a curve over slip velocity alone{did_you_mean(law, OF_LAW)}; such are "
+            f"{', '.join(OF_LAW)}, or leave --law out to compare all forms"
+        )
+    fits = {}
+    for form, terms in forms_of(rows, SHAPES if law is None else OF_LAW[law]):
+        fit = fit_form(rows, form, terms)
+        if fit is not None:
+            fits[form] = fit
+    if not fits:
+        raise InputError(
+            f"identify: {len(rows)} points of friction over slip velocity are too few for {law or 'any form'}; measure more "
+            "speeds"
+        )
+    fits = dict(sorted(fits.items(), key=lambda item: item[1].held_back))
+    chosen, undecided = _choose(fits, rows.known)
+    notes += _words(rows, fits, chosen, undecided)
+    data = {"slip_velocity": rows.w, "force": rows.force, "force_error": rows.error, "source": rows.source}
+    command = " ".join(["stickslip identify", *names, "--steady", *(["--law", law] if law else [])])
+    return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command)
+
+
+def _rows(tree: Any, name: str) -> Rows:
+    if not isinstance(tree, xr.DataTree):
+        raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
+    root = tree.to_dataset(inherit=False)
+    table = tree.children["steady"].to_dataset(inherit=False) if "steady" in tree.children else None
+    if {"time", "slip_velocity", "force"} <= set(map(str, root.variables)) and (table is None or "branch" in table):
+        w, force = root["slip_velocity"].to_numpy(), root["force"].to_numpy()
+        least = max(SENSE * float(np.quantile(np.abs(w), 0.99)), 4 * noise_level(w))
+        moving = np.abs(w) > least
+        if "stuck" in root:
+            moving &= ~root["stuck"].to_numpy().astype(bool)
+        unknown = np.full(len(w), math.nan)
+        rows = Rows(w, force, np.ones(len(w)), unknown, unknown, np.full(len(w), name), True).take(moving)
+    elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
+        count = table.sizes["row"]
+        source = np.full(count, name)
+
+        def column(key: str) -> Array:
+            return table[key].to_numpy().astype(float) if key in table else np.full(count, math.nan)
+
+        w, load = column("slip_velocity"), column("pressure" if "pressure" in table else "normal_force")
+        rows = Rows(w, column("force"), column("force_error"), load, column("displacement"), source, False)
+        rows = rows.take(np.abs(w) > 0)
+    else:
+        raise InputError(f"{name}: holds no friction over slip velocity; measure a record that slides")
+    if not len(rows) or not (np.isfinite(rows.w) & np.isfinite(rows.force)).all():
+        raise InputError(f"{name}: friction over slip velocity must be numbers at slip velocities other than zero")
+    return rows
+
+
+def _joined(parts: list[Rows]) -> Rows:
+    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
+    rows = Rows(**columns, series=all(part.series for part in parts))
+    if not (np.isfinite(rows.error) & (rows.error > 0)).all():
+        return replace(rows, error=np.ones(len(rows)))
+    # a row whose scatter happens to be small is not known that much better than the others
+    return replace(rows, error=np.maximum(rows.error, np.median(rows.error)))
+
+
+def _choose(fits: dict[str, SteadyFit], known: bool) -> tuple[str, list[str]]:
+    """The simplest form whose loss on held-back rows lies within one standard error of the best, and its equals."""
+    best = min(fits.values(), key=lambda fit: float(fit.losses.mean()))
+
+    def behind(fit: SteadyFit) -> bool:
+        parts = np.array_split(fit.losses - best.losses, min(len(best.losses), BLOCKS))
+        means = np.array([part.mean() for part in parts])
+        error = float(np.std(means, ddof=1)) / math.sqrt(len(means)) if len(means) > 1 else 0.0
+        # rows that are all met to within their errors cannot tell forms apart, however alike they are missed
+        return float(means.mean()) > error and (not known or float(np.sum(fit.losses - best.losses)) > EVIDENCE)
+
+    def cost(fit: SteadyFit) -> tuple[int, bool, float]:
+        return len(fit.parameters), not fit.form.startswith("Coulomb,"), float(fit.losses.mean())
+
+    equals = [fit for fit in fits.values() if fit is best or not behind(fit)]
+    chosen = min(equals, key=cost)
+    return chosen.form, [fit.form for fit in equals if fit is not chosen]
+
+
+def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[str]) -> list[str]:
+    best = fits[chosen]
+    notes = []
+    if len(fits) > 1:
+        notes.append(
+            f"{chosen} is the simplest of {len(fits)} forms that predicts held-back rows as well as any (rms "
+            f"{best.held_back:.3g})."
+        )
+    if undecided:
+        more = f" and {len(undecided) - 4} more" if len(undecided) > 4 else ""
+        notes.append(f"The record cannot decide between it and {'; '.join(undecided[:4])}{more}.")
+    offset = best.parameters.loc["offset"] if "offset" in best.parameters.index else None
+    if offset is not None:
+        without = fits.get(", ".join(part for part in chosen.split(", ") if part != "offset"))
+        gain = "" if without is None else f"; without it held-back rows are missed by {without.held_back:.3g}"
+        notes.append(
+            f"The force has an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) that "
+            f"keeps its sign when the motion turns, so it is no friction{gain}; it is not part of the law."
+        )
+    elif len(set(np.sign(rows.w))) == 1:
+        notes.append(
+            "All slip is one way, so an offset of the gauge or of gravity cannot be told from the kinetic force and is in it."
+        )
+    if np.isfinite(rows.load).all() and len(rows) > 3 and float(np.ptp(rows.load)) > 0:
+        tie = float(np.corrcoef(np.log(np.abs(rows.w)), rows.load)[0, 1])
+        if abs(tie) > 0.8:
+            notes.append(
+                f"Load and slip velocity are tied in these records (correlation {tie:.2f}): what is given as the one may be "
+                "the other; vary them apart."
+            )
+    if rows.series:
+        notes.append(
+            "Samples slower than a twentieth of the top speed, or not clear of their noise, were left out: there the sense "
+            "of the slip is not sure."
+        )
+    for name, row in best.parameters.iterrows():
+        if row["low"] <= 0 <= row["high"]:
+            notes.append(
+                f"{name} is not told apart from zero: {row['value']:.3g} ({row['low']:.3g} to {row['high']:.3g})."
+            )
+    return notes
