@@ -180,3 +180,13 @@ def test_paper_oscillator_sticks_up_to_a_quarter():
     for s, sticks in {0.15: True, 0.23: True, 0.27: False, 0.3: False}.items():
         events = ss.simulate(ss.paper.oscillator(s), 1500).events
         assert (events["kind"][events["t"] > 1000] == "release").any() == sticks
+
+
+def test_an_extremum_of_the_slip_speed_is_no_end_of_slip():
+    # Found by random systems: the first guess of the root fell on the extremum before it, where Halley's step is nothing.
+    law = ss.laws.Coulomb(0.748429075281788)
+    oscillator = ss.Oscillator(0.28, -0.3373455811462906, law, mass=3.0)
+    exact = ss.simulate(oscillator, 30, x0=1.2533539069422104)
+    taylor = ss.simulate(oscillator.to_system(), 30, x0=[1.2533539069422104])
+    assert exact.events["t"].to_numpy() == pytest.approx(taylor.events["t"].to_numpy(), abs=1e-12)
+    assert exact.events["t"].iloc[0] == pytest.approx(2.06778568, abs=1e-8)

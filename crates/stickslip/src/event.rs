@@ -266,7 +266,9 @@ impl<const H: usize> Search<'_, H> {
                 low = t;
             }
             let mut next = t - halley;
-            if !(next > low && next < high && halley.abs() < 0.5 * last) {
+            // Beside an extremum Halley's step is tiny far from any root; Newton's is not.
+            let near = halley.abs() < 0.5 * last && newton.abs() < last;
+            if !(next > low && next < high && near) {
                 next = 0.5 * (low + high);
             }
             last = (next - t).abs();
