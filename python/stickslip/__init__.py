@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stickslip import laws, measurement, paper, show
-    from stickslip.analysis import orbit_diagram
+    from stickslip.analysis import basins, leave_map, orbit_diagram, regime_map, return_map, section
     from stickslip.batch import simulate_many
     from stickslip.errors import InputError
     from stickslip.identification import identify
@@ -35,11 +35,13 @@ _HOME = {
     "Orbit": "orbit",
     "Oscillator": "system",
     "System": "system",
+    "basins": "analysis",
     "chain": "system",
     "force_along": "law",
     "identify": "identification",
     "integrate": "integration",
     "laws": "",
+    "leave_map": "analysis",
     "load": "orbit",
     "load_law": "law",
     "load_system": "system",
@@ -47,6 +49,9 @@ _HOME = {
     "measurement": "",
     "orbit_diagram": "analysis",
     "paper": "",
+    "regime_map": "analysis",
+    "return_map": "analysis",
+    "section": "analysis",
     "film": "tracking",
     "show": "",
     "simulate": "simulation",
@@ -63,12 +68,14 @@ __all__ = [
     "Orbit",
     "Oscillator",
     "System",
+    "basins",
     "chain",
     "film",
     "force_along",
     "identify",
     "integrate",
     "laws",
+    "leave_map",
     "load",
     "load_law",
     "load_system",
@@ -76,6 +83,9 @@ __all__ = [
     "measurement",
     "orbit_diagram",
     "paper",
+    "regime_map",
+    "return_map",
+    "section",
     "show",
     "simulate",
     "simulate_many",

@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 __all__ = [
     "BRANCHES",
     "KINDS",
+    "REGIMES",
     "STOPS",
+    "SWEEP_COLUMNS",
     "Network",
     "Orbit",
     "StateLaw",
@@ -19,6 +21,9 @@ __all__ = [
     "check_oscillator",
     "check_system",
     "force_along",
+    "regime",
+    "section",
+    "sweep",
 ]
 
 _Floats = NDArray[np.float64]
@@ -28,6 +33,8 @@ __version__: str
 KINDS: list[str]
 STOPS: list[str]
 BRANCHES: list[str]
+REGIMES: list[str]
+SWEEP_COLUMNS: list[str]
 
 @final
 class Orbit:
@@ -107,3 +114,10 @@ def check_oscillator(document: str) -> None: ...
 def check_law(document: str) -> None: ...
 def break_away(document: str, stick_time: _Floats, force_rate: _Floats) -> _Floats: ...
 def force_along(document: str, t: _Floats, w: _Floats, stuck: _Flags, force_rate: _Floats) -> _Floats: ...
+def regime(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str: ...
+def section(
+    document: str, surface: str, run: tuple[float, float | None, float, int], after: float, most: int
+) -> tuple[_Floats, int]: ...
+def sweep(
+    document: str, names: list[str], values: _Floats, look: str, chain: bool, start: tuple[float, float | None] | None
+) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...

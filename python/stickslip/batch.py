@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
+from stickslip.analysis.parameters import path_in
 from stickslip.documents import did_you_mean, number
 from stickslip.errors import InputError
 from stickslip.system import Oscillator
@@ -83,7 +84,7 @@ def simulate_many(
         if values.ndim != 1 or not np.isfinite(values).all():
             raise InputError(f"simulate_many: {name} must be a list of finite numbers, got shape {values.shape}")
     document = json.loads(system.to_json())
-    paths = [_path(name, document) for name in axes]
+    paths = [path_in(name, document, "simulate_many") for name in axes]
     grid = np.stack([mesh.ravel() for mesh in np.meshgrid(*axes.values(), indexing="ij")], axis=1)
     end = number("t_end", t_end, "simulate_many")
     kind = None if section is None else _core.KINDS.index(section)
@@ -121,22 +122,3 @@ def simulate_many(
         data |= {f"section_{name}": ([*dims, "point"], points[..., i]) for i, name in enumerate("txv")}
     attrs = {"system": json.dumps(system.to_dict()), "t_end": end, "transient": transient, "section": section or ""}
     return xr.Dataset(data, coords={**axes, "kind": _core.KINDS}, attrs=attrs)
-
-
-def _path(name: str, document: Mapping[str, Any]) -> str:
-    """The place of a name in the core's document, where forcing is a list."""
-    if name in ("x0", "v0"):
-        return name
-    if name.startswith("forcing.") and not name.split(".")[1].isdigit():
-        name = name.replace("forcing.", "forcing.0.", 1)
-    place: Any = document
-    for key in name.split("."):
-        try:
-            place = place[int(key)] if isinstance(place, list) else place[key]
-        except (KeyError, IndexError, ValueError, TypeError):
-            known = [*place] if isinstance(place, Mapping) else []
-            hint = did_you_mean(key, known)
-            raise InputError(f"simulate_many: the system has no number {name!r}{hint}") from None
-    if isinstance(place, bool) or not isinstance(place, int | float):
-        raise InputError(f"simulate_many: {name!r} is not a number of the system, so it cannot be varied")
-    return name

@@ -14,6 +14,7 @@ from stickslip import _core
 from stickslip.documents import number, write_whole
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit, Work
+from stickslip.regimes import regime_of
 from stickslip.system import Oscillator, System, system_from_dict
 
 if TYPE_CHECKING:
@@ -158,11 +159,8 @@ class NetworkOrbit(Orbit):
         pick = Ellipsis if isinstance(self.system, Oscillator) else (Ellipsis, contact)
         stuck, w = late["stuck"][pick], late["slip_velocity"][pick]
         events = self.events[(self.events["t"] >= start) & (self.events["contact"] == contact)]
-        if (events["kind"] == "release").any() or stuck.any():
-            return "at_rest" if stuck.all() else "stick_slip"
-        if np.ptp(w) <= 2e-3 * np.abs(w).max():
-            return "stable_slip"
-        return "almost_harmonic" if w.min() * w.max() > 0 else "back_and_forth"
+        sticks = bool((events["kind"] == "release").any() or stuck.any())
+        return regime_of(float(stuck.mean()), sticks, float(w.min()), float(w.max()))
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file: the sampled motion at the root, the groups ``events`` and ``segments`` (the Taylor steps).

@@ -14,14 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip import _core
 from stickslip.documents import write_whole
 from stickslip.errors import InputError
+from stickslip.regimes import regime_of
 from stickslip.system import Oscillator
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-#: Regimes that :meth:`Orbit.regime` tells apart.
-REGIMES = ("stick_slip", "almost_harmonic", "stable_slip", "back_and_forth", "at_rest")
 
 
 @dataclass(frozen=True)
@@ -150,8 +148,8 @@ class Orbit:
         Returns
         -------
         ``"stick_slip"``: adhesion breaks again and again; ``"at_rest"``: stuck throughout; ``"stable_slip"``: slip velocity
-        constant within 0.1 % of the drive velocity; ``"almost_harmonic"``: it oscillates and keeps its sign;
-        ``"back_and_forth"``: it changes its sign without sticking.
+        constant within 0.2 % of its size; ``"almost_harmonic"``: it oscillates and keeps its sign; ``"back_and_forth"``: it
+        changes its sign without sticking. The words and their criteria stand in :data:`stickslip.regimes.REGIMES`.
 
         Limits: a slow transient near a threshold needs a longer orbit; look at two lengths.
         """
@@ -161,13 +159,9 @@ class Orbit:
         times = self.times()
         late = self.to_xarray(times[times >= start])
         kinds = self.events["kind"][self.events["t"] >= start]
-        stuck = late["stuck"].to_numpy()
-        if (kinds == "release").any() or stuck.any():
-            return "at_rest" if stuck.all() else "stick_slip"
-        w = late["slip_velocity"].to_numpy()
-        if np.ptp(w) <= 2e-3 * np.abs(w).max():
-            return "stable_slip"
-        return "almost_harmonic" if w.min() * w.max() > 0 else "back_and_forth"
+        stuck, w = late["stuck"].to_numpy(), late["slip_velocity"].to_numpy()
+        sticks = bool((kinds == "release").any() or stuck.any())
+        return regime_of(float(stuck.mean()), sticks, float(w.min()), float(w.max()))
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file: the sampled motion at the root, the groups ``events`` and ``segments``.

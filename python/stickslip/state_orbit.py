@@ -15,6 +15,7 @@ from stickslip import _core
 from stickslip.documents import write_whole
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit, Work
+from stickslip.regimes import regime_of
 from stickslip.state_laws import StateLaw
 from stickslip.system import Oscillator
 
@@ -180,14 +181,9 @@ class StateOrbit(Orbit):
             raise InputError(f"regime: transient must lie in [0, 1), got {transient}")
         times = self.times()
         w = self._states(times[times >= transient * self.t_end])[1]
-        fastest = np.abs(w).max()
-        if fastest <= 1e-6 * abs(self.system.drive_velocity):
-            return "at_rest"
-        if np.ptp(w) <= 2e-3 * fastest:
-            return "stable_slip"
-        if _creeps(w).mean() > 0.01:
-            return "stick_slip"
-        return "almost_harmonic" if w.min() * w.max() > 0 else "back_and_forth"
+        rests = np.abs(w).max() <= 1e-6 * abs(self.system.drive_velocity)
+        creeps = bool(_creeps(w).mean() > 0.01)
+        return regime_of(float(rests), creeps, float(w.min()), float(w.max()))
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file with the sampled motion and the group ``events``; the steps of the integrator are not kept."""

@@ -3,6 +3,7 @@
 mod batch;
 mod network;
 mod state;
+mod sweep;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
@@ -13,6 +14,7 @@ use stickslip::event::Work;
 use stickslip::law::{self, Friction, Law};
 use stickslip::mode::Kind;
 use stickslip::orbit::{self, Segment};
+use stickslip::regime::Regime;
 use stickslip::simulate::{self, Run, Stop};
 use stickslip::state_oscillator::StateOscillator;
 use stickslip::structure::Oscillator;
@@ -290,14 +292,25 @@ fn force_along<'py>(
     .map_err(|error| refused(&error))
 }
 
+/// The kind of a steady motion, by its name.
+#[pyfunction]
+fn regime(stuck_share: f64, sticks: bool, w_min: f64, w_max: f64) -> &'static str {
+    Regime::of(stuck_share, sticks, [w_min, w_max]).name()
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("KINDS", Kind::ALL.map(Kind::name))?;
     module.add("BRANCHES", law::BRANCHES)?;
+    module.add("REGIMES", Regime::ALL.map(Regime::name))?;
+    module.add("SWEEP_COLUMNS", sweep::COLUMNS)?;
     module.add("STOPS", Stop::ALL.map(Stop::name))?;
     module.add_class::<Orbit>()?;
     module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
+    module.add_function(wrap_pyfunction!(regime, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::section, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
     module.add_class::<network::Network>()?;
     module.add_function(wrap_pyfunction!(network::check_system, module)?)?;
     module.add_class::<state::Law>()?;

@@ -105,34 +105,12 @@ impl Batch {
     fn row(&self, index: usize) -> Result<Row, Error> {
         let width = self.names.len();
         let values = &self.values[index * width..(index + 1) * width];
-        let at = |error: Error| {
-            let row: Vec<String> = self
-                .names
-                .iter()
-                .zip(values)
-                .map(|(name, value)| format!("{name} = {value}"))
-                .collect();
-            Error::Document {
-                reason: format!("run {index} ({}): {error}", row.join(", ")),
-            }
-        };
-        let mut document = self.document.clone();
-        let mut run = Run {
+        let at = |error| placed(index, &self.names, values, &error);
+        let run = Run {
             max_events: self.max_events,
             ..Run::stuck(self.t_end)
         };
-        for (name, &value) in self.names.iter().zip(values) {
-            match name.as_str() {
-                "x0" => run.x0 = value,
-                "v0" => run.v0 = Some(value),
-                path => *place(&mut document, path).map_err(at)? = value.into(),
-            }
-        }
-        let oscillator: Oscillator = serde_json::from_value(document).map_err(|error| {
-            at(Error::Document {
-                reason: error.to_string(),
-            })
-        })?;
+        let (oscillator, run) = varied(&self.document, &self.names, values, run).map_err(at)?;
         let mut tally = Tally {
             after: self.after,
             section: self.section,
@@ -160,6 +138,36 @@ impl Batch {
             tally.row.last = (state.x, state.v);
         }
         Ok(tally.row)
+    }
+}
+
+/// An oscillator and the run with `values` in the places of `names`: paths in the document, or `x0` and `v0` of the run.
+pub(crate) fn varied(
+    document: &Value,
+    names: &[String],
+    values: &[f64],
+    mut run: Run,
+) -> Result<(Oscillator, Run), Error> {
+    let mut document = document.clone();
+    for (name, &value) in names.iter().zip(values) {
+        match name.as_str() {
+            "x0" => run.x0 = value,
+            "v0" => run.v0 = Some(value),
+            path => *place(&mut document, path)? = value.into(),
+        }
+    }
+    let oscillator = serde_json::from_value(document).map_err(|error| Error::Document {
+        reason: error.to_string(),
+    })?;
+    Ok((oscillator, run))
+}
+
+/// An error with the run it belongs to.
+pub(crate) fn placed(index: usize, names: &[String], values: &[f64], error: &Error) -> Error {
+    let pairs = names.iter().zip(values);
+    let row: Vec<String> = pairs.map(|(name, value)| format!("{name} = {value}")).collect();
+    Error::Document {
+        reason: format!("run {index} ({}): {error}", row.join(", ")),
     }
 }
 

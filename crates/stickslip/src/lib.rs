@@ -12,6 +12,9 @@
 //! | [`simulate`] | the loop, and why it stopped |
 //! | [`orbit`] | what a run returns, evaluable at any time |
 //! | [`batch`] | many runs over parameters and starts, on all cores |
+//! | [`section`] | the states in which a motion meets a surface |
+//! | [`regime`] | the kind of a steady motion, in one word |
+//! | [`sweep`] | steady motions over parameters and starts: regime, period, extremes, points |
 //! | [`replay`] | a law along a measured motion |
 //! | [`system`] | masses, matrices, contacts, drives |
 //! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
@@ -44,10 +47,13 @@ mod matrix;
 pub mod mode;
 pub mod network;
 pub mod orbit;
+pub mod regime;
 pub mod replay;
+pub mod section;
 pub mod series;
 pub mod simulate;
 pub mod state_law;
 pub mod state_oscillator;
 pub mod structure;
+pub mod sweep;
 pub mod system;

@@ -4,6 +4,8 @@
 //! chooses adhesion whenever the force it asks for is within the break-away force at stick time zero. Otherwise the mass slips
 //! in the direction of the force that adhesion could not bear, starting with the break-away force at stick time zero.
 
+use serde::Deserialize;
+
 use crate::event::Start;
 use crate::flow::exact::Frame;
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
@@ -36,7 +38,8 @@ pub enum Mode {
 }
 
 /// What happens at an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[repr(u8)]
 pub enum Kind {
     /// Adhesion breaks.

@@ -36,11 +36,10 @@ def quiet_window(noise: float, step: float, drive_velocity: float) -> int:
 
 
 def regime(slip_velocity: Array, drive_velocity: float, slow: float, rigid: bool, sticks: int, cycles: int) -> str:
-    """``"stick_slip"``, ``"almost_harmonic"``, ``"intermittent"`` or ``"stable_slip"``.
+    """``"stick_slip"``, ``"almost_harmonic"`` or ``"stable_slip"``, the words of `stickslip.regimes` for a record with noise.
 
     - ``stable_slip``: the slip velocity scatters by less than 0.1 V;
-    - where sticks are exact (`rigid`): ``stick_slip`` if at least four in five cycles stick, ``almost_harmonic`` if at
-      most one in five does, else ``intermittent``;
+    - where sticks are exact (`rigid`): ``stick_slip`` if more than one in five cycles sticks, else ``almost_harmonic``;
     - where the mass creeps: ``stick_slip``, be it fast, if |w| < 0.2 V for at least 25 % of the time, else
       ``almost_harmonic``.
 
@@ -56,7 +55,4 @@ def regime(slip_velocity: Array, drive_velocity: float, slow: float, rigid: bool
         return "stable_slip"
     if not rigid:
         return "stick_slip" if slow >= LINGERS else "almost_harmonic"
-    share = sticks / max(cycles, 1)
-    if share >= 0.8:
-        return "stick_slip"
-    return "almost_harmonic" if share <= 0.2 else "intermittent"
+    return "stick_slip" if sticks > 0.2 * cycles else "almost_harmonic"

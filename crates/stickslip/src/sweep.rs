@@ -1,0 +1,367 @@
+//! Steady motions over parameters and starts, told apart while they run: memory does not grow with their length.
+//!
+//! Each run has a transient and then a window that is looked at: its extremes, how it meets a section, and after how many
+//! returns to the section it repeats. Rows may stand alone, or follow each other, each starting where the one before ended.
+
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::batch::{placed, varied};
+use crate::error::{Error, positive};
+use crate::mode::Kind;
+use crate::orbit::Event;
+use crate::regime::Regime;
+use crate::section::{Course, Cut, Passing, Point, Surface, View, follow, keep};
+use crate::simulate::{Run, Stop};
+use crate::structure::Oscillator;
+
+/// What is looked at in each run. A *period* is that of the first forcing, or the natural one 2π √(m/k).
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Look {
+    /// Periods that are left out.
+    pub transient: f64,
+    /// Periods that are looked at after them.
+    pub window: f64,
+    /// A motion repeats where its states in the section do, to this part of its extent.
+    pub tolerance: f64,
+    /// The section; none: [`Surface::usual`].
+    pub surface: Option<Surface>,
+    /// How many turning points and points of the section are kept.
+    pub points: usize,
+    /// Most events of each run.
+    pub max_events: u64,
+}
+
+/// Returns to the section that are compared with each other, at most.
+const RETURNS: usize = 256;
+
+/// What is kept of one run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Steady {
+    /// The kind of motion.
+    pub regime: Regime,
+    /// Returns to the section after which it repeats; 0 where it does not; 1 for a motion that rests.
+    pub period: u32,
+    /// Maxima of x until it repeats.
+    pub loops: u32,
+    /// Time until it repeats; not a number where it does not.
+    pub period_time: f64,
+    /// Least and greatest position.
+    pub x: [f64; 2],
+    /// Least and greatest slip velocity.
+    pub w: [f64; 2],
+    /// Mean position and velocity in the section, over one period or, where there is none, over all returns.
+    pub mean: (f64, f64),
+    /// The share of the time in which the mass sticks.
+    pub stuck_share: f64,
+    /// Where the next run goes on: position, and velocity unless stuck.
+    pub end: (f64, Option<f64>),
+    /// Events of the whole run.
+    pub events: u64,
+    /// Why it ended.
+    pub stop: Stop,
+    /// Positions where ẋ changes its sign, the last of them in time.
+    pub turning_x: VecDeque<f64>,
+    /// Slip velocities where ẇ changes its sign, 0 while the mass sticks.
+    pub turning_w: VecDeque<f64>,
+    /// The last returns to the section.
+    pub section: VecDeque<Point>,
+}
+
+/// Many runs of one oscillator.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    /// The document of the oscillator that is varied.
+    pub document: Value,
+    /// What is varied: paths in the document such as `forcing.0.amplitude`, or `x0` and `v0`.
+    pub names: Vec<String>,
+    /// The values, a row for each run.
+    pub values: Vec<f64>,
+    /// What is looked at.
+    pub look: Look,
+}
+
+impl Sweep {
+    /// How many runs there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.values.len() / self.names.len().max(1)
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// One run, from `start` unless the row says otherwise; none: stuck at x = 0.
+    ///
+    /// # Errors
+    /// Values that make no sense.
+    pub fn row(&self, index: usize, start: Option<(f64, Option<f64>)>) -> Result<Steady, Error> {
+        let width = self.names.len();
+        let values = &self.values[index * width..(index + 1) * width];
+        let (x0, v0) = start.unwrap_or((0.0, None));
+        let run = Run {
+            x0,
+            v0,
+            max_events: self.look.max_events,
+            ..Run::stuck(1.0)
+        };
+        varied(&self.document, &self.names, values, run)
+            .and_then(|(oscillator, run)| steady(&oscillator, run, &self.look))
+            .map_err(|error| placed(index, &self.names, values, &error))
+    }
+
+    /// The runs of a range of rows, each from where the one before ended, the first from `start`. A mass that sticks there
+    /// sticks again; what a law remembers begins anew.
+    ///
+    /// # Errors
+    /// The first row whose values make no sense.
+    pub fn chain(
+        &self,
+        range: Range<usize>,
+        mut start: Option<(f64, Option<f64>)>,
+    ) -> Result<Vec<Steady>, Error> {
+        let mut rows = Vec::with_capacity(range.len());
+        for index in range {
+            let row = self.row(index, start)?;
+            // What ran away or got stuck in time is no start for its neighbour.
+            start = (row.stop == Stop::End).then_some(row.end);
+            rows.push(row);
+        }
+        Ok(rows)
+    }
+}
+
+/// The steady motion of an oscillator; the time of `run` is that of the look.
+///
+/// # Errors
+/// The first value of the oscillator, the run or the look that makes no sense.
+pub fn steady(oscillator: &Oscillator, run: Run, look: &Look) -> Result<Steady, Error> {
+    match oscillator.forcing.len() {
+        0 => look_at::<0>(oscillator, run, look),
+        1 => look_at::<1>(oscillator, run, look),
+        2 => look_at::<2>(oscillator, run, look),
+        3 => look_at::<3>(oscillator, run, look),
+        _ => look_at::<4>(oscillator, run, look),
+    }
+}
+
+fn look_at<const H: usize>(oscillator: &Oscillator, run: Run, look: &Look) -> Result<Steady, Error> {
+    oscillator.validate()?;
+    let period = match oscillator.forcing.first() {
+        Some(harmonic) => TAU / harmonic.frequency,
+        None => TAU * (oscillator.mass / oscillator.stiffness).sqrt(),
+    };
+    let surface = look.surface.unwrap_or_else(|| Surface::usual(oscillator));
+    surface.validate()?;
+    positive("tolerance", look.tolerance)?;
+    let after = look.transient * period;
+    let run = Run {
+        t_end: (look.transient + look.window) * period,
+        ..run
+    };
+    let mut watch = Watch {
+        drive_velocity: oscillator.drive_velocity,
+        points: look.points,
+        passing: Passing::new(&surface),
+        turns_x: Cut::new([0.0, 1.0, 0.0], 0.0, 0),
+        turns_w: Cut::new([0.0, 0.0, 1.0], 0.0, 0),
+        x: [f64::INFINITY, f64::NEG_INFINITY],
+        v: [f64::INFINITY, f64::NEG_INFINITY],
+        sticks: false,
+        stuck: 0.0,
+        total: 0.0,
+        loops: 0,
+        rises: false,
+        returns: VecDeque::new(),
+        met: VecDeque::new(),
+        turning_x: VecDeque::new(),
+        turning_w: VecDeque::new(),
+        end: (run.x0, run.v0),
+    };
+    let (stop, events) = follow::<H>(oscillator, run, after, &mut watch)?;
+    Ok(watch.summary(look, stop, events))
+}
+
+/// A motion as it passes.
+struct Watch {
+    drive_velocity: f64,
+    points: usize,
+    passing: Passing,
+    turns_x: Cut,
+    turns_w: Cut,
+    x: [f64; 2],
+    v: [f64; 2],
+    sticks: bool,
+    stuck: f64,
+    total: f64,
+    loops: u32,
+    rises: bool,
+    /// Points of the section, and how many maxima of x came before.
+    returns: VecDeque<(Point, u32)>,
+    /// Points of the section in the course that passes.
+    met: VecDeque<Point>,
+    turning_x: VecDeque<f64>,
+    turning_w: VecDeque<f64>,
+    end: (f64, Option<f64>),
+}
+
+fn widen(range: &mut [f64; 2], value: f64) {
+    *range = [range[0].min(value), range[1].max(value)];
+}
+
+impl<const H: usize> View<H> for Watch {
+    fn pass(&mut self, course: &Course<H>, span: (f64, f64), last: bool) {
+        let Self {
+            points,
+            x,
+            v,
+            loops,
+            rises,
+            returns,
+            met,
+            turning_x,
+            turning_w,
+            ..
+        } = self;
+        self.passing
+            .pass(course, span, last, &mut |point| met.push_back(point));
+        let first = course.point(span.0);
+        if x[0] > x[1] {
+            *rises = first.v > 0.0;
+        }
+        widen(x, first.x);
+        widen(v, first.v);
+        self.turns_x.pass(course, span, &mut |point| {
+            widen(x, point.x);
+            keep(turning_x, *points, point.x);
+            // Returns and maxima in the order of time.
+            while let Some(&before) = met.front().filter(|before| before.t < point.t) {
+                keep(returns, RETURNS, (before, *loops));
+                met.pop_front();
+            }
+            *loops += u32::from(*rises);
+            *rises = !*rises;
+        });
+        self.turns_w.pass(course, span, &mut |point| {
+            widen(v, point.v);
+            keep(turning_w, *points, self.drive_velocity - point.v);
+        });
+        for point in met.drain(..) {
+            keep(returns, RETURNS, (point, *loops));
+        }
+        self.total += span.1 - span.0;
+        if course.direction == 0.0 {
+            self.sticks = true;
+            self.stuck += span.1 - span.0;
+        }
+        if last {
+            let end = course.point(span.1);
+            widen(&mut self.x, end.x);
+            widen(&mut self.v, end.v);
+            self.end = (end.x, (course.direction != 0.0).then_some(end.v));
+        }
+    }
+
+    fn event(&mut self, event: Event) {
+        self.sticks |= matches!(event.kind, Kind::Release | Kind::Capture);
+        // Told before the course that it ends has passed.
+        self.met.extend(self.passing.event(&event));
+    }
+}
+
+impl Watch {
+    fn summary(mut self, look: &Look, stop: Stop, events: u64) -> Steady {
+        let w = [self.drive_velocity - self.v[1], self.drive_velocity - self.v[0]];
+        let stuck_share = self.stuck / self.total;
+        let regime = match stop {
+            Stop::Diverged => Regime::Diverged,
+            Stop::End => Regime::of(stuck_share, self.sticks, w),
+            Stop::MaxEvents | Stop::Accumulation => Regime::Unfinished,
+        };
+        let rests = matches!(regime, Regime::StableSlip | Regime::AtRest);
+        let period = if rests {
+            1
+        } else if stop == Stop::End {
+            self.repeats(look.tolerance)
+        } else {
+            0
+        };
+        let (mut loops, mut period_time) = (0, f64::NAN);
+        if period > 0 && !rests {
+            let last = self.returns.len() - 1;
+            let (now, before) = (self.returns[last], self.returns[last - period]);
+            loops = now.1 - before.1;
+            period_time = now.0.t - before.0.t;
+        }
+        // A motion that rests turns nowhere; its place stands for the points.
+        if rests {
+            self.turning_x = std::iter::repeat_n(self.end.0, look.points.min(1)).collect();
+            let w = self.end.1.map_or(0.0, |v| self.drive_velocity - v);
+            self.turning_w = std::iter::repeat_n(w, look.points.min(1)).collect();
+        }
+        let cycle = if period > 0 && !rests {
+            period
+        } else {
+            self.returns.len()
+        };
+        let mean = |pick: fn(&Point) -> f64| {
+            let recent = self.returns.iter().rev().take(cycle);
+            recent.map(|(point, _)| pick(point)).sum::<f64>() / cycle as f64
+        };
+        let mean = if rests {
+            (self.end.0, self.end.1.unwrap_or(self.drive_velocity))
+        } else {
+            (mean(|point| point.x), mean(|point| point.v))
+        };
+        let skipped = self.returns.len().saturating_sub(look.points);
+        Steady {
+            regime,
+            period: u32::try_from(period).unwrap_or(0),
+            loops,
+            period_time,
+            x: self.x,
+            w,
+            mean,
+            stuck_share,
+            end: self.end,
+            events,
+            stop,
+            turning_x: self.turning_x,
+            turning_w: self.turning_w,
+            section: self
+                .returns
+                .iter()
+                .skip(skipped)
+                .map(|&(point, _)| point)
+                .collect(),
+        }
+    }
+
+    /// The fewest returns to the section after which all of them repeat; 0 where they do not.
+    fn repeats(&self, tolerance: f64) -> usize {
+        let count = self.returns.len();
+        let near = |one: f64, other: f64, extent: f64| (one - other).abs() <= tolerance * extent;
+        let (wide, fast) = (self.x[1] - self.x[0], self.v[1] - self.v[0]);
+        let point = |index: usize| self.returns[index].0;
+        (1..=count / 2)
+            .find(|&period| {
+                let lasts = point(count - 1).t - point(count - 1 - period).t;
+                count >= period + 2
+                    && (period..count).all(|index| {
+                        let (now, before) = (point(index), point(index - period));
+                        near(now.x, before.x, wide)
+                            && near(now.v, before.v, fast)
+                            && near(now.t - before.t, lasts, lasts)
+                    })
+            })
+            .unwrap_or(0)
+    }
+}

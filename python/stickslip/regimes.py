@@ -1,0 +1,32 @@
+"""The words for kinds of motion, simulated or measured, and what each means."""
+
+from __future__ import annotations
+
+from stickslip import _core
+
+#: The criteria in their order, after a transient that is left out. They are decided in one place of the core; a measured
+#: record, where a stick is never exact, has the same words by the criteria of `stickslip.measurement.regime`.
+REGIMES = {
+    "diverged": "the motion grew beyond all numbers",
+    "unfinished": "the run ended before its time: too many events, or an accumulation of them",
+    "at_rest": "stuck throughout",
+    "stick_slip": "adhesion holds and breaks, again and again",
+    "stable_slip": "the slip velocity is constant within 0.2 % of its size",
+    "almost_harmonic": "the slip velocity oscillates and keeps its sign",
+    "back_and_forth": "the slip velocity changes its sign without a stick",
+}
+
+
+def regime_of(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str:
+    """The kind of a motion.
+
+    Parameters
+    ----------
+    stuck_share : share of the time in which the mass sticks, in [0, 1].
+    sticks : whether adhesion held or broke at any time.
+    w_min, w_max : extremes of the slip velocity.
+
+    >>> regime_of(0.0, False, 0.1, 0.5), regime_of(0.3, True, 0.0, 1.0)
+    ('almost_harmonic', 'stick_slip')
+    """
+    return _core.regime(stuck_share, sticks, w_min, w_max)

@@ -1,0 +1,162 @@
+"""Sections against the whole orbit they are cut from, and maps from one return to the next."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.analysis.parameters import document_of
+from stickslip.analysis.rows import Chunk, Look
+from stickslip.analysis.sections import Surface, points_of
+
+FORCED = ss.Oscillator(
+    damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 0.7)
+)
+SYSTEMS = {
+    "forced": FORCED,
+    "two branches": ss.paper.oscillator(0.2),
+    "two branches, forced": ss.paper.oscillator(0.3, ss.Harmonic(0.3, 1.1)),
+    "dwell": ss.Oscillator(damping=0.02, drive_velocity=0.1, law=ss.laws.DwellTime(0.6, 1.0, 0.5)),
+    "overdamped": ss.Oscillator(
+        damping=2.5, drive_velocity=0.1, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(1.5, 0.3)
+    ),
+    "two tones": ss.Oscillator(
+        damping=0.1,
+        drive_velocity=0.2,
+        law=ss.laws.Coulomb(0.5),
+        forcing=[ss.Harmonic(0.8, 0.9), ss.Harmonic(0.3, 2.3, 1.0)],
+    ),
+}
+
+
+@pytest.fixture(params=SYSTEMS.values(), ids=list(SYSTEMS))
+def system(request):
+    return request.param
+
+
+def test_a_stroboscopic_section_is_the_orbit_at_these_times(system):
+    points = ss.section(system, "strobe", period=2.5, start=0.7, t_end=200, transient=0.25)
+    times = 0.7 + 2.5 * np.arange(20, 80)
+    np.testing.assert_allclose(points["t"], times, rtol=1e-15)
+    x, v = ss.simulate(system, 200).at(times)
+    np.testing.assert_allclose(points["x"], x, atol=1e-13)
+    np.testing.assert_allclose(points["v"], v, atol=1e-13)
+
+
+@pytest.mark.parametrize("kind", ["release", "capture"])
+def test_a_section_at_events_is_the_table_of_events(system, kind):
+    if system is SYSTEMS["two tones"]:
+        kind = "crossing"  # it never sticks
+    points = ss.section(system, kind, t_end=200, transient=0.5)
+    table = ss.simulate(system, 200).events.query("kind == @kind and t >= 100")
+    assert len(table) > 3
+    for name in ("t", "x", "v", "force", "stick_time", "force_rate"):
+        np.testing.assert_array_equal(points[name], table[name])
+
+
+@pytest.mark.parametrize("direction", [-1, 0, 1])
+@pytest.mark.parametrize(("normal", "level"), [((0, 1), 0.0), ((1, 0), 0.3), ((0.6, -0.8), 0.2)])
+def test_a_line_of_the_phase_plane_is_crossed_where_the_orbit_crosses_it(system, normal, level, direction):
+    points = ss.section(system, normal=normal, level=level, direction=direction, t_end=150, transient=0.3)
+    np.testing.assert_allclose(normal[0] * points["x"] + normal[1] * points["v"], level, atol=1e-12)
+    # The other way of finding them: signs at 200 samples a period of the stored orbit.
+    surface = Surface(normal=(*map(float, normal), 0.0), level=level, direction=direction)
+    seen = points_of(ss.simulate(system, 150), surface, 45.0)
+    np.testing.assert_allclose(points["t"], seen[:, 0], atol=1e-8)
+
+
+def test_a_grazing_pair_of_crossings_is_not_missed():
+    # x = cos t exactly: no friction acts, for the mass slips without force. The line x = 1 − 1e-10 is crossed twice within
+    # 2 arccos(1 − 1e-10) = 2.8e-5 time units, at every turn of 2π.
+    free = ss.Oscillator(damping=0.0, drive_velocity=10.0, law=ss.laws.Coulomb(0.0))
+    points = ss.section(free, normal=(1, 0), level=1 - 1e-10, t_end=60, transient=0.0, x0=1.0, v0=0.0)
+    half = np.arccos(1 - 1e-10)
+    turns = 2 * np.pi * np.arange(1, 10)
+    expected = np.sort(np.concatenate([[half], turns - half, turns + half]))
+    np.testing.assert_allclose(points["t"], expected[expected < 60], atol=1e-9)
+
+
+def test_the_last_points_are_kept_and_memory_does_not_grow():
+    every = ss.section(FORCED, t_end=2000, transient=0.0)
+    last = ss.section(FORCED, t_end=2000, transient=0.0, most=7)
+    np.testing.assert_array_equal(every["x"][-7:], last["x"])
+    assert every["phase"].max() < 1e-9 or every["phase"].max() > 6.28
+
+
+def test_sections_of_smooth_laws_and_many_masses():
+    smooth = ss.Oscillator(damping=0.0, drive_velocity=0.1, law=ss.laws.ExponentialStribeck(1.0, 0.6, 0.1))
+    maxima = ss.section(smooth, t_end=200)
+    assert np.abs(maxima["v"]).max() < 1e-8
+    pair = ss.chain(2, coupling=1.0, law=ss.laws.StaticKinetic(1.0, 0.6), drive_velocity=0.1)
+    for contact in (0, 1):
+        points = ss.section(pair, "release", t_end=200, contact=contact)
+        table = ss.simulate(pair, 200).events.query("kind == 'release' and t >= 100 and contact == @contact")
+        np.testing.assert_array_equal(points["t"], table["t"])
+
+
+def test_the_leave_map_predicts_the_releases_of_an_orbit():
+    points = ss.section(FORCED, "release", t_end=600, transient=0.2)
+    phase = points["phase"].to_numpy()
+    forward = points["force"].to_numpy() > 0
+    image = ss.leave_map(FORCED, phase[:-1][forward[:-1]])["image"].to_numpy()
+    turn = np.exp(1j * (image - phase[1:][forward[:-1]]))
+    assert len(image) > 20
+    np.testing.assert_allclose(np.abs(turn - 1), 0, atol=1e-9)
+
+
+def test_a_fixed_point_of_the_leave_map_is_a_periodic_motion():
+    system = ss.Oscillator(
+        damping=0.0, drive_velocity=0.2, law=ss.laws.StaticKinetic(1.0, 0.6), forcing=ss.Harmonic(0.1, 0.75)
+    )
+    points = ss.section(system, "release", t_end=4000, transient=0.9)
+    theta = float(points["phase"][-1])
+    near = ss.leave_map(system, theta + np.array([-1e-4, 0.0, 1e-4]))
+    assert abs(float(near["image"][1]) - theta) < 1e-9
+    assert abs(float(near["slope"][1])) < 1
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: ss.section(FORCED, "relase", t_end=10), "did you mean 'release'"),
+        (lambda: ss.section(SYSTEMS["dwell"], "strobe", t_end=10), "no forcing; say the period"),
+        (lambda: ss.section(FORCED, period=-1.0, t_end=10), "period must be greater than 0"),
+        (lambda: ss.section(FORCED, normal=(0, 0), t_end=10), "two numbers"),
+        (lambda: ss.section(FORCED, "release", normal=(1, 0), t_end=10), "on be left out"),
+        (lambda: ss.section(FORCED, normal=(1, 0), direction=2, t_end=10), "direction must be"),
+        (lambda: ss.section(FORCED, t_end=0.0), "t_end"),
+        (lambda: ss.section(FORCED, t_end=10, most=0), "most must be"),
+        (lambda: ss.return_map(ss.section(FORCED, t_end=100), "speed"), "quantity must be one of t, x, v"),
+        (lambda: ss.return_map(ss.section(FORCED, t_end=10)), "simulate longer"),
+        (lambda: ss.leave_map(SYSTEMS["dwell"], [0.0]), "one harmonic force"),
+        (lambda: ss.leave_map(SYSTEMS["two branches, forced"], [0.0]), "more than one dimension"),
+    ],
+)
+def test_refusals_are_one_sentence(call, sentence):
+    with pytest.raises(ss.InputError, match=sentence) as refusal:
+        call()
+    assert "\n" not in str(refusal.value)
+
+
+def test_rows_of_the_core_agree_with_those_from_whole_orbits(system):
+    look = Look(transient=40, window=20, tolerance=1e-6, points=12)
+    values = np.linspace(0.05, 0.6, 8)[:, None]
+    chunk = Chunk(system.to_json(), ("drive_velocity",), values, look)
+    core, whole = chunk.compute(), chunk._one_by_one(document_of(system), values)
+    assert core.keys() >= whole.keys()
+    for name in ("regime", "period", "loops", "stop", "events"):
+        np.testing.assert_array_equal(core[name], whole[name], err_msg=name)
+    for name in (
+        "amplitude",
+        "x_min",
+        "x_max",
+        "x_mean",
+        "v_mean",
+        "period_time",
+        "section_t",
+        "section_x",
+        "section_v",
+    ):
+        np.testing.assert_allclose(core[name], whole[name], atol=1e-7, err_msg=name)
+    # What is sampled 200 times a period misses a corner of w by a step.
+    for name in ("w_min", "w_max", "stuck_share"):
+        np.testing.assert_allclose(core[name], whole[name], atol=0.02, err_msg=name)
