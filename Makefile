@@ -73,8 +73,8 @@ format: .venv/.installed .tools/.rust
 	$(BIN)/ruff check --quiet --fix-only .
 	$(BIN)/ruff format --quiet .
 
-bench: .venv/.built
-	$(BIN)/python benchmarks/run.py
+bench: .venv/.built .venv/.peers
+	$(BIN)/python benchmarks/run.py -o docs/speed.md
 
 setup: .venv/.built
 
@@ -82,6 +82,9 @@ setup: .venv/.built
 lock: $(UV)
 	$(UV) pip compile --quiet --universal --python-version 3.11 --group dev --generate-hashes --no-emit-index-url \
 		--no-emit-find-links --custom-compile-command "make lock" $(UPGRADE) pyproject.toml --output-file requirements.lock
+	$(UV) pip compile --quiet --universal --python-version 3.11 --group bench --constraint requirements.lock --generate-hashes \
+		--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" $(UPGRADE) pyproject.toml \
+		--output-file benchmarks/requirements.lock
 
 clean:
 	rm -rf .venv .tools target demo-report .hypothesis .mypy_cache .pytest_cache .ruff_cache
@@ -111,6 +114,11 @@ $(UV):
 	@test -n "$(PYTHON)" || { echo "stickslip needs Python 3.11 or newer: install it, or name it with make PYTHON=..." >&2; exit 1; }
 	@$(BIN)/python -c '' 2>/dev/null || $(UV) venv --quiet --clear --no-python-downloads --python "$(PYTHON)" .venv
 	$(UV) pip sync --quiet --python $(BIN)/python --require-hashes --compile-bytecode requirements.lock
+	@touch $@
+
+# The other solvers of `make bench`, into the same environment: nothing else needs them.
+.venv/.peers: benchmarks/requirements.lock .venv/.installed
+	$(UV) pip install --quiet --python $(BIN)/python --require-hashes --requirement benchmarks/requirements.lock
 	@touch $@
 
 # Built by the maturin of requirements.lock, so that it too is checked by its hash and a rebuild needs no network.
