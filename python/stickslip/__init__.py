@@ -12,7 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stickslip import laws, measurement, paper, show
+    from stickslip import laws, measurement, paper, show, stability
     from stickslip.analysis import basins, leave_map, orbit_diagram, regime_map, return_map, section
     from stickslip.batch import simulate_many
     from stickslip.errors import InputError
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from stickslip.measurement import measure
     from stickslip.orbit import Orbit, load
     from stickslip.simulation import simulate
+    from stickslip.stability.cycles import periodic_orbit
     from stickslip.system import Contact, Drive, Force, Harmonic, Oscillator, System, chain, load_system
     from stickslip.tracking import film, track
 
@@ -49,6 +50,7 @@ _HOME = {
     "measurement": "",
     "orbit_diagram": "analysis",
     "paper": "",
+    "periodic_orbit": "stability.cycles",
     "regime_map": "analysis",
     "return_map": "analysis",
     "section": "analysis",
@@ -56,6 +58,7 @@ _HOME = {
     "show": "",
     "simulate": "simulation",
     "simulate_many": "batch",
+    "stability": "",
     "track": "tracking",
 }
 
@@ -83,12 +86,14 @@ __all__ = [
     "measurement",
     "orbit_diagram",
     "paper",
+    "periodic_orbit",
     "regime_map",
     "return_map",
     "section",
     "show",
     "simulate",
     "simulate_many",
+    "stability",
     "track",
 ]
 

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "BRANCHES",
+    "ENDINGS",
     "KINDS",
     "REGIMES",
     "STOPS",
@@ -20,10 +21,13 @@ __all__ = [
     "check_law",
     "check_oscillator",
     "check_system",
+    "follow",
     "force_along",
     "regime",
     "section",
     "sweep",
+    "trail",
+    "trail_from",
 ]
 
 _Floats = NDArray[np.float64]
@@ -35,6 +39,7 @@ STOPS: list[str]
 BRANCHES: list[str]
 REGIMES: list[str]
 SWEEP_COLUMNS: list[str]
+ENDINGS: list[str]
 
 @final
 class Orbit:
@@ -120,4 +125,19 @@ def section(
 ) -> tuple[_Floats, int]: ...
 def sweep(
     document: str, names: list[str], values: _Floats, look: str, chain: bool, start: tuple[float, float | None] | None
+
+_Trail = tuple[_Floats, _Floats, list[str], str]
+
+def trail(document: str, x0: float, v0: float | None, t_end: float, max_events: int) -> _Trail: ...
+def trail_from(
+    document: str, state: _Floats, phase: tuple[float, float], duration: float, max_events: int
+) -> _Trail: ...
+def follow(
+    document: str,
+    path: str | None,
+    state: _Floats,
+    arcs: _Floats,
+    last: tuple[float, float],
+    reseed: bool,
+    tests: bool,
 ) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...

@@ -2,6 +2,7 @@
 
 mod batch;
 mod network;
+mod stability;
 mod state;
 mod sweep;
 
@@ -313,6 +314,10 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
     module.add_class::<network::Network>()?;
     module.add_function(wrap_pyfunction!(network::check_system, module)?)?;
+    module.add("ENDINGS", stability::ENDING_NAMES)?;
+    module.add_function(wrap_pyfunction!(stability::trail, module)?)?;
+    module.add_function(wrap_pyfunction!(stability::trail_from, module)?)?;
+    module.add_function(wrap_pyfunction!(stability::follow, module)?)?;
     module.add_class::<state::Law>()?;
     module.add_class::<state::Oscillator>()?;
     module.add_function(wrap_pyfunction!(check_oscillator, module)?)?;

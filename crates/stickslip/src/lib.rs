@@ -15,6 +15,9 @@
 //! | [`section`] | the states in which a motion meets a surface |
 //! | [`regime`] | the kind of a steady motion, in one word |
 //! | [`sweep`] | steady motions over parameters and starts: regime, period, extremes, points |
+//! | [`trail`] | the event sequence of a run, to be followed |
+//! | [`variation`] | derivatives of a motion through its events; test functions of sliding bifurcations |
+//! | [`dual`] | numbers that carry their derivatives |
 //! | [`replay`] | a law along a measured motion |
 //! | [`system`] | masses, matrices, contacts, drives |
 //! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
@@ -38,6 +41,7 @@
 
 pub mod batch;
 pub mod drive;
+pub mod dual;
 pub mod error;
 pub mod event;
 pub mod flow;
@@ -57,3 +61,5 @@ pub mod state_oscillator;
 pub mod structure;
 pub mod sweep;
 pub mod system;
+pub mod trail;
+pub mod variation;

@@ -123,6 +123,46 @@ pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> R
     }
 }
 
+/// Where a motion under linear pieces goes on: the time, the mode and what the contact remembers, beside x and v of the run.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// The time, which counts for the forcing; a stick begins there.
+    pub clock: Clock,
+    /// The mode.
+    pub mode: Mode,
+    /// The memory.
+    pub memory: Memory,
+}
+
+/// Go on from a place until `run.t_end`, a time on the clock of the place, and tell `record`.
+///
+/// # Errors
+/// A harmonic that meets an undamped resonance.
+pub fn resume(
+    oscillator: &Oscillator,
+    run: Run,
+    place: Place,
+    record: &mut impl Record,
+) -> Result<(Stop, Work), Error> {
+    fn go_on<const H: usize>(
+        oscillator: &Oscillator,
+        run: Run,
+        place: Place,
+        record: &mut impl Record,
+    ) -> Result<(Stop, Work), Error> {
+        let mut state = Loop::<H>::new(oscillator, run);
+        (state.clock, state.memory) = (place.clock, place.memory);
+        state.go_from(place.mode, run, record)
+    }
+    match oscillator.forcing.len() {
+        0 => go_on::<0>(oscillator, run, place, record),
+        1 => go_on::<1>(oscillator, run, place, record),
+        2 => go_on::<2>(oscillator, run, place, record),
+        3 => go_on::<3>(oscillator, run, place, record),
+        _ => go_on::<4>(oscillator, run, place, record),
+    }
+}
+
 /// So many events in less than a millionth of the natural time √(m/k) are an accumulation.
 const ACCUMULATION: u64 = 1000;
 /// A state beyond this has left the numbers: its square would overflow.
@@ -153,7 +193,11 @@ impl<'a, const H: usize> Loop<'a, H> {
 
     fn go(mut self, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
         let (holding, rate, _) = self.frame.stick(self.clock, self.x).at(0.0);
-        let mut mode = mode::first(&self.frame, self.law, (self.v, holding, rate), &mut self.memory);
+        let mode = mode::first(&self.frame, self.law, (self.v, holding, rate), &mut self.memory);
+        self.go_from(mode, run, record)
+    }
+
+    fn go_from(mut self, mut mode: Mode, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
         let short = 1e-6 * (self.frame.mass / self.frame.stiffness).sqrt();
         let mut mark = self.clock;
         loop {

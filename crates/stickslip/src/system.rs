@@ -7,6 +7,7 @@ use crate::error::{Error, finite};
 use crate::law::{Friction, Law, Point};
 use crate::matrix::Matrix;
 use crate::series::Series;
+use crate::structure::Oscillator;
 
 /// M ẍ + D ẋ + K x = Σ b_c F_c + Σ e_i A cos(Ω t + φ), w_c = s_c(t) − b_c·ẋ, with b_c = e_mass − e_other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -194,6 +195,29 @@ pub(crate) fn add_wave(harmonic: &Harmonic, clock: Clock, factor: f64, series: &
         if let Some(second) = pair.get_mut(1) {
             *second += odd;
             odd *= -square / ((k + 2.0) * (k + 3.0));
+        }
+    }
+}
+
+impl From<&Oscillator> for System {
+    fn from(oscillator: &Oscillator) -> Self {
+        let forcing = oscillator.forcing.iter().map(|harmonic| Force {
+            mass: 0,
+            amplitude: harmonic.amplitude,
+            frequency: harmonic.frequency,
+            phase: harmonic.phase,
+        });
+        Self {
+            mass: vec![vec![oscillator.mass]],
+            stiffness: vec![vec![oscillator.stiffness]],
+            damping: vec![vec![oscillator.damping]],
+            contacts: vec![Contact {
+                mass: 0,
+                other: None,
+                drive_velocity: oscillator.drive_velocity.into(),
+                law: oscillator.law.clone(),
+            }],
+            forcing: forcing.collect(),
         }
     }
 }

@@ -1,0 +1,287 @@
+//! The event sequence of a motion, taken from a run: what `variation` follows.
+
+use crate::drive::Clock;
+use crate::error::Error;
+use crate::event::Start;
+use crate::flow::exact::Frame;
+use crate::law::{End, Friction, Memory, Piece};
+use crate::mode::{self, Kind, Mode};
+use crate::network;
+use crate::orbit::{Orbit, Segment};
+use crate::simulate::{self, Place, Run, Stop};
+use crate::structure::Oscillator;
+use crate::system::System;
+use crate::variation::{Arc, Ending, LANES, Phase, State, WIDTH, state_of};
+
+/// A start, what follows, and what the contact does in the end.
+#[derive(Clone, Debug)]
+pub struct Trail {
+    /// Where it starts.
+    pub start: State<LANES>,
+    /// Arcs between events; the last one ends by time.
+    pub arcs: Vec<Arc>,
+    /// The event at the end of each arc but the last.
+    pub kinds: Vec<Kind>,
+    /// Why the run ended.
+    pub stop: Stop,
+}
+
+/// The trail of a run from x and v.
+///
+/// # Errors
+/// What makes no sense in the oscillator or the run.
+pub fn run(oscillator: &Oscillator, run: Run) -> Result<Trail, Error> {
+    if oscillator.law.smooth() {
+        return smooth(oscillator, run);
+    }
+    let orbit = simulate::simulate(oscillator, run)?;
+    let v0 = run.v0.unwrap_or(oscillator.drive_velocity);
+    let mut memory = Memory::default();
+    let mode = match oscillator.forcing.len() {
+        0 => first::<0>(oscillator, (run.x0, v0), &mut memory),
+        1 => first::<1>(oscillator, (run.x0, v0), &mut memory),
+        2 => first::<2>(oscillator, (run.x0, v0), &mut memory),
+        3 => first::<3>(oscillator, (run.x0, v0), &mut memory),
+        _ => first::<4>(oscillator, (run.x0, v0), &mut memory),
+    };
+    let piece = match mode {
+        Mode::Slip { piece, .. } => piece,
+        _ => Piece::constant(0.0),
+    };
+    Ok(of_orbit(
+        &orbit,
+        &start((0.0, run.x0, v0), &piece, &memory),
+        run.t_end,
+    ))
+}
+
+fn first<const H: usize>(oscillator: &Oscillator, (x, v): (f64, f64), memory: &mut Memory) -> Mode {
+    let frame = Frame::<H>::of(oscillator);
+    let (holding, rate, _) = frame.stick(Clock::default(), x).at(0.0);
+    mode::first(&frame, &oscillator.law, (v, holding, rate), memory)
+}
+
+/// The trail from a state in a phase, for a duration. A stick begins there.
+///
+/// # Errors
+/// What makes no sense in the oscillator.
+pub fn from(
+    oscillator: &Oscillator,
+    state: &State<LANES>,
+    phase: Phase,
+    duration: f64,
+    max_events: u64,
+) -> Result<Trail, Error> {
+    let [t, x, v] = [0, 1, 2].map(|i| state.numbers[i].value);
+    let mut run = Run {
+        x0: x,
+        v0: Some(if phase == Phase::Stick {
+            oscillator.drive_velocity
+        } else {
+            v
+        }),
+        t_end: duration,
+        max_events,
+    };
+    if oscillator.law.smooth() {
+        // No law of this kind remembers; the clock is the phase of the forcing.
+        let mut shifted = oscillator.clone();
+        for harmonic in &mut shifted.forcing {
+            harmonic.phase += harmonic.frequency * t;
+        }
+        let mut trail = smooth(&shifted, run)?;
+        trail.start = *state;
+        return Ok(trail);
+    }
+    let number = |i: usize| state.numbers[i].value;
+    let piece = Piece {
+        offset: number(3),
+        slope: number(4),
+        low: number(5),
+        high: number(6),
+        branch: state.branch,
+        turns: state.turns,
+    };
+    let memory = Memory {
+        anchor: [number(7), number(8)],
+        corner: [number(9), number(10)],
+        released_at: state.released.then_some(number(11)),
+    };
+    let mode = match phase {
+        Phase::Stick => Mode::Stick,
+        Phase::Slip(direction) => {
+            let u = direction * (oscillator.drive_velocity - v);
+            let forcing: f64 = oscillator
+                .forcing
+                .iter()
+                .map(|f| f.amplitude * (f.frequency * t + f.phase).cos())
+                .sum();
+            let balance = direction * (oscillator.damping * v + oscillator.stiffness * x - forcing);
+            let still = (balance - piece.force(u)).abs() <= 1e-9 * (balance.abs() + piece.force(u).abs());
+            let start = if still {
+                Start::Turning
+            } else if u <= piece.low {
+                Start::Low
+            } else if u >= piece.high {
+                Start::High
+            } else {
+                Start::Inside
+            };
+            Mode::Slip {
+                direction,
+                piece,
+                start,
+            }
+        }
+        Phase::Hold(direction) => {
+            let u = direction * (oscillator.drive_velocity - v);
+            Mode::Hold {
+                direction,
+                u,
+                between: oscillator.law.branches(u).unwrap_or([f64::NAN; 2]),
+                start: Start::Inside,
+            }
+        }
+    };
+    let place = Place {
+        clock: Clock { high: t, low: 0.0 },
+        mode,
+        memory,
+    };
+    run.t_end = t + duration;
+    let mut orbit = Orbit::new(oscillator.clone(), run);
+    let (stop, _) = simulate::resume(oscillator, run, place, &mut orbit)?;
+    orbit.stop = stop;
+    Ok(of_orbit(&orbit, state, t + duration))
+}
+
+fn start((t, x, v): (f64, f64, f64), piece: &Piece, memory: &Memory) -> State<LANES> {
+    let released = memory.released_at;
+    let values: [f64; WIDTH] = [
+        t,
+        x,
+        v,
+        piece.offset,
+        piece.slope,
+        piece.low,
+        piece.high,
+        memory.anchor[0],
+        memory.anchor[1],
+        memory.corner[0],
+        memory.corner[1],
+        released.unwrap_or(0.0),
+        t,
+    ];
+    state_of(&values, piece.branch, piece.turns, released.is_some())
+}
+
+fn phase_of(segment: &Segment) -> Phase {
+    if segment.direction == 0.0 {
+        Phase::Stick
+    } else if segment.slope.is_infinite() {
+        Phase::Hold(segment.direction)
+    } else {
+        Phase::Slip(segment.direction)
+    }
+}
+
+fn of_orbit(orbit: &Orbit, start: &State<LANES>, end: f64) -> Trail {
+    let oscillator = &orbit.oscillator;
+    let speed = |direction: f64, v: f64| direction * (oscillator.drive_velocity - v);
+    let mut arcs = Vec::with_capacity(orbit.segments.len());
+    for (index, segment) in orbit.segments.iter().enumerate() {
+        let phase = phase_of(segment);
+        let Some(event) = orbit.events.get(index) else {
+            arcs.push(Arc {
+                phase,
+                ending: Ending::Time,
+                duration: segment.clock.until(end),
+            });
+            break;
+        };
+        let u = speed(segment.direction, event.v);
+        let ending = match (event.kind, phase) {
+            (Kind::Release, _) => Ending::Release,
+            (Kind::Capture | Kind::Crossing, _) => Ending::Line(End::Low),
+            (Kind::Reversal, Phase::Hold(direction)) => {
+                let [low, high] = oscillator.law.branches(u).unwrap_or([f64::NAN; 2]);
+                let force = direction * event.force;
+                let upper = (force - high).abs() < (force - low).abs();
+                Ending::Line(if upper { End::High } else { End::Low })
+            }
+            (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Turn {
+                rising: u < speed(segment.direction, segment.v),
+            }),
+            (Kind::Node, _) => {
+                let rising = segment.direction * orbit.states(&[event.t])[0].a < 0.0;
+                Ending::Line(if rising { End::High } else { End::Low })
+            }
+        };
+        let next = orbit
+            .segments
+            .get(index + 1)
+            .map_or(segment.clock, |next| next.clock);
+        arcs.push(Arc {
+            phase,
+            ending,
+            duration: (next.high - segment.clock.high) + (next.low - segment.clock.low),
+        });
+    }
+    Trail {
+        start: *start,
+        arcs,
+        kinds: orbit.events.iter().map(|event| event.kind).collect(),
+        stop: orbit.stop,
+    }
+}
+
+/// The trail of an oscillator under a smooth law, as a system of one mass.
+fn smooth(oscillator: &Oscillator, run: Run) -> Result<Trail, Error> {
+    let orbit = network::simulate(
+        &System::from(oscillator),
+        network::Run {
+            x0: Some(vec![run.x0]),
+            v0: run.v0.map(|v| vec![v]),
+            t_end: run.t_end,
+            max_events: run.max_events,
+        },
+    )?;
+    let width = orbit.width();
+    let rows: Vec<&[f64]> = orbit.steps.chunks_exact(width).collect();
+    let phase_at = |t: f64| {
+        let row = rows[rows.partition_point(|row| row[0] <= t).max(1) - 1];
+        if row[4] == 0.0 {
+            Phase::Stick
+        } else {
+            Phase::Slip(row[4])
+        }
+    };
+    let (mut arcs, mut from) = (Vec::new(), 0.0);
+    for event in &orbit.events {
+        let release = event.kind == Kind::Release;
+        arcs.push(Arc {
+            phase: phase_at(from),
+            ending: if release {
+                Ending::Release
+            } else {
+                Ending::Line(End::Low)
+            },
+            duration: event.t - from,
+        });
+        from = event.t;
+    }
+    if orbit.stop == Stop::End {
+        arcs.push(Arc {
+            phase: phase_at(from),
+            ending: Ending::Time,
+            duration: run.t_end - from,
+        });
+    }
+    let v0 = run.v0.unwrap_or(oscillator.drive_velocity);
+    Ok(Trail {
+        start: start((0.0, run.x0, v0), &Piece::constant(0.0), &Memory::default()),
+        arcs,
+        kinds: orbit.events.iter().map(|event| event.kind).collect(),
+        stop: orbit.stop,
+    })
+}
