@@ -106,6 +106,7 @@ pub fn from(
         anchor: [number(7), number(8)],
         corner: [number(9), number(10)],
         released_at: state.released.then_some(number(11)),
+        ..Memory::default()
     };
     let mode = match phase {
         Phase::Stick => Mode::Stick,

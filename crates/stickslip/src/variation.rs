@@ -488,14 +488,21 @@ impl<'a, const N: usize> Frame<'a, N> {
         u: Dual<N>,
         next: impl Fn(&Law, &Piece, f64, &mut Memory) -> Piece,
     ) {
-        let mut inputs = [u; 10];
+        // What adhesion would feel now; the law reads it where a slip turns or starts.
+        let rate = self
+            .holding(state.numbers[0], state.numbers[1], self.drive)
+            .1
+            .abs();
+        let mut inputs = [u; 11];
+        inputs[10] = rate;
         inputs[..9].copy_from_slice(&state.numbers[LINE..SINCE]);
         let (branch, turns, released) = (state.branch, state.turns, state.released);
-        let answer = |law: &Law, z: [f64; 10]| {
+        let answer = |law: &Law, z: [f64; 11]| {
             let mut memory = Memory {
                 anchor: [z[4], z[5]],
                 corner: [z[6], z[7]],
                 released_at: released.then_some(z[8]),
+                force_rate: z[10],
             };
             let piece = Piece {
                 offset: z[0],
