@@ -125,6 +125,7 @@ def section(
 ) -> tuple[_Floats, int]: ...
 def sweep(
     document: str, names: list[str], values: _Floats, look: str, chain: bool, start: tuple[float, float | None] | None
+) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...
 
 _Trail = tuple[_Floats, _Floats, list[str], str]
 
