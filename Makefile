@@ -1,7 +1,7 @@
 # Every target does its own set-up inside this folder. Wanted on the machine: Python >= 3.11, Rust, a C compiler.
 # PYTHON=... chooses the interpreter, PYTEST="..." adds options to pytest, STICKSLIP_DATA=... says where real records lie.
 
-.PHONY: help setup demo test test-slow test-core test-python check format-check lint types format bench lock clean
+.PHONY: help setup demo test test-slow test-core test-python check static format-check lint types format bench lock clean
 .DEFAULT_GOAL := help
 
 UV := .tools/uv
@@ -23,7 +23,7 @@ export PATH := $(PATH):$(HOME)/.cargo/bin
 help:
 	@echo "make demo     the whole way on what ships with the package, report in demo-report/"
 	@echo "make test     tests of the core and of the Python package (test-slow: the long ones)"
-	@echo "make check    the gate: format, lint, types, tests"
+	@echo "make check    the gate: format, lint, types (these three: make static), tests"
 	@echo "make format   rewrite Rust and Python in the common format"
 	@echo "make bench    benchmarks, side by side with other solvers"
 	@echo "make setup    the environment in .venv only"
@@ -54,7 +54,9 @@ test-python: .venv/.built
 test-slow: .venv/.built
 	$(BIN)/python -m pytest --quiet -m slow $(PYTEST)
 
-check: format-check lint types test-core test-python
+check: static test-core test-python
+
+static: format-check lint types
 
 format-check: .venv/.installed .tools/.rust
 	cargo fmt --all --check
