@@ -43,7 +43,7 @@ def test_example_rigs_are_read() -> None:
         (("stiffness = 168", "stiffness = -168"), "stiffness must be a positive number, got -168"),
         (("stiffness = 168", "stiffness = 0"), "stiffness must be a positive number, got 0"),
         (("stiffness = 168", "stiffness = nan"), "stiffness must be a positive number, got nan"),
-        (("stiffness = 168", "stiffness = '168'"), "stiffness must be a positive number, got '168'"),
+        (("stiffness = 168", "stiffness = '168'"), "stiffness = '168' has no unit"),
         (("stiffness = 168", "stifness = 168"), "did you mean 'stiffness'"),
         (("mass = 0.0307", "mass = -1"), "mass must be a positive number"),
         (("drive_velocity = 42e-6", "drive_velocity = 0"), "drive_velocity must be a positive number"),

@@ -136,11 +136,14 @@ def opened(path: Path) -> xr.DataTree:
     """
     if not path.exists():
         raise InputError(f"{path}: no such file; check the path")
+    if path.is_dir():
+        raise InputError(f"{path}: a friction file was expected, this is a folder; name a file in it")
     try:
         with xr.open_datatree(path, engine="h5netcdf") as tree:
             loaded = tree.load()
     except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{path}: not a netCDF file, or a truncated one ({error}); measure again") from None
+        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+        raise InputError(f"{path}: not a netCDF file, or a truncated one ({reason}); measure again") from None
     if loaded.attrs.get("stickslip") == "orbit":
         raise InputError(f"{path}: expected a friction file, got a simulated orbit; measure a record first")
     return loaded

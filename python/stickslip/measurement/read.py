@@ -25,6 +25,9 @@ Array = npt.NDArray[np.float64]
 LEAST_SAMPLES = 64
 """Shorter records hold no cycle that could be measured."""
 
+HUGE = 1e100
+"""Larger numbers overflow when they are squared; no gauge gives them in any unit."""
+
 FORMAT_OF_ENDING = {".mat": "matlab", ".json": "json", ".nc": "netcdf"}
 """All other endings are text, unless the rig says otherwise."""
 
@@ -224,6 +227,12 @@ def check_finite(values: Array, column: str, table: Table) -> None:
         raise InputError(
             f"{table.source}: row {table.row(bad[0])}, column {column!r} is {what} ({len(bad)} such in all); "
             'cut them off, or write [read] missing = "drop" in the rig to leave them out; they are not filled in'
+        )
+    huge = np.flatnonzero(np.abs(values) > HUGE)
+    if len(huge):
+        raise InputError(
+            f"{table.source}: row {table.row(huge[0])}, column {column!r} is {values[huge[0]]:.3g}, which no gauge reads; "
+            "correct it"
         )
 
 

@@ -15,11 +15,19 @@ from stickslip.documents import did_you_mean
 from stickslip.errors import InputError
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.units import UNITS as SIZES
-from stickslip.measurement.units import find_unit
+from stickslip.measurement.units import find_unit, quantity
 
 GAUGES = ("spring_force", "displacement")
 UNITS = {"spring_force": ("N", "mg", "1"), "displacement": ("m", "1")}
 """The usual units of each; any other unit of force or length will do too."""
+QUANTITIES = {
+    "stiffness": "stiffness",
+    "mass": "mass",
+    "effective_mass": "mass",
+    "drive_velocity": "speed",
+    "gravity": "acceleration",
+}
+"""Numbers that a rig file may give as a text with their unit."""
 DIMENSIONS = {"spring_force": "force", "displacement": "length"}
 
 
@@ -169,6 +177,9 @@ class Rig:
         if "time_column" not in table and "sampling_rate" in table:
             # a file without time stamps says its rate; one with stamps in "t" may say both
             table["time_column"] = None
+        for key, dimension in QUANTITIES.items():
+            if isinstance(table.get(key), str):
+                table[key] = quantity(key, table[key], (dimension,), source)
         if "read" in table:
             table["read"] = Layout.from_table(table["read"], source)
         try:

@@ -29,12 +29,7 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
     InputError
         with row and column for a cell that is no number or a row that is too short.
     """
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: neither text nor a .mat file; export the record as CSV with a header line") from None
-    if "\x00" in text:
-        raise InputError(f"{path}: holds binary bytes, not text; export the record as CSV with a header line")
+    text = _decoded(path, content)
     lines = text.splitlines()
     rows = [
         (number, line)
@@ -50,7 +45,10 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
     def cells(line: str) -> list[str]:
         if delimiter is None:
             return line.split()
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+        try:
+            return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, strict=True))]
+        except csv.Error:  # a quotation mark that is not closed
+            return [cell.strip() for cell in line.split(delimiter)]
 
     header = cells(rows[0][1])
     if layout.header:
@@ -121,7 +119,10 @@ def _walk(
             elif layout.missing == "drop":
                 value.append(float("nan"))
             else:
-                raise InputError(f"{path}: row {number}, column {header[i]!r}: a number was expected, got {row[i]!r}")
+                comma = _is_number(row[i], ",") and '; [read] decimal = "," reads decimal commas'
+                raise InputError(
+                    f"{path}: row {number}, column {header[i]!r}: a number was expected, got {row[i]!r}{comma or ''}"
+                )
         kept.append(number)
         values.append(value)
     if not values:
@@ -145,9 +146,24 @@ def _delimiter(line: str, decimal: str) -> str | None:
     return next((mark for mark in marks if mark in line), None)
 
 
+def _decoded(path: Path, content: bytes) -> str:
+    """Text in UTF-8, UTF-16 with its mark, or the Latin-1 in which older instruments write units."""
+    encodings = ["utf-16"] if content[:2] in (b"\xff\xfe", b"\xfe\xff") else ["utf-8-sig", "latin-1"]
+    for encoding in encodings:
+        try:
+            text = content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if not any(ord(c) < 32 and c not in "\t\n\r\f" for c in text) and not any(0x7F <= ord(c) < 0xA0 for c in text):
+            return text
+    raise InputError(
+        f"{path}: holds binary bytes, neither text nor a .mat file; export the record as CSV with a header line"
+    )
+
+
 def _is_number(cell: str, decimal: str) -> bool:
     try:
         float(cell.replace(decimal, "."))
     except ValueError:
         return False
-    return True
+    return "_" not in cell  # Python's own way to write numbers, nobody else's

@@ -78,10 +78,9 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
 def _between_runs(pressure: Array, force: Array) -> tuple[float, int]:
     """Standard deviation between runs at the same pressure (within a tenth), pooled, and how many runs gave it."""
     squares, free, runs = 0.0, 0, 0
-    left = list(np.argsort(pressure))
-    while left:
-        group = [i for i in left if pressure[i] <= 1.1 * pressure[left[0]]]
-        left = [i for i in left if i not in group]
+    order = np.argsort(pressure)
+    apart = np.flatnonzero(np.diff(pressure[order]) > 0.1 * np.abs(pressure[order[:-1]])) + 1
+    for group in np.split(order, apart):
         if len(group) > 1:
             squares += float(np.sum((force[group] - force[group].mean()) ** 2))
             free, runs = free + len(group) - 1, runs + len(group)
@@ -156,9 +155,9 @@ CYLINDER = Gauge(
     channels={"displacement": ("length",), "pressure": ("pressure",), "force": ("force",)},
     optional={},
     constants={
-        "bore": Constant(("length",), needed=True),
+        "bore": Constant(("length",), needed=True, positive=True),
         "range": Constant(("length",), pair=True, needed=True),
-        "between_run_error": Constant(("force",)),
+        "between_run_error": Constant(("force",), positive=True),
     },
     measure=_measure,
 )

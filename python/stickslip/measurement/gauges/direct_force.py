@@ -152,6 +152,10 @@ def _run(record: Samples, bench: Bench) -> _Run:
         speed_unit = "m/s" if record.units["displacement"] == "m" else "rad/s"
     else:
         raise InputError(f"{record.source}: a direct_force gauge needs a column of displacement or of velocity")
+    if not (np.abs(w) > 0).any():
+        raise InputError(
+            f"{record.source}: nothing moves in this record, so it holds no friction of slip; take another"
+        )
     notes.append(f"speed and acceleration are smoothed with a cut-off of {smooth.cutoff:.3g} Hz")
     inertia = bench.number("inertia")
     unit = record.units["force"]
@@ -291,11 +295,11 @@ DIRECT_FORCE = _DirectForce(
     },
     constants={
         "inertia": Constant(("mass", "inertia"), 0.0),
-        "stuck_speed": Constant(("speed", "angular_speed")),
-        "fast_speed": Constant(("speed", "angular_speed")),
-        "fast_share": Constant(("ratio",), 0.6),
-        "bins": Constant(("ratio",), 12.0),
-        "cutoff": Constant(("ratio",)),
+        "stuck_speed": Constant(("speed", "angular_speed"), positive=True),
+        "fast_speed": Constant(("speed", "angular_speed"), positive=True),
+        "fast_share": Constant(("ratio",), 0.6, share=True),
+        "bins": Constant(("ratio",), 12.0, count=True),
+        "cutoff": Constant(("ratio",), positive=True),
         "clock_offset": Constant(("time",)),
     },
     measure=_measure,

@@ -51,7 +51,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         "there is no friction while slipping",
     ]
     known = wait > 0
-    if np.count_nonzero(known) > 5:
+    if np.count_nonzero(known) > 5 and wait[known].max() > 1.01 * wait[known].min():
         logarithm = np.log10(wait[known])
         facts["force_per_decade"], facts["force_per_decade_error"] = straight_line(logarithm, force[known])
         facts["correlation"] = float(np.corrcoef(logarithm, force[known])[0, 1])

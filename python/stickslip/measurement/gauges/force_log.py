@@ -111,9 +111,9 @@ FORCE_LOG = Gauge(
     channels={"force": ("force", "torque")},
     optional={},
     constants={
-        "least_drop": Constant(("force",), needed=True),
-        "stiffness": Constant(("stiffness",)),
-        "drive_velocity": Constant(("speed",)),
+        "least_drop": Constant(("force",), needed=True, positive=True),
+        "stiffness": Constant(("stiffness",), positive=True),
+        "drive_velocity": Constant(("speed",), positive=True),
     },
     measure=_measure,
 )

@@ -149,11 +149,11 @@ FREE_DECAY = Gauge(
     channels={"angle": ("angle",)},
     optional={},
     constants={
-        "restoring_torque": Constant(("torque",)),
-        "mass": Constant(("mass",)),
-        "length": Constant(("length",)),
-        "gravity": Constant(("acceleration",), 9.81),
-        "least_amplitude": Constant(("angle",), 0.06),
+        "restoring_torque": Constant(("torque",), positive=True),
+        "mass": Constant(("mass",), positive=True),
+        "length": Constant(("length",), positive=True),
+        "gravity": Constant(("acceleration",), 9.81, positive=True),
+        "least_amplitude": Constant(("angle",), 0.06, positive=True),
     },
     measure=_measure,
 )

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import tomli_w
 import xarray as xr
 
-from stickslip.documents import check_keys
+from stickslip.documents import check_keys, number
 from stickslip.errors import InputError
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.layout import Layout
@@ -72,12 +72,39 @@ class Channel:
 
 @dataclass(frozen=True)
 class Constant:
-    """A number of the rig file: its dimension, its default (None: it must be given), and whether it is a pair."""
+    """A number of the rig file: its dimension, its default, and what it must be.
+
+    Attributes
+    ----------
+    pair : [lowest, highest]; needed : it has no default; positive : > 0; share : more than 0 and at most 1; count : a
+        whole number from 1.
+    """
 
     dimensions: tuple[str, ...]
     default: float | tuple[float, float] | None = None
     pair: bool = False
     needed: bool = False
+    positive: bool = False
+    share: bool = False
+    count: bool = False
+
+    def read(self, name: str, value: Any, where: str) -> float | tuple[float, float]:
+        """The number in SI, checked."""
+        if self.pair:
+            if not isinstance(value, list) or len(value) != 2:
+                raise InputError(f"{where}: {name} must be a list of two, [lowest, highest], got {value!r}")
+            low, high = (quantity(name, end, self.dimensions, where) for end in value)
+            if not low < high:
+                raise InputError(f"{where}: {name} must be [lowest, highest], got {value!r}")
+            return low, high
+        number = quantity(name, value, self.dimensions, where)
+        if self.positive and number <= 0:
+            raise InputError(f"{where}: {name} must be positive, got {value!r}")
+        if self.share and not 0 < number <= 1:
+            raise InputError(f"{where}: {name} must be a share, more than 0 and at most 1, got {value!r}")
+        if self.count and (number < 1 or number != int(number)):
+            raise InputError(f"{where}: {name} must be a whole number from 1, got {value!r}")
+        return number
 
 
 @dataclass(frozen=True)
@@ -183,16 +210,8 @@ class Gauge:
                 if constant.needed:
                     raise InputError(f"{where}: {name} is missing; add a line `{name} = ...`")
                 constants[name] = constant.default
-            elif constant.pair:
-                pair = table[name]
-                if not isinstance(pair, list) or len(pair) != 2:
-                    raise InputError(f"{where}: {name} must be a list of two, [lowest, highest], got {pair!r}")
-                low, high = (quantity(name, value, constant.dimensions, where) for value in pair)
-                if not low < high:
-                    raise InputError(f"{where}: {name} must be [lowest, highest], got {pair!r}")
-                constants[name] = (low, high)
             else:
-                constants[name] = quantity(name, table[name], constant.dimensions, where)
+                constants[name] = constant.read(name, table[name], where)
         rate = table.get("sampling_rate")
         if rate is not None:
             rate = quantity("sampling_rate", rate, ("ratio",), where)
@@ -227,16 +246,10 @@ class Gauge:
                 entry["column"] = tuple(column)
             elif isinstance(column, bool) or not isinstance(column, str | int):
                 raise InputError(f"{here}: column must be a name, a number or a list of names, got {column!r}")
-            if "valid" in entry:
-                entry["valid"] = tuple(float(limit) for limit in entry["valid"])
-            if "resets" in entry:
-                entry["resets"] = tuple((int(first), int(last)) for first, last in entry["resets"])
-            channel = Channel(**entry)
-            if channel.unit:
-                find_unit(channel.unit, dimensions[name], here)
-            if channel.sign not in (1, -1):
-                raise InputError(f"{here}: sign must be 1 or -1, got {channel.sign!r}")
-            found[name] = channel
+            found[name] = _channel(entry, dimensions[name], here)
+            twin = next((other for other in found if other != name and found[other].column == entry["column"]), None)
+            if twin is not None:
+                raise InputError(f"{here}: column {entry['column']!r} is that of {twin} already; name another")
         return found
 
     def read(self, source: Any, bench: Bench) -> Samples:
@@ -268,6 +281,37 @@ class Gauge:
             values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size
             units[name], names[name] = si_unit(dimension), found[0]
         return _on_clock(values, units, names, table, layout, rate, channels, self.optional)
+
+
+def _channel(entry: dict[str, Any], dimensions: tuple[str, ...], where: str) -> Channel:
+    """A channel whose options are of the right kind."""
+    for name in ("scale", "zero"):
+        if name in entry:
+            entry[name] = number(name, entry[name], where)
+    if "valid" in entry:
+        pair = entry["valid"]
+        if not isinstance(pair, list) or len(pair) != 2:
+            raise InputError(f"{where}: valid must be a list of two readings, [lowest, highest], got {pair!r}")
+        entry["valid"] = tuple(number("valid", limit, where) for limit in pair)
+    if "resets" in entry:
+        pairs = entry["resets"]
+        if not isinstance(pairs, list) or not all(
+            isinstance(p, list) and [type(i) for i in p] == [int, int] for p in pairs
+        ):
+            raise InputError(f"{where}: resets must be a list of pairs of rows, [[first, last], ...], got {pairs!r}")
+        entry["resets"] = tuple((first, last) for first, last in pairs)
+    for name, kind, what in (
+        ("zero_row", int, "the number of a row"),
+        ("sum", bool, "true or false"),
+        ("unit", str, "a text"),
+    ):
+        if name in entry and type(entry[name]) is not kind:
+            raise InputError(f"{where}: {name} must be {what}, got {entry[name]!r}")
+    if entry.get("sign", 1) not in (1, -1):
+        raise InputError(f"{where}: sign must be 1 or -1, got {entry['sign']!r}")
+    if entry.get("unit"):
+        find_unit(entry["unit"], dimensions, where)
+    return Channel(**entry)
 
 
 def _on_clock(

@@ -153,9 +153,9 @@ MOTOR_CURRENT = Gauge(
     optional={"velocity": ("speed",)},
     constants={
         "force_per_current": Constant(("force_per_current",), needed=True),
-        "mass": Constant(("mass",)),
-        "least_speed": Constant(("speed",), 0.02),
-        "least_current": Constant(("current",), 0.1),
+        "mass": Constant(("mass",), positive=True),
+        "least_speed": Constant(("speed",), 0.02, positive=True),
+        "least_current": Constant(("current",), 0.1, positive=True),
     },
     measure=_measure,
 )

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from stickslip.errors import InputError
 from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
 from stickslip.measurement.gauges.scatter import block_error
 from stickslip.measurement.result import facts_of_runs, friction_tree
@@ -15,6 +16,8 @@ Array = npt.NDArray[np.float64]
 
 SLOW = 0.2
 """A joint slower than this share of its mean speed is taken as standing still."""
+LEAST = 16
+"""Samples a run must have after it has settled."""
 STEADY = 0.1
 """Speed that scatters less than this share of its mean is steady."""
 
@@ -28,7 +31,16 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         start = record.time[0] + bench.number("settle") * (record.time[-1] - record.time[0])
         late = record.time >= start
         torque, speed = record["torque"][late], record["velocity"][late]
+        if len(torque) < LEAST:
+            raise InputError(
+                f"{record.source}: {len(torque)} samples are left after settle = {bench.number('settle'):g} of the record, "
+                f"at least {LEAST} are needed; settle is the share of it that is left out, from 0 to less than 1"
+            )
         mean = float(np.mean(speed))
+        if mean == 0.0:
+            raise InputError(
+                f"{record.source}: the joint stands still, so there is no friction of slip in it; leave it out"
+            )
         slow = float(np.mean(np.abs(speed) < SLOW * abs(mean)))
         scatter = float(np.std(speed)) / max(abs(mean), 1e-300)
         line = main_line(torque, float(np.mean(np.diff(record.time))))

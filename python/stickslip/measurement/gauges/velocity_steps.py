@@ -72,7 +72,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     if not holds:
         raise InputError(
             f"{record.source}: no stretch of constant speed above least_speed = {bench.number('least_speed'):g} was found; "
-            "lower it, or raise tolerance"
+            "lower it, raise tolerance, or give the displacement sign = -1 where it falls"
         )
     rows = [_level(record, friction, load, hold, bench.number("settle")) for hold in holds]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -232,9 +232,9 @@ VELOCITY_STEPS = Gauge(
     channels={"displacement": ("length", "angle"), "force": ("force", "torque", "pressure", "ratio")},
     optional={"normal_force": ("force", "pressure")},
     constants={
-        "tolerance": Constant(("length", "angle")),
+        "tolerance": Constant(("length", "angle"), positive=True),
         "least_speed": Constant(("speed", "angular_speed"), 0.0),
-        "settle": Constant(("ratio",), 0.5),
+        "settle": Constant(("ratio",), 0.5, share=True),
     },
     measure=_measure,
 )

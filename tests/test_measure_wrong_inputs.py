@@ -1,0 +1,189 @@
+"""Wrong records and rigs through the command line: one sentence, exit code 2, nothing written."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from stickslip.cli import main
+
+N = 200
+T = np.arange(N) / 100
+X = np.sin(10 * T)
+SPRING = """gauge = "displacement"
+column = "x"
+unit = "m"
+stiffness = 1.0
+mass = 1.0
+drive_velocity = 20.0
+"""
+OTHERS = {
+    "direct_force": ("", {"time": "t", "velocity": "x", "force": "f"}),
+    "cylinder": (
+        'bore = "25 mm"\nrange = ["8 mm", "30 mm"]\n',
+        {"time": "t", "displacement": "x", "pressure": "p", "force": "f"},
+    ),
+    "velocity_steps": ("", {"time": "t", "displacement": "x", "force": "f"}),
+    "free_decay": ("restoring_torque = 1.0\n", {"time": "t", "angle": "x"}),
+    "torque_observer": ("", {"time": "t", "velocity": "x", "torque": "f"}),
+    "motor_current": ("force_per_current = 1.0\n", {"time": "t", "current": "f", "displacement": "x"}),
+}
+
+
+def rows(t=T, x=X, mark=",") -> str:
+    f, p = np.cos(T[: len(t)]), -np.ones(len(t))
+    lines = (f"{a:.6g}{mark}{b:.6g}{mark}{c:.6g}{mark}{d:g}" for a, b, c, d in zip(t, x, f, p, strict=True))
+    return mark.join("txfp") + "\n" + "\n".join(lines) + "\n"
+
+
+def cell(row: int, column: int, text: str) -> bytes:
+    lines = rows().splitlines()
+    cells = lines[row].split(",")
+    cells[column] = text
+    lines[row] = ",".join(cells)
+    return "\n".join(lines).encode()
+
+
+def other(gauge: str, **changes: str) -> str:
+    constants, columns = OTHERS[gauge]
+    given = {name: f'"{column}"' for name, column in columns.items()} | changes
+    return f'gauge = "{gauge}"\n{constants}[columns]\n' + "".join(f"{name} = {text}\n" for name, text in given.items())
+
+
+def said(tmp_path: Path, capsys, record: bytes, rig: str, name: str = "r.csv") -> str:
+    (tmp_path / name).write_bytes(record)
+    (tmp_path / "rig.toml").write_text(rig)
+    out = tmp_path / "f.nc"
+    assert main(["measure", str(tmp_path / name), "--rig", str(tmp_path / "rig.toml"), "-o", str(out)]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert not out.exists()
+    sentence = said.err.strip()
+    assert "\n" not in sentence
+    assert "Traceback" not in sentence
+    return sentence
+
+
+@pytest.mark.parametrize(
+    ("record", "words"),
+    [
+        (cell(50, 1, "nan"), "r.csv: row 51, column 'x' is NaN"),
+        (cell(50, 1, "inf"), "r.csv: row 51, column 'x' is infinity"),
+        (cell(50, 1, "1e400"), "r.csv: row 51, column 'x' is infinity"),
+        (cell(50, 1, "1e300"), "r.csv: row 51, column 'x' is 1e+300, which no gauge reads"),
+        (cell(50, 1, ""), "r.csv: row 51, column 'x': a number was expected, got ''"),
+        (cell(50, 1, "abc"), "r.csv: row 51, column 'x': a number was expected, got 'abc'"),
+        (cell(50, 1, "1_0"), "r.csv: row 51, column 'x': a number was expected, got '1_0'"),
+        (cell(50, 1, '"0.1'), "r.csv: row 51, column 'x': a number was expected, got '\"0.1'"),
+        (cell(50, 1, "0.1,5"), "r.csv: row 51 has 5 cells and the header 4"),
+        (cell(50, 0, "0.48"), "r.csv: row 51, column 't' repeats the time stamp 0.48"),
+        (cell(50, 0, "0.1"), "r.csv: row 51, column 't' goes back in time to 0.1"),
+        (cell(50, 0, "0.499"), "r.csv: row 51, column 't': a step of 0.019 s where the record has 0.01 s"),
+        (rows().replace(",", ";").replace(".", ",").encode(), '[read] decimal = "," reads decimal commas'),
+        (rows(x=0 * X).encode(), "column 'x' is constant"),
+        (rows(T[:20], X[:20]).encode(), "20 samples are too short a record"),
+        (rows().replace("x", "y", 1).encode(), "there is no column 'x'; the columns are t, y, f, p"),
+        (b"", "the file is empty"),
+        (b"t,x,f,p\n", "a header line and rows of numbers were expected"),
+        (bytes(range(256)) * 9, "holds binary bytes"),
+        (json.dumps({"data": [[1, 2]] * 99}).encode(), "r.csv"),
+    ],
+)
+def test_a_wrong_record_is_one_sentence_with_its_place(tmp_path, capsys, record: bytes, words: str) -> None:
+    assert words in said(tmp_path, capsys, record, SPRING)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("r.mat", "MATLAB v5"), ("r.json", "JSON document"), ("r.nc", "netCDF file")]
+)
+def test_a_wrong_ending_is_said(tmp_path, capsys, name: str, words: str) -> None:
+    assert f"{name}: not a" in (sentence := said(tmp_path, capsys, rows().encode(), SPRING, name))
+    assert words in sentence
+
+
+def test_a_matlab_file_named_csv_is_refused(tmp_path, capsys) -> None:
+    savemat(tmp_path / "r.mat", {"t": T, "x": X})
+    assert "neither text nor a .mat file" in said(tmp_path, capsys, (tmp_path / "r.mat").read_bytes(), SPRING)
+
+
+@pytest.mark.parametrize(
+    ("rig", "words"),
+    [
+        (SPRING.replace('"m"', '"bar"'), "unit of a displacement record must be one of m, 1, cm"),
+        (SPRING.replace("mass = 1.0", "mass = -1"), "mass must be a positive number, got -1"),
+        (SPRING.replace("mass = 1.0", 'mass = "1 N"'), "mass: the unit must be one of kg, g, got 'N'"),
+        (SPRING + "stifness = 1\n", "unknown key 'stifness' (did you mean 'stiffness'?)"),
+        (SPRING.replace('"displacement"', "displacement"), "not a TOML document"),
+        ("", "gauge is missing"),
+        (other("direct_force", force='{ column = "f", unit = "mm" }'), "force: the unit must be one of N, mN"),
+        (other("direct_force", force='{ column = "f", valid = 3 }'), "valid must be a list of two readings"),
+        (other("direct_force", force='{ column = "f", resets = [1, 2] }'), "resets must be a list of pairs of rows"),
+        (other("direct_force", force='{ column = "f", scale = "big" }'), "scale must be a number, got 'big'"),
+        (other("direct_force", force='{ column = "f", zero_row = 1.5 }'), "zero_row must be the number of a row"),
+        (other("direct_force", force='{ column = "f", zero_row = 9999 }'), "zero_row must be 0 to 199, got 9999"),
+        (other("direct_force", force='"t"'), "column 't' is that of time already"),
+        (other("direct_force", force="9"), "there is no column 9; the file has 4"),
+        ("bins = 2.5\n" + other("direct_force"), "bins must be a whole number from 1, got 2.5"),
+        ("cutoff = -1\n" + other("direct_force"), "cutoff must be positive, got -1"),
+        (other("cylinder").replace("25 mm", "0 mm"), "bore must be positive, got '0 mm'"),
+        (other("cylinder"), "no whole stroke lies within range = [0.008, 0.03] m"),
+        ("settle = 5\n" + other("velocity_steps"), "settle must be a share, more than 0 and at most 1, got 5"),
+        ("settle = 1\n" + other("torque_observer"), "1 samples are left after settle = 1 of the record"),
+        (other("free_decay").replace("1.0", "-1.0"), "restoring_torque must be positive, got -1.0"),
+    ],
+)
+def test_a_wrong_rig_is_one_sentence(tmp_path, capsys, rig: str, words: str) -> None:
+    assert words in said(tmp_path, capsys, rows().encode(), rig)
+
+
+@pytest.mark.parametrize(
+    ("gauge", "words"),
+    [
+        ("direct_force", "nothing moves in this record"),
+        ("velocity_steps", "no stretch of constant speed"),
+        ("torque_observer", "the joint stands still"),
+        ("motor_current", "0 samples move faster than least_speed"),
+        ("free_decay", "0 turning points are too few for a decay"),
+    ],
+)
+def test_a_record_in_which_nothing_moves_is_refused(tmp_path, capsys, gauge: str, words: str) -> None:
+    assert words in said(tmp_path, capsys, rows(x=0 * X).encode(), other(gauge))
+
+
+def test_pressures_around_zero_are_measured(tmp_path, capsys) -> None:
+    # a suction of 1 Pa on every run: neither an endless search for repetitions nor a refusal
+    (tmp_path / "rig.toml").write_text(other("cylinder"))
+    (tmp_path / "r.csv").write_text(rows(x=0.02 + 0.015 * X))
+    assert main(["measure", *[str(tmp_path / "r.csv")] * 2, "--rig", str(tmp_path / "rig.toml")]) == 0
+    assert "over 2 runs repeated at one pressure" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+def test_headers_of_older_instruments_are_read(tmp_path, capsys, encoding: str) -> None:
+    (tmp_path / "rig.toml").write_text(SPRING)
+    (tmp_path / "r.csv").write_bytes(rows().replace("p", "µm", 1).encode(encoding))
+    assert main(["measure", str(tmp_path / "r.csv"), "--rig", str(tmp_path / "rig.toml"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["regime"] == "almost_harmonic"
+
+
+def test_a_spring_rig_takes_its_numbers_with_units(tmp_path, capsys) -> None:
+    for stiffness, speed in (("1000.0", "0.02"), ('"1 N/mm"', '"2 cm/s"')):
+        rig = SPRING.replace("stiffness = 1.0", f"stiffness = {stiffness}").replace("= 20.0", f"= {speed}")
+        (tmp_path / "rig.toml").write_text(rig)
+        (tmp_path / "r.csv").write_text(rows(x=1e-3 * X))
+        assert main(["measure", str(tmp_path / "r.csv"), "--rig", str(tmp_path / "rig.toml"), "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["stiffness"] == pytest.approx(1000, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(b"", "not a netCDF file"), (b"\x89HDF" * 50, "not a netCDF file"), (b"t,x\n1,2\n", "not a netCDF file")],
+)
+def test_a_friction_file_that_is_none_is_refused(tmp_path, capsys, content: bytes, words: str) -> None:
+    (tmp_path / "f.nc").write_bytes(content)
+    assert main(["identify", str(tmp_path / "f.nc")]) == 2
+    assert words in capsys.readouterr().err
+    assert main(["identify", str(tmp_path)]) == 2
+    assert "this is a folder" in capsys.readouterr().err
