@@ -11,12 +11,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from stickslip.commands import demo, film, identify, measure, simulate, track
+from stickslip.commands import basins, demo, film, identify, measure, simulate, sweep, track
 from stickslip.commands.terminal import say
 from stickslip.errors import InputError
 
 # In the order of the way through the package.
-COMMANDS = (simulate, film, track, measure, identify, demo)
+COMMANDS = (simulate, film, track, measure, identify, sweep, basins, demo)
 
 
 def _parser() -> argparse.ArgumentParser:

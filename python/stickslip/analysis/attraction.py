@@ -115,7 +115,7 @@ def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tup
         region = plan.region(plan.place(index))
         rows = {name: np.asarray(arrays[name][region]) for name in found}
         mine = np.full(rows["period"].shape, -1, np.int16)
-        left = ~np.isin(rows["regime"].astype(str), ("diverged", "unfinished"))
+        left = ~np.isin(rows["regime"].astype("<U16"), ("diverged", "unfinished"))
         for number_of in range(MOST):
             if not left.any():
                 break

@@ -111,7 +111,8 @@ class Chunk:
             numbers, turning_x, turning_w, section = _core.sweep(
                 self.document,
                 list(self.paths),
-                np.ascontiguousarray(values, float).ravel(),
+                # A copy: what Dask hands over need not be aligned.
+                np.array(values, float).ravel(),
                 self.look.to_json(),
                 self.chain,
                 start,

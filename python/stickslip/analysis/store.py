@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 Progress = Callable[[int, int], Any] | None
+#: How long a Dask scheduler may take to answer.
+PATIENCE = "10s"
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,7 @@ def _executor(name: str, workers: int | None, cluster: str | None) -> Iterator[t
     except ImportError:
         raise InputError(f"{name}: a cluster needs Dask; install it with: pip install 'stickslip[cluster]'") from None
     try:
-        client = connect(cluster, timeout="10s", set_as_default=False)
+        client = connect(cluster, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(
@@ -258,6 +260,8 @@ class Store(Memory):
 
         self.plan, self.path = plan, path.resolve()
         with self._refusing():
+            if self.path.exists() and not self.path.is_dir():
+                self._not_ours()
             if not self.path.exists():
                 self._create()
             try:

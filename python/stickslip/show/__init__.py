@@ -10,20 +10,24 @@ saves. Axis labels carry units: dimensionless where mass = stiffness = 1, else S
 >>> import matplotlib.pyplot as plt; plt.close(ax.figure)
 """
 
-from stickslip.show.canvas import OKABE_ITO, REGIME_COLOURS, STYLE, new_axes
+from stickslip.show.canvas import DIRECTION_COLOURS, OKABE_ITO, REGIME_COLOURS, STYLE, new_axes
 from stickslip.show.diagram import orbit_diagram_plot
 from stickslip.show.law import break_away_plot, law_plot
 from stickslip.show.loop import BRANCH_COLOURS, friction_loop
+from stickslip.show.maps import basins_plot, regime_map_plot
 from stickslip.show.motion import motion_phase, motion_plot, spectra_plot
 from stickslip.show.phase import phase_plane
 from stickslip.show.record import friction_record
+from stickslip.show.section import return_map_plot, section_plot
 from stickslip.show.series import time_series
 
 __all__ = [
     "BRANCH_COLOURS",
+    "DIRECTION_COLOURS",
     "OKABE_ITO",
     "REGIME_COLOURS",
     "STYLE",
+    "basins_plot",
     "break_away_plot",
     "friction_loop",
     "friction_record",
@@ -33,6 +37,9 @@ __all__ = [
     "new_axes",
     "orbit_diagram_plot",
     "phase_plane",
+    "regime_map_plot",
+    "return_map_plot",
+    "section_plot",
     "spectra_plot",
     "time_series",
 ]

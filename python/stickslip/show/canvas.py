@@ -34,6 +34,23 @@ REGIME_COLOURS = {
     "stable_slip": OKABE_ITO["green"],
     "back_and_forth": OKABE_ITO["purple"],
     "at_rest": OKABE_ITO["grey"],
+    "diverged": OKABE_ITO["black"],
+    "unfinished": OKABE_ITO["yellow"],
+}
+
+#: One colour per direction of a sweep.
+DIRECTION_COLOURS = {"up": OKABE_ITO["blue"], "down": OKABE_ITO["vermilion"], "fresh": OKABE_ITO["green"]}
+
+# The symbol of a parameter and the kind of quantity that it is, for axes.
+_PARAMETERS = {
+    "drive_velocity": ("drive velocity s", "velocity"),
+    "damping": ("damping D", "damping"),
+    "mass": ("mass m", "mass"),
+    "stiffness": ("stiffness k", "stiffness"),
+    "forcing.amplitude": ("forcing amplitude u₀", "force"),
+    "forcing.frequency": ("forcing frequency η", "frequency"),
+    "x": ("position x at t = 0", "position"),
+    "v": ("velocity ẋ at t = 0", "velocity"),
 }
 
 #: What makes a figure fit for print; in force where a picture makes its own figure.
@@ -61,10 +78,18 @@ STYLE: Any = {
 
 _HYPHENATED = {"stick_slip": "stick-slip", "almost_harmonic": "almost-harmonic"}
 
-_UNITS = {
-    "SI": {"position": "m", "velocity": "m/s", "force": "N", "time": "s", "force rate": "N/s"},
-    "dimensionless": dict.fromkeys(("position", "velocity", "force", "time", "force rate"), "dimensionless"),
+_SI = {
+    "position": "m",
+    "velocity": "m/s",
+    "force": "N",
+    "time": "s",
+    "force rate": "N/s",
+    "frequency": "rad/s",
+    "damping": "kg/s",
+    "mass": "kg",
+    "stiffness": "N/m",
 }
+_UNITS = {"SI": _SI, "dimensionless": dict.fromkeys(_SI, "dimensionless")}
 
 
 def axes(ax: Axes | None = None) -> Axes:
@@ -85,7 +110,7 @@ def label(quantity: str, kind: str, units: str) -> str:
     Parameters
     ----------
     quantity : name and symbol.
-    kind : ``"position"``, ``"velocity"``, ``"force"``, ``"time"`` or ``"force rate"``.
+    kind : ``"position"``, ``"velocity"``, ``"force"``, ``"time"``, ``"frequency"`` and so on.
     units : ``"dimensionless"`` or ``"SI"``.
 
     >>> label("slip velocity w", "velocity", "SI")
@@ -94,6 +119,17 @@ def label(quantity: str, kind: str, units: str) -> str:
     if units not in _UNITS:
         raise InputError(f"show: units must be 'dimensionless' or 'SI', got {units!r}")
     return f"{quantity} ({_UNITS[units][kind]})"
+
+
+def parameter_label(parameter: str, units: str) -> str:
+    """An axis label for a number of the system document.
+
+    >>> parameter_label("drive_velocity", "SI"), parameter_label("law.break_away", "SI")
+    ('drive velocity s (m/s)', 'law: break away')
+    """
+    if parameter in _PARAMETERS:
+        return label(*_PARAMETERS[parameter], units)
+    return ": ".join(words(part) for part in parameter.split("."))
 
 
 def units_of(system: Oscillator, units: str | None) -> str:

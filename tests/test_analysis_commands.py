@@ -1,0 +1,132 @@
+"""`stickslip sweep` and `stickslip basins`: results, pictures, refusals; and what they draw."""
+
+import json
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip as ss
+from stickslip.cli import main
+
+# A belt whose friction first falls and then rises with speed: stick-slip and stable slip coexist.
+FALLING = ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], break_away=1.0)
+BELT = ss.Oscillator(damping=0.0, drive_velocity=1.2, law=FALLING)
+
+
+@pytest.fixture
+def document(tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_text(BELT.to_toml())
+    return str(path)
+
+
+@pytest.fixture(autouse=True)
+def _closed():
+    yield
+    plt.close("all")
+
+
+def test_a_sweep_both_ways_shows_what_coexists(document, tmp_path, capsys):
+    store, picture = tmp_path / "diagram.zarr", tmp_path / "diagram.png"
+    command = ["sweep", document, "--over", "drive_velocity=0.8:1.6:17", "--direction", "up", "--direction", "down"]
+    assert main([*command, "-o", str(store), "--plot", str(picture), "--transient", "60", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["runs"] == 34
+    assert set(said["regimes"]) == {"stick_slip", "stable_slip"}
+    diagram = xr.open_zarr(store, chunks=None)
+    differ = (diagram["regime"].sel(direction="up") != diagram["regime"].sel(direction="down")).to_numpy()
+    assert 3 <= differ.sum() < 17
+    assert picture.stat().st_size > 10_000
+
+
+def test_a_map_and_its_basins_from_the_command_line(document, tmp_path, capsys):
+    over = ["--over", "drive_velocity=0.8:1.6:5", "--over", "damping=0,0.05,0.1"]
+    assert main(["sweep", document, *over, "--transient", "50", "--plot", str(tmp_path / "map.png")]) == 0
+    assert "stable slip" in capsys.readouterr().out
+    starts = ["--x", "-1:2:7", "--v", "-1:2:7"]
+    assert main(["basins", document, *starts, "--transient", "50", "--json", "--plot", str(tmp_path / "b.png")]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["starts"] == 49
+    assert sum(row["fraction"] for row in said["attractors"]) == 1
+    assert {row["regime"] for row in said["attractors"]} == {"stick_slip", "stable_slip"}
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--over", "drive_velocty=0:1:5"], "did you mean 'drive_velocity'"),
+        (["--over", "damping=0:1"], "expected NAME=LO:HI:N"),
+        (["--over", "damping=1:0:5"], "increasing order"),
+        (["--over", "damping=0:1:5", "--over", "damping=0:1:5"], "named once"),
+        (["--over", "damping=0:1:5", "--over", "mass=1:2:5", "--direction", "up"], "only a diagram over one parameter"),
+        (["--over", "law.nodes=0:1:5"], "not a number of the system"),
+        (["--over", "mass=-1:2:5"], "mass must be greater than 0"),
+        (["--over", "damping=0:1:5", "--workers", "0"], "workers must be"),
+    ],
+)
+def test_refusals_are_one_sentence(document, capsys, options, sentence):
+    assert main(["sweep", document, *options]) == 2
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert said.count("\n") == 1
+
+
+def test_basins_have_labels_and_fractions_of_known_size():
+    # Without damping, on the piece of slope +0.2 between w = 1 and 2 the steady slip at w = 1.2 is stable: starts near it
+    # stay. At (x, v) = (f(1.2), 0) = (0.64, 0) the motion rests exactly.
+    result = ss.basins(BELT, x=np.linspace(0.54, 0.74, 11), v=np.linspace(-0.1, 0.1, 5), transient=80)
+    assert result["label"].dims == ("x", "v")
+    assert result["attractor_regime"].values.tolist() == ["stable_slip"]
+    np.testing.assert_allclose(result["attractor_x_mean"], 0.64, atol=1e-3)
+    assert result["fraction"].values.tolist() == [1.0]
+
+
+def test_basins_tell_motions_of_one_regime_apart():
+    # Coulomb's oscillator at rest sticks anywhere in |x| < f: one attractor, however many places.
+    rest = ss.Oscillator(damping=0.0, drive_velocity=0.0, law=ss.laws.Coulomb(0.5))
+    result = ss.basins(rest, x=np.linspace(-3.1, 3.2, 9), v=[0.0, 1.0], transient=20, window=4)
+    assert result["attractor_regime"].values.tolist() == ["at_rest"]
+    # Without friction each start has its own orbit.
+    free = ss.Oscillator(damping=0.0, drive_velocity=0.0, law=ss.laws.Coulomb(0.0))
+    result = ss.basins(free, x=[1.0, 2.0, 3.0], v=[0.0], transient=20, window=8)
+    assert sorted(result["label"].values.ravel().tolist()) == [0, 1, 2]
+
+
+def test_systems_of_masses_go_through_the_same_calls():
+    pair = ss.chain(2, ss.laws.StaticKinetic(1.0, 0.6), 0.2)
+    diagram = ss.orbit_diagram(
+        pair, "contacts.0.drive_velocity", [0.1, 0.2], direction=("up", "down"), periods=12, keep=6, workers=1
+    )
+    assert (diagram["regime"] == "stick_slip").all()
+    assert diagram["x_end"].dims == ("direction", "contacts.0.drive_velocity", "mass")
+    result = ss.basins(pair, x=[0.0, 0.5], v=[0.2], mass=1, transient=6, window=6, workers=1)
+    assert result["label"].shape == (2, 1)
+
+
+def test_pictures_say_what_they_show():
+    forced = ss.Oscillator(
+        damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 0.7)
+    )
+    chart = ss.regime_map(
+        forced, {"forcing.amplitude": [0.1, 1.0, 1.8], "forcing.frequency": [0.6, 1.0]}, transient=40, window=16
+    )
+    for quantity in ("regime", "period", "amplitude"):
+        ax = ss.show.regime_map_plot(chart, quantity=quantity)
+        ax.figure.canvas.draw()
+        assert ax.get_xlabel() == "forcing amplitude u₀ (dimensionless)"
+    legend = ss.show.regime_map_plot(chart).get_legend()
+    shown = {text.get_text() for text in legend.get_texts()}
+    assert shown == {
+        word.replace("stick_slip", "stick-slip").replace("_", " ") for word in chart["regime"].values.ravel()
+    }
+    points = ss.section(forced, "release", t_end=300)
+    ax = ss.show.section_plot(points, across="phase", up="x")
+    assert ax.get_title() == "at every release"
+    ax = ss.show.return_map_plot(ss.return_map(points, "phase"))
+    assert ax.get_ylabel() == "phase θ of the forcing, next return (rad)"
+    ax = ss.show.return_map_plot(ss.leave_map(forced, np.linspace(0, 6, 20)))
+    assert len(ax.lines[1].get_xdata()) == 20
+    with pytest.raises(ss.InputError, match="quantity must be"):
+        ss.show.regime_map_plot(chart, quantity="colour")
