@@ -238,3 +238,42 @@ def test_friction_that_falls_without_end_is_named() -> None:
     orbit = ss.simulate(ss.Oscillator(damping=0.0, drive_velocity=0.2, law=ss.laws.Cubic(0.4, 2.0, -1.0)), 1000.0)
     assert orbit.stop == "diverged"
     assert "grew beyond all numbers" in orbit.stop_sentence
+
+
+def test_branches_that_do_not_meet_hold_the_slip_speed_in_a_system_as_in_the_closed_form():
+    law = ss.laws.TwoBranch(rising=[(0, 1.2), (1, 1.0)], falling=[(0, 0.7), (1, 0.9)], break_away=1.3)
+    oscillator = ss.Oscillator(0.01, 0.8, law, forcing=ss.Harmonic(0.1, 1.4))
+    one, other = ss.simulate(oscillator, 60).events, ss.simulate(oscillator.to_system(), 60).events
+    assert {"hold", "reversal"} < set(one["kind"])
+    assert one["kind"].tolist() == other["kind"].tolist()
+    assert other["t"].to_numpy() == pytest.approx(one["t"].to_numpy(), abs=1e-10)
+    # Two of them on one mass and one drive rub like one of twice the force.
+    twice = ss.laws.TwoBranch(rising=[(0, 0.6), (1, 0.5)], falling=[(0, 0.35), (1, 0.45)], break_away=0.65)
+    pair = ss.System([1.0], [1.0], 0.01, [ss.Contact(0, twice, 0.8)] * 2, ss.Force(0.1, 1.4))
+    t = np.linspace(0, 60, 601)
+    assert ss.simulate(pair, 60).at(t)[0][:, 0] == pytest.approx(ss.simulate(oscillator, 60).at(t)[0], abs=1e-9)
+
+
+def test_a_motion_too_stiff_for_its_steps_ends_with_a_sentence():
+    # Friction that grows as the cube of a speed that the other mass, on friction that falls without end, drives up.
+    falls = ss.laws.PiecewiseLinear([(0, 1.0), (0.1, 0.5)], break_away=1.0)
+    cubic = ss.laws.Cubic(static=0.5, linear=0.4, cubic=0.3)
+    system = ss.System([1, 1], [[2, -1], [-1, 2]], 0.0, [ss.Contact(0, falls, 0.2), ss.Contact(1, cubic, 0.2)])
+    orbit = ss.simulate(system, 1000, x0=[1.0, 0.0])
+    assert orbit.stop in ("stiff", "diverged")
+    assert "the run stopped where" in orbit.stop_sentence
+
+
+def test_a_stuck_mass_that_is_only_pushed_does_not_diverge():
+    # Nothing moves at the start and nothing will: there is no speed to measure errors by but that of the push.
+    system = ss.System([1, 1], [1, 1], 0.0, ss.Contact(0, ss.laws.Rational(1.0, 1.0)), ss.Force(0.2, 1.9))
+    orbit = ss.simulate(system, 20)
+    assert (orbit.stop, len(orbit.events)) == ("t_end", 0)
+
+
+def test_an_exponential_that_no_coefficient_shows_is_seen_at_the_end_of_the_step():
+    # The slip speed has just begun to fall from 64 times the scale of the law: there its exponential is 1e-28.
+    law = ss.laws.ExponentialStribeck(1.0926598232579716, 0.2560183704568639, 0.0701377285243902, 0.13161284635407566)
+    orbit = ss.simulate(ss.Oscillator(0.001, -0.00995875, law, mass=0.5, stiffness=5.0), 3.0, x0=-1.533080867520737)
+    motion = orbit.to_xarray(np.linspace(0.01, 0.97, 500))
+    assert law.kinetic_force(motion["slip_velocity"]) == pytest.approx(motion["force"].to_numpy(), abs=1e-12)

@@ -187,7 +187,7 @@ pub fn after_hold(law: &Law, direction: f64, u: f64, end: End, memory: &mut Memo
 }
 
 /// Friction while the slip speed falls and while it rises, where the two differ by more than rounding.
-fn apart(law: &Law, u: f64) -> Option<[f64; 2]> {
+pub(crate) fn apart(law: &Law, u: f64) -> Option<[f64; 2]> {
     law.branches(u)
         .filter(|[falling, rising]| (falling - rising).abs() > 1e-12 * rising.abs())
 }

@@ -3,23 +3,25 @@
 //! Order of simultaneous events: the earliest in time wins; among equals the contact of the lowest number, and in it the low
 //! end before the high one before the turn. Contacts that reach zero slip speed within rounding of an event join it.
 //!
-//! Rule for the modes after an event, for all contacts with zero slip velocity at once: all stick, if adhesion can bear it
-//! (a contact that has just arrived bears its break-away force at stick time zero, one that stuck before bears what its stick
-//! time has made of it). Otherwise the most overloaded one slips in the direction of the force it could not bear, and the rest
-//! is asked again; one that would then slip against its direction sticks after all. Should this go round in circles, the first
-//! consistent combination is taken, stick before slip forward before slip backward, the first contact changing fastest.
-//!
-//! Stuck contacts in a closed loop (two between the same bodies, or mass, drive, mass) leave the share of each undetermined.
-//! They share such that the sum of squares of their forces is least; one that is overloaded while the others still hold it
-//! stays where it is, pinned at its limit, and the others bear the rest until the next event.
+//! A contact whose slip speed is held between two branches of its law is a constraint as adhesion is. Where something happens
+//! at another contact it keeps its force while the others are decided; only then it is asked whether it holds on.
+
+mod grip;
+mod orbit;
+mod release;
+
+pub use orbit::{Event, Orbit, States};
+
+use grip::Question;
+use release::end_of_adhesion;
 
 use crate::drive::Clock;
 use crate::error::{Error, finite, positive};
 use crate::event::Work;
 use crate::flow::taylor::{Frame, Held, Motion, Rub};
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
-use crate::mode::Kind;
-use crate::series::{ORDER, Series, at, curvature, derivative, first_root, free_time, slope_at};
+use crate::mode::{Kind, apart};
+use crate::series::{at, derivative, first_root, slope_at};
 use crate::simulate::Stop;
 use crate::system::System;
 
@@ -46,134 +48,6 @@ impl Run {
             t_end,
             max_events: 10_000_000,
         }
-    }
-}
-
-/// One event.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Event {
-    /// Time.
-    pub t: f64,
-    /// What happened.
-    pub kind: Kind,
-    /// At which contact.
-    pub contact: usize,
-    /// Position of its mass.
-    pub x: f64,
-    /// Velocity of its mass.
-    pub v: f64,
-    /// Friction force on its mass just before the event.
-    pub force: f64,
-    /// Time of adhesion before a release; not a number elsewhere.
-    pub stick_time: f64,
-    /// d|F|/dt at a release; not a number elsewhere.
-    pub force_rate: f64,
-}
-
-/// The states at some times, each column mass by mass or contact by contact.
-#[derive(Clone, Debug, Default)]
-pub struct States {
-    /// Positions.
-    pub x: Vec<f64>,
-    /// Velocities.
-    pub v: Vec<f64>,
-    /// Accelerations.
-    pub a: Vec<f64>,
-    /// Slip velocities of the contacts.
-    pub w: Vec<f64>,
-    /// Friction forces of the contacts.
-    pub force: Vec<f64>,
-    /// Whether they stick.
-    pub stuck: Vec<bool>,
-}
-
-/// A whole run.
-#[derive(Clone, Debug)]
-pub struct Orbit {
-    /// What moved.
-    pub system: System,
-    /// From where and how long.
-    pub run: Run,
-    /// One row a step: time (high, low), positions, velocities, and for each contact direction, offset, slope, branch.
-    pub steps: Vec<f64>,
-    /// The events, in time.
-    pub events: Vec<Event>,
-    /// Why it ended.
-    pub stop: Stop,
-    /// What it cost: events and Taylor steps.
-    pub work: Work,
-}
-
-impl Orbit {
-    /// Numbers in a row of [`Orbit::steps`].
-    #[must_use]
-    pub fn width(&self) -> usize {
-        2 + 2 * self.system.masses() + 4 * self.system.contacts.len()
-    }
-
-    /// The time up to which the orbit is known.
-    #[must_use]
-    pub fn t_last(&self) -> f64 {
-        match self.stop {
-            Stop::End => self.run.t_end,
-            _ => self.steps[self.steps.len() - self.width()],
-        }
-    }
-
-    /// The states at `times`, in any order; each step is expanded again when a time lies in it.
-    #[must_use]
-    pub fn states(&self, times: &[f64]) -> States {
-        let frame = Frame::of(&self.system);
-        let laws: Vec<&Law> = self.system.contacts.iter().map(|contact| &contact.law).collect();
-        let mut motion = Motion::of(&frame);
-        let (n, contacts, width) = (frame.masses, laws.len(), self.width());
-        let rows: Vec<&[f64]> = self.steps.chunks_exact(width).collect();
-        let (mut last, mut rubs) = (usize::MAX, Vec::new());
-        let mut states = States::default();
-        for &t in times {
-            let clock = |row: &[f64]| Clock {
-                high: row[0],
-                low: row[1],
-            };
-            let index = rows.partition_point(|row| clock(row).until(t) >= 0.0).max(1) - 1;
-            let row = rows[index];
-            if index != last {
-                last = index;
-                rubs = row[2 + 2 * n..]
-                    .chunks_exact(4)
-                    .map(|rub| Rub {
-                        direction: rub[0],
-                        offset: rub[1],
-                        slope: rub[2],
-                    })
-                    .collect();
-                let held = frame.held((0..contacts).filter(|&c| rubs[c].holds()).collect());
-                motion.aim(&frame, clock(row));
-                motion.expand(
-                    &frame,
-                    &laws,
-                    &rubs,
-                    &held,
-                    &row[2..2 + n],
-                    &row[2 + n..2 + 2 * n],
-                );
-            }
-            let h = clock(row).until(t);
-            for i in 0..n {
-                let (v, a) = slope_at(&motion.v[i], h);
-                states.x.push(at(&motion.x[i], h));
-                states.v.push(v);
-                states.a.push(a);
-            }
-            for (c, rub) in rubs.iter().enumerate() {
-                let stuck = rub.direction == 0.0;
-                let w = rub.direction * at(&motion.u[c], h);
-                states.w.push(w);
-                states.force.push(at(&motion.force[c], h));
-                states.stuck.push(stuck);
-            }
-        }
-        states
     }
 }
 
@@ -211,6 +85,8 @@ pub fn simulate(system: &System, run: Run) -> Result<Orbit, Error> {
 
 /// So many events in less than a millionth of the shortest natural time are an accumulation.
 const ACCUMULATION: u64 = 1000;
+/// So many steps within one natural time are a motion too stiff for steps that are not implicit.
+const STIFF: u64 = 100_000;
 /// Slip speeds below this share of the largest speed of the run are zero within rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -229,16 +105,24 @@ struct Contact {
     turning: bool,
     /// The sign of the slip acceleration in this piece, 0 before it is known.
     sense: f64,
+    /// Friction of the two branches between which the slip speed is held, if it is.
+    between: Option<[f64; 2]>,
 }
 
 impl Contact {
     /// What it does, as far as the flow cares.
     fn rub(&self) -> Rub {
-        let stuck = self.direction == 0.0;
+        let (offset, slope) = if self.direction == 0.0 {
+            (self.pinned, 0.0)
+        } else if self.between.is_some() {
+            (0.0, f64::INFINITY)
+        } else {
+            (self.piece.offset, self.piece.slope)
+        };
         Rub {
             direction: self.direction,
-            offset: if stuck { self.pinned } else { self.piece.offset },
-            slope: if stuck { 0.0 } else { self.piece.slope },
+            offset,
+            slope,
         }
     }
 }
@@ -280,6 +164,7 @@ impl<'a> Loop<'a> {
             pinned: 0.0,
             turning: false,
             sense: 0.0,
+            between: None,
         };
         Self {
             laws: system.contacts.iter().map(|contact| &contact.law).collect(),
@@ -302,10 +187,21 @@ impl<'a> Loop<'a> {
     fn go(&mut self, run: &Run) -> Stop {
         self.start();
         let (mut mark, mut counted) = (self.clock, 0);
+        let (mut stage, mut stepped) = (self.clock, 0);
         let short = 1e-6 / self.frame.rate;
         loop {
             self.expand();
+            if self.work.evaluations >= stepped + STIFF {
+                if stage.until(self.clock.high) < 1.0 / self.frame.rate {
+                    self.record_step();
+                    return Stop::Stiff;
+                }
+                (stage, stepped) = (self.clock, self.work.evaluations);
+            }
             let step = self.motion.reach(&self.frame, &self.rubs, self.scale);
+            let step = self
+                .motion
+                .agreed(&self.frame, &self.laws, &self.rubs, self.scale, step);
             self.record_step();
             if step.is_nan()
                 || step < f64::EPSILON * (1.0 / self.frame.rate).min(1.0) * 1e-3
@@ -373,9 +269,11 @@ impl<'a> Loop<'a> {
                 .sum();
             let balance = direction * (wants[c] - others) / self.frame.coupling(c, c);
             let rate = self.rate_if_stuck(c);
+            let between = self.apart(c, w.abs());
             let contact = &mut self.contacts[c];
             contact.memory.force_rate = rate;
             contact.direction = direction;
+            contact.between = between.filter(|[falling, rising]| (falling..rising).contains(&&balance));
             contact.piece = self.laws[c].begin(w.abs(), balance, &mut contact.memory);
             force[c] = direction * self.laws[c].force(&contact.piece, w.abs());
         }
@@ -393,12 +291,9 @@ impl<'a> Loop<'a> {
 
     fn measure_scale(&mut self) {
         let rate = self.frame.rate;
-        let mut scale = self.scale;
+        let mut scale = self.scale.max(self.frame.push);
         for (x, v) in self.x.iter().zip(&self.v) {
             scale = scale.max(rate * x.abs()).max(v.abs());
-        }
-        for c in 0..self.contacts.len() {
-            scale = scale.max(self.motion.drive(c).0.abs());
         }
         // Nothing moves yet: what is pushed will, and what is not has no size.
         self.scale = if scale > 0.0 { scale } else { f64::MIN_POSITIVE };
@@ -421,7 +316,7 @@ impl<'a> Loop<'a> {
             let mut turned = false;
             for c in 0..self.contacts.len() {
                 let contact = &mut self.contacts[c];
-                if contact.direction == 0.0 {
+                if contact.direction == 0.0 || contact.between.is_some() {
                     continue;
                 }
                 let slope = self.motion.u[c][1];
@@ -439,15 +334,8 @@ impl<'a> Loop<'a> {
                     contact.sense = now;
                 } else if now != contact.sense && slope.abs() > noise {
                     let speed = self.motion.u[c][0].max(0.0);
-                    let rising = now > 0.0;
-                    let rate = self.rate_if_stuck(c);
-                    let contact = &mut self.contacts[c];
-                    contact.memory.force_rate = rate;
-                    let force = contact.direction * self.laws[c].force(&contact.piece, speed);
-                    contact.piece =
-                        self.laws[c].next(&contact.piece, End::Turn { rising }, speed, &mut contact.memory);
-                    (contact.sense, contact.turning) = (now, false);
-                    self.tell(Kind::Reversal, c, force);
+                    self.turn(c, now > 0.0, speed);
+                    (self.contacts[c].sense, self.contacts[c].turning) = (now, false);
                     turned = true;
                 }
             }
@@ -457,7 +345,45 @@ impl<'a> Loop<'a> {
         }
     }
 
+    /// Friction of the two branches at slip speed `u` of a contact whose law has such, where the speed is held between them.
+    fn apart(&self, c: usize, u: f64) -> Option<[f64; 2]> {
+        let branches = apart(self.laws[c], u)?;
+        (branches[0] < branches[1] && u > ROUNDING * self.scale).then_some(branches)
+    }
+
+    /// The slip acceleration changes its sign: to the other branch, or into the hold between them.
+    fn turn(&mut self, c: usize, rising: bool, speed: f64) {
+        let between = self.apart(c, speed).filter(|_| !self.follows(c));
+        let rate = self.rate_if_stuck(c);
+        let contact = &mut self.contacts[c];
+        contact.memory.force_rate = rate;
+        let force = contact.direction * self.laws[c].force(&contact.piece, speed);
+        let kind = if between.is_some() {
+            contact.between = between;
+            Kind::Hold
+        } else {
+            contact.piece =
+                self.laws[c].next(&contact.piece, End::Turn { rising }, speed, &mut contact.memory);
+            Kind::Reversal
+        };
+        self.tell(kind, c, force);
+    }
+
+    /// Whether the motion across contact `c` is given by others that hold, so that its own friction cannot.
+    fn follows(&self, c: usize) -> bool {
+        let others =
+            (0..self.contacts.len()).filter(|&other| other != c && self.contacts[other].rub().holds());
+        self.frame.loops && self.frame.share(&others.collect::<Vec<_>>(), c).is_some()
+    }
+
     fn set_rubs(&mut self) {
+        for c in 0..self.contacts.len() {
+            if self.contacts[c].between.is_some() && self.follows(c) {
+                // To either branch; where the slip acceleration has the other sign it turns.
+                self.leave(c, End::Low, self.motion.u[c][0].max(0.0));
+                (self.contacts[c].sense, self.contacts[c].turning) = (-1.0, false);
+            }
+        }
         self.rubs.clear();
         self.rubs.extend(self.contacts.iter().map(Contact::rub));
         let stuck = (0..self.contacts.len()).filter(|&c| self.rubs[c].holds());
@@ -508,6 +434,19 @@ impl<'a> Loop<'a> {
                 }
                 continue;
             }
+            if let Some([falling, rising]) = contact.between {
+                let rounding = ROUNDING * rising + self.frame.rate * rounding / self.frame.coupling(c, c);
+                for (end, sign, bound) in [(End::Low, 1.0, -falling), (End::High, -1.0, rising)] {
+                    let mut guard = self.motion.force[c].map(|term| sign * contact.direction * term);
+                    guard[0] += bound;
+                    if let Some(h) = first_root(&guard, rounding, false, reach)
+                        && (h < reach || found.is_none())
+                    {
+                        (found, reach) = (Some((h, c, Cause::End(end))), h);
+                    }
+                }
+                continue;
+            }
             let u = &self.motion.u[c];
             let piece = &contact.piece;
             let mut guard = *u;
@@ -550,7 +489,7 @@ impl<'a> Loop<'a> {
         let arrived: Vec<usize> = (0..self.contacts.len())
             .filter(|&other| {
                 let contact = &self.contacts[other];
-                if contact.direction == 0.0 || contact.piece.low > 0.0 {
+                if contact.direction == 0.0 || contact.between.is_some() || contact.piece.low > 0.0 {
                     return false;
                 }
                 if other == c {
@@ -568,6 +507,11 @@ impl<'a> Loop<'a> {
             starting: false,
             arrived,
         };
+        for (contact, force) in self.contacts.iter_mut().zip(&self.motion.force) {
+            if contact.between.is_some() {
+                contact.piece = Piece::constant(contact.direction * at(force, h));
+            }
+        }
         self.advance(h);
         self.motion.aim(&self.frame, self.clock);
         if h > 0.0 {
@@ -579,22 +523,43 @@ impl<'a> Loop<'a> {
         if let Cause::End(end) = cause
             && !passage.arrived.contains(&c)
         {
-            let rate = self.rate_if_stuck(c);
-            let contact = &mut self.contacts[c];
-            contact.memory.force_rate = rate;
-            let turn = matches!(end, End::Turn { .. });
-            let speed = match end {
-                End::Low => contact.piece.low,
-                End::High => contact.piece.high,
-                End::Turn { .. } => speed,
-            };
-            let force = contact.direction * self.laws[c].force(&contact.piece, speed);
-            contact.piece = self.laws[c].next(&contact.piece, end, speed, &mut contact.memory);
-            contact.sense = 0.0;
-            contact.turning = turn;
-            self.tell(if turn { Kind::Reversal } else { Kind::Node }, c, force);
+            self.leave(c, end, speed);
         }
         self.settle(&passage);
+    }
+
+    /// Leave the piece of contact `c` over its `end`, or the hold between its branches.
+    fn leave(&mut self, c: usize, end: End, speed: f64) {
+        let law = self.laws[c];
+        let rate = self.rate_if_stuck(c);
+        let contact = &mut self.contacts[c];
+        contact.memory.force_rate = rate;
+        contact.sense = 0.0;
+        if let Some([falling, rising]) = contact.between.take() {
+            let (bound, balance) = if end == End::High {
+                (rising, f64::INFINITY)
+            } else {
+                (falling, f64::NEG_INFINITY)
+            };
+            let force = contact.direction * bound;
+            contact.piece = law.begin(speed, balance, &mut contact.memory);
+            contact.turning = true;
+            self.tell(Kind::Reversal, c, force);
+            return;
+        }
+        let speed = match end {
+            End::Turn { rising } => {
+                // Friction that jumps to another branch takes the slip acceleration with it.
+                contact.turning = apart(law, speed).is_none();
+                return self.turn(c, rising, speed);
+            }
+            End::Low => contact.piece.low,
+            End::High => contact.piece.high,
+        };
+        let force = contact.direction * law.force(&contact.piece, speed);
+        contact.piece = law.next(&contact.piece, end, speed, &mut contact.memory);
+        contact.turning = false;
+        self.tell(Kind::Node, c, force);
     }
 
     /// The rates of the friction forces at `h`.
@@ -743,271 +708,4 @@ struct Passage {
     rates: Vec<f64>,
     /// At the start nothing stuck before.
     starting: bool,
-}
-
-/// Who of the contacts with zero slip velocity sticks, and where the others go.
-struct Question<'a> {
-    frame: &'a Frame,
-    zero: &'a [usize],
-    /// What adhesion bears.
-    limit: &'a [f64],
-    /// Friction slip would start with.
-    kinetic: &'a [f64],
-    /// The relative accelerations that the contacts must make up for to hold.
-    wants: Vec<f64>,
-    /// The drive velocities of all contacts.
-    drives: &'a [Series],
-    /// The contact that cannot stick, by its place in `zero`.
-    released: Option<(usize, f64)>,
-}
-
-impl Question<'_> {
-    /// Whether a contact that does not stick is held in place all the same, by others that do.
-    fn idle(&self, grip: &[f64], row: usize) -> bool {
-        grip[row] != 0.0 && self.follows(grip, row) == Some(true)
-    }
-
-    /// Whether the motion across a contact is given by the other stuck ones, and if so whether its drive goes along.
-    fn follows(&self, grip: &[f64], row: usize) -> Option<bool> {
-        if !self.frame.loops {
-            return None;
-        }
-        let place = |row: usize| self.zero[row];
-        let stuck: Vec<usize> = (0..grip.len())
-            .filter(|&other| other != row && grip[other] == 0.0)
-            .collect();
-        if stuck.is_empty() {
-            return None;
-        }
-        // b_row as a sum of those of the stuck ones, and what of its own response to a force is then left.
-        let held = self.frame.held(stuck.iter().map(|&row| place(row)).collect());
-        let own = self.frame.coupling(place(row), place(row));
-        let share = held.forces(|i| self.frame.coupling(place(stuck[i]), place(row)));
-        let sum = |term: &dyn Fn(usize) -> f64| -> f64 {
-            stuck
-                .iter()
-                .zip(&share)
-                .map(|(&from, share)| share * term(place(from)))
-                .sum()
-        };
-        if own - sum(&|from| self.frame.coupling(place(row), from)) > 1e-9 * own {
-            return None;
-        }
-        let size = self
-            .drives
-            .iter()
-            .flatten()
-            .fold(0.0, |most: f64, term| most.max(term.abs()));
-        Some(
-            (0..=ORDER).all(|k| {
-                (self.drives[place(row)][k] - sum(&|from| self.drives[from][k])).abs() <= 1e-9 * size
-            }),
-        )
-    }
-
-    /// For each contact the force with which it sticks, or the slip acceleration along its direction; and for one that
-    /// cannot be held (redundant contacts that want different accelerations) the acceleration that is left.
-    fn loads(&self, grip: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let mut wants = self.wants.clone();
-        let place = |row: usize| self.zero[row];
-        for from in (0..grip.len()).filter(|&row| grip[row] != 0.0) {
-            let size = if self.idle(grip, from) {
-                self.limit[from]
-            } else {
-                self.kinetic[from]
-            };
-            let force = grip[from] * size;
-            for (to, want) in wants.iter_mut().enumerate() {
-                *want -= self.frame.coupling(place(to), place(from)) * force;
-            }
-        }
-        let stuck: Vec<usize> = (0..grip.len()).filter(|&row| grip[row] == 0.0).collect();
-        let mut load = vec![0.0; grip.len()];
-        if !stuck.is_empty() {
-            let held = self.frame.held(stuck.iter().map(|&row| place(row)).collect());
-            for (row, force) in stuck.iter().zip(held.forces(|i| wants[stuck[i]])) {
-                load[*row] = force;
-            }
-            for &from in &stuck {
-                for (to, want) in wants.iter_mut().enumerate() {
-                    *want -= self.frame.coupling(place(to), place(from)) * load[from];
-                }
-            }
-        }
-        (load, wants)
-    }
-
-    /// The most overloaded of the stuck contacts, with its direction; or a slipping one that would go backwards, with 0.
-    fn objection(&self, grip: &[f64]) -> Option<(usize, f64)> {
-        const ROOM: f64 = 16.0 * f64::EPSILON;
-        let (load, left) = self.loads(grip);
-        let size = self
-            .wants
-            .iter()
-            .fold(0.0, |most: f64, want| most.max(want.abs()));
-        let mut worst = None;
-        let mut most = 1.0 + ROOM;
-        for row in (0..grip.len()).filter(|&row| grip[row] == 0.0) {
-            let unheld = left[row].abs() > 1e-9 * size || self.follows(grip, row) == Some(false);
-            // A contact at its limit beside one that breaks breaks too.
-            let room = if self.released.is_some() {
-                1.0 - ROOM
-            } else {
-                1.0 + ROOM
-            };
-            let share = if unheld {
-                f64::INFINITY
-            } else if load[row] == 0.0 {
-                0.0
-            } else {
-                load[row].abs() / self.limit[row] / room
-            };
-            if share * (1.0 + ROOM) > most {
-                most = share * (1.0 + ROOM);
-                worst = Some((row, if unheld { left[row] } else { load[row] }.signum()));
-            }
-        }
-        worst.or_else(|| {
-            let backwards = |&row: &usize| grip[row] * left[row] < -1e-10 * size;
-            let slips = (0..grip.len()).filter(|&row| grip[row] != 0.0 && !self.idle(grip, row));
-            slips.clone().find(backwards).map(|row| (row, 0.0))
-        })
-    }
-
-    /// The direction of every contact, 0 for those that stick.
-    fn answer(&self) -> Vec<f64> {
-        let count = self.zero.len();
-        let mut grip = vec![0.0; count];
-        if let Some((row, direction)) = self.released {
-            grip[row] = direction;
-        }
-        for _ in 0..4 * count + 4 {
-            match self.objection(&grip) {
-                None => return grip,
-                Some((row, direction)) => grip[row] = direction,
-            }
-        }
-        // In circles: the first consistent combination. Beyond a few contacts there are too many to try.
-        if count <= 8 {
-            for code in 0..3_usize.pow(u32::try_from(count).unwrap_or(0)) {
-                let mut rest = code;
-                let trial: Vec<f64> = (0..count)
-                    .map(|_| {
-                        let digit = [0.0, 1.0, -1.0][rest % 3];
-                        rest /= 3;
-                        digit
-                    })
-                    .collect();
-                if self.released.is_none_or(|(row, _)| trial[row] != 0.0) && self.objection(&trial).is_none()
-                {
-                    return trial;
-                }
-            }
-        }
-        grip
-    }
-}
-
-/// When adhesion under `force` breaks within `reach`, for a contact that has rested for `rested`.
-fn end_of_adhesion(law: &Law, force: &Series, rested: f64, reach: f64) -> Option<f64> {
-    let limit = |t: f64, rate: f64| {
-        law.break_away(Hold {
-            stick_time: rested + t,
-            force_rate: rate.abs(),
-        })
-    };
-    let feels_rate = law.feels_force_rate();
-    let bears = limit(0.0, force[1]);
-    let rounding = 4.0 * f64::EPSILON * bears;
-    if !feels_rate && law.growth_bound(rested) == 0.0 {
-        let mut upper = force.map(|term| -term);
-        let mut lower = *force;
-        upper[0] += bears;
-        lower[0] += bears;
-        let first = first_root(&upper, rounding, false, reach);
-        let second = first_root(&lower, rounding, false, first.unwrap_or(reach));
-        return second.or(first);
-    }
-    let bend = curvature(force, reach);
-    let flat = bend * reach * reach <= rounding;
-    let tiny = f64::EPSILON * reach;
-    let mut t = 0.0;
-    loop {
-        let (value, rate) = slope_at(force, t);
-        let bears = limit(t, rate);
-        let outward = rate * value.signum();
-        if bears - value.abs() <= rounding {
-            if t > 0.0 || outward > 0.0 {
-                return Some(t);
-            }
-            // Adhesion that starts at its limit and is relieved from there.
-            t += f64::EPSILON.sqrt() * reach;
-            continue;
-        }
-        let mut step = free_time(bears - value, -rate, bend)
-            .min(free_time(bears + value, rate, bend))
-            .min(reach - t);
-        if feels_rate && !flat {
-            // The limit falls with the force rate: at the worst rate ahead it must still bear.
-            while limit(t, rate.abs() + bend * step)
-                - value.abs()
-                - rate.abs() * step
-                - 0.5 * bend * step * step
-                <= 0.0
-            {
-                step *= 0.5;
-                if step < tiny {
-                    return Some(t);
-                }
-            }
-        }
-        if (!feels_rate || flat) && law.growth_bound(rested + t) < outward - 2.0 * bend * step {
-            // The margin falls from here on: one root, close it.
-            let margin = |t: f64| {
-                let (value, rate) = slope_at(force, t);
-                limit(t, rate) - value.abs()
-            };
-            let until = (t + 2.0 * step).min(reach);
-            if margin(until) <= 0.0 {
-                return Some(close(margin, t, until));
-            }
-            step = until - t;
-        }
-        if step <= tiny && t + step < reach {
-            return Some(t);
-        }
-        t += step;
-        if t >= reach {
-            return None;
-        }
-    }
-}
-
-/// The root of a falling margin, positive at `low` and not at `high`: secant steps inside a bracket (Illinois).
-fn close(margin: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
-    let (mut above, mut below) = (margin(low), margin(high));
-    let mut moved = 0;
-    for _ in 0..200 {
-        if below == 0.0 || high - low <= 2.0 * f64::EPSILON * high {
-            break;
-        }
-        let mut t = high - below * (high - low) / (below - above);
-        if !(t > low && t < high) {
-            t = 0.5 * (low + high);
-            if t <= low || t >= high {
-                break;
-            }
-        }
-        let value = margin(t);
-        if value > 0.0 {
-            (low, above) = (t, value);
-            below *= if moved == 1 { 0.5 } else { 1.0 };
-            moved = 1;
-        } else {
-            (high, below) = (t, value);
-            above *= if moved == 2 { 0.5 } else { 1.0 };
-            moved = 2;
-        }
-    }
-    high
 }

@@ -132,7 +132,7 @@ impl Orbit {
     pub fn t_last(&self) -> f64 {
         match self.stop {
             Stop::End => self.run.t_end,
-            Stop::MaxEvents | Stop::Accumulation | Stop::Diverged => {
+            Stop::MaxEvents | Stop::Accumulation | Stop::Diverged | Stop::Stiff => {
                 self.events.last().map_or(0.0, |event| event.t)
             }
         }

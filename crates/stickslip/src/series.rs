@@ -142,6 +142,9 @@ pub fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
     }
 }
 
+/// A guard that starts below zero by so many times its rounding has been passed: something else happened that changed it.
+pub(crate) const PASSED: f64 = 1e6;
+
 /// The first h in [0, reach] at which a guard is no longer positive.
 ///
 /// A guard that starts within `rounding` of zero and rises is armed: its root at 0 is divided out. `turning` says that its
@@ -152,6 +155,9 @@ pub fn first_root(guard: &Series, rounding: f64, turning: bool, reach: f64) -> O
     let mut series = *guard;
     if turning {
         series[1] = 0.0;
+    }
+    if series[0] < -PASSED * rounding {
+        return Some(0.0);
     }
     if series[0] <= rounding {
         // A guard that stays within rounding of zero throughout says nothing: two bodies that move on together.

@@ -22,11 +22,19 @@ pub enum Stop {
     Accumulation,
     /// The motion grew beyond all numbers.
     Diverged,
+    /// The motion is too stiff for the steps that are possible.
+    Stiff,
 }
 
 impl Stop {
     /// Every reason, by its number.
-    pub const ALL: [Self; 4] = [Self::End, Self::MaxEvents, Self::Accumulation, Self::Diverged];
+    pub const ALL: [Self; 5] = [
+        Self::End,
+        Self::MaxEvents,
+        Self::Accumulation,
+        Self::Diverged,
+        Self::Stiff,
+    ];
 
     /// Its name.
     #[must_use]
@@ -36,6 +44,7 @@ impl Stop {
             Self::MaxEvents => "max_events",
             Self::Accumulation => "accumulation",
             Self::Diverged => "diverged",
+            Self::Stiff => "stiff",
         }
     }
 
@@ -50,6 +59,9 @@ impl Stop {
             }
             Self::Diverged => {
                 "the run stopped where the motion grew beyond all numbers: look for friction that falls without end"
+            }
+            Self::Stiff => {
+                "the run stopped where friction changes so steeply that it takes 100,000 steps a natural time: look for a law that is stiff at the slip speeds of this motion"
             }
         }
     }

@@ -174,6 +174,13 @@ impl Drive {
         until.filter(|&time| time > 0.0).fold(f64::INFINITY, f64::min)
     }
 
+    /// A bound of its size.
+    pub(crate) fn size(&self) -> f64 {
+        let waves = self.harmonics.iter().map(|harmonic| harmonic.amplitude.abs());
+        let table = self.nodes.iter().map(|node| node[1].abs()).fold(0.0, f64::max);
+        self.velocity.abs() + waves.sum::<f64>() + table
+    }
+
     pub(crate) fn fastest(&self) -> f64 {
         self.harmonics
             .iter()
@@ -289,11 +296,6 @@ impl System {
             }
             contact.drive_velocity.validate()?;
             contact.law.validate()?;
-            if contact.law.branches(0.0).is_some() {
-                return wrong(format!(
-                    "contact {index}: a law with branches that do not meet needs an Oscillator of one mass with a constant drive"
-                ));
-            }
         }
         for force in &self.forcing {
             if force.mass >= n {

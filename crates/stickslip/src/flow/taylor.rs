@@ -3,10 +3,11 @@
 //! With y = (x, v) the equation of motion gives the next coefficient of y from those known. For linear pieces of friction
 //! y' = A y + waves, so |y_{k+1}| ≤ L |y_k|/(k + 1): with L h ≤ 4 what is left out is less than a quarter of the last term,
 //! and the step keeps that term below rounding. For a smooth law the series of its friction grows along; the step follows
-//! from the last two terms, an estimate instead of a bound (no closer singularity than the coefficients show).
+//! from the last two terms, an estimate instead of a bound, and is halved until the law itself agrees with its series at the
+//! end of the step.
 
 use crate::drive::Clock;
-use crate::law::{Friction, Law};
+use crate::law::{Friction, Law, Piece};
 use crate::matrix::Matrix;
 use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at};
 use crate::system::{Drive, System, add_wave};
@@ -16,6 +17,9 @@ const NEGLIGIBLE: f64 = 5e-17;
 /// The longest step, in units of 1/L.
 const LONGEST: f64 = 4.0;
 
+/// At the end of a step a smooth law and its series may differ by as much as changes the speed by this share.
+const AGREES: f64 = 1e-14;
+
 /// What a contact does, as far as the flow cares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rub {
@@ -23,14 +27,24 @@ pub(crate) struct Rub {
     pub direction: f64,
     /// Friction that opposes slip is offset + slope · u, unless the law is smooth.
     pub offset: f64,
-    /// The slope of that line.
+    /// The slope of that line; infinite where the slip speed is held.
     pub slope: f64,
 }
 
 impl Rub {
-    /// Whether adhesion here is a constraint; a stuck contact at its limit that others hold has a force, its offset, instead.
+    /// Whether friction here is the reaction of a constraint: adhesion, or a slip speed that is held between two branches.
+    /// A stuck contact at its limit that others hold has a force, its offset, instead.
     pub(crate) fn holds(&self) -> bool {
-        self.direction == 0.0 && self.offset == 0.0
+        self.slope.is_infinite() || self.direction == 0.0 && self.offset == 0.0
+    }
+
+    /// What the slip velocity is multiplied with to give the slip speed.
+    fn sign(&self) -> f64 {
+        if self.direction == 0.0 {
+            1.0
+        } else {
+            self.direction
+        }
     }
 }
 
@@ -50,6 +64,8 @@ pub(crate) struct Frame {
     smooth: Vec<bool>,
     /// L without friction.
     pub(crate) rate: f64,
+    /// The speed that drives and forces can give.
+    pub(crate) push: f64,
     /// Whether the contacts can close a loop.
     pub(crate) loops: bool,
 }
@@ -106,14 +122,21 @@ impl Frame {
                 }
             }
         }
+        let rate = if free + fastest > 0.0 {
+            free.max(fastest)
+        } else {
+            1.0
+        };
+        let driven = drives.iter().map(Drive::size).fold(0.0, f64::max);
+        let pushed = system.forcing.iter().map(|force| {
+            let response = inverse.row(force.mass).iter().map(|value| value.abs());
+            force.amplitude.abs() * response.fold(0.0, f64::max) / rate
+        });
         Self {
             masses: n,
             loops,
-            rate: if free + fastest > 0.0 {
-                free.max(fastest)
-            } else {
-                1.0
-            },
+            rate,
+            push: pushed.fold(driven, f64::max),
             inverse,
             spring,
             damper,
@@ -147,6 +170,22 @@ impl Frame {
             gain: block.pseudo_inverse(),
             contacts,
         }
+    }
+
+    /// b_c as a sum of those of other contacts, where it is one: its share of each.
+    pub(crate) fn share(&self, others: &[usize], c: usize) -> Option<Vec<f64>> {
+        if others.is_empty() {
+            return None;
+        }
+        let share = self.held(others.to_vec()).forces(|i| self.coupling(others[i], c));
+        let given: f64 = others
+            .iter()
+            .zip(&share)
+            .map(|(&other, share)| share * self.coupling(c, other))
+            .sum();
+        // What of its own response to a force is left once the others hold.
+        let own = self.coupling(c, c);
+        (own - given <= 1e-9 * own).then_some(share)
     }
 
     /// Give the held contacts exactly zero slip velocity, at no change of momentum where two masses meet.
@@ -276,8 +315,8 @@ impl Motion {
             self.free(frame, k);
             for (c, rub) in rubs.iter().enumerate() {
                 let w = self.drive[c][k] - frame.across(c, |i| self.v[i][k]);
-                if rub.direction == 0.0 {
-                    self.u[c][k] = w;
+                if rub.direction == 0.0 || rub.holds() {
+                    self.u[c][k] = rub.sign() * w;
                     if rub.offset != 0.0 {
                         self.force[c][k] = if k == 0 { rub.offset } else { 0.0 };
                         if k == 0 {
@@ -328,8 +367,7 @@ impl Motion {
             }
         }
         for (c, rub) in rubs.iter().enumerate() {
-            let sign = if rub.direction == 0.0 { 1.0 } else { rub.direction };
-            self.u[c][ORDER] = sign * (self.drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
+            self.u[c][ORDER] = rub.sign() * (self.drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
         }
     }
 
@@ -345,10 +383,14 @@ impl Motion {
             offset,
             slope,
         } = rub;
-        if direction == 0.0 {
+        if rub.holds() {
             for k in 0..ORDER {
                 let wanted = (k + 1) as f64 * drive[k + 1];
-                u[k] = if k == 0 { drive[0] - v[0] } else { 0.0 };
+                u[k] = if k == 0 {
+                    rub.sign() * (drive[0] - v[0])
+                } else {
+                    0.0
+                };
                 force[k] = (wanted - input[k] + spring * x[k] + damper * v[k]) / response;
                 x[k + 1] = v[k] * INVERSE[k + 1];
                 v[k + 1] = drive[k + 1];
@@ -386,7 +428,7 @@ impl Motion {
     pub(crate) fn reach(&self, frame: &Frame, rubs: &[Rub], scale: f64) -> f64 {
         let mut rate = frame.rate;
         for (c, rub) in rubs.iter().enumerate() {
-            if rub.slope != 0.0 {
+            if rub.slope != 0.0 && !rub.holds() {
                 rate += rub.slope.abs() * frame.coupling(c, c);
             }
         }
@@ -403,7 +445,7 @@ impl Motion {
         let mut shortest = reach(ORDER).min(reach(ORDER - 1)).min(LONGEST / rate);
         for (c, rub) in rubs.iter().enumerate() {
             // What holds a stuck contact may vary while the masses do not.
-            if rub.direction == 0.0 {
+            if rub.direction == 0.0 || rub.holds() {
                 let share = frame.rate * bound / frame.coupling(c, c);
                 for k in [ORDER - 2, ORDER - 1] {
                     shortest = shortest.min((share / self.force[c][k].abs()).powf(1.0 / k as f64));
@@ -411,6 +453,33 @@ impl Motion {
             }
         }
         shortest
+    }
+
+    /// The longest part of `step` at whose end every smooth law agrees with its series. What grows only beyond the last
+    /// coefficient, as does the exponential of a speed that has just begun to fall, is seen there and nowhere else.
+    pub(crate) fn agreed(
+        &self,
+        frame: &Frame,
+        laws: &[&Law],
+        rubs: &[Rub],
+        scale: f64,
+        mut step: f64,
+    ) -> f64 {
+        for (c, rub) in rubs.iter().enumerate() {
+            if !frame.smooth[c] || rub.direction == 0.0 {
+                continue;
+            }
+            let bound = AGREES * scale / frame.coupling(c, c);
+            for _ in 0..60 {
+                let (series, speed) = (at(&self.force[c], step), at(&self.u[c], step));
+                let law = rub.direction * laws[c].force(&Piece::constant(0.0), speed);
+                if step * (series - law).abs() <= bound {
+                    break;
+                }
+                step *= 0.5;
+            }
+        }
+        step
     }
 
     /// Positions and velocities at `h`.

@@ -1,0 +1,164 @@
+//! Who of the contacts with zero slip velocity sticks, decided for all at once.
+//!
+//! Rule for the modes after an event, for all contacts with zero slip velocity at once: all stick, if adhesion can bear it
+//! (a contact that has just arrived bears its break-away force at stick time zero, one that stuck before bears what its stick
+//! time has made of it). Otherwise the most overloaded one slips in the direction of the force it could not bear, and the rest
+//! is asked again; one that would then slip against its direction sticks after all. Should this go round in circles, the first
+//! consistent combination is taken, stick before slip forward before slip backward, the first contact changing fastest.
+//!
+//! Stuck contacts in a closed loop (two between the same bodies, or mass, drive, mass) leave the share of each undetermined.
+//! They share such that the sum of squares of their forces is least; one that is overloaded while the others still hold it
+//! stays where it is, pinned at its limit, and the others bear the rest until the next event.
+
+use crate::flow::taylor::Frame;
+use crate::series::{ORDER, Series};
+
+/// Who of the contacts with zero slip velocity sticks, and where the others go.
+pub(super) struct Question<'a> {
+    pub(super) frame: &'a Frame,
+    pub(super) zero: &'a [usize],
+    /// What adhesion bears.
+    pub(super) limit: &'a [f64],
+    /// Friction slip would start with.
+    pub(super) kinetic: &'a [f64],
+    /// The relative accelerations that the contacts must make up for to hold.
+    pub(super) wants: Vec<f64>,
+    /// The drive velocities of all contacts.
+    pub(super) drives: &'a [Series],
+    /// The contact that cannot stick, by its place in `zero`.
+    pub(super) released: Option<(usize, f64)>,
+}
+
+impl Question<'_> {
+    /// Whether a contact that does not stick is held in place all the same, by others that do.
+    pub(super) fn idle(&self, grip: &[f64], row: usize) -> bool {
+        grip[row] != 0.0 && self.follows(grip, row) == Some(true)
+    }
+
+    /// Whether the motion across a contact is given by the other stuck ones, and if so whether its drive goes along.
+    fn follows(&self, grip: &[f64], row: usize) -> Option<bool> {
+        if !self.frame.loops {
+            return None;
+        }
+        let stuck: Vec<usize> = (0..grip.len())
+            .filter(|&other| other != row && grip[other] == 0.0)
+            .map(|other| self.zero[other])
+            .collect();
+        let share = self.frame.share(&stuck, self.zero[row])?;
+        let size = self
+            .drives
+            .iter()
+            .flatten()
+            .fold(0.0, |most: f64, term| most.max(term.abs()));
+        Some((0..=ORDER).all(|k| {
+            let along: f64 = stuck
+                .iter()
+                .zip(&share)
+                .map(|(&from, share)| share * self.drives[from][k])
+                .sum();
+            (self.drives[self.zero[row]][k] - along).abs() <= 1e-9 * size
+        }))
+    }
+
+    /// For each contact the force with which it sticks, or the slip acceleration along its direction; and for one that
+    /// cannot be held (redundant contacts that want different accelerations) the acceleration that is left.
+    fn loads(&self, grip: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut wants = self.wants.clone();
+        let place = |row: usize| self.zero[row];
+        for from in (0..grip.len()).filter(|&row| grip[row] != 0.0) {
+            let size = if self.idle(grip, from) {
+                self.limit[from]
+            } else {
+                self.kinetic[from]
+            };
+            let force = grip[from] * size;
+            for (to, want) in wants.iter_mut().enumerate() {
+                *want -= self.frame.coupling(place(to), place(from)) * force;
+            }
+        }
+        let stuck: Vec<usize> = (0..grip.len()).filter(|&row| grip[row] == 0.0).collect();
+        let mut load = vec![0.0; grip.len()];
+        if !stuck.is_empty() {
+            let held = self.frame.held(stuck.iter().map(|&row| place(row)).collect());
+            for (row, force) in stuck.iter().zip(held.forces(|i| wants[stuck[i]])) {
+                load[*row] = force;
+            }
+            for &from in &stuck {
+                for (to, want) in wants.iter_mut().enumerate() {
+                    *want -= self.frame.coupling(place(to), place(from)) * load[from];
+                }
+            }
+        }
+        (load, wants)
+    }
+
+    /// The most overloaded of the stuck contacts, with its direction; or a slipping one that would go backwards, with 0.
+    fn objection(&self, grip: &[f64]) -> Option<(usize, f64)> {
+        const ROOM: f64 = 16.0 * f64::EPSILON;
+        let (load, left) = self.loads(grip);
+        let size = self
+            .wants
+            .iter()
+            .fold(0.0, |most: f64, want| most.max(want.abs()));
+        let mut worst = None;
+        let mut most = 1.0 + ROOM;
+        for row in (0..grip.len()).filter(|&row| grip[row] == 0.0) {
+            let unheld = left[row].abs() > 1e-9 * size || self.follows(grip, row) == Some(false);
+            // A contact at its limit beside one that breaks breaks too.
+            let room = if self.released.is_some() {
+                1.0 - ROOM
+            } else {
+                1.0 + ROOM
+            };
+            let share = if unheld {
+                f64::INFINITY
+            } else if load[row] == 0.0 {
+                0.0
+            } else {
+                load[row].abs() / self.limit[row] / room
+            };
+            if share * (1.0 + ROOM) > most {
+                most = share * (1.0 + ROOM);
+                worst = Some((row, if unheld { left[row] } else { load[row] }.signum()));
+            }
+        }
+        worst.or_else(|| {
+            let backwards = |&row: &usize| grip[row] * left[row] < -1e-10 * size;
+            let slips = (0..grip.len()).filter(|&row| grip[row] != 0.0 && !self.idle(grip, row));
+            slips.clone().find(backwards).map(|row| (row, 0.0))
+        })
+    }
+
+    /// The direction of every contact, 0 for those that stick.
+    pub(super) fn answer(&self) -> Vec<f64> {
+        let count = self.zero.len();
+        let mut grip = vec![0.0; count];
+        if let Some((row, direction)) = self.released {
+            grip[row] = direction;
+        }
+        for _ in 0..4 * count + 4 {
+            match self.objection(&grip) {
+                None => return grip,
+                Some((row, direction)) => grip[row] = direction,
+            }
+        }
+        // In circles: the first consistent combination. Beyond a few contacts there are too many to try.
+        if count <= 8 {
+            for code in 0..3_usize.pow(u32::try_from(count).unwrap_or(0)) {
+                let mut rest = code;
+                let trial: Vec<f64> = (0..count)
+                    .map(|_| {
+                        let digit = [0.0, 1.0, -1.0][rest % 3];
+                        rest /= 3;
+                        digit
+                    })
+                    .collect();
+                if self.released.is_none_or(|(row, _)| trial[row] != 0.0) && self.objection(&trial).is_none()
+                {
+                    return trial;
+                }
+            }
+        }
+        grip
+    }
+}
