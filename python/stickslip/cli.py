@@ -36,7 +36,7 @@ def _check_target(target: str | None, command: str) -> None:
     if target is None:
         return
     if not target:
-        raise InputError("-o and --plot need the name of a file, got an empty one")
+        raise InputError("-o, --plot and --report need the name of a file, got an empty one")
     folder = Path(target).resolve().parent
     if command != "demo" and not folder.is_dir():
         raise InputError(f"{target}: the folder {folder} does not exist; make it first")
@@ -55,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.print_help()
         return 2
     try:
-        for target in (getattr(options, "output", None), getattr(options, "plot", None)):
+        for target in (getattr(options, name, None) for name in ("output", "plot", "report")):
             _check_target(target, options.command)
         options.run(options)
     except InputError as error:

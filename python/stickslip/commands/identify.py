@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from stickslip.commands.terminal import Commands, save_figure, say, say_json, say_written
+from stickslip.commands.terminal import Bar, Commands, save_figure, say, say_json, say_written
 from stickslip.errors import InputError
+
+if TYPE_CHECKING:
+    from stickslip.identification import Agreement, Identification
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -20,8 +23,13 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     command.add_argument("--fixed", nargs="+", default=[], metavar="NAME=VALUE", help="numbers to hold")
     command.add_argument("--pieces", type=int, default=3, help="linear pieces of PiecewiseLinear; default 3")
+    command.add_argument("--offset", action="store_true", help="fit a constant offset of the measured force too")
     command.add_argument(
         "--trajectories", action="store_true", help="sharpen the law by laying its motion over each (steady) record"
+    )
+    command.add_argument("--starts", type=int, default=8, help="the most starting points of --trajectories; default 8")
+    command.add_argument(
+        "--profile", action="store_true", help="intervals of --trajectories from the profile of the likelihood"
     )
     command.add_argument(
         "--steady",
@@ -30,46 +38,99 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "that tell no more",
     )
     command.add_argument(
+        "--compare",
+        nargs="*",
+        metavar="LAW",
+        help="rank laws (default all that can be identified) by their prediction of held-back parts of the records",
+    )
+    command.add_argument(
         "--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one"
     )
     command.add_argument("-o", "--output", metavar="LAW.toml", help="write the law file")
     command.add_argument("--plot", metavar="FILE.png", help="draw the result")
+    command.add_argument("--report", metavar="FILE.html", help="write a page that needs no other file")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
     """Do the work."""
-    from stickslip.identification import compare_motion, identify
-    from stickslip.identification.trajectory import fit_trajectories
+    if options.compare is not None:
+        _compare(options)
+        return
+    from stickslip.identification import compare_motion, fit_trajectories, identify
 
+    if options.plot and options.no_simulation:
+        raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
+    if options.profile and not options.trajectories:
+        raise InputError("--profile belongs to the misfit of the motions: add --trajectories")
     tables = _tables(options)
     if tables is not None:
         _say_tables(tables, options)
         return
-    if options.plot and options.no_simulation:
-        raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
-    settings = {"free": options.free, "fixed": dict(map(_assignment, options.fixed)), "pieces": options.pieces}
-    result = identify(options.friction, law=options.law or "DwellTime", **settings)
+    result = identify(
+        options.friction,
+        law=options.law or "DwellTime",
+        free=options.free,
+        fixed=dict(map(_assignment, options.fixed)),
+        pieces=options.pieces,
+        offset=options.offset,
+    )
     if options.trajectories:
-        result = fit_trajectories(result)
-    agreement = None if options.no_simulation else compare_motion(options.friction[0], result)
+        unfinished = Path(options.output).with_suffix(".unfinished.toml") if options.output else None
+        with Bar() as bar:
+            result = fit_trajectories(
+                result, starts=options.starts, profile=options.profile, progress=bar, checkpoint=unfinished
+            )
+    agreements = [] if options.no_simulation else [compare_motion(name, result) for name in options.friction[:1]]
     if options.output:
         result.save(options.output)
-    if options.plot and agreement is not None:
-        save_figure(agreement.plot(), options.plot)
+    if options.plot:
+        save_figure(agreements[0].plot(), options.plot)
+    if options.report:
+        from stickslip.identification.page import page
+
+        page(result, simulate=not options.no_simulation).write(options.report)
     if options.json:
-        parameters = result.parameters[["value", "error", "low", "high"]].to_dict("index")
-        document = {"law": result.law.to_dict(), "parameters": parameters, "notes": result.notes}
-        if agreement is not None:
-            table = agreement.table.astype(object).where(agreement.table.notna(), None)
-            document["agreement"] = {"table": table.to_dict("index"), "sentences": agreement.sentences}
-        say_json(document)
+        say_json(_document(result, agreements))
         return
     say(result.report())
-    if agreement is not None:
+    for agreement in agreements:
         say("\n" + agreement.report())
-    say_written(options.output, options.plot)
+    say_written(options.output, options.plot, options.report)
+
+
+def _document(result: Identification, agreements: list[Agreement]) -> dict[str, Any]:
+    parameters = result.parameters[["value", "error", "low", "high"]].to_dict("index")
+    document: dict[str, Any] = {"law": result.law.to_dict(), "parameters": parameters, "notes": result.notes}
+    if result.motions is not None:
+        document["motions"] = result.motions.to_dict("records")
+    for agreement in agreements:
+        table = agreement.table.astype(object).where(agreement.table.notna(), None)
+        document["agreement"] = {"table": table.to_dict("index"), "sentences": agreement.sentences}
+    return document
+
+
+def _compare(options: argparse.Namespace) -> None:
+    from stickslip.identification import compare_laws
+
+    for name, given in (("--trajectories", options.trajectories), ("--plot", options.plot)):
+        if given:
+            raise InputError(f"--compare does not go with {name}: compare first, then identify the law that is best")
+    with Bar() as bar:
+        found = compare_laws(options.friction, options.compare or None, pieces=options.pieces, progress=bar)
+    if options.output:
+        found.best.save(options.output)
+    if options.report:
+        from stickslip.identification.page import page
+
+        page(found.best, comparison=found, simulate=not options.no_simulation).write(options.report)
+    if options.json:
+        table = found.table.astype(object).where(found.table.notna(), None)
+        say_json({"table": table.to_dict("index"), "sentences": found.sentences, "law": found.best.law.to_dict()})
+        return
+    say(found.report())
+    say_written(options.output, options.report)
 
 
 def _tables(options: argparse.Namespace) -> Any:
@@ -86,6 +147,8 @@ def _tables(options: argparse.Namespace) -> Any:
 
 
 def _say_tables(found: Any, options: argparse.Namespace) -> None:
+    if options.report:
+        raise InputError("--report shows a law on records of motion; for tables of friction use --plot and -o")
     if options.output:
         found.save(options.output)
     if options.plot:

@@ -2,18 +2,26 @@
 
 from stickslip.identification.agreement import Agreement, compare_motion
 from stickslip.identification.break_away import StaticFriction, fit_static_friction
+from stickslip.identification.compare import Comparison, compare_laws
 from stickslip.identification.fit import Identification, identify
+from stickslip.identification.sensitivity import Sensitivity, sensitivity
 from stickslip.identification.steady import SteadyFriction, fit_steady
 from stickslip.identification.synthetic import friction_of_orbit
+from stickslip.identification.trajectory import fit_trajectories
 
 __all__ = [
     "Agreement",
+    "Comparison",
     "Identification",
+    "Sensitivity",
     "StaticFriction",
     "SteadyFriction",
+    "compare_laws",
     "compare_motion",
     "fit_static_friction",
     "fit_steady",
+    "fit_trajectories",
     "friction_of_orbit",
     "identify",
+    "sensitivity",
 ]

@@ -18,6 +18,7 @@ from stickslip.identification.parameters import by_ratio, limits, value, with_va
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.uncertainty import correlation_time, half_width, robust_scale
 from stickslip.laws import Coulomb, Law
+from stickslip.state_laws import StateLaw
 
 Array = npt.NDArray[np.float64]
 
@@ -25,6 +26,8 @@ ROUNDS = 4
 """Times that the fit is repeated with new scales and weights."""
 MOST_CORRELATED = 20.0
 """Correlation beyond that many rows is taken for misfit, which must not take weight from a group during the fit."""
+OFFSET = "offset"
+"""Name of the constant in the measured force."""
 OUTLIER = 3.0
 """Residuals beyond that many robust standard deviations lose weight."""
 
@@ -37,6 +40,7 @@ class BranchFit:
     ----------
     law : the law with these numbers.
     parameters : value, error, low and high of the 95 % interval, by name.
+    offset : the same of a constant in the measured force, where it was asked for.
     covariance : of the numbers, by name in both directions.
     groups : one row per group of residuals: record, kind, rows, independent rows, scale.
     rms : root mean square of measured minus predicted kinetic force over the samples of all slips.
@@ -47,6 +51,7 @@ class BranchFit:
     covariance: pd.DataFrame
     groups: pd.DataFrame
     rms: float
+    offset: pd.Series | None = None
 
 
 class Problem:
@@ -65,9 +70,11 @@ class Problem:
         relative: bool = False,
         ties: Mapping[str, str] | None = None,
         within: Mapping[str, tuple[float, float]] | None = None,
+        offset: bool = False,
     ) -> None:
         self.law = law
-        self.free = list(free)
+        # A constant in the measured force is no number of the law; it stands last.
+        self.free = [*free, OFFSET] if offset else list(free)
         self.ties = dict(ties or {})
         self.relative = relative
         self.within = dict(within or {})
@@ -93,7 +100,8 @@ class Problem:
         self.rounding = max(1e-9 * force / stiff, 1e-300)
 
     def _rows(self, motion: Motion) -> pd.DataFrame:
-        if isinstance(self.law, Coulomb):
+        # Adhesion is no limit but a state in laws that have one.
+        if isinstance(self.law, Coulomb | StateLaw):
             return pd.DataFrame()
         record = motion.record
         table = record.break_away.assign(slip=pd.Series(record.own_slip(), dtype=object))
@@ -125,7 +133,7 @@ class Problem:
 
     def numbers(self, law: Law) -> Array:
         """The free numbers, positive ones by their logarithm."""
-        values = [value(law, name) for name in self.free]
+        values = [0.0 if name == OFFSET else value(law, name) for name in self.free]
         return np.array([math.log(v) if by_ratio(n) else v for n, v in zip(self.free, values, strict=True)])
 
     def at(self, numbers: Array) -> Law:
@@ -133,9 +141,14 @@ class Problem:
         values = {
             name: math.exp(min(number, 700.0)) if by_ratio(name) else float(number)
             for name, number in zip(self.free, numbers, strict=True)
+            if name != OFFSET
         }
         tied = {name: values[source] for name, source in self.ties.items() if source in values}
         return with_values(self.law, values | tied)
+
+    def offset(self, numbers: Array) -> float:
+        """The constant in the measured force."""
+        return float(numbers[-1]) if self.free[-1] == OFFSET else 0.0
 
     def scale(self, name: str) -> float:
         """A natural size of a number."""
@@ -148,17 +161,19 @@ class Problem:
 
     # --- residuals
 
-    def residuals(self, law: Law) -> list[Array]:
+    def residuals(self, law: Law, offset: float = 0.0) -> list[Array]:
         """Measured minus predicted, one array per group."""
         found: list[Array] = []
         for number, motion in enumerate(self.motions):
-            predicted = motion.replay(law)
+            predicted = motion.replay(law) + offset
             if motion.stretches:
                 found.append(motion.misfit(predicted))
             table = self.tables[number]
             if len(table):
                 bears = law.break_away_force(table["stick_time"].to_numpy(), table["rate"].to_numpy())
                 rest = table["force"].to_numpy() - bears
+                if offset:
+                    rest = rest - offset * np.array([motion.record.sense_of(slip) for slip in table["slip"]])
                 if self.relative:
                     ahead = motion.record.force - predicted
                     means = [motion.record.sense(*slip) * motion.work_mean(ahead, *slip) for slip in table["slip"]]
@@ -168,13 +183,17 @@ class Problem:
 
     def column(self, numbers: Array) -> Array:
         """All residuals at these free numbers."""
-        return np.concatenate(self.residuals(self.at(numbers)))
+        return np.concatenate(self.groups_at(numbers))
 
-    def rms(self, law: Law) -> float:
+    def groups_at(self, numbers: Array) -> list[Array]:
+        """Residuals at these free numbers, one array per group."""
+        return self.residuals(self.at(numbers), self.offset(numbers))
+
+    def rms(self, law: Law, offset: float = 0.0) -> float:
         """Root mean square of measured minus predicted kinetic force."""
         parts = []
         for motion in self.motions:
-            rest = motion.record.force - motion.replay(law)
+            rest = motion.record.force - motion.replay(law) - offset
             parts += [rest[a:b] for a, b in motion.stretches]
         return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else math.nan
 
@@ -231,14 +250,14 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
     # A search cannot start on a limit.
     inside = 1e-6 * np.array([problem.scale(name) for name in problem.free])
     numbers = np.clip(numbers, low + inside, high - inside)
-    groups = problem.residuals(problem.at(numbers))
+    groups = problem.groups_at(numbers)
     sigma, tau = _scales(problem, groups)
     weights = [np.ones_like(rest) for rest in groups]
     assumed = _assumed(problem, sigma, tau)
     for number in range(ROUNDS):
         factor = np.concatenate([w / a for w, a in zip(weights, assumed, strict=True)])
         numbers = _solve(problem, numbers, factor, effort if number in (0, ROUNDS - 1) else effort // 2)
-        groups = problem.residuals(problem.at(numbers))
+        groups = problem.groups_at(numbers)
         sigma, tau = _scales(problem, groups)
         weights = [(1 + (rest / (OUTLIER * s)) ** 2) ** -0.25 for rest, s in zip(groups, sigma, strict=True)]
         if number < ROUNDS - 1:
@@ -324,9 +343,7 @@ def _result(
     assumed: Sequence[Array],
 ) -> BranchFit:
     factor = np.concatenate(factors)
-    jacobian = (
-        problem.jacobian(numbers, lambda trial: np.concatenate(problem.residuals(problem.at(trial)))) * factor[:, None]
-    )
+    jacobian = problem.jacobian(numbers, problem.column) * factor[:, None]
     names = problem.free
     length = np.linalg.norm(jacobian, axis=0)
     silent = [name for name, size in zip(names, length, strict=True) if size == 0 or not math.isfinite(size)]
@@ -364,7 +381,7 @@ def _result(
     table = pd.DataFrame(index=pd.Index(names, name="parameter"), columns=columns, dtype=float)
     stretch = np.ones(len(names))
     for j, name in enumerate(names):
-        here = value(law, name)
+        here = problem.offset(numbers) if name == OFFSET else value(law, name)
         half = half_width(float(errors[j]), float(freedom_of[j]))
         if by_ratio(name):
             stretch[j] = here
@@ -384,12 +401,15 @@ def _result(
         }
         for i, (number, kind) in enumerate(problem.groups)
     ]
+    inner_names = [name for name in names if name != OFFSET]
+    whole = pd.DataFrame(covariance, index=names, columns=names)
     return BranchFit(
         law=law,
-        parameters=table,
-        covariance=pd.DataFrame(covariance, index=names, columns=names),
+        parameters=table.loc[inner_names],
+        covariance=whole.loc[inner_names, inner_names],
         groups=pd.DataFrame(rows),
-        rms=problem.rms(law),
+        rms=problem.rms(law, problem.offset(numbers)),
+        offset=table.T[OFFSET] if OFFSET in names else None,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +21,11 @@ from stickslip.identification.break_away import (
     fit_static_friction,
     is_relative,
 )
-from stickslip.identification.first_guess import GUESSES, Guess, Seen, first_guess
+from stickslip.identification.first_guess import GUESSES, first_guess
 from stickslip.identification.motion import Motion
-from stickslip.identification.parameters import check_names, places, with_values
+from stickslip.identification.parameters import check_names, maybe, places, with_values
 from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.identification.seen import Guess, Seen
 from stickslip.laws import Coulomb, DwellTime, Law
 
 CORRELATED = 0.98
@@ -45,6 +46,9 @@ class Identification:
     notes : plain sentences: what was assumed, what could not be told.
     records : the records it was identified from.
     command : what to type to do it again.
+    ties, within : numbers that follow another, and limits that come from the records.
+    offset : value, error, low and high of a constant in the measured force, where it was asked for.
+    motions : a row for each record over which the motion of the law was laid, None before that.
     """
 
     law: Law
@@ -56,6 +60,10 @@ class Identification:
     notes: list[str]
     records: list[FrictionRecord]
     command: str
+    ties: Mapping[str, str] = field(default_factory=dict)
+    within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    offset: pd.Series | None = None
+    motions: pd.DataFrame | None = None
 
     def residuals(self, record: int = 0) -> pd.DataFrame:
         """Measured and predicted friction of one record while it slips.
@@ -71,7 +79,7 @@ class Identification:
                 "time": motion.record.time,
                 "slip_velocity": motion.slip_velocity,
                 "force": motion.record.force,
-                "predicted": motion.replay(self.law),
+                "predicted": motion.replay(self.law) + (0.0 if self.offset is None else self.offset["value"]),
                 "compared": False,
             }
         )
@@ -79,9 +87,15 @@ class Identification:
             frame.loc[first : last - 1, "compared"] = True
         return frame[~motion.record.stuck].reset_index(drop=True)
 
+    def held(self) -> dict[str, float]:
+        """Numbers of the law that were not fitted, by name; those that are not set are left out."""
+        names = [name for name in places(self.law) if name not in self.parameters.index]
+        return {name: number for name in names if (number := maybe(self.law, name)) is not None}
+
     def report(self) -> str:
         """The result in words and one table."""
-        table = self.parameters.to_string(float_format=lambda number: f"{number:.5g}")
+        shown = self.parameters if self.offset is None else pd.concat([self.parameters, self.offset.to_frame().T])
+        table = shown.to_string(float_format=lambda number: f"{number:.5g}")
         lines = [
             f"{type(self.law).__name__} from {len(self.records)} record(s): " + ", ".join(r.name for r in self.records),
             "",
@@ -145,6 +159,7 @@ def identify(
     free: Iterable[str] | None = None,
     fixed: Mapping[str, float] | None = None,
     pieces: int = 3,
+    offset: bool = False,
 ) -> Identification:
     """Identify a friction law, with its uncertainty, from one or more friction records.
 
@@ -159,7 +174,9 @@ def identify(
         ``"l.slope"``, ``"B.w"``; default: what the records can tell. For a law given as first guess: default as for its
         class.
     fixed : numbers to hold, by name.
-    pieces : linear pieces of ``PiecewiseLinear``, 1 to 12.
+    pieces : linear pieces of ``PiecewiseLinear`` and ``TwoBranch``, 1 to 12.
+    offset : whether a constant in the measured force is fitted too: the zero of a gauge, or friction that differs by the
+        sense of the slip. The records must slip in both.
 
     Returns
     -------
@@ -203,12 +220,19 @@ def identify(
         )
     if isinstance(pieces, bool) or not isinstance(pieces, int) or not 1 <= pieces <= 12:
         raise InputError(f"identify: pieces must be a whole number from 1 to 12, got {pieces!r}")
+    if offset and not any(record.both_senses() for record in records):
+        raise InputError(
+            "identify: an offset can be told from friction only where a record slips in both senses, and none does: add one, "
+            "or leave the offset out"
+        )
     rows = break_away_rows(records)
     static = fit_static_friction(records) if len(rows) >= FEWEST_ROWS and kind is not Coulomb else None
     relative, drift = is_relative(rows) if kind is not Coulomb else (False, [])
     seen = Seen(records, rows, static, relative, pieces)
     guess = _guess(kind, start, seen, free, fixed)
-    problem = Problem(records, guess.law, guess.free, relative=relative, ties=guess.ties, within=guess.within)
+    problem = Problem(
+        records, guess.law, guess.free, relative=relative, ties=guess.ties, within=guess.within, offset=offset
+    )
     found = fit_branches(problem, _best_start(problem, guess))
     notes = [*(static.notes if static is not None else drift), *guess.notes, *_what_could_not_be_told(found)]
     if kind is DwellTime and static is not None and static.chosen != "exponential":
@@ -225,7 +249,10 @@ def identify(
         static=static,
         notes=list(dict.fromkeys(notes)),
         records=records,
-        command=_command(records, kind, free, fixed, pieces),
+        command=_command(records, kind, free, fixed, pieces, offset),
+        ties=guess.ties,
+        within=guess.within,
+        offset=found.offset,
     )
 
 
@@ -313,6 +340,7 @@ def _command(
     free: Iterable[str] | None,
     fixed: Mapping[str, float] | None,
     pieces: int,
+    offset: bool,
 ) -> str:
     files = [f"FRICTION-{i}.nc" if record.name == f"record {i}" else record.name for i, record in enumerate(records, 1)]
     parts = ["stickslip identify", *files, "--law", kind.__name__]
@@ -322,6 +350,8 @@ def _command(
         parts += ["--fixed", *(f"{name}={value:g}" for name, value in fixed.items())]
     if pieces != 3:
         parts += ["--pieces", str(pieces)]
+    if offset:
+        parts.append("--offset")
     return " ".join(parts)
 
 

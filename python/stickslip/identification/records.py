@@ -36,6 +36,8 @@ class FrictionRecord:
     constants : what is known of ``mass`` (the inertia), ``damping``, ``stiffness``, ``drive_velocity`` and ``weight``.
     attrs : the provenance of the record.
     displacement : of the mass, shape (n,), where it is known.
+    recorded : the displacement as the gauge gave it, its noise white, shape (n,), NaN where a sample was left out; where
+        it is known.
     """
 
     name: str
@@ -48,6 +50,7 @@ class FrictionRecord:
     constants: Mapping[str, float]
     attrs: Mapping[str, Any]
     displacement: Array | None = None
+    recorded: Array | None = None
 
     @property
     def slips(self) -> list[tuple[int, int]]:
@@ -81,10 +84,35 @@ class FrictionRecord:
         """Sense of a slip: 1 or -1."""
         return -1.0 if float(np.sum(self.slip_velocity[first:last])) < 0 else 1.0
 
+    def sense_of(self, slip: tuple[int, int] | None) -> float:
+        """Sense of a slip, that of the drive where there is none."""
+        drive = -1.0 if self.constants.get("drive_velocity", 1.0) < 0 else 1.0
+        return drive if slip is None else self.sense(*slip)
+
+    def both_senses(self) -> bool:
+        """Whether the record slips for a good part in either sense."""
+        forward = float(np.mean(self.slip_velocity[~self.stuck] > 0))
+        return 0.05 < forward < 0.95
+
+    def part(self, first: int, last: int) -> FrictionRecord:
+        """The samples [first, last) with the break-aways in them."""
+        inside = (self.break_away["t"] >= self.time[first]) & (self.break_away["t"] <= self.time[last - 1])
+        return replace(self._sampled(slice(first, last)), break_away=self.break_away[inside].reset_index(drop=True))
+
+    def every(self, stride: int) -> FrictionRecord:
+        """Every `stride`-th sample."""
+        return self._sampled(slice(None, None, stride))
+
+    def _sampled(self, which: Any) -> FrictionRecord:
+        columns: dict[str, Any] = {}
+        for name in ("time", "slip_velocity", "force", "force_error", "stuck", "displacement", "recorded"):
+            column = getattr(self, name)
+            columns[name] = None if column is None else column[which]
+        return replace(self, **columns)
+
     def facing_slip(self) -> FrictionRecord:
         """The record with each break-away force counted in the sense of the slip that follows."""
-        drive = -1.0 if self.constants.get("drive_velocity", 1.0) < 0 else 1.0
-        senses = np.array([drive if slip is None else self.sense(*slip) for slip in self.own_slip()])
+        senses = np.array([self.sense_of(slip) for slip in self.own_slip()])
         return replace(self, break_away=self.break_away.assign(force=self.break_away["force"] * senses))
 
     def without_inner_sticks(self) -> FrictionRecord:
@@ -93,9 +121,7 @@ class FrictionRecord:
         inner[1:] &= self.stuck[:-1]
         inner[:-1] &= self.stuck[1:]
         inner[[0, -1]] = False
-        columns = ("time", "slip_velocity", "force", "force_error", "stuck")
-        kept = {name: getattr(self, name)[~inner] for name in columns}
-        return replace(self, **kept, displacement=None if self.displacement is None else self.displacement[~inner])
+        return self._sampled(~inner)
 
 
 def read_records(friction: Any) -> list[FrictionRecord]:
@@ -185,6 +211,7 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
         constants=_constants(data.attrs),
         attrs=dict(data.attrs),
         displacement=_column(data, "displacement", name) if "displacement" in data else None,
+        recorded=data["recorded"].to_numpy().astype(float) if "recorded" in data else None,
     )
     return record.facing_slip()
 

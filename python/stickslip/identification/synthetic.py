@@ -11,7 +11,9 @@ from stickslip.errors import InputError
 from stickslip.orbit import Orbit
 
 
-def friction_of_orbit(orbit: Orbit, times: ArrayLike, force_noise: float = 0.0, seed: int = 0) -> xr.DataTree:
+def friction_of_orbit(
+    orbit: Orbit, times: ArrayLike, force_noise: float = 0.0, seed: int = 0, displacement_noise: float = 0.0
+) -> xr.DataTree:
     """Friction force and slip velocity of an orbit at these times, with its break-aways, for tests and trials.
 
     Parameters
@@ -20,6 +22,8 @@ def friction_of_orbit(orbit: Orbit, times: ArrayLike, force_noise: float = 0.0, 
     times : increasing, shape (n,).
     force_noise : standard deviation of the white noise added to every friction force, in the orbit's unit.
     seed : of the noise.
+    displacement_noise : standard deviation of the white noise in ``recorded``, the displacement as a gauge gives it; 0
+        leaves that variable out.
 
     Returns
     -------
@@ -40,13 +44,17 @@ def friction_of_orbit(orbit: Orbit, times: ArrayLike, force_noise: float = 0.0, 
     >>> friction["break_away"]["force"].values.round(6)[:2]
     array([1., 1.])
     """
-    if number("force_noise", force_noise, "friction_of_orbit") < 0:
-        raise InputError(f"friction_of_orbit: force_noise must not be negative, got {force_noise}")
+    for what, noise in (("force_noise", force_noise), ("displacement_noise", displacement_noise)):
+        if number(what, noise, "friction_of_orbit") < 0:
+            raise InputError(f"friction_of_orbit: {what} must not be negative, got {noise}")
     t = np.asarray(times, float)
     random = np.random.default_rng(seed)
     sampled = orbit.to_xarray(t).rename(x="displacement", v="velocity").drop_vars("a")
     sampled["force"] = sampled["force"] + force_noise * random.standard_normal(t.size)
     sampled["force_error"] = ("time", np.full(t.size, float(force_noise)))
+    if displacement_noise > 0:
+        gauge = np.random.default_rng([seed, 1]).standard_normal(t.size)
+        sampled["recorded"] = sampled["displacement"] + displacement_noise * gauge
     system = orbit.system
     sampled.attrs = {
         "source": f"simulated {type(system.law).__name__}, drive velocity {system.drive_velocity:g}, seed {seed}",

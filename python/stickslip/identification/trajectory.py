@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,211 +16,407 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 
 from stickslip.errors import InputError
-from stickslip.identification.parameters import check_names, limits, value, with_values
+from stickslip.identification.checkpoint import Checkpoint
+from stickslip.identification.overlay import Overlay
+from stickslip.identification.parameters import Free, check_names
 from stickslip.identification.uncertainty import correlation_time
-from stickslip.simulation import simulate
-from stickslip.system import Oscillator
 
 if TYPE_CHECKING:
     from stickslip.identification.fit import Identification
-    from stickslip.identification.records import FrictionRecord
-    from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
+Progress = Callable[[str, int, int], Any]
 
-TRANSIENT = 25.0
-"""Natural periods that the simulated motion is given to settle."""
-SHARES = (0.1, 0.2, 0.5, 1.0)
+SHARES = (0.1, 0.35, 1.0)
 """Shares of each record that are fitted one after the other."""
-SAMPLES = 4000
-"""Samples of a record that are compared, evenly thinned."""
+ITERATIONS = 60
+"""The most steps of one way down."""
+PATIENCE = 4
+"""Steps in a row that gain hardly anything, where a kink in the misfit holds the way down."""
+OUTLIER = 3.0
+"""Residuals beyond that many standard deviations lose weight."""
+LIKE_NOISE = 1.15
+"""A misfit of all records within this ratio of their noise cannot be improved: no further start is tried."""
+TWICE = 1e-3
+"""Misfits within this ratio are the same minimum."""
+FAR = 0.3
+"""A motion farther than this from a record, in its standard deviations, is not near it."""
+CLOSE = 0.05
+"""A motion within that of a record is near it whatever its kind is called."""
+SPREAD = 0.05
+"""Starting points lie that far around the first one, relative to its numbers, or twice its standard errors."""
 
 
-class _Target:
-    """The steady end of one record, and the oscillator that should make it."""
+class Fit:
+    """Records and free numbers: the misfit of the motions, its slopes, and the way down.
 
-    def __init__(self, record: FrictionRecord, settled_after: float) -> None:
-        if record.displacement is None:
-            raise InputError(
-                f"{record.name}: holds no displacement, so no motion can be laid over it; measure it again"
-            )
-        constants = record.constants
-        for name in ("mass", "damping", "stiffness", "drive_velocity"):
-            if name not in constants:
-                raise InputError(f"{record.name}: {name} is not known; measure it with a rig that says it")
-        self.name = record.name
-        displacement = _as_recorded(record)
-        kept = record.time >= record.time[0] + settled_after * (record.time[-1] - record.time[0])
-        stride = max(1, int(kept.sum()) // SAMPLES)
-        self.time = record.time[kept][::stride] - record.time[kept][0]
-        self.displacement = displacement[kept][::stride]
-        self.step = float(self.time[1] - self.time[0])
-        self.make = partial(
-            Oscillator,
-            constants["damping"],
-            constants["drive_velocity"],
-            mass=constants["mass"],
-            stiffness=constants["stiffness"],
+    The vector of unknowns is (free numbers, one shift of time a record).
+    """
+
+    def __init__(self, overlays: Sequence[Overlay], free: Free) -> None:
+        self.overlays, self.free = list(overlays), free
+        self.count = len(free.names)
+        #: Standard deviation of the residuals of each record, by which they count.
+        self.sigma = np.array([0.02 * o.spread if math.isnan(o.noise) else o.noise for o in overlays])
+        self.best: tuple[float, Array] = (math.inf, np.zeros(0))
+
+    def lengths(self, share: float) -> list[int]:
+        """Samples of each record that count."""
+        return [max(20, int(share * overlay.time.size)) for overlay in self.overlays]
+
+    def residuals(self, unknowns: Array, share: float = 1.0) -> Array:
+        """(simulated − measured) / σ of all records one after the other; far off where the numbers make no law."""
+        parts = self._parts(unknowns, share)
+        if parts is None:
+            far = [np.full(n, o.spread / s) for o, n, s in self._each(share)]
+            return np.concatenate(far)
+        return np.concatenate(parts)
+
+    def cost(self, unknowns: Array) -> float:
+        """The robust sum of squares over the whole records."""
+        return _robust(self.residuals(unknowns))[0]
+
+    def _each(self, share: float) -> list[tuple[Overlay, int, float]]:
+        return list(zip(self.overlays, self.lengths(share), self.sigma.tolist(), strict=True))
+
+    def _parts(self, unknowns: Array, share: float) -> list[Array] | None:
+        try:
+            law = self.free.law(unknowns[: self.count])
+            return [
+                (o.motion(law, shift, n)[0] - o.displacement[:n]) / s
+                for (o, n, s), shift in zip(self._each(share), unknowns[self.count :], strict=True)
+            ]
+        except InputError:
+            return None
+
+    def slopes(self, unknowns: Array, share: float = 1.0, step: float = 0.02) -> Array:
+        """Derivatives of the residuals, shape (samples, unknowns).
+
+        Those by a shift are the velocity; those by a number central differences of exact orbits, one-sided at a limit.
+        """
+        here = self._parts(unknowns, share)
+        edges = np.cumsum([0, *self.lengths(share)])
+        found = np.zeros((int(edges[-1]), unknowns.size))
+        for j in range(self.count):
+            sides = []
+            for h in (step, -step):
+                trial = unknowns.copy()
+                trial[j] = np.clip(trial[j] + h, self.free.low[j], self.free.high[j])
+                parts = self._parts(trial, share) if trial[j] != unknowns[j] else None
+                if parts is not None:
+                    sides.append((trial[j], parts))
+            if len(sides) == 1 and here is not None:
+                sides.append((unknowns[j], here))
+            if len(sides) == 2:
+                (a, up), (b, down) = sides
+                found[:, j] = (np.concatenate(up) - np.concatenate(down)) / (a - b)
+        law = self.free.law(unknowns[: self.count])
+        for i, (overlay, n, s) in enumerate(self._each(share)):
+            velocity = overlay.motion(law, unknowns[self.count + i], n)[1]
+            found[edges[i] : edges[i + 1], self.count + i] = velocity / s
+        return found
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Limits of the unknowns."""
+        reach = np.array([overlay.reach for overlay in self.overlays])
+        return np.concatenate([self.free.low, -reach]), np.concatenate([self.free.high, reach])
+
+    def near(self, numbers: Array) -> tuple[float, Array]:
+        """The free numbers close by whose motions have the measured landmarks, and how unlike the motions are still.
+
+        What is minimised knows nothing of phase (see :meth:`Overlay.unlikeness`), so it leads from far away.
+        """
+
+        def unlike(trial: Array) -> Array:
+            try:
+                law = self.free.law(trial)
+                return np.concatenate([overlay.unlikeness(law) for overlay in self.overlays])
+            except InputError:
+                return np.full(8 * len(self.overlays), 2.0)
+
+        low, high = self.free.low, self.free.high
+        inside = np.clip(numbers, low + 1e-9, high - 1e-9)
+        found = least_squares(
+            unlike,
+            inside,
+            bounds=(low, high),
+            loss="soft_l1",
+            f_scale=0.1,
+            diff_step=np.full(inside.size, 1e-3),
+            max_nfev=12,
         )
+        return float(found.cost), found.x
 
-    def motion(self, law: Law, shift: float, count: int) -> Array:
-        """The first `count` samples of the settled motion, begun `shift` later."""
-        system = self.make(law=law)
-        settle = TRANSIENT * system.natural_period
-        times = settle + shift + self.time[:count]
-        return np.asarray(simulate(system, float(times[-1]) + self.step).at(times)[0])
+    def lay(self, numbers: Array) -> tuple[float, Array]:
+        """Least squares of the motions from these free numbers; returns the misfit and all unknowns.
 
-    def first_shift(self, law: Law) -> float:
-        """The shift of time with the least misfit, over the longest cycle the motion can have."""
-        system = self.make(law=law)
-        settle = TRANSIENT * system.natural_period
-        events = simulate(system, 2 * settle).events
-        releases = events["t"][events["kind"].isin(["release", "reversal"])].to_numpy()
-        late = releases[releases > settle]
-        cycle = 2.5 * float(np.diff(late).max()) if late.size > 2 else system.natural_period
-        grid = np.arange(0.0, cycle, max(self.step, cycle / 400))
-        few = slice(0, np.searchsorted(self.time, 0.7 * cycle))
-        orbit = simulate(system, settle + cycle + self.time[few][-1] + self.step)
-        misfit = [
-            float(np.sum((orbit.at(settle + shift + self.time[few])[0] - self.displacement[few]) ** 2))
-            for shift in grid
-        ]
-        return float(grid[int(np.argmin(misfit))])
+        The misfit is the mean of the squared residuals over the noise, 1 where only noise is left.
+        """
+        unknowns = numbers
+        for share in SHARES:
+            # A few cycles first: over many a small error of the period would put the motions out of step.
+            law = self.free.law(unknowns[: self.count])
+            shifts = [overlay.first_shift(law, n) for overlay, n, _ in self._each(share)]
+            unknowns = np.concatenate([unknowns[: self.count], shifts])
+            unknowns = self.down(unknowns, share, 1.0 if share < 1 else 0.01)
+        misfit = float(np.mean(np.square(self.residuals(unknowns))))
+        if misfit < self.best[0]:
+            self.best = (misfit, unknowns)
+        return misfit, unknowns
+
+    def down(self, unknowns: Array, share: float, enough: float, held: Sequence[int] = ()) -> Array:
+        """Robust least squares over a share of each record, by Levenberg and Marquardt; `held` numbers stay.
+
+        Normal equations, as the samples are many and the unknowns few. It ends where no step could lower the sum of
+        squares, in units of the noise, by more than `enough`.
+        """
+        low, high = self.bounds()
+        at = np.clip(unknowns, low, high)
+        rest = self.residuals(at, share)
+        cost, damping, slow = _robust(rest)[0], 1e-3, 0
+        for _ in range(ITERATIONS):
+            weight = _robust(rest)[1]
+            slopes = self.slopes(at, share)
+            gradient = slopes.T @ (weight * rest)
+            curvature = slopes.T @ (weight[:, None] * slopes)
+            outward = ((at <= low) & (gradient > 0)) | ((at >= high) & (gradient < 0))
+            outward[list(held)] = True
+            loose = np.flatnonzero(~outward & (np.diag(curvature) > 0))
+            inner = curvature[np.ix_(loose, loose)]
+            if float(gradient[loose] @ np.linalg.lstsq(inner, gradient[loose], rcond=1e-14)[0]) < enough:
+                break
+            while damping < 1e10:
+                push = np.linalg.solve(inner + damping * np.diag(np.diag(inner)), -gradient[loose])
+                trial = at.copy()
+                trial[loose] = np.clip(at[loose] + push, low[loose], high[loose])
+                ahead = self.residuals(trial, share)
+                lower = _robust(ahead)[0]
+                if lower <= cost:
+                    break
+                damping *= 5
+            else:
+                return at
+            slow = slow + 1 if cost - lower < enough else 0
+            at, rest, cost, damping = trial, ahead, lower, max(damping / 10, 1e-12)
+            if slow == PATIENCE:
+                break
+        return at
+
+    def scatter(self, unknowns: Array) -> Array:
+        """Standard deviation of each record's residuals, in its unit of length."""
+        parts = np.split(self.residuals(unknowns), np.cumsum(self.lengths(1.0))[:-1])
+        return np.array([s * math.sqrt(np.mean(part**2)) for part, s in zip(parts, self.sigma, strict=True)])
+
+    def covariance(self, unknowns: Array) -> Array:
+        """Of all unknowns, from the slopes, the scatter of each record and its correlation from sample to sample."""
+        residuals, slopes = self.residuals(unknowns), self.slopes(unknowns)
+        edges = np.cumsum([0, *self.lengths(1.0)])
+        information = np.zeros((unknowns.size, unknowns.size))
+        for a, b in pairwise(edges):
+            part = residuals[a:b]
+            freedom = max(part.size - unknowns.size / len(self.overlays), 1.0)
+            excess = float(np.sum(part**2)) / freedom * correlation_time(part)
+            information += slopes[a:b].T @ slopes[a:b] / excess
+        length = np.sqrt(np.diag(information))
+        if (length == 0).any():
+            silent = [n for n, size in zip(self.free.names, length, strict=False) if size == 0]
+            raise InputError(
+                f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: leave it out of "
+                "the free parameters, or add records in which it acts"
+            )
+        scaled = information / np.outer(length, length)
+        if np.linalg.cond(scaled) > 1e13:
+            weak = np.linalg.eigh(scaled)[1][: self.count, 0]
+            mixed = [n for n, part in zip(self.free.names, weak, strict=True) if abs(part) > 0.3]
+            raise InputError(
+                f"identify: {' and '.join(mixed) or 'the free numbers'} cannot be told apart by these motions: hold one of "
+                "them fixed, or add records at other drive velocities"
+            )
+        return np.asarray(np.linalg.inv(scaled) / np.outer(length, length))
 
 
-def _as_recorded(record: FrictionRecord) -> Array:
-    """Displacement with the gauge's own noise, which is white, where the record can still be read; else the smoothed one."""
-    from stickslip.measurement.read import as_record
-    from stickslip.measurement.rig import Rig
-
-    source, rig_text = record.attrs.get("source"), record.attrs.get("rig")
-    if source and rig_text and Path(str(source)).is_file():
-        rig = Rig.from_toml(str(rig_text))
-        if rig.gauge == "displacement":
-            recorded = as_record(str(source), rig)
-            if recorded.signal.size == record.time.size:
-                return recorded.signal
-    if record.displacement is None:
-        raise InputError(f"{record.name}: holds no displacement, so no motion can be laid over it; measure it again")
-    return record.displacement
+def _robust(rest: Array) -> tuple[float, Array]:
+    """Σ ρ(r) and the weights ρ'(r)/r, with ρ(r) = 2 c² (√(1 + (r/c)²) − 1): squares near zero, straight far out."""
+    root = np.sqrt(1 + (rest / OUTLIER) ** 2)
+    return float(2 * OUTLIER**2 * np.sum(root - 1)), 1 / root
 
 
 def fit_trajectories(
-    first: Identification, free: Iterable[str] | None = None, settled_after: float = 0.4
+    first: Identification,
+    free: Iterable[str] | None = None,
+    settled_after: float = 0.4,
+    *,
+    starts: int = 8,
+    profile: bool = False,
+    seed: int = 0,
+    progress: Progress | None = None,
+    checkpoint: str | Path | None = None,
 ) -> Identification:
     """Sharpen an identified law until the motion it makes lies over the measured motion.
 
-    Minimised is Σ (x_simulated(t + φ_r; law) − x_measured(t))² over all records r, where x_simulated is the settled
-    motion under the record's drive and φ_r a shift of time, one for each record.
+    Minimised is Σ ρ((x_simulated(t + φ_r; law) − x_measured(t)) / σ_r) over all records r, where x_simulated is the settled
+    motion under the record's drive, φ_r a shift of time and σ_r the noise of the record. Each start is led near first by
+    what does not depend on φ: period, turning points, time stuck, distance of the phase trajectories, kind of motion. A
+    motion of another kind than the measured one is never taken.
 
     Parameters
     ----------
-    first : an identification whose records hold a displacement and whose motion is steady in each.
+    first : an identification whose records hold a displacement and whose motion is steady in each; any law.
     free : names of the numbers to fit; default those of `first`.
     settled_after : the fraction of each record that is left out as transient, in [0, 1).
+    starts : the most starting points that are tried; the first is that of `first`, the others lie around it. The search
+        ends where only noise is left.
+    profile : intervals by the profile of the likelihood instead of the curvature at its top.
+    seed : of the starting points.
+    progress : called as ``progress(what, done, of)``.
+    checkpoint : a law file that holds the best so far from start to start, and after an interruption; where it exists
+        and is from the same records and numbers, the search goes on from it. It is removed at the end.
 
     Returns
     -------
-    Identification with the sharpened law, its parameters and covariance; ``rms`` is that of the displacement.
+    Identification with the sharpened law, its parameters and covariance; ``rms`` is that of the displacement, in standard
+    deviations of the motion; ``motions`` has a row for each record.
 
     Raises
     ------
     InputError
         for a record without displacement or with unknown constants, or where no motion lies near the record.
+    KeyboardInterrupt
+        after the best so far was written to `checkpoint`.
 
     Limits: for steady, repeating motions. A record whose cycles scatter (most real sticks do) has no one motion to be
     laid over; there the fit of the branches is what the record can tell. The covariance takes the correlation of the
-    residuals from sample to sample into account, not errors of the rig's constants.
+    residuals from sample to sample into account, not errors of the rig's constants. Slopes through events are central
+    differences on exact orbits.
 
     Source: the criterion of identification of the paper's Section 6, agreement of phase trajectories.
     """
     if not 0 <= settled_after < 1:
         raise InputError(f"fit_trajectories: settled_after must lie in [0, 1), got {settled_after}")
-    targets = [_Target(record, settled_after) for record in first.records]
+    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
+        raise InputError(f"fit_trajectories: starts must be a whole number of at least 1, got {starts!r}")
+    overlays = [Overlay(record, settled_after) for record in first.records]
     names = check_names(first.law, first.parameters.index if free is None else free)
-    start = np.array([value(first.law, name) for name in names])
-    error = first.parameters["error"].reindex(names).to_numpy()
-    scale = np.where(np.isfinite(error) & (error > 0), error, 1e-3 * np.maximum(np.abs(start), 1.0))
-    shifts = np.array([target.first_shift(first.law) for target in targets])
+    fit = Fit(overlays, Free(first.law, names, first.ties, first.within))
+    memory = Checkpoint(checkpoint, first, names, settled_after, seed)
+    search(fit, first, starts, np.random.default_rng(seed), memory, progress or (lambda *_: None))
+    unknowns = _polished(fit)
+    _refuse_far(fit, unknowns)
+    result = _result(first, fit, unknowns, profile, progress)
+    memory.remove()
+    return result
 
-    def law_at(numbers: Array) -> Law:
-        return with_values(first.law, dict(zip(names, start + scale * numbers[: len(names)], strict=True)))
 
-    def residuals(numbers: Array, share: float = 1.0) -> Array:
-        counts = [max(2, int(share * target.time.size)) for target in targets]
+def search(
+    fit: Fit,
+    first: Identification,
+    starts: int,
+    random: np.random.Generator,
+    memory: Checkpoint,
+    progress: Progress,
+) -> None:
+    """Lay the motions from one starting point after the other until only noise is left; `fit.best` holds the best."""
+    error = first.parameters["error"].reindex(fit.free.names).to_numpy(dtype=float)
+    plain = np.maximum(np.abs(fit.free.values(np.zeros(fit.count))), 1e-12)
+    error = np.where(fit.free.ratios, error / plain, error) / fit.free.scale
+    relative = np.where(fit.free.ratios, SPREAD, SPREAD * plain) / fit.free.scale
+    spread = np.maximum(np.nan_to_num(2 * error), relative)
+    points = np.zeros((starts, fit.count))
+    points[1:] = spread * random.standard_normal((starts - 1, fit.count))
+    points = np.clip(points, fit.free.low, fit.free.high)
+    done, fit.best = memory.read(fit.best)
+    known = all(math.isfinite(overlay.noise) for overlay in fit.overlays)
+    found: list[float] = []
+    for number in range(done, starts):
+        progress("laying the motions over each other", number, starts)
+        best = fit.best[0]
+        if known and best < LIKE_NOISE**2:
+            break
+        # The best found twice, from two sides: there is hardly a better one.
+        if sum(misfit < best * (1 + TWICE) for misfit in found) > 1:
+            break
         try:
-            law = law_at(numbers)
+            if number == 0:
+                found.append(fit.lay(points[0])[0])
+            found.append(fit.lay(fit.near(points[number])[1])[0])
         except InputError:
-            # Not a law: far from every record.
-            return np.full(sum(counts), 10.0)
-        parts = [
-            (target.motion(law, abs(shift), count) - target.displacement[:count]) / np.std(target.displacement)
-            for target, shift, count in zip(targets, numbers[len(names) :], counts, strict=True)
-        ]
-        return np.concatenate(parts)
+            # Not a law there: the next one.
+            continue
+        finally:
+            memory.write(fit, number + 1)
+    progress("laid over each other", starts, starts)
 
-    bounds = np.array([limits(name) for name in names])
-    low = np.concatenate([np.maximum((bounds[:, 0] - start) / scale, -1e3), np.zeros(shifts.size)])
-    high = np.concatenate([np.minimum((bounds[:, 1] - start) / scale, 1e3), np.full(shifts.size, np.inf)])
-    numbers = np.clip(np.concatenate([np.zeros(len(names)), shifts]), low, high)
-    for share in SHARES:
-        # A few cycles first: over many a small error of the period would put the motions out of step.
-        numbers = least_squares(
-            partial(residuals, share=share),
-            numbers,
-            bounds=(low, high),
-            x_scale="jac",
-            diff_step=np.full(numbers.size, 1e-4),
-            max_nfev=80,
-            loss="soft_l1",
-            f_scale=0.02,
-        ).x
-    plain = residuals(numbers)
-    edges = np.cumsum([0, *(target.time.size for target in targets)])
-    parts = [plain[a:b] for a, b in pairwise(edges)]
-    misfit = [float(np.sqrt(np.mean(part**2))) for part in parts]
-    for target, far in zip(targets, misfit, strict=True):
-        if far > 0.3:
+
+def _polished(fit: Fit) -> Array:
+    """The best unknowns, with each record weighed by the scatter that is left."""
+    if not fit.best[1].size:
+        raise InputError(
+            "identify: no start gave a motion that could be laid over the records; keep the fit of the branches"
+        )
+    unknowns = fit.best[1]
+    for _ in range(2):
+        fit.sigma = np.maximum(fit.scatter(unknowns), 1e-12)
+        unknowns = fit.down(unknowns, 1.0, 1e-4)
+    return unknowns
+
+
+def _refuse_far(fit: Fit, unknowns: Array) -> None:
+    law = fit.free.law(unknowns[: fit.count])
+    for overlay, scatter in zip(fit.overlays, fit.scatter(unknowns), strict=True):
+        far = scatter / overlay.spread
+        found, _ = overlay.landmarks(law)
+        # Close to the end of stick-slip the shortest sticks are not seen: there the word alone does not decide.
+        if far > FAR or (found.kind != overlay.seen.kind and far > CLOSE):
             raise InputError(
-                f"{target.name}: no motion of the law lies near this record (distance {far:.2f} of its standard deviation); "
-                "keep the fit of the branches"
+                f"{overlay.name}: no motion of the law lies near this record (distance {far:.2f} of its standard deviation; "
+                f"measured {overlay.seen.kind}, simulated {found.kind}); keep the fit of the branches"
             )
-    jacobian = _jacobian(residuals, numbers)
-    weight = np.concatenate(
-        [np.full(part.size, 1 / (miss**2 * correlation_time(part))) for part, miss in zip(parts, misfit, strict=True)]
+
+
+def _result(
+    first: Identification, fit: Fit, unknowns: Array, profile: bool, progress: Progress | None
+) -> Identification:
+    covariance = fit.covariance(unknowns)
+    numbers = unknowns[: fit.count]
+    parameters, full = fit.free.table(numbers, covariance[: fit.count, : fit.count], float(norm.ppf(0.975)))
+    notes = []
+    if profile:
+        from stickslip.identification.profile import profile_intervals
+
+        parameters[["low", "high"]], open_ends = profile_intervals(fit, unknowns, covariance, progress)
+        notes.append("Intervals are those of the profile likelihood.")
+        notes += open_ends
+    scatter = fit.scatter(unknowns)
+    motions = pd.DataFrame(
+        {
+            "record": [overlay.name for overlay in fit.overlays],
+            "kind": [overlay.seen.kind for overlay in fit.overlays],
+            "period": [overlay.seen.period for overlay in fit.overlays],
+            "samples": [overlay.time.size for overlay in fit.overlays],
+            "shift": unknowns[fit.count :],
+            "scatter": scatter,
+            "noise": [overlay.noise for overlay in fit.overlays],
+            "distance": [s / overlay.spread for s, overlay in zip(scatter, fit.overlays, strict=True)],
+        }
     )
-    information = jacobian.T @ (weight[:, None] * jacobian)
-    covariance = np.linalg.pinv(information)[: len(names), : len(names)] * np.outer(scale, scale)
-    law = law_at(numbers)
-    errors = np.sqrt(np.diag(covariance))
-    half = float(norm.ppf(0.975)) * errors
-    values = np.array([value(law, name) for name in names])
-    parameters = pd.DataFrame(
-        {"value": values, "error": errors, "low": values - half, "high": values + half},
-        index=pd.Index(names, name=first.parameters.index.name),
-    )
-    distance = math.sqrt(float(np.mean([miss**2 for miss in misfit])))
-    note = (
+    distance = math.sqrt(float(np.mean(motions["distance"] ** 2)))
+    notes.append(
         f"Sharpened by the agreement of the motions: they lie {distance:.2g} of the displacement's standard deviation apart, "
         "with one shift of time for each record."
     )
+    notes += [
+        f"{overlay.name}: the motion of the law lies {left / overlay.noise:.2g} times the noise from the record, so the law, "
+        "or a constant of the rig, is not quite that of the record, and the intervals are too narrow."
+        for overlay, left in zip(fit.overlays, scatter.tolist(), strict=True)
+        if left > LIKE_NOISE**2 * overlay.noise
+    ]
     return replace(
         first,
-        law=law,
+        law=fit.free.law(numbers),
         parameters=parameters,
-        covariance=pd.DataFrame(covariance, index=names, columns=names),
+        covariance=full,
         rms=distance,
-        command=f"{first.command} --trajectories",
-        notes=[*first.notes, note],
+        motions=motions,
+        command=f"{first.command} --trajectories" + (" --profile" if profile else ""),
+        notes=[*first.notes, *notes],
     )
-
-
-def _jacobian(residuals: Callable[[Array], Array], at: Array, step: float = 1e-3) -> Array:
-    """Central differences; `at` is in units of the first standard errors and of time."""
-    columns = []
-    for j in range(at.size):
-        ahead, behind = at.copy(), at.copy()
-        ahead[j] += step
-        behind[j] -= step
-        columns.append((residuals(ahead) - residuals(behind)) / (2 * step))
-    return np.stack(columns, axis=1)

@@ -69,7 +69,8 @@ def measure(
     -------
     DataTree. For a motion with several masses, one such tree as a child ``mass_<label>`` each. Else the root has
     `slip_velocity`, `slip_acceleration`, `force`, `force_error`, `stuck`, `displacement`, `velocity` over `time` (those
-    that the gauge can give). Child ``break_away``: `t`, `stick_time`, `force_rate`, `force`, `drop` and their ``_error``
+    that the gauge can give), and with the indirect method `recorded`, the displacement before any smoothing, NaN where a
+    sample was left out. Child ``break_away``: `t`, `stick_time`, `force_rate`, `force`, `drop` and their ``_error``
     over `event`; other gauges add ``steady``, friction over slip velocity. Attributes of the root: `source`, `rig`
     (TOML), `command`, `version`, `notes` (what was assumed, corrected or found inconsistent, one sentence each), `regime`,
     `main_line` and `main_line_error` (Hz), `slow_share` (of the time with |w| < 0.2 V) and `stuck_share`, and the constants
@@ -325,6 +326,8 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
     data["stuck"] = ("time", f.stuck)
     data["displacement"] = ("time", f.extension, {"units": length, "long_name": "extension of the spring"})
     data["velocity"] = ("time", f.velocity, {"units": speed})
+    recorded = np.where(f.fit.weight > 0, o.drive_velocity * (f.time - f.time[0]) - f.fit.path, math.nan)
+    data["recorded"] = ("time", recorded, {"units": length, "long_name": "extension with the gauge's own noise"})
     events = break_aways(f, found.sticks)
     if not si:
         for name in events:

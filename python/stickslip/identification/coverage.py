@@ -1,0 +1,229 @@
+"""How often the 95 % intervals hold the truth: a law is identified again and again from synthetic records.
+
+``python -m stickslip.identification.coverage -n 200 -o FOLDER`` does it for the laws of `CASES` and goes on where it was
+stopped; it prints the table of ``docs/identification.md``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from stickslip.errors import InputError
+from stickslip.identification.fit import Identification, identify
+from stickslip.identification.parameters import value
+from stickslip.identification.records import FrictionRecord
+from stickslip.identification.trajectory import fit_trajectories
+from stickslip.laws import BogaczRyczek, DwellTime, ExponentialStribeck, Law, PiecewiseLinear, StaticKinetic
+from stickslip.measurement import Rig, measure
+from stickslip.simulation import simulate
+from stickslip.system import Oscillator
+
+SETTLED = 100.0
+"""Time before a synthetic record begins, in a system with mass and stiffness 1."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A truth, and what is recorded of it.
+
+    Attributes
+    ----------
+    law : the truth.
+    drive_velocities : one record each.
+    damping : of the oscillator, known to the identification as its mass and stiffness (both 1) are.
+    fixed : numbers that are held at their true values.
+    free : names of the numbers to fit; default what the records tell.
+    pieces : of a piecewise-linear law.
+    noise : standard deviation of the white noise of the displacement, relative to that of the motion.
+    duration, step : of each record.
+    """
+
+    law: Law
+    drive_velocities: tuple[float, ...]
+    damping: float
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    free: tuple[str, ...] | None = None
+    pieces: int = 3
+    noise: float = 0.005
+    duration: float = 60.0
+    step: float = 0.04
+
+    def records(self, seed: int) -> list[tuple[dict[str, Any], Rig]]:
+        """Noisy displacement records, each with its rig."""
+        made = []
+        t = np.arange(0.0, self.duration, self.step)
+        for number, s in enumerate(self.drive_velocities):
+            system = Oscillator(self.damping, s, self.law)
+            x = simulate(system, SETTLED + self.duration).at(SETTLED + t)[0]
+            noise = self.noise * float(np.std(x))
+            x = x + noise * np.random.default_rng([seed, number]).standard_normal(t.size)
+            rig = Rig(
+                gauge="displacement",
+                column="x",
+                unit="1",
+                time_column="t",
+                stiffness=1.0,
+                mass=1.0,
+                damping=self.damping,
+                drive_velocity=s,
+            )
+            made.append(({"t": t, "x": x}, rig))
+        return made
+
+    def first(self, seed: int) -> Identification:
+        """The fit of the branches to the measured records of one seed."""
+        frictions = [measure(record, rig) for record, rig in self.records(seed)]
+        return identify(frictions, law=type(self.law), fixed=self.fixed, pieces=self.pieces)
+
+    def again(self, first: Identification, seed: int) -> Identification:
+        """The law identified from the records of another seed, the search begun at the first identification."""
+        records = [
+            _with_recorded(record, made["x"])
+            for record, (made, _) in zip(first.records, self.records(seed), strict=True)
+        ]
+        begun = Identification(**{**vars(first), "records": records})
+        return fit_trajectories(begun, self.free, settled_after=0.0, seed=seed)
+
+
+CASES = {
+    "StaticKinetic": Case(StaticKinetic(break_away=1.0, kinetic=0.6), (0.1, 0.2, 0.3), 0.1),
+    "DwellTime": Case(DwellTime(kinetic=0.5, limit=0.5, rate=0.3), (0.08, 0.12, 0.16), 0.05),
+    "ExponentialStribeck": Case(
+        ExponentialStribeck(break_away=1.0, kinetic=0.6, scale=0.2, viscous=0.1), (0.1, 0.2, 0.3), 0.05
+    ),
+    "PiecewiseLinear": Case(
+        PiecewiseLinear(nodes=((0.0, 1.0), (0.2, 0.6), (0.6, 0.75)), break_away=1.05),
+        (0.1, 0.2, 0.3),
+        0.1,
+        fixed={"nodes[2].slip_velocity": 0.6},  # where on the last line its node lies is no number of the law
+        pieces=2,
+    ),
+    "BogaczRyczek": Case(
+        BogaczRyczek(),
+        (0.10, 0.15, 0.28, 0.30),
+        0.28,
+        fixed={"beta": 0.01, "static_friction.force_rate_scale": 0.5},
+        free=(
+            "static_friction.initial",
+            "static_friction.limit",
+            "static_friction.rate",
+            "phi",
+            "psi",
+            "l.slope",
+            "l.intercept",
+            "B.w",
+            "B.f",
+            "D.w",
+            "D.f",
+        ),
+    ),
+}
+"""The truths of the published table: three or four drive velocities each, 0.5 % noise."""
+
+
+def coverage(
+    case: Case,
+    repetitions: int = 200,
+    fresh: int = 20,
+    path: str | Path | None = None,
+    progress: Callable[[int, int], Any] | None = None,
+) -> pd.DataFrame:
+    """How often each 95 % interval of :func:`fit_trajectories` holds the truth.
+
+    In every repetition all records have new noise. Where the search begins is found by the whole way, from noisy records
+    through :func:`stickslip.measure` and :func:`stickslip.identify`, anew at every `fresh`-th repetition.
+
+    Parameters
+    ----------
+    case : the truth and its records.
+    repetitions : how many.
+    fresh : repetitions that begin at the same first identification.
+    path : a CSV file with one row a number and repetition, to which each repetition is appended; where it exists only what
+        is missing is done.
+    progress : called as ``progress(done, of)``.
+
+    Returns
+    -------
+    DataFrame over the names of the fitted numbers: true, mean, bias (of the mean, in standard deviations of the
+    values), scatter (their standard deviation), stated (median standard error), inside (intervals that hold the truth),
+    repetitions, share. A repetition that was refused counts as an interval that does not hold the truth.
+
+    >>> table = coverage(CASES["StaticKinetic"], repetitions=2, fresh=2)
+    >>> list(table.index), bool((table["scatter"] < 1e-4).all())
+    (['break_away', 'kinetic'], True)
+    """
+    known = pd.read_csv(path) if path is not None and Path(path).is_file() else None
+    done = set() if known is None else set(known["seed"])
+    rows = [] if known is None else [known]
+    first: tuple[int, Identification] | None = None
+    for seed in range(repetitions):
+        if progress is not None:
+            progress(seed, repetitions)
+        if seed in done:
+            continue
+        start = seed - seed % fresh
+        if first is None or first[0] != start:
+            first = (start, case.first(start))
+        try:
+            table = case.again(first[1], seed).parameters
+        except InputError:
+            table = pd.DataFrame(index=pd.Index(["refused"], name="parameter"), data={"value": np.nan})
+        row = table.reset_index().assign(seed=seed)
+        rows.append(row)
+        if path is not None:
+            row.to_csv(path, mode="a", header=not Path(path).exists(), index=False)
+    return _summary(case, pd.concat(rows, ignore_index=True))
+
+
+def _summary(case: Case, rows: pd.DataFrame) -> pd.DataFrame:
+    count = rows["seed"].nunique()
+    found = rows[rows["parameter"] != "refused"]
+    table = {}
+    for name, part in found.groupby("parameter", sort=False):
+        true = value(case.law, str(name))
+        scatter = float(part["value"].std()) if len(part) > 1 else np.nan
+        inside = int(((part["low"] <= true) & (true <= part["high"])).sum())
+        mean = float(part["value"].mean())
+        table[str(name)] = {
+            "true": true,
+            "mean": mean,
+            "bias": (mean - true) / scatter,
+            "scatter": scatter,
+            "stated": float(part["error"].median()),
+            "inside": inside,
+            "repetitions": count,
+            "share": inside / count,
+        }
+    return pd.DataFrame.from_dict(table, orient="index")
+
+
+def _with_recorded(record: FrictionRecord, recorded: Any) -> FrictionRecord:
+    """The record with the samples of another noise; what was smoothed from the first ones only leads the search."""
+    return FrictionRecord(**{**vars(record), "recorded": np.asarray(recorded, float)})
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table of coverage of each law asked for."""
+    parser = argparse.ArgumentParser(prog="python -m stickslip.identification.coverage", description=__doc__)
+    parser.add_argument("laws", nargs="*", default=[*CASES], metavar="LAW", help=f"of {', '.join(CASES)}")
+    parser.add_argument("-n", type=int, default=200, help="repetitions; default 200")
+    parser.add_argument("-o", default=".", metavar="FOLDER", help="where LAW.csv is kept, to go on from")
+    options = parser.parse_args(arguments)
+    for law in options.laws:
+        if law not in CASES:
+            parser.error(f"unknown law {law!r}; known are {', '.join(CASES)}")
+        table = coverage(CASES[law], options.n, path=Path(options.o) / f"{law}.csv")
+        sys.stdout.write(f"{law}\n{table.to_string(float_format=lambda number: f'{number:.5g}')}\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

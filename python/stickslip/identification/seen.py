@@ -1,0 +1,91 @@
+"""What a first guess may look at, and what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from stickslip.errors import InputError
+from stickslip.identification.break_away import StaticFriction
+from stickslip.identification.records import FrictionRecord
+from stickslip.laws import Law
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a first guess may look at.
+
+    Attributes
+    ----------
+    records : all of them.
+    rows : their break-aways with a known stick time.
+    static : the fits of static friction, None for too few rows.
+    relative : whether friction drifts, so that break-aways are taken above the kinetic force of their own slip.
+    pieces : number of linear pieces asked for.
+    """
+
+    records: Sequence[FrictionRecord]
+    rows: pd.DataFrame
+    static: StaticFriction | None
+    relative: bool
+    pieces: int
+
+    @property
+    def curve(self) -> tuple[Array, Array]:
+        """Slip speed, and kinetic force in the sense of the slip, of every sample that slips."""
+        speed = np.concatenate([np.abs(r.slip_velocity[~r.stuck]) for r in self.records])
+        force = [np.copysign(1.0, r.slip_velocity[~r.stuck]) * r.force[~r.stuck] for r in self.records]
+        return speed, np.concatenate(force)
+
+    @property
+    def kinetic(self) -> float:
+        """The constant kinetic force that does the same work in all slips."""
+        levels = [record.slip_level(a, b) for record in self.records for a, b in record.slips]
+        paths = [float(np.abs(record.slip_velocity[a:b]).sum()) for record in self.records for a, b in record.slips]
+        return float(np.average(levels, weights=paths)) if sum(paths) > 0 else float(np.mean(levels))
+
+    @property
+    def break_away(self) -> float:
+        """The usual break-away force."""
+        force = self.rows["force"].to_numpy()
+        if self.relative:
+            force = force - self.rows["level"].to_numpy() + self.kinetic
+        return float(np.nanmedian(force))
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A law to begin with, the numbers to fit, and what was assumed.
+
+    Attributes
+    ----------
+    law : the first guess.
+    free : names of the numbers that are fitted.
+    ties : names of numbers that follow another.
+    notes : plain sentences.
+    rivals : other first guesses, from which the one with the least misfit is taken.
+    within : limits that come from the records.
+    """
+
+    law: Law
+    free: list[str]
+    ties: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    rivals: list[Law] = field(default_factory=list)
+    within: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+def need_rows(seen: Seen, kind: str, fewest: int) -> None:
+    """Refuse records with fewer break-aways than the law needs."""
+    if len(seen.rows) < fewest:
+        got = f"only {len(seen.rows)}" if len(seen.rows) else "none"
+        raise InputError(
+            f"identify: {kind} needs at least {fewest} break-aways with a known stick time, the records hold {got}: take "
+            "a record in which the mass sticks (a lower drive velocity), or ask for Coulomb"
+        )
