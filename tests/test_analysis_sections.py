@@ -160,3 +160,37 @@ def test_rows_of_the_core_agree_with_those_from_whole_orbits(system):
     # What is sampled 200 times a period misses a corner of w by a step.
     for name in ("w_min", "w_max", "stuck_share"):
         np.testing.assert_allclose(core[name], whole[name], atol=0.02, err_msg=name)
+
+
+@pytest.mark.parametrize("whole", [False, True], ids=["core", "whole orbits"])
+def test_chaos_is_told_from_a_torus_and_from_a_period(whole):
+    # Without friction or damping x = a cos t + b cos(t/√2) never repeats: a torus.
+    free = ss.Oscillator(damping=0.0, drive_velocity=9.0, law=ss.laws.Coulomb(0.0), forcing=ss.Harmonic(1.0, 2**-0.5))
+    look = Look(transient=20, window=32, tolerance=1e-5, decide=500)
+
+    def rows(system, frequency):
+        chunk = Chunk(system.to_json(), ("forcing.0.frequency",), np.array([[frequency]]), look)
+        return chunk._one_by_one(document_of(system), chunk.values) if whole else chunk.compute()
+
+    torus = rows(free, 2**-0.5)
+    assert torus["period"][0] == 0
+    assert abs(torus["chaos"][0]) < 0.1
+    # Neighbours part, see the test below.
+    wild = rows(FORCED, 1.3)
+    assert wild["period"][0] == 0
+    assert wild["chaos"][0] > 0.9
+    # Slow, but in the end it repeats after two periods.
+    slow = rows(FORCED, 1.75)
+    assert slow["period"][0] == 2
+    assert np.isnan(slow["chaos"][0])
+
+
+def test_the_motion_that_is_called_chaotic_parts_from_its_neighbours():
+    system = ss.Oscillator(
+        damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 1.3)
+    )
+    period = 2 * np.pi / 1.3
+    one, other = (ss.section(system, t_end=600 * period, transient=0.0, x0=x0) for x0 in (0.1, 0.1 + 1e-9))
+    apart = np.abs(one["x"] - other["x"]).to_numpy()
+    assert apart[:5].max() < 1e-7
+    assert apart[400:].max() > 0.1

@@ -16,6 +16,19 @@ REGIMES = {
     "back_and_forth": "the slip velocity changes its sign without a stick",
 }
 
+#: The growth rate of the 0–1 test (Gottwald & Melbourne 2009) from which on a motion counts as chaotic, and up to which as
+#: regular; it is near 1 or near 0 for 500 returns or more.
+CHAOTIC, REGULAR = 0.8, 0.2
+
+#: How a motion comes back.
+RECURRENCE = {
+    "rests": "at_rest or stable_slip",
+    "periodic": "it repeats after some returns to the section, at most half of those in the window, within the tolerance",
+    "chaotic": "it does not repeat, and the 0-1 test of its returns gives at least 0.8",
+    "quasi_periodic": "it does not repeat, and the 0-1 test gives at most 0.2: a torus, or a longer period",
+    "undecided": "it does not repeat, and the 0-1 test was not asked for or does not tell; or the run did not end",
+}
+
 
 def regime_of(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str:
     """The kind of a motion.

@@ -310,6 +310,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Orbit>()?;
     module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
     module.add_function(wrap_pyfunction!(regime, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::chaos, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::section, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
     module.add_class::<network::Network>()?;

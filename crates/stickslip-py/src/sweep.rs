@@ -7,15 +7,17 @@ use stickslip::section::section as points_of;
 use stickslip::simulate::Run;
 use stickslip::structure::Oscillator;
 use stickslip::sweep::{Steady, Sweep};
+use stickslip::zero_one;
 
 use crate::refused;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
 /// The columns of a run of a sweep.
-pub(crate) const COLUMNS: [&str; 16] = [
+pub(crate) const COLUMNS: [&str; 17] = [
     "regime",
     "period",
+    "chaos",
     "loops",
     "period_time",
     "x_min",
@@ -117,12 +119,23 @@ pub(crate) fn sweep<'py>(
     Ok((numbers, turning_x, turning_w, section))
 }
 
+/// The growth rate of the 0–1 test for chaos.
+#[pyfunction]
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "that is how arrays cross the border"
+)]
+pub(crate) fn chaos(series: PyReadonlyArray1<'_, f64>) -> PyResult<f64> {
+    Ok(zero_one::growth(series.as_slice()?))
+}
+
 fn numbers(row: &Steady) -> [f64; COLUMNS.len()] {
     let known = |value: f64| if value.is_finite() { value } else { f64::NAN };
     let (x_end, v_end) = row.end;
     [
         f64::from(row.regime as u8),
         f64::from(row.period),
+        row.chaos,
         f64::from(row.loops),
         row.period_time,
         known(row.x[0]),

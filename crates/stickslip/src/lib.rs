@@ -18,6 +18,7 @@
 //! | [`trail`] | the event sequence of a run, to be followed |
 //! | [`variation`] | derivatives of a motion through its events; test functions of sliding bifurcations |
 //! | [`dual`] | numbers that carry their derivatives |
+//! | [`zero_one`] | the 0–1 test for chaos |
 //! | [`replay`] | a law along a measured motion |
 //! | [`system`] | masses, matrices, contacts, drives |
 //! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
@@ -63,3 +64,4 @@ pub mod sweep;
 pub mod system;
 pub mod trail;
 pub mod variation;
+pub mod zero_one;

@@ -18,6 +18,7 @@ use crate::regime::Regime;
 use crate::section::{Course, Cut, Passing, Point, Surface, View, follow, keep};
 use crate::simulate::{Run, Stop};
 use crate::structure::Oscillator;
+use crate::zero_one;
 
 /// What is looked at in each run. A *period* is that of the first forcing, or the natural one 2π √(m/k).
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -31,6 +32,9 @@ pub struct Look {
     pub tolerance: f64,
     /// The section; none: [`Surface::usual`].
     pub surface: Option<Surface>,
+    /// Returns after the window by which a motion that does not repeat is told regular from chaotic; 0: not at all.
+    #[serde(default)]
+    pub decide: usize,
     /// How many turning points and points of the section are kept.
     pub points: usize,
     /// Most events of each run.
@@ -47,6 +51,9 @@ pub struct Steady {
     pub regime: Regime,
     /// Returns to the section after which it repeats; 0 where it does not; 1 for a motion that rests.
     pub period: u32,
+    /// The growth rate K of the 0–1 test ([`zero_one::growth`]) where it does not repeat: near 1 for chaos, near 0 for a
+    /// motion on a torus. Not a number elsewhere.
+    pub chaos: f64,
     /// Maxima of x until it repeats.
     pub loops: u32,
     /// Time until it repeats; not a number where it does not.
@@ -167,27 +174,34 @@ fn look_at<const H: usize>(oscillator: &Oscillator, run: Run, look: &Look) -> Re
         t_end: (look.transient + look.window) * period,
         ..run
     };
-    let mut watch = Watch {
-        drive_velocity: oscillator.drive_velocity,
-        points: look.points,
-        passing: Passing::new(&surface),
-        turns_x: Cut::new([0.0, 1.0, 0.0], 0.0, 0),
-        turns_w: Cut::new([0.0, 0.0, 1.0], 0.0, 0),
-        x: [f64::INFINITY, f64::NEG_INFINITY],
-        v: [f64::INFINITY, f64::NEG_INFINITY],
-        sticks: false,
-        stuck: 0.0,
-        total: 0.0,
-        loops: 0,
-        rises: false,
-        returns: VecDeque::new(),
-        met: VecDeque::new(),
-        turning_x: VecDeque::new(),
-        turning_w: VecDeque::new(),
-        end: (run.x0, run.v0),
-    };
+    let mut watch = Watch::new(oscillator.drive_velocity, look.points, &surface, RETURNS);
+    watch.end = (run.x0, run.v0);
     let (stop, events) = follow::<H>(oscillator, run, after, &mut watch)?;
-    Ok(watch.summary(look, stop, events))
+    let (compared, end) = (watch.returns.len(), watch.end);
+    let row = watch.summary(look, stop, events, compared);
+    if row.period > 0 || stop != Stop::End || look.decide == 0 {
+        return Ok(row);
+    }
+    // The motion goes on for longer: a slow one may still settle, and the 0–1 test wants a long series.
+    let run = Run {
+        x0: end.0,
+        v0: end.1,
+        t_end: look.decide as f64 * period,
+        ..run
+    };
+    let mut watch = Watch::new(
+        oscillator.drive_velocity,
+        look.points,
+        &surface,
+        RETURNS.max(look.decide),
+    );
+    let (stop, more) = follow::<H>(oscillator, run, 0.0, &mut watch)?;
+    let series: Vec<f64> = watch.returns.iter().map(|(point, _)| point.x).collect();
+    let mut row = watch.summary(look, stop, events + more, compared);
+    if row.period == 0 {
+        row.chaos = zero_one::growth(&series);
+    }
+    Ok(row)
 }
 
 /// A motion as it passes.
@@ -210,6 +224,8 @@ struct Watch {
     met: VecDeque<Point>,
     turning_x: VecDeque<f64>,
     turning_w: VecDeque<f64>,
+    /// The most returns that are kept.
+    most: usize,
     end: (f64, Option<f64>),
 }
 
@@ -225,6 +241,7 @@ impl<const H: usize> View<H> for Watch {
             v,
             loops,
             rises,
+            most,
             returns,
             met,
             turning_x,
@@ -244,7 +261,7 @@ impl<const H: usize> View<H> for Watch {
             keep(turning_x, *points, point.x);
             // Returns and maxima in the order of time.
             while let Some(&before) = met.front().filter(|before| before.t < point.t) {
-                keep(returns, RETURNS, (before, *loops));
+                keep(returns, *most, (before, *loops));
                 met.pop_front();
             }
             *loops += u32::from(*rises);
@@ -255,7 +272,7 @@ impl<const H: usize> View<H> for Watch {
             keep(turning_w, *points, self.drive_velocity - point.v);
         });
         for point in met.drain(..) {
-            keep(returns, RETURNS, (point, *loops));
+            keep(returns, *most, (point, *loops));
         }
         self.total += span.1 - span.0;
         if course.direction == 0.0 {
@@ -278,7 +295,31 @@ impl<const H: usize> View<H> for Watch {
 }
 
 impl Watch {
-    fn summary(mut self, look: &Look, stop: Stop, events: u64) -> Steady {
+    fn new(drive_velocity: f64, points: usize, surface: &Surface, most: usize) -> Self {
+        Self {
+            drive_velocity,
+            points,
+            passing: Passing::new(surface),
+            turns_x: Cut::new([0.0, 1.0, 0.0], 0.0, 0),
+            turns_w: Cut::new([0.0, 0.0, 1.0], 0.0, 0),
+            x: [f64::INFINITY, f64::NEG_INFINITY],
+            v: [f64::INFINITY, f64::NEG_INFINITY],
+            sticks: false,
+            stuck: 0.0,
+            total: 0.0,
+            loops: 0,
+            rises: false,
+            returns: VecDeque::new(),
+            met: VecDeque::new(),
+            turning_x: VecDeque::new(),
+            turning_w: VecDeque::new(),
+            most,
+            end: (0.0, None),
+        }
+    }
+
+    /// What is kept of the motion; the last `compared` returns say whether it repeats.
+    fn summary(mut self, look: &Look, stop: Stop, events: u64, compared: usize) -> Steady {
         let w = [self.drive_velocity - self.v[1], self.drive_velocity - self.v[0]];
         let stuck_share = self.stuck / self.total;
         let regime = match stop {
@@ -290,7 +331,7 @@ impl Watch {
         let period = if rests {
             1
         } else if stop == Stop::End {
-            self.repeats(look.tolerance)
+            self.repeats(look.tolerance, compared)
         } else {
             0
         };
@@ -325,6 +366,7 @@ impl Watch {
         Steady {
             regime,
             period: u32::try_from(period).unwrap_or(0),
+            chaos: f64::NAN,
             loops,
             period_time,
             x: self.x,
@@ -345,12 +387,13 @@ impl Watch {
         }
     }
 
-    /// The fewest returns to the section after which all of them repeat; 0 where they do not.
-    fn repeats(&self, tolerance: f64) -> usize {
-        let count = self.returns.len();
+    /// The fewest returns to the section after which the last `compared` of them repeat; 0 where they do not.
+    fn repeats(&self, tolerance: f64, compared: usize) -> usize {
+        let count = compared.min(self.returns.len());
+        let skipped = self.returns.len() - count;
         let near = |one: f64, other: f64, extent: f64| (one - other).abs() <= tolerance * extent;
         let (wide, fast) = (self.x[1] - self.x[0], self.v[1] - self.v[0]);
-        let point = |index: usize| self.returns[index].0;
+        let point = |index: usize| self.returns[skipped + index].0;
         (1..=count / 2)
             .find(|&period| {
                 let lasts = point(count - 1).t - point(count - 1 - period).t;

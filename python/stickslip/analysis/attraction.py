@@ -98,6 +98,7 @@ def basins(
         window=window,
         section=section,
         tolerance=tolerance,
+        decide=0,
         start=(None, None),
         contact=contact,
         paths={"x": f"x0.{mass}", "v": f"v0.{mass}"} if masses else {"x": "x0", "v": "v0"},

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analysis.parameters import document_of, grid, path_in
-from stickslip.analysis.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, start_of
+from stickslip.analysis.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
 from stickslip.analysis.sections import Surface, surface_from
 from stickslip.analysis.store import Plan, Progress, Variable, compute, fingerprint, words_for
 from stickslip.documents import number
@@ -37,6 +37,7 @@ def orbit_diagram(
     section: str | Surface | None = None,
     points: int = 128,
     tolerance: float = 1e-6,
+    decide: int = 0,
     x0: ArrayLike | None = None,
     v0: ArrayLike | None = None,
     contact: int = 0,
@@ -62,6 +63,8 @@ def orbit_diagram(
         stroboscopic section where there is forcing, else the maxima of x.
     points : the most turning points and returns that are kept of each motion, the last ones.
     tolerance : a motion repeats where its returns do, to this part of its extent.
+    decide : a motion that does not repeat is followed for so many more periods, at least 500 if at all, and told regular from
+        chaotic by the 0–1 test of its returns.
     x0, v0 : the start; default stuck on the drive at x = 0, as in :func:`stickslip.simulate`.
     contact : of a system of masses, the contact that is looked at, with its mass.
     store : folder of a Zarr store to write to, part by part; after a kill the same call goes on, and ends with the
@@ -76,7 +79,8 @@ def orbit_diagram(
     while the mass sticks) and ``section_t``, ``section_x``, ``section_v``, all in order of time and filled with NaN;
     ``amplitude`` (half of max x − min x), ``x_min``, ``x_max``, ``w_min``, ``w_max``, ``regime``
     (:data:`stickslip.regimes.REGIMES`), ``period`` (returns after which the motion repeats, 0 where it does not within half
-    of `keep`), ``loops`` and ``period_time`` of that period, ``x_end`` and ``v_end`` (NaN: stuck). A fixed point has one
+    of `keep`), ``recurrence`` (:data:`stickslip.regimes.RECURRENCE`) and ``chaos`` (the K of the 0–1 test),
+    ``loops`` and ``period_time`` of that period, ``x_end`` and ``v_end`` (NaN: stuck). A fixed point has one
     turning point. With a store, the Dataset is read when it is looked at.
 
     Raises
@@ -108,7 +112,14 @@ def orbit_diagram(
         )
     surface = section if isinstance(section, Surface | None) else surface_from(system, section, where="orbit_diagram")
     window = float(keep)
-    look = Look(periods - window, window, number("tolerance", tolerance, "orbit_diagram"), surface, points)
+    look = Look(
+        periods - window,
+        window,
+        number("tolerance", tolerance, "orbit_diagram"),
+        surface,
+        points,
+        periods_to_decide(decide, "orbit_diagram"),
+    )
     begin = start_of(system, x0, v0, "orbit_diagram")
     text = json.dumps(document)
 
@@ -163,7 +174,14 @@ def orbit_diagram(
         and system.mass == system.stiffness == 1
         and parameter not in ("mass", "stiffness")
     )
-    settings = {"periods": periods, "keep": keep, "tolerance": tolerance, "points": points, "contact": contact}
+    settings = {
+        "periods": periods,
+        "keep": keep,
+        "tolerance": tolerance,
+        "decide": decide,
+        "points": points,
+        "contact": contact,
+    }
     request = {
         "command": "orbit_diagram",
         "system": system.to_dict(),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analysis.parameters import document_of, grid, path_in
-from stickslip.analysis.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, start_of
+from stickslip.analysis.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
 from stickslip.analysis.sections import Surface, surface_from
 from stickslip.analysis.store import Plan, Progress, Variable, compute, fingerprint, words_for
 from stickslip.documents import number
@@ -30,6 +30,7 @@ def regime_map(
     window: float = 32,
     section: str | Surface | None = None,
     tolerance: float = 1e-6,
+    decide: int = 0,
     x0: ArrayLike | None = None,
     v0: ArrayLike | None = None,
     contact: int = 0,
@@ -48,12 +49,13 @@ def regime_map(
         (n,) in increasing order; ``"x0"`` and ``"v0"`` vary the start. All combinations are run.
     transient : periods that are left out, of the first forcing or, without one, of the natural motion.
     window : periods after them that are looked at; a period of up to half of it is found.
-    section, tolerance, x0, v0, contact, store, workers, cluster, progress : as in :func:`orbit_diagram`.
+    section, tolerance, decide, x0, v0, contact, store, workers, cluster, progress : as in :func:`orbit_diagram`.
 
     Returns
     -------
     Dataset over the names of `over`: ``regime`` (:data:`stickslip.regimes.REGIMES`), ``period`` (returns to the section after
     which the motion repeats; in forcing periods for a forced system; 0 where it does not repeat; 1 for one that rests),
+    ``recurrence`` (:data:`stickslip.regimes.RECURRENCE`), ``chaos``,
     ``loops`` (maxima of x in that time), ``period_time``, ``amplitude``, ``x_min``, ``x_max``, ``w_min``, ``w_max``,
     ``x_mean``, ``v_mean``, ``stuck_share``, ``events``, ``stop``. With a store it is read when it is looked at, and memory
     does not grow with the map.
@@ -77,6 +79,7 @@ def regime_map(
         window=window,
         section=section,
         tolerance=tolerance,
+        decide=decide,
         start=(x0, v0),
         contact=contact,
     )
@@ -92,6 +95,7 @@ def map_plan(
     window: float,
     section: str | Surface | None,
     tolerance: float,
+    decide: int,
     start: tuple[ArrayLike | None, ArrayLike | None],
     contact: int,
     paths: Mapping[str, str] | None = None,
@@ -106,7 +110,13 @@ def map_plan(
         if number(item, value, name) < least:
             raise InputError(f"{name}: {item} must be at least {least:g} periods, got {value!r}")
     surface = section if isinstance(section, Surface | None) else surface_from(system, section, where=name)
-    look = Look(float(transient), float(window), number("tolerance", tolerance, name), surface)
+    look = Look(
+        float(transient),
+        float(window),
+        number("tolerance", tolerance, name),
+        surface,
+        decide=periods_to_decide(decide, name),
+    )
     begin = start_of(system, *start, name)
     text = json.dumps(document)
     dims = tuple(axes)
@@ -128,7 +138,13 @@ def map_plan(
         **{item: Variable(dims, np.int64, {"long_name": MEANINGS[item]}) for item in COUNTS},
         **{item: Variable(dims, str, {"long_name": MEANINGS[item]}) for item in WORDS},
     }
-    settings = {"transient": transient, "window": window, "tolerance": tolerance, "contact": contact}
+    settings = {
+        "transient": transient,
+        "window": window,
+        "tolerance": tolerance,
+        "decide": decide,
+        "contact": contact,
+    }
     request = {
         "command": name,
         "system": system.to_dict(),

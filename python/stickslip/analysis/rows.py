@@ -16,6 +16,7 @@ from stickslip.analysis.sections import Surface, points_of, usual_surface
 from stickslip.analysis.steady import steady_motion
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit
+from stickslip.regimes import CHAOTIC, REGULAR
 from stickslip.simulation import simulate
 from stickslip.system import Oscillator, System
 
@@ -25,6 +26,8 @@ Array = NDArray[Any]
 MEANINGS = {
     "regime": "kind of motion, see stickslip.regimes",
     "period": "returns to the section after which the motion repeats; 0 where it does not, 1 for a motion that rests",
+    "recurrence": "rests, periodic, quasi_periodic, chaotic or undecided, see stickslip.regimes",
+    "chaos": "growth rate K of the 0-1 test where the motion does not repeat: near 1 for chaos, near 0 on a torus",
     "loops": "maxima of x until the motion repeats",
     "period_time": "time until the motion repeats",
     "amplitude": "half of max x - min x",
@@ -38,9 +41,9 @@ MEANINGS = {
     "events": "events of the whole run",
     "stop": "why the run ended",
 }
-NUMBERS = tuple(name for name in MEANINGS if name not in ("regime", "stop", "period", "loops", "events"))
 COUNTS = ("period", "loops", "events")
-WORDS = ("regime", "stop")
+WORDS = ("regime", "recurrence", "stop")
+NUMBERS = tuple(name for name in MEANINGS if name not in (*COUNTS, *WORDS))
 
 Start = tuple[Any, Any] | None
 
@@ -50,7 +53,8 @@ class Look:
     """What is looked at in a run: `transient` periods are left out, `window` periods after them are looked at.
 
     A period is that of the first forcing, or the natural period. A motion repeats where its states in the section do, to
-    the part `tolerance` of its extent. `points` turning points and points of the section are kept, the last ones.
+    the part `tolerance` of its extent. `points` turning points and points of the section are kept, the last ones. A motion
+    that does not repeat is followed for `decide` more periods, to tell whether it is chaotic.
     """
 
     transient: float
@@ -58,6 +62,7 @@ class Look:
     tolerance: float
     surface: Surface | None = None
     points: int = 0
+    decide: int = 0
     max_events: int = 10_000_000
 
     def to_json(self) -> str:
@@ -90,6 +95,7 @@ class Chunk:
         system, _ = varied(document, (), ())
         closed = isinstance(system, Oscillator) and system.closed_form
         columns = self._in_the_core(values) if closed else self._one_by_one(document, values)
+        columns["recurrence"] = recurrence(columns["regime"], columns["period"], columns["chaos"])
         return {name: column[::-1] for name, column in columns.items()} if self.backwards else columns
 
     def _one_by_one(self, document: dict[str, Any], table: Array) -> dict[str, Array]:
@@ -145,18 +151,21 @@ class Chunk:
         orbit = simulate(system, (look.transient + look.window) * span, max_events=look.max_events, **starts)
         if orbit.stop != "t_end":
             return _unknown(orbit, look.points)
-        motion = steady_motion(orbit, look.window / (look.transient + look.window), contact=self.contact)
-        surface = look.surface or usual_surface(system)
-        section = points_of(orbit, surface, look.transient * span, self.contact)
-        maxima = points_of(orbit, Surface(normal=(0.0, 1.0, 0.0), direction=-1), look.transient * span, self.contact)
+        surface, after, chaos = look.surface or usual_surface(system), look.transient * span, np.nan
+        motion, section, period = self._look_at(orbit, surface, after)
+        if not period and look.decide:
+            # A slow motion may still settle, and the 0-1 test wants a long series; as in the core.
+            compared = len(section)
+            orbit, after = simulate(system, look.decide * span, *orbit.at(orbit.t_end), look.max_events), 0.0
+            motion, section, period = self._look_at(orbit, surface, after, compared)
+            chaos = np.nan if period else _core.chaos(np.ascontiguousarray(section[:, 1]))
         x, v = orbit.at(orbit.t_end)
         rests = motion["regime"] in ("stable_slip", "at_rest")
-        extent = (2 * motion["amplitude"], motion["w_max"] - motion["w_min"])
-        period = 1 if rests else _repeats(section, extent, look.tolerance)
         lasts, loops = np.nan, 0
         if period and not rests:
             lasts = section[-1, 0] - section[-1 - period, 0]
-            loops = int(((maxima[:, 0] > section[-1, 0] - lasts) & (maxima[:, 0] <= section[-1, 0])).sum())
+            maxima = points_of(orbit, Surface(normal=(0.0, 1.0, 0.0), direction=-1), after, self.contact)[:, 0]
+            loops = int(((maxima > section[-1, 0] - lasts) & (maxima <= section[-1, 0])).sum())
         cycle = section[-period:] if period else section
         here = (np.ravel(x)[0], np.ravel(v)[0])
         mean = here if rests or not len(cycle) else cycle[:, 1:3].mean(axis=0)
@@ -166,6 +175,7 @@ class Chunk:
                 for name in ("regime", "amplitude", "x_min", "x_max", "w_min", "w_max", "stuck_share")
             },
             "period": period,
+            "chaos": chaos,
             "loops": loops,
             "period_time": lasts,
             "x_mean": mean[0],
@@ -177,6 +187,17 @@ class Chunk:
             **{name: _last(motion[name], look.points) for name in ("turning_x", "turning_slip_velocity")},
             **{f"section_{name}": _last(section[:, i], look.points) for i, name in enumerate("txv")},
         }
+
+    def _look_at(
+        self, orbit: Orbit, surface: Surface, after: float, compared: int = 256
+    ) -> tuple[dict[str, Any], Array, int]:
+        """What is steady in an orbit after a time, its section there, and after how many returns it repeats."""
+        motion = steady_motion(orbit, 1 - after / orbit.t_end, contact=self.contact)
+        section = points_of(orbit, surface, after, self.contact)
+        if motion["regime"] in ("stable_slip", "at_rest"):
+            return motion, section, 1
+        extent = (2 * motion["amplitude"], motion["w_max"] - motion["w_min"])
+        return motion, section, _repeats(section[-compared:], extent, self.look.tolerance)
 
 
 def start_of(system: Oscillator | System, x0: ArrayLike | None, v0: ArrayLike | None, where: str) -> Start:
@@ -202,6 +223,17 @@ def start_of(system: Oscillator | System, x0: ArrayLike | None, v0: ArrayLike | 
     return state[0], state[1]
 
 
+def periods_to_decide(value: int, where: str) -> int:
+    """The length of the series for the 0–1 test: none, or 500 and more.
+
+    >>> periods_to_decide(500, "example")
+    500
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or not (value == 0 or value >= 500):
+        raise InputError(f"{where}: decide must be 0 or a whole number of at least 500, got {value!r}")
+    return value
+
+
 def period_of(system: Oscillator | System) -> float:
     """The period of the first forcing, or the natural period of a system without one.
 
@@ -211,6 +243,18 @@ def period_of(system: Oscillator | System) -> float:
     """
     forces = system.forcing if isinstance(system, System) else system.harmonics
     return 2 * np.pi / forces[0].frequency if forces else system.natural_period
+
+
+def recurrence(regime: Array, period: Array, chaos: Array) -> Array:
+    """How motions come back, in a word; the criteria stand in :data:`stickslip.regimes.RECURRENCE`.
+
+    >>> recurrence(np.array(["stick_slip"] * 3), np.array([2, 0, 0]), np.array([np.nan, 0.95, 0.01])).tolist()
+    ['periodic', 'chaotic', 'quasi_periodic']
+    """
+    rests = np.isin(regime, ("at_rest", "stable_slip"))
+    with np.errstate(invalid="ignore"):
+        cases = [rests, period > 0, chaos >= CHAOTIC, chaos <= REGULAR]
+    return np.select(cases, ["rests", "periodic", "chaotic", "quasi_periodic"], "undecided")
 
 
 def _repeats(section: Array, extent: tuple[float, float], tolerance: float) -> int:

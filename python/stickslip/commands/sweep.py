@@ -29,6 +29,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         choices=("up", "down", "fresh"),
         help="of a diagram: each value from where its neighbour ended, or from a fresh start (default); repeat for several",
     )
+    command.add_argument(
+        "--decide", type=int, default=0, metavar="P", help="periods, 500 or more, by which chaos is told from a torus"
+    )
     add_run(command, "DIAGRAM.zarr")
     command.set_defaults(run=run)
 
@@ -93,7 +96,7 @@ def run(options: argparse.Namespace) -> None:
     if options.direction and len(over) > 1:
         raise InputError("--direction: only a diagram over one parameter has directions; leave it out")
     with Bar() as bar:
-        common = settings(options, lambda done, n: bar("runs", done, n)) | start
+        common = settings(options, lambda done, n: bar("runs", done, n)) | start | {"decide": options.decide}
         if len(over) == 1:
             (parameter, values), directions = next(iter(over.items())), options.direction or ["fresh"]
             window = int(options.window or 20)
