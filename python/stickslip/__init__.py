@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from stickslip.law import force_along, load_law
     from stickslip.measurement import measure
     from stickslip.orbit import Orbit, load
+    from stickslip.scaling import Scale, dimensionless
     from stickslip.simulation import simulate
     from stickslip.stability.cycles import periodic_orbit
     from stickslip.system import Contact, Drive, Force, Harmonic, Oscillator, System, chain, load_system
@@ -35,9 +36,11 @@ _HOME = {
     "InputError": "errors",
     "Orbit": "orbit",
     "Oscillator": "system",
+    "Scale": "scaling",
     "System": "system",
     "basins": "analysis",
     "chain": "system",
+    "dimensionless": "scaling",
     "force_along": "law",
     "identify": "identification",
     "integrate": "integration",
@@ -70,9 +73,11 @@ __all__ = [
     "InputError",
     "Orbit",
     "Oscillator",
+    "Scale",
     "System",
     "basins",
     "chain",
+    "dimensionless",
     "film",
     "force_along",
     "identify",

@@ -22,6 +22,9 @@ Point = tuple[float, float]
 class Table:
     """A frozen dataclass of numbers, points and tables that is also a plain document."""
 
+    #: The dimension of every parameter, as in :meth:`stickslip.Scale.unit`; two with a comma for a point or for nodes.
+    UNITS: ClassVar[dict[str, str]] = {}
+
     def __post_init__(self) -> None:
         where = type(self).__name__
         for item in fields(self):  # type: ignore[arg-type]

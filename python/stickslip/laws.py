@@ -41,6 +41,8 @@ class Coulomb(Law):
     0.5
     """
 
+    UNITS: ClassVar[dict[str, str]] = {"kinetic": "force"}
+
     kinetic: float
 
 
@@ -63,6 +65,8 @@ class StaticKinetic(Law):
     (0.6), got 0.5: raise the break-away force or lower the kinetic one
     """
 
+    UNITS: ClassVar[dict[str, str]] = {"break_away": "force", "kinetic": "force"}
+
     break_away: float
     kinetic: float
 
@@ -79,6 +83,8 @@ class PiecewiseLinear(Law):
     >>> PiecewiseLinear(nodes=[(0, 1), (0.2, 0.6), (0.3, 0.61)], break_away=1).kinetic_force([0.1, 0.5])
     array([0.8 , 0.63])
     """
+
+    UNITS: ClassVar[dict[str, str]] = {"nodes": "velocity, force", "break_away": "force"}
 
     nodes: tuple[Point, ...]
     break_away: float
@@ -101,6 +107,8 @@ class DwellTime(Law):
     1.0
     """
 
+    UNITS: ClassVar[dict[str, str]] = {"kinetic": "force", "limit": "force", "rate": "time^-exponent", "exponent": ""}
+
     kinetic: float
     limit: float
     rate: float
@@ -122,6 +130,7 @@ class Rational(Law):
     0.25
     """
 
+    UNITS: ClassVar[dict[str, str]] = {"break_away": "force", "weakening": "velocity^-1"}
     SMOOTH: ClassVar[bool] = True
 
     break_away: float
@@ -144,6 +153,7 @@ class Cubic(Law):
     0.25
     """
 
+    UNITS: ClassVar[dict[str, str]] = {"static": "force", "linear": "force velocity^-1", "cubic": "force velocity^-3"}
     SMOOTH: ClassVar[bool] = True
 
     static: float
@@ -168,6 +178,12 @@ class ExponentialStribeck(Law):
     0.68394
     """
 
+    UNITS: ClassVar[dict[str, str]] = {
+        "break_away": "force",
+        "kinetic": "force",
+        "scale": "velocity",
+        "viscous": "force velocity^-1",
+    }
     SMOOTH: ClassVar[bool] = True
 
     break_away: float
@@ -193,6 +209,12 @@ class PoppStelter(Law):
     0.233967
     """
 
+    UNITS: ClassVar[dict[str, str]] = {
+        "break_away": "force",
+        "kinetic": "force",
+        "weakening": "velocity^-1",
+        "square": "force velocity^-2",
+    }
     SMOOTH: ClassVar[bool] = True
 
     break_away: float
@@ -222,6 +244,11 @@ class ForceRate(Law):
     array([1.  , 0.75])
     """
 
+    UNITS: ClassVar[dict[str, str]] = {
+        "kinetic": "force", "limit": "force", "rate": "time^-exponent", "force_rate_scale": "force time^-1",
+        "exponent": "", "force_rate_exponent": "",
+    }  # fmt: skip
+
     kinetic: float
     limit: float
     rate: float
@@ -244,6 +271,8 @@ class Tabulated(Law):
     >>> law.kinetic_force([0.1, 5.0]), law.break_away_force([0.5, 1e9])
     (array([0.7, 0.6]), array([0.85, 1.  ]))
     """
+
+    UNITS: ClassVar[dict[str, str]] = {"kinetic": "velocity, force", "break_away": "time, force"}
 
     kinetic: float | tuple[Point, ...]
     break_away: float | tuple[Point, ...]
@@ -273,6 +302,8 @@ class TwoBranch(Law):
     array([1.1, 1. , 1. , 0.9])
     """
 
+    UNITS: ClassVar[dict[str, str]] = {"rising": "velocity, force", "falling": "velocity, force", "break_away": "force"}
+
     rising: float | tuple[Point, ...]
     falling: float | tuple[Point, ...]
     break_away: float
@@ -295,6 +326,12 @@ class StaticFriction(Table):
     The growth with rest is Kato's; static friction falling with the force rate is the finding of Johannes, Green &
     Brockley, Wear 24 (1973) 381, in a form of our own.
     """
+
+    UNITS: ClassVar[dict[str, str]] = {
+        "initial": "force", "limit": "force", "rate": "time^-exponent", "exponent": "",
+        "force_rate_scale": "force time^-1", "force_rate_exponent": "",
+        "drop": "force", "drop_scale": "force time^-1", "drop_exponent": "",
+    }  # fmt: skip
 
     initial: float
     limit: float = 0.0
@@ -334,6 +371,12 @@ class BogaczRyczek(Law):
     >>> round(law.break_away_force(0.0), 3)
     1.084
     """
+
+    UNITS: ClassVar[dict[str, str]] = {
+        "static_friction": "law", "A": "velocity, force", "B": "velocity, force", "C": "velocity, force",
+        "D": "velocity, force", "l": "force velocity^-1, force", "alpha": "force, force", "beta": "velocity",
+        "phi": "angle", "psi": "angle", "eta": "angle",
+    }  # fmt: skip
 
     static_friction: StaticFriction = field(
         default_factory=lambda: StaticFriction(initial=1.084, limit=0.3, rate=0.3, force_rate_scale=0.5)

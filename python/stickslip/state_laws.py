@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -144,6 +144,8 @@ class Dahl(StateLaw):
     (array(0.5), array(1.))
     """
 
+    UNITS: ClassVar[dict[str, str]] = {"stiffness": "stiffness", "kinetic": "force", "exponent": ""}
+
     stiffness: float
     kinetic: float
     exponent: float = 1.0
@@ -173,6 +175,11 @@ class LuGre(StateLaw):
     (1.5, 1.04)
     """
 
+    UNITS: ClassVar[dict[str, str]] = {
+        "stiffness": "stiffness", "damping": "damping", "viscous": "damping", "kinetic": "force", "break_away": "force",
+        "scale": "velocity", "exponent": "",
+    }  # fmt: skip
+
     stiffness: float
     damping: float
     viscous: float
@@ -199,6 +206,8 @@ class ElastoPlastic(StateLaw):
     >>> law.rates(1e-4, 0.5e-5)[1]
     array(0.0001)
     """
+
+    UNITS: ClassVar[dict[str, str]] = LuGre.UNITS | {"elastic": "force"}
 
     stiffness: float
     damping: float
@@ -230,6 +239,14 @@ class BoucWen(StateLaw):
     >>> BoucWen(stiffness=2.0, beta=3.0, gamma=1.0, exponent=2).kinetic_force(0.1)
     1.0
     """
+
+    UNITS: ClassVar[dict[str, str]] = {
+        "stiffness": "stiffness",
+        "beta": "length^-exponent",
+        "gamma": "length^-exponent",
+        "exponent": "",
+        "amplitude": "",
+    }
 
     stiffness: float
     beta: float
@@ -264,6 +281,11 @@ class RateState(StateLaw):
     0.6
     """
 
+    UNITS: ClassVar[dict[str, str]] = {
+        "normal_force": "force", "a": "", "b": "", "length": "length", "reference_velocity": "velocity",
+        "reference_friction": "", "law": "",
+    }  # fmt: skip
+
     normal_force: float
     a: float
     b: float
@@ -294,6 +316,8 @@ class Regularised(StateLaw):
     >>> Regularised(Coulomb(0.5), width=1e-3).kinetic_force(1e-3)
     0.25
     """
+
+    UNITS: ClassVar[dict[str, str]] = {"law": "law", "width": "velocity", "shape": ""}
 
     law: Law
     width: float
