@@ -123,6 +123,13 @@ def test_the_offset_of_a_robots_torque_is_found_by_the_comparison(shared_data: P
     assert "that keeps its sign when the motion turns" in " ".join(found.notes)
 
 
+def test_a_slow_robot_joint_is_fitted_as_well_as_published(shared_data: Path) -> None:
+    found = fit_steady(measured(shared_data, "robot_joint_fairino", "robot_joint_nnfm/fairino*.csv"))
+    # rms of published laws: Coulomb + viscous 1.97, Stribeck 1.92, LuGre 11.3
+    assert found.best.rms < 1.92
+    assert "offset" in found.chosen
+
+
 def test_a_robot_joint_has_its_torques_in_the_interval(shared_data: Path) -> None:
     found = fit_steady(measured(shared_data, "robot_joint_kinova", "robot_joint_kinova/velocity_*.csv"))
     speed = found.rows["slip_velocity"].to_numpy()

@@ -43,6 +43,8 @@ def test_middle_speed_is_stick_slip(shared_data: Path) -> None:
     assert f.attrs["regime"] == "stick_slip"
     assert f.attrs["stuck_share"] == pytest.approx(0.65, abs=0.06)
     assert f.attrs["stiffness"] / 168 == pytest.approx(1.15, abs=0.04)
+    assert float(f["force"].mean()) / f.attrs["weight"] == pytest.approx(0.334, abs=0.002)
+    assert not any("intermittent" in note for note in f.attrs["notes"])
     assert any("inertia that makes the friction force of the slips smoothest is 0.5" in n for n in f.attrs["notes"])
 
 
@@ -51,6 +53,8 @@ def test_fast_motion_is_told_apart_with_its_line(shared_data: Path) -> None:
     assert f.attrs["regime"] == "stick_slip"
     assert f.attrs["main_line"] == pytest.approx(15.1, abs=0.3)
     assert f.attrs["slow_share"] == pytest.approx(0.33, abs=0.04)
+    assert "the stick-slip is intermittent: |w| < 0.2 V for only 32 % of the time" in f.attrs["notes"]
+    assert float(f["force"].mean()) / f.attrs["weight"] == pytest.approx(0.504, abs=0.002)
     assert any("resonance line" in note and "11.8 Hz of the nominal stiffness" in note for note in f.attrs["notes"])
 
 
@@ -62,3 +66,4 @@ def test_stiff_spring_has_its_sticks(shared_data: Path) -> None:
     assert 480 <= f.attrs["slips"] <= 700
     assert float(f["break_away"]["stick_time"].median()) == pytest.approx(0.6, abs=0.1)
     assert f.attrs["stiffness"] / 1002 == pytest.approx(0.95, abs=0.03)
+    assert float(f["force"].mean()) / f.attrs["weight"] == pytest.approx(0.291, abs=0.002)

@@ -171,7 +171,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     rows = rows.assign(used=rows["force"] - rows["level"] + level if relative else rows["force"])
     fits = _fits(rows, level)
     chosen, sentence = _choose(fits)
-    notes = [*notes, sentence, *tied(rows), *loading_line(rows, fits)]
+    notes = [*notes, sentence, *unlike(rows, fits[chosen]), *tied(rows), *loading_line(rows, fits)]
     return StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=notes)
 
 
@@ -199,6 +199,26 @@ def is_relative(rows: pd.DataFrame) -> tuple[bool, list[str]]:
     return True, [
         f"Friction drifts along the record: break-away forces scatter by {plain:.3g}, but only by {above:.3g} "
         "above the kinetic force of the slip that follows each; static friction was fitted above that force."
+    ]
+
+
+def unlike(rows: pd.DataFrame, fit: StaticFit) -> list[str]:
+    """A sentence where the records lie further from the fit to all of them than the scatter within each lets expect.
+
+    Such a fit is a compromise; its intervals hold the scatter within the records and not what sets them apart.
+    """
+    rest = pd.Series(rows["used"].to_numpy() - fit(rows["stick_time"].to_numpy()), index=rows.index)
+    parts = [part.to_numpy() for _, part in rest.groupby(rows["record"]) if len(part) >= FEWEST_ROWS]
+    if len(parts) < 2:
+        return []
+    middle = np.array([float(np.median(part)) for part in parts])
+    error = np.array([1.2533 * robust_scale(part - np.median(part)) / math.sqrt(len(part)) for part in parts])
+    if float(np.sum((middle / np.maximum(error, 1e-300)) ** 2)) < 10 * len(parts):
+        return []
+    told = ", ".join(f"{value:.2g} ± {spread:.1g}" for value, spread in zip(middle, error, strict=True))
+    return [
+        f"The records differ from one law of stick time: their break-away forces lie {told} off the {fit.form} form. It is a "
+        f"compromise, and a further run may lie {float(np.sqrt(np.mean(middle**2))):.2g} aside."
     ]
 
 

@@ -20,7 +20,7 @@ from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.noise import impulses, line_excess, mains_line, noise_level
 from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.read import Record, as_record
-from stickslip.measurement.regime import quiet_window, regime, slow_share
+from stickslip.measurement.regime import intermittence, quiet_window, regime, slow_share
 from stickslip.measurement.result import release
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.rig_file import load_rig
@@ -231,6 +231,8 @@ def _measure(record: Record, rig: Rig) -> _Found:
     window = quiet_window(noise, record.step, o.drive_velocity)
     slow = slow_share(friction.slip_velocity, o.drive_velocity, window)
     word = regime(friction.slip_velocity, o.drive_velocity, slow, rigid, len(sticks), len(flanks.limits))
+    if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
+        notes.append(missed)
     line = main_line(friction.slip_acceleration, record.step)
     _inertia_notes(friction, rig, slow, line, notes)
     return _Found(friction, sticks, rigid, slow, line, word, notes)

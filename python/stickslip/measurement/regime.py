@@ -17,6 +17,8 @@ STEADY = 0.1
 LINGERS = 0.25
 """A sine that just touches w = 0 is slow for 20 % of the time: a creeping motion that is slow for longer than this lingers
 there, and is stick-slip."""
+INTERMITTENT = 0.4
+"""A creeping mass in stick-slip that is slow for less of the time than this does not stick in every cycle."""
 
 
 def slow_share(slip_velocity: Array, drive_velocity: float, window: int = 1) -> float:
@@ -56,3 +58,12 @@ def regime(slip_velocity: Array, drive_velocity: float, slow: float, rigid: bool
     if not rigid:
         return "stick_slip" if slow >= LINGERS else "almost_harmonic"
     return "stick_slip" if sticks > 0.2 * cycles else "almost_harmonic"
+
+
+def intermittence(slow: float, rigid: bool, sticks: int, cycles: int) -> str | None:
+    """A sentence where stick-slip does not stick in every cycle, else None; the arguments are those of `regime`."""
+    if rigid and sticks < 0.8 * cycles:
+        return f"the stick-slip is intermittent: {sticks} of {cycles} cycles stick"
+    if not rigid and slow < INTERMITTENT:
+        return f"the stick-slip is intermittent: |w| < {SLOW_LEVEL:g} V for only {100 * slow:.0f} % of the time"
+    return None

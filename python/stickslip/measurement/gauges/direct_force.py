@@ -102,11 +102,11 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     runs = [_run(record, bench) for record in records]
     tables = [_loop(run, bench) for run in runs]
     steady = xr.concat(tables, dim="row") if len(tables) > 1 else tables[0]
+    names = ["forward_force", "forward_error", "backward_force", "backward_error", "peak_force"]
+    if all("actuator_force" in run.facts for run in runs):
+        names.append("actuator_force")
     levels = xr.Dataset(
-        {
-            name: ("run", np.array([float(run.facts[name]) for run in runs]), {"units": runs[0].unit})
-            for name in ("forward_force", "forward_error", "backward_force", "backward_error", "peak_force")
-        }
+        {name: ("run", np.array([float(run.facts[name]) for run in runs]), {"units": runs[0].unit}) for name in names}
         | {"source": ("run", [run.record.source for run in runs])}
     )
     children = {"steady": steady, "levels": levels}
@@ -201,6 +201,14 @@ def _run(record: Samples, bench: Bench) -> _Run:
         line = main_line(w, float(np.mean(np.diff(time))))
         facts["main_line"], facts["main_line_error"] = line.frequency, line.error
         facts["regime"] = "stick_slip" if float(facts["stuck_share"]) > 0.02 else "almost_harmonic"
+    actuators = [record[name] for name in ("actuator_1", "actuator_2") if name in record]
+    if actuators:
+        pull = float(np.mean(sum(actuators)))
+        facts["actuator_force"] = pull
+        notes.append(
+            f"the actuators pull with {pull:.4g} N together in the mean; friction is "
+            f"{float(facts['force']) / pull:.3g} times that"
+        )
     if "drive_velocity" in record:
         drive = record["drive_velocity"]
         seen = np.isfinite(drive)
@@ -292,6 +300,8 @@ DIRECT_FORCE = _DirectForce(
         "velocity": ("speed", "angular_speed"),
         "normal_force": ("force", "pressure"),
         "drive_velocity": ("speed", "angular_speed"),
+        "actuator_1": ("force",),
+        "actuator_2": ("force",),
     },
     constants={
         "inertia": Constant(("mass", "inertia"), 0.0),

@@ -74,7 +74,9 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             "is missing is creep and small slips within a stick"
         )
     events = event_table(rows)
-    facts: dict[str, float | str] = {"slips": float(len(rows)), "regime": "stick_slip" if len(rows) > 2 else "unknown"}
+    facts: dict[str, float | str] = {"slips": float(len(rows))}
+    if len(rows) > 2:
+        facts["regime"] = "stick_slip"
     if rows:
         values = np.array(rows)
         facts |= {
