@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +19,15 @@ from stickslip.measurement.sticks import Stick, own_period
 Array = npt.NDArray[np.float64]
 
 
-LIMITS_COST = 6.0
-"""What two free limits cost in deviance: each is known to about a sample and was looked for over some ten."""
+Joint = Literal["before", "hard", "soft"]
+"""The slip that a capture ends; the slip after a break-away where the friction force jumps, or does not."""
+
+CUTOFF_RATIO = 1.5
+ENOUGH_STICKS = 8
+"""Cut-offs beside a joint are tried in this ratio, on so many sticks."""
+
+LIMIT_COST = 3.0
+"""What a free limit costs in deviance: it is known to about a sample and was looked for over some ten."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +78,10 @@ class LimitSearch:
     def slip(self, start: float, end: float, origin: float, joined: str, soft: bool = False) -> Evidence:
         """Evidence of a slip that meets a stick (u = U, u' = 0) at its ``"start"`` or ``"end"``, or ``"nowhere"``.
 
-        A `soft` joint has u'' = 0 too: the friction force does not jump there.
+        A `soft` joint has u'' = 0 too: the friction force does not jump there, and as df/dt = f'(w) w' with w' growing
+        from zero, the random walk sets off as w' does while the friction still bears: like sqrt(k/m) t.
         """
-        matrix, right, constant, prior, held = self._system(start, end, origin)
+        matrix, right, constant, prior, held = self._system(start, end, origin, soft)
         count = len(right)
         if joined == "nowhere":
             return Evidence(1.0, 0.0, constant + self._inner(matrix, right, prior, held, [0, 1, 2]))
@@ -99,7 +108,7 @@ class LimitSearch:
         misfit = -float(right @ cho_solve(factor, right, check_finite=False))
         return misfit + determinant - _log_determinant(prior, held[rows])
 
-    def _system(self, start: float, end: float, origin: float) -> tuple[Array, Array, float, Array, Array]:
+    def _system(self, start: float, end: float, origin: float, soft: bool) -> tuple[Array, Array, float, Array, Array]:
         """Normal matrix, right side, constant, prior precision, and rows of the state (u, u', u'') at both ends."""
         o = self.oscillator
         count = max(math.ceil((end - start) / self.knots), 2)
@@ -114,21 +123,23 @@ class LimitSearch:
         factors = np.array([o.stiffness / o.mass / h, o.damping / o.mass / h**2, 1 / h**3])
         target = o.stiffness * o.drive_velocity / o.mass
         strength = 1 / (self.step * (2 * math.pi * self.cutoff) ** 6 * self.noise**2)
-        size = count + DEGREE
-        pairs = strength * h * np.outer(factors, factors).ravel()
-        prior = (pairs @ reference.products.reshape(9, -1)).reshape(size, size)
-        right = weighted.T @ y + target * strength * h * (factors @ reference.integrals)
-        constant = float(w @ (y * y)) / self.noise**2 + target**2 * strength * (end - start)
         rate = math.sqrt(o.stiffness / o.mass)
+        weights = strength * h * reference.weights
+        if soft:
+            weights = weights * (1 + (rate * h * reference.nodes) ** -2)
+        change = np.tensordot(factors, reference.derivatives, 1)
+        prior = (change * weights) @ change.T
+        right = weighted.T @ y + target * (change @ weights)
+        constant = float(w @ (y * y)) / self.noise**2 + target**2 * float(weights.sum())
         units = np.array([rate, 1 / h, 1 / (h * h * rate)] * 2) / o.drive_velocity
         return weighted.T @ basis + prior, right, constant, prior, reference.ends * units[:, None]
 
 
 @dataclass(frozen=True)
 class _Reference:
-    knots: Array
-    products: Array
-    integrals: Array
+    nodes: Array
+    weights: Array
+    derivatives: Array
     ends: Array
     pieces: Array
 
@@ -145,20 +156,19 @@ class _Reference:
 
 @lru_cache(maxsize=512)
 def _reference(count: int) -> _Reference:
-    """Splines on `count` intervals of length one: integrals of products of their derivatives 1 to 3, and both ends."""
+    """Splines on `count` intervals of length one: their derivatives 1 to 3 at Gauss nodes, and at both ends."""
     knots = np.concatenate([np.zeros(DEGREE), np.arange(count + 1.0), np.full(DEGREE, float(count))])
     size = count + DEGREE
     nodes = (np.arange(count)[:, None] + 0.5 + 0.5 * GAUSS_NODES).ravel()
     spline = BSpline(knots, np.eye(size), DEGREE)
     derivatives = np.stack([np.asarray(spline.derivative(d)(nodes)) for d in (1, 2, 3)])
-    weighted = derivatives * np.tile(0.5 * GAUSS_WEIGHTS, count)[:, None]
+    weights = np.tile(0.5 * GAUSS_WEIGHTS, count)
     limits = [(0.0, d) for d in range(3)] + [(float(count), d) for d in range(3)]
     ends = np.array([spline(place, nu=d) for place, d in limits])
-    products = np.einsum("ink,jnl->ijkl", weighted, derivatives, optimize=True)
     powers = 1 / np.array([math.factorial(p) for p in range(DEGREE + 1)])
     taylor = np.array([spline(np.arange(float(count)), nu=p) for p in range(DEGREE + 1)]) * powers[:, None, None]
     pieces = np.stack([taylor[:, i, i : i + DEGREE + 1] for i in range(count)])
-    return _Reference(knots, products, weighted.sum(axis=1), ends, pieces)
+    return _Reference(nodes, weights, np.swapaxes(derivatives, 1, 2), ends, pieces)
 
 
 def _log_determinant(precision: Array, held: Array) -> float:
@@ -175,11 +185,12 @@ def refine_sticks(
 ) -> tuple[list[Stick], bool]:
     """Move the limits of each stick to where the record puts them, and drop sticks the record does not need.
 
-    The stretch from the middle of the slip before to the middle of the slip after is taken as slip, rest, slip. A limit
+    A stretch of at most a quarter of the own period on each side is taken as slip, rest, slip, each joint with its
+    likeliest cut-off: farther away friction changes in another way, and would speak for another limit. A limit
     is where its evidence over time is greatest, or the mean of that evidence where the force does not jump and the
     peak is flat and skewed; its error is the spread of the evidence. A stick stays if it is likelier than a slip
-    without it by more than its two limits cost. Whether the friction force jumps when
-    a stick gives way is decided once for all sticks, by their evidence together.
+    without it by more than its limits cost. Whether the friction force jumps when a stick gives way is decided once for
+    all sticks, by the evidence of those that lie wholly in the record.
 
     Parameters
     ----------
@@ -192,27 +203,53 @@ def refine_sticks(
     -------
     sticks, soft : with `soft` if the force does not jump at the break-away.
     """
-    reach = own_period(search.oscillator) / 2
-    choices = (False, True) if soft is None else (soft,)
-    refined: dict[bool, list[Stick]] = {choice: [] for choice in choices}
-    total = dict.fromkeys(choices, 0.0)
+    reach = own_period(search.oscillator) / 4
+    stretches: list[_OneStick] = []
     for number, stick in enumerate(sticks):
         low, high = float(search.time[0]), float(search.time[-1])
         if number > 0:
             low = (sticks[number - 1].end + stick.start) / 2
         if number + 1 < len(sticks):
             high = (stick.end + sticks[number + 1].start) / 2
-        one = _OneStick(search, stick, max(low, stick.start - reach), min(high, stick.end + reach), span)
-        for choice in choices:
+        stretches.append(_OneStick(search, stick, max(low, stick.start - reach), min(high, stick.end + reach), span))
+    # friction changes fastest just before a capture: of two equally likely cut-offs the stiffer would push it late
+    before = CUTOFF_RATIO * _likeliest(search, stretches, "before")
+    choices = (False, True) if soft is None else (soft,)
+    refined: dict[bool, list[Stick]] = {choice: [] for choice in choices}
+    total = dict.fromkeys(choices, 0.0)
+    for choice in choices:
+        after = _likeliest(search, stretches, "soft" if choice else "hard")
+        for one in stretches:
             try:
-                found, deviance = one.refined(choice)
+                found, deviance = one.refined(choice, before, after)
             except LinAlgError:
-                found, deviance = stick, 0.0
-            total[choice] += deviance
+                found, deviance = one.stick, 0.0
+            total[choice] += deviance if one.whole else 0.0
             if found is not None:
                 refined[choice].append(found)
     best = min(choices, key=lambda choice: total[choice])
     return refined[best], best
+
+
+def _likeliest(search: LimitSearch, stretches: list[_OneStick], joint: Joint) -> float:
+    """Cut-off of the slips beside this joint under which the record is likeliest.
+
+    One cut-off serves a whole slip, but friction may change faster or slower near its ends, where a slip that is too
+    lax would pass for rest and one that is too stiff would push the limit away.
+    """
+    free = [one for one in stretches if one.whole]
+    some = [free[i] for i in np.unique(np.linspace(0, len(free) - 1, ENOUGH_STICKS).astype(int))] if free else []
+
+    def deviance(step: int) -> float:
+        return math.fsum(one.least(joint, search.cutoff * CUTOFF_RATIO**step) for one in some)
+
+    best, least = 0, deviance(0)
+    for direction in (1, -1):
+        while abs(best + direction) <= 5 and (value := deviance(best + direction)) < least:
+            best, least = best + direction, value
+        if best:
+            break
+    return float(search.cutoff * CUTOFF_RATIO**best)
 
 
 class _OneStick:
@@ -220,55 +257,89 @@ class _OneStick:
 
     def __init__(self, search: LimitSearch, stick: Stick, low: float, high: float, span: float) -> None:
         self.search, self.stick, self.low, self.high, self.span = search, stick, low, high, span
-        self.soft = False
-        # one cut-off serves a whole slip, but friction changes fastest just before a capture, where a stiff slip would
-        # push the capture late, and slowest after a break-away, where a lax slip would pass for rest
-        self.before_search = replace(search, cutoff=1.5 * search.cutoff, knots=search.knots / 1.5)
-        self.after_search = replace(search, cutoff=0.75 * search.cutoff)
-        self.origin = float(np.interp((stick.start + stick.end) / 2, search.time, search.path))
-        self.kept: dict[tuple[str, float], Evidence] = {}
+        self.kept: dict[tuple[Joint, float, float], Evidence] = {}
         part = slice(*np.searchsorted(search.time, [low, high]))
-        y, w = search.path[part] - self.origin, search.weight[part] / search.noise**2
-        self.inside = search.time[part]
+        self.inside, y, w = search.time[part], search.path[part], search.weight[part] / search.noise**2
+        # the level of the stick, near enough to tell cut-offs apart
+        a, b = np.searchsorted(self.inside, stick.middle_half)
+        self.middle = sum(stick.middle_half) / 2
+        self.origin = float(
+            np.average(y[a:b], weights=w[a:b]) if w[a:b].any() else np.interp(self.middle, self.inside, y)
+        )
+        y = y - self.origin
         self.sums = np.concatenate([np.zeros((3, 1)), np.cumsum([w, w * y, w * y * y], axis=1)], axis=1)
+
+    @property
+    def whole(self) -> bool:
+        """Whether both limits lie in the record: of a piece of a stick at its edge little is known."""
+        return self.stick.starts and self.stick.ends
 
     def rest(self, start: float, end: float) -> Evidence:
         """Evidence of the samples between two times if the mass rests there."""
         a, b = np.searchsorted(self.inside, [start, end])
         return Evidence(*(self.sums[:, b] - self.sums[:, a]).tolist())
 
-    def before(self, start: float) -> Evidence:
-        key = ("before", start)
+    def beside(self, joint: Joint, place: float, cutoff: float) -> Evidence:
+        """Evidence of the slip before or after the stick if it meets it at `place`."""
+        key = (joint, place, cutoff)
         if key not in self.kept:
-            self.kept[key] = self.before_search.slip(self.low, start, self.origin, "end")
+            search = replace(self.search, cutoff=cutoff)
+            if joint == "before":
+                self.kept[key] = search.slip(self.low, place, self.origin, "end")
+            else:
+                self.kept[key] = search.slip(place, self.high, self.origin, "start", joint == "soft")
         return self.kept[key]
 
-    def after(self, end: float) -> Evidence:
-        key = ("soft" if self.soft else "hard", end)
-        if key not in self.kept:
-            self.kept[key] = self.after_search.slip(end, self.high, self.origin, "start", self.soft)
-        return self.kept[key]
+    def least(self, joint: Joint, cutoff: float) -> float:
+        """Least deviance over the places of one limit, the level of the stick held."""
+
+        def value(at: float) -> float:
+            apart = self.rest(*sorted((at, self.middle))) + self.beside(joint, at, cutoff)
+            return apart.constant
+
+        starts, ends = self.places()
+        places = starts[starts <= self.middle] if joint == "before" else ends[ends >= self.middle]
+        if len(places) < 2:
+            return 0.0
+        try:
+            best = min(places.tolist(), key=value)
+            # a hard limit between two samples would ask for a laxer slip if it were left on one
+            spacing = float(places[1] - places[0])
+            return min(value(at) for at in np.linspace(best - 0.8 * spacing, best + 0.8 * spacing, 9).tolist())
+        except LinAlgError:
+            return math.inf
+
+    def places(self) -> tuple[Array, Array]:
+        """Where the limits are looked for."""
+        # the valley of a hard capture is a few samples wide and has hills beside it, so look everywhere first
+        stick, step = self.stick, self.search.step
+        margin = 6 * step
+        return (
+            self._places(
+                stick.start, stick.starts, self.low + margin, self.high - (2 * margin if stick.ends else 3 * step), 0.0
+            ),
+            self._places(
+                stick.end,
+                stick.ends,
+                self.low + (2 * margin if stick.starts else 3 * step),
+                self.high - margin,
+                stick.end_error,
+            ),
+        )
 
     def value(self, start: float, end: float) -> float:
         total = self.rest(start, end)
         if self.stick.starts:
-            total = total + self.before(start)
+            total = total + self.beside("before", start, self.before)
         if self.stick.ends:
-            total = total + self.after(end)
+            total = total + self.beside("soft" if self.soft else "hard", end, self.after)
         return total.integrated()
 
-    def refined(self, soft: bool) -> tuple[Stick | None, float]:
-        """The stick with its limits and errors, or None, and the deviance of the stretch."""
-        self.soft = soft
+    def refined(self, soft: bool, before: float, after: float) -> tuple[Stick | None, float]:
+        """The stick with its limits and errors, or None, and the deviance of the stretch, under these cut-offs."""
+        self.soft, self.before, self.after = soft, before, after
         stick, step = self.stick, self.search.step
-        margin = 6 * step
-        # the valley of a hard capture is a few samples wide and has hills beside it, so look everywhere first
-        starts = self._places(
-            stick.start, stick.starts, self.low + margin, self.high - (2 * margin if stick.ends else 3 * step)
-        )
-        ends = self._places(
-            stick.end, stick.ends, self.low + (2 * margin if stick.starts else 3 * step), self.high - margin
-        )
+        starts, ends = self.places()
         table = np.full((len(starts), len(ends)), np.inf)
         for i, start in enumerate(starts):
             for j, end in enumerate(ends):
@@ -279,27 +350,25 @@ class _OneStick:
             return None, 0.0
         row, column = divmod(int(np.argmin(table)), len(ends))
         start, end = float(starts[row]), float(ends[column])
-        if stick.starts and stick.ends:
-            # both readings with one and the same cut-off, or they would not compare
-            without = self.search.slip(self.low, self.high, self.origin, "nowhere").integrated()
-            resting = (
-                self.rest(start, end)
-                + self.search.slip(self.low, start, self.origin, "end")
-                + self.search.slip(end, self.high, self.origin, "start", soft)
-            )
-            if without - resting.integrated() < LIMITS_COST:
-                return None, without
         start_error, end_error = stick.start_error, stick.end_error
         if len(starts) > 1:
             start, start_error = self._centre(lambda to: self.value(to, end), starts, table[:, column], False)
         if len(ends) > 1:
             end, end_error = self._centre(lambda to: self.value(start, to), ends, table[row], self.soft)
+        best = min(best, self.value(start, end))
+        if stick.starts or stick.ends:
+            without = min(
+                replace(self.search, cutoff=cutoff).slip(self.low, self.high, self.origin, "nowhere").integrated()
+                for cutoff in (self.search.cutoff, before, after)
+            )
+            if without - best < LIMIT_COST * (stick.starts + stick.ends):
+                return None, without
         if end - start < step:
             return None, best
         return replace(stick, start=start, end=end, start_error=start_error, end_error=end_error), best
 
-    def _places(self, at: float, free: bool, lowest: float, highest: float) -> Array:
-        a, b = max(at - self.span, lowest), min(at + self.span, highest)
+    def _places(self, at: float, free: bool, lowest: float, highest: float, early: float) -> Array:
+        a, b = max(at - self.span - early, lowest), min(at + self.span, highest)
         if not free or b <= a:
             return np.array([at])
         return np.linspace(a, b, max(math.ceil((b - a) / self.search.step), 2) + 1)

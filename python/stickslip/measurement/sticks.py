@@ -30,6 +30,12 @@ class Stick:
     starts: bool = True
     ends: bool = True
 
+    @property
+    def middle_half(self) -> tuple[float, float]:
+        """Middle half of what is surely the stick: its end may be guessed too late."""
+        quarter = max(self.end - self.end_error - self.start, 0.0) / 4
+        return self.start + quarter, self.start + 3 * quarter
+
 
 @dataclass(frozen=True)
 class Pilot:
@@ -302,6 +308,8 @@ def rigid_candidates(pilot: Pilot, flanks: Flanks, drive_velocity: float, own_fr
     step = float(pilot.time[1] - pilot.time[0])
     # nearer to the ends of the record the pilot bends by itself: such a limit is not seen
     edge = max(round(0.1 / (own_frequency * step)), 3)
+    # where friction does not jump at the break-away, w = (omega t)^2 V / 2 passes the level as late as this
+    late = math.sqrt(2 * level / drive_velocity) / (2 * math.pi * own_frequency)
     sticks: list[Stick] = []
     for first, last in flanks.limits:
         below = np.flatnonzero(np.abs(slip[first : last + 1]) < level)
@@ -309,7 +317,7 @@ def rigid_candidates(pilot: Pilot, flanks: Flanks, drive_velocity: float, own_fr
             continue
         a, b = first + int(below[0]), first + int(below[-1])
         sticks.append(
-            Stick(float(pilot.time[a]), float(pilot.time[b]), step, step, a >= edge, b < len(pilot.time) - edge)
+            Stick(float(pilot.time[a]), float(pilot.time[b]), step, late, a >= edge, b < len(pilot.time) - edge)
         )
     return sticks
 
@@ -318,8 +326,7 @@ def rigid_slope(time: Array, extension: Array, weight: Array, sticks: list[Stick
     """One slope for the middle halves of all sticks, by least squares with an offset for each; None without samples."""
     product = square = 0.0
     for stick in sticks:
-        quarter = (stick.end - stick.start) / 4
-        part = slice(*np.searchsorted(time, [stick.start + quarter, stick.end - quarter]))
+        part = slice(*np.searchsorted(time, stick.middle_half))
         w = weight[part]
         total = float(w.sum())
         if total < 6:
@@ -336,8 +343,7 @@ def is_rigid(time: Array, extension: Array, weight: Array, sticks: list[Stick], 
     """Whether the middle halves of the sticks are lines of this slope to within the noise."""
     squares, count = 0.0, 0
     for stick in sticks:
-        quarter = (stick.end - stick.start) / 4
-        a, b = np.searchsorted(time, [stick.start + quarter, stick.end - quarter])
+        a, b = np.searchsorted(time, stick.middle_half)
         w = weight[a:b]
         if b - a < 8 or w.sum() < 6:
             continue
