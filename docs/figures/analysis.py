@@ -1,0 +1,87 @@
+"""Draw the pictures of docs/analysis.md anew: python docs/figures/analysis.py (some minutes on two cores)."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import numpy as np
+from make import save
+
+import stickslip as ss
+from stickslip import show
+
+BELT = ss.Oscillator(
+    damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 1.3)
+)
+FALLING = ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], break_away=1.0)
+
+
+def sections() -> None:
+    """A chaotic motion in three sections of different kinds."""
+    period = 2 * np.pi / 1.3
+    panels = show.new_axes(1, 3, figsize=(10.5, 3.4))
+    show.section_plot(ss.section(BELT, t_end=20_000 * period, transient=0.1), panels[0])
+    releases = ss.section(BELT, "release", t_end=10_000 * period, transient=0.1)
+    show.section_plot(releases, panels[1], across="phase", up="stick_time")
+    show.return_map_plot(ss.leave_map(BELT, np.linspace(0, 2 * np.pi, 3000)), panels[2], colour=show.OKABE_ITO["sky"])
+    show.return_map_plot(ss.return_map(releases, "phase"), panels[2], colour=show.OKABE_ITO["vermilion"])
+    panels[2].set_title("leave map (blue), visited (red)")
+    save(panels[0], "analysis-sections.png")
+
+
+def diagrams() -> None:
+    """The paper's oscillator and the forced belt, swept both ways and from fresh starts."""
+    panels = show.new_axes(1, 2, figsize=(10.5, 3.8))
+    around = ss.orbit_diagram(
+        ss.paper.oscillator(0.3),
+        "drive_velocity",
+        np.linspace(0.20, 0.45, 251),
+        direction=("up", "down", "fresh"),
+        periods=400,
+        keep=40,
+    )
+    show.orbit_diagram_plot(around, panels[0])
+    forced = ss.orbit_diagram(
+        BELT,
+        "forcing.frequency",
+        np.linspace(0.4, 2.2, 451),
+        direction=("up", "down", "fresh"),
+        periods=360,
+        keep=60,
+    )
+    show.orbit_diagram_plot(forced, panels[1], quantity="section")
+    save(panels[0], "analysis-diagrams.png")
+
+
+def maps() -> None:
+    """Regime, period and amplitude of the forced belt."""
+    over = {"forcing.amplitude": np.linspace(0.0, 1.6, 161), "forcing.frequency": np.linspace(0.3, 2.3, 161)}
+    chart = ss.regime_map(BELT, over, transient=200)
+    panels = show.new_axes(1, 3, figsize=(12.5, 4.0))
+    for ax, quantity in zip(panels, ("regime", "period", "amplitude"), strict=True):
+        show.regime_map_plot(chart, ax, quantity=quantity)
+    save(panels[0], "analysis-maps.png")
+
+
+def basins() -> None:
+    """Two basins that coexist: slip that rests and stick-slip around it."""
+    belt = ss.Oscillator(damping=0.0, drive_velocity=1.2, law=FALLING)
+    result = ss.basins(belt, x=np.linspace(-1.5, 2.8, 215), v=np.linspace(-2.2, 2.2, 221), transient=200)
+    save(show.basins_plot(result), "analysis-basins.png")
+
+
+def paper() -> None:
+    """The paper's forced oscillator: regimes and periods over amplitude and frequency at s = 0.30 and 0.40."""
+    over = {"forcing.amplitude": np.linspace(0.0, 0.35, 141), "forcing.frequency": np.linspace(0.2, 2.0, 145)}
+    panels = show.new_axes(2, 2, figsize=(9.5, 7.6))
+    for column, s in enumerate((0.30, 0.40)):
+        chart = ss.regime_map(ss.paper.oscillator(s, ss.Harmonic(0.1, 1.0)), over, transient=300, tolerance=1e-5)
+        for ax, quantity in zip((panels[column], panels[2 + column]), ("regime", "period"), strict=True):
+            show.regime_map_plot(chart, ax, quantity=quantity)
+            ax.set_title(f"s = {s:.2f}", loc="right")
+    save(panels[0], "analysis-paper-maps.png")
+
+
+if __name__ == "__main__":
+    for draw in (sections, diagrams, maps, basins, paper):
+        draw()
