@@ -67,3 +67,38 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(change, sentence):
     arguments = {"over": {"drive_velocity": [0.3]}, "t_end": 10} | change
     with pytest.raises(ss.InputError, match=sentence):
         ss.simulate_many(ss.paper.oscillator(0.3), **arguments)
+
+
+def test_systems_smooth_laws_and_varying_drives_run_in_batches_too():
+    belt = ss.chain(3, ss.laws.StaticKinetic(1.0, 0.6), 0.2, coupling=0.8)
+    over = {"contacts.0.drive_velocity": [0.1, 0.2], "x0.1": [0.0, 0.3], "stiffness.0.1": [-0.8, -0.7]}
+    runs = ss.simulate_many(belt, over, 50.0, section="release", keep=4, workers=1)
+    assert runs["x"].dims == (*over, "mass")
+    document = belt.to_dict()
+    document["contacts"][0]["drive_velocity"], document["stiffness"][0][1] = 0.1, -0.7
+    alone = ss.simulate(ss.System.from_dict(document), 50.0, x0=[0.0, 0.3, 0.0])
+    mine = runs.isel({"contacts.0.drive_velocity": 0, "x0.1": 1, "stiffness.0.1": 1})
+    assert (mine["x"].to_numpy() == alone.at(50.0)[0]).all()
+    late = alone.events.query("t >= 25 and kind == 'release'")
+    assert int(mine["events"].sel(kind="release")) == len(late)
+    assert (mine["section_t"].to_numpy() == late["t"].to_numpy()[-4:]).all()
+    assert ss.simulate_many(belt, over, 50.0, section="release", keep=4, workers=2).identical(runs)
+
+    shaken = ss.Oscillator(0.1, ss.Drive.shaken(0.3, 0.1, 1.2), ss.laws.Cubic(0.4, 0.45, 0.6))
+    runs = ss.simulate_many(shaken, {"damping": [0.1, 0.2], "law.linear": [0.45, 0.4], "x0": [0.3]}, 40.0)
+    alone = ss.simulate(ss.Oscillator(0.2, shaken.drive_velocity, ss.laws.Cubic(0.4, 0.4, 0.6)), 40.0, x0=0.3)
+    assert float(runs["x"][1, 1, 0]) == alone.at(40.0)[0]
+
+
+@pytest.mark.parametrize(
+    ("over", "sentence"),
+    [
+        ({"x0": [1.0]}, "'x0' must name a mass of the system, such as x0.0"),
+        ({"x0.7": [1.0]}, "x0 must name a mass, such as x0.0, got"),
+        ({"contacts.5.drive_velocity": [1.0]}, "the system has no number 'contacts.5.drive_velocity'"),
+        ({"mass.0.0": [-1.0]}, r"run 0 \(mass.0.0 = -1\): the mass matrix must be symmetric and positive definite"),
+    ],
+)
+def test_batches_of_systems_refuse_what_they_do_not_have(over, sentence):
+    with pytest.raises(ss.InputError, match=sentence):
+        ss.simulate_many(ss.chain(2, ss.laws.Coulomb(0.5), 0.2), over, 10.0)

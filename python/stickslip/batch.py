@@ -1,4 +1,4 @@
-"""Many runs of one oscillator over parameters and starts, on all cores."""
+"""Many runs of one oscillator or system over parameters and starts, on all cores."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from stickslip import _core
 from stickslip.analysis.parameters import path_in
 from stickslip.documents import did_you_mean, number
 from stickslip.errors import InputError
-from stickslip.system import Oscillator
+from stickslip.state_laws import StateLaw
+from stickslip.system import Oscillator, System
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 def simulate_many(
-    system: Oscillator,
+    system: Oscillator | System,
     over: Mapping[str, ArrayLike],
     t_end: float,
     *,
@@ -36,9 +37,10 @@ def simulate_many(
 
     Parameters
     ----------
-    system : the oscillator that is varied; one whose motion has a closed form.
+    system : the oscillator or the system of masses that is varied.
     over : values by name, each shape (n,): a number of the system document such as ``"drive_velocity"``,
-        ``"forcing.amplitude"`` or ``"law.kinetic"``, or the start ``"x0"``, ``"v0"``. All combinations are run.
+        ``"forcing.amplitude"`` or ``"law.kinetic"``, or the start ``"x0"``, ``"v0"``; of a system such as
+        ``"contacts.0.drive_velocity"``, ``"stiffness.0.1"``, and the start of a mass ``"x0.1"``. All combinations are run.
     t_end : time to run each.
     transient : the fraction of each run whose events do not count, in [0, 1).
     section : a kind of event, such as ``"release"``, whose last `keep` occurrences are kept.
@@ -49,9 +51,10 @@ def simulate_many(
 
     Returns
     -------
-    Dataset over the names of `over`: ``x`` and ``v`` at t_end, ``events`` (a number for each ``kind``, after the
-    transient), ``stick_time`` (the mean, NaN where nothing sticks), ``stop``; and with a section ``section_t``,
-    ``section_x`` and ``section_v`` over ``point``, the last events in time, NaN where there are fewer.
+    Dataset over the names of `over`: ``x`` and ``v`` at t_end (of a system over ``mass``), ``events`` (a number for each
+    ``kind``, after the transient), ``stick_time`` (the mean, NaN where nothing sticks), ``stop``; and with a section
+    ``section_t``, ``section_x`` and ``section_v`` over ``point``, the last events in time, NaN where there are fewer. Of a
+    system events and sections are those of all contacts, x and v those of the contact's mass.
 
     Raises
     ------
@@ -67,8 +70,9 @@ def simulate_many(
     """
     import xarray as xr
 
-    if isinstance(system, Oscillator) and not system.closed_form:
-        raise InputError("simulate_many: the motion of this oscillator has no closed form; run simulate in a loop")
+    laws = [contact.law for contact in system.contacts] if isinstance(system, System) else [system.law]
+    if any(isinstance(law, StateLaw) for law in laws):
+        raise InputError("simulate_many: laws with an internal state are integrated one by one; run simulate in a loop")
     if not over:
         raise InputError("simulate_many: over is empty; name at least one parameter or start to vary")
     if not 0 <= transient < 1:
@@ -83,8 +87,10 @@ def simulate_many(
     for name, values in axes.items():
         if values.ndim != 1 or not np.isfinite(values).all():
             raise InputError(f"simulate_many: {name} must be a list of finite numbers, got shape {values.shape}")
-    document = json.loads(system.to_json())
-    paths = [path_in(name, document, "simulate_many") for name in axes]
+    # What has no closed form is a system of one mass to the core.
+    whole = system.to_system() if isinstance(system, Oscillator) and not system.closed_form else system
+    document = json.loads(whole.to_json())
+    paths = [_place(name, whole is not system, document) for name in axes]
     grid = np.stack([mesh.ravel() for mesh in np.meshgrid(*axes.values(), indexing="ij")], axis=1)
     end = number("t_end", t_end, "simulate_many")
     kind = None if section is None else _core.KINDS.index(section)
@@ -108,11 +114,13 @@ def simulate_many(
     releases = counts[..., _core.KINDS.index("release")]
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = np.where(releases > 0, stick_time.reshape(shape) / releases, np.nan)
-    state = state.reshape(*shape, 2)
+    masses = system.masses if isinstance(system, System) else 1
+    x, v = np.moveaxis(state.reshape(*shape, 2, masses), len(shape), 0)
+    over_masses = [*dims, "mass"] if isinstance(system, System) else dims
     names = np.array(_core.STOPS)[stop.astype(int)].reshape(shape)
     data: dict[str, Any] = {
-        "x": (dims, state[..., 0]),
-        "v": (dims, state[..., 1]),
+        "x": (over_masses, x if isinstance(system, System) else x[..., 0]),
+        "v": (over_masses, v if isinstance(system, System) else v[..., 0]),
         "events": ([*dims, "kind"], counts.astype(np.int64)),
         "stick_time": (dims, mean),
         "stop": (dims, names),
@@ -122,3 +130,14 @@ def simulate_many(
         data |= {f"section_{name}": ([*dims, "point"], points[..., i]) for i, name in enumerate("txv")}
     attrs = {"system": json.dumps(system.to_dict()), "t_end": end, "transient": transient, "section": section or ""}
     return xr.Dataset(data, coords={**axes, "kind": _core.KINDS}, attrs=attrs)
+
+
+def _place(name: str, one: bool, document: Mapping[str, Any]) -> str:
+    """The path of a name in the document; `one`: of an oscillator that is a system of one mass there."""
+    head, _, mass = name.partition(".")
+    if one:
+        heads = {"mass": "mass.0.0", "stiffness": "stiffness.0.0", "damping": "damping.0.0", "x0": "x0.0", "v0": "v0.0"}
+        name = f"contacts.0.{name}" if head in ("law", "drive_velocity") else heads.get(name, name)
+    elif head in ("x0", "v0") and "contacts" in document and not mass.isdigit():
+        raise InputError(f"simulate_many: {name!r} must name a mass of the system, such as {head}.0")
+    return name if name.split(".")[0] in ("x0", "v0") else path_in(name, document, "simulate_many")

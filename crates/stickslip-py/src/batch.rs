@@ -12,7 +12,7 @@ const BLOCK: usize = 256;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
-/// Run a batch. Returns, a row for each run: x, v, stop; counts (a column for each kind); sum of stick times; section
+/// Run a batch. Returns, a row for each run: x and v of every mass, stop; counts (a column for each kind); sum of stick times; section
 /// (keep × (t, x, v), not a number where there are fewer).
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a setting")]
@@ -68,7 +68,7 @@ pub(crate) fn batch<'py>(
 }
 
 fn write(row: &Row, keep: usize, columns: &mut [Vec<f64>; 5]) {
-    columns[0].extend([row.last.0, row.last.1]);
+    columns[0].extend(&row.last);
     columns[1].push(f64::from(row.stop as u8));
     columns[2].extend(row.counts.iter().map(|&count| count as f64));
     columns[3].push(row.stick_time);

@@ -1,4 +1,4 @@
-//! Many runs of one oscillator over parameters and starts, on all cores. Each run depends on its own row alone, so the
+//! Many runs of one oscillator or system over parameters and starts, on all cores. Each run depends on its own row alone, so the
 //! results are the same for any number of workers; memory grows only with what is asked back.
 
 use std::collections::VecDeque;
@@ -9,14 +9,16 @@ use serde_json::Value;
 
 use crate::error::Error;
 use crate::mode::Kind;
+use crate::network;
 use crate::orbit::{Event, Orbit, Record, Segment};
 use crate::simulate::{Run, Stop, observe};
 use crate::structure::Oscillator;
+use crate::system::System;
 
 /// What is varied and what is kept of each run.
 #[derive(Clone, Debug)]
 pub struct Batch {
-    /// The document of the oscillator that is varied.
+    /// The document of the oscillator or system that is varied.
     pub document: Value,
     /// What is varied: paths in the document such as `forcing.0.amplitude`, or `x0` and `v0`.
     pub names: Vec<String>,
@@ -37,8 +39,8 @@ pub struct Batch {
 /// What is kept of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Position and velocity at `t_end`, or where the run stopped before.
-    pub last: (f64, f64),
+    /// Positions, then velocities, of all masses at `t_end` or where the run stopped before.
+    pub last: Vec<f64>,
     /// Events after the transient, by kind.
     pub counts: [u64; Kind::ALL.len()],
     /// The sum of the stick times of those that are releases.
@@ -106,24 +108,15 @@ impl Batch {
         let width = self.names.len();
         let values = &self.values[index * width..(index + 1) * width];
         let at = |error| placed(index, &self.names, values, &error);
+        if self.document.get("contacts").is_some() {
+            return self.row_of_masses(values).map_err(at);
+        }
         let run = Run {
             max_events: self.max_events,
             ..Run::stuck(self.t_end)
         };
         let (oscillator, run) = varied(&self.document, &self.names, values, run).map_err(at)?;
-        let mut tally = Tally {
-            after: self.after,
-            section: self.section,
-            keep: self.keep,
-            segment: None,
-            row: Row {
-                last: (run.x0, oscillator.drive_velocity),
-                counts: [0; Kind::ALL.len()],
-                stick_time: 0.0,
-                section: VecDeque::new(),
-                stop: Stop::End,
-            },
-        };
+        let mut tally = self.tally();
         let (stop, _) = observe(&oscillator, run, &mut tally).map_err(at)?;
         tally.row.stop = stop;
         if let Some(segment) = tally.segment {
@@ -135,9 +128,69 @@ impl Batch {
             let mut orbit = Orbit::new(oscillator, run);
             orbit.segments.push(segment);
             let state = orbit.states(&[end])[0];
-            tally.row.last = (state.x, state.v);
+            tally.row.last = vec![state.x, state.v];
         }
         Ok(tally.row)
+    }
+
+    /// The run of a system of masses; `x0.1` is where its mass 1 starts.
+    fn row_of_masses(&self, values: &[f64]) -> Result<Row, Error> {
+        let mut document = self.document.clone();
+        let mut starts = Vec::new();
+        for (name, &value) in self.names.iter().zip(values) {
+            match name.split_once('.') {
+                Some((start @ ("x0" | "v0"), mass)) => starts.push((start, mass, value)),
+                _ => *place(&mut document, name)? = value.into(),
+            }
+        }
+        let system: System = serde_json::from_value(document).map_err(|error| Error::Document {
+            reason: error.to_string(),
+        })?;
+        let (mut x0, mut v0) = (vec![0.0; system.masses()], system.driven_velocities());
+        for (start, mass, value) in starts {
+            let of = if start == "x0" { &mut x0 } else { &mut v0 };
+            let place = mass.parse().ok().and_then(|mass: usize| of.get_mut(mass));
+            *place.ok_or_else(|| Error::Document {
+                reason: format!("{start} must name a mass, such as {start}.0, got {mass:?}"),
+            })? = value;
+        }
+        let run = network::Run {
+            x0: Some(x0),
+            v0: Some(v0),
+            t_end: self.t_end,
+            max_events: self.max_events,
+        };
+        let mut tally = self.tally();
+        let (x, v, stop) = network::observe(&system, &run, |event| {
+            tally.event(Event {
+                t: event.t,
+                kind: event.kind,
+                x: event.x,
+                v: event.v,
+                force: event.force,
+                stick_time: event.stick_time,
+                force_rate: event.force_rate,
+            });
+        })?;
+        tally.row.last = [x, v].concat();
+        tally.row.stop = stop;
+        Ok(tally.row)
+    }
+
+    fn tally(&self) -> Tally {
+        Tally {
+            after: self.after,
+            section: self.section,
+            keep: self.keep,
+            segment: None,
+            row: Row {
+                last: Vec::new(),
+                counts: [0; Kind::ALL.len()],
+                stick_time: 0.0,
+                section: VecDeque::new(),
+                stop: Stop::End,
+            },
+        }
     }
 }
 

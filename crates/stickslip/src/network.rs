@@ -56,6 +56,39 @@ impl Run {
 /// # Errors
 /// The first value of the system or the run that makes no sense.
 pub fn simulate(system: &System, run: Run) -> Result<Orbit, Error> {
+    check(system, &run)?;
+    let mut state = Loop::new(system, &run);
+    let mut events = Vec::new();
+    let stop = state.go(&run, true, &mut |event| events.push(event));
+    Ok(Orbit {
+        system: system.clone(),
+        run,
+        steps: state.steps,
+        events,
+        stop,
+        work: state.work,
+    })
+}
+
+/// Simulate and keep nothing: `tell` is told of every event. Returns positions and velocities at the end, and why it ended.
+///
+/// # Errors
+/// The first value of the system or the run that makes no sense.
+pub fn observe(
+    system: &System,
+    run: &Run,
+    mut tell: impl FnMut(Event),
+) -> Result<(Vec<f64>, Vec<f64>, Stop), Error> {
+    check(system, run)?;
+    let mut state = Loop::new(system, run);
+    let stop = state.go(run, false, &mut tell);
+    if stop == Stop::End {
+        state.advance(state.clock.until(run.t_end));
+    }
+    Ok((state.x, state.v, stop))
+}
+
+fn check(system: &System, run: &Run) -> Result<(), Error> {
     system.validate()?;
     let n = system.masses();
     for (name, values) in [("x0", &run.x0), ("v0", &run.v0)] {
@@ -70,17 +103,7 @@ pub fn simulate(system: &System, run: Run) -> Result<Orbit, Error> {
             }
         }
     }
-    positive("t_end", run.t_end)?;
-    let mut state = Loop::new(system, &run);
-    let stop = state.go(&run);
-    Ok(Orbit {
-        system: system.clone(),
-        run,
-        steps: state.steps,
-        events: state.events,
-        stop,
-        work: state.work,
-    })
+    positive("t_end", run.t_end).map(drop)
 }
 
 /// So many events in less than a millionth of the shortest natural time are an accumulation.
@@ -184,19 +207,24 @@ impl<'a> Loop<'a> {
         }
     }
 
-    fn go(&mut self, run: &Run) -> Stop {
+    /// Move to the end of the run; without `keep` no step is kept but the last.
+    fn go(&mut self, run: &Run, keep: bool, tell: &mut dyn FnMut(Event)) -> Stop {
         self.start();
         let (mut mark, mut counted) = (self.clock, 0);
         let (mut stage, mut stepped) = (self.clock, 0);
         let short = 1e-6 / self.frame.rate;
         loop {
             self.expand();
+            self.events.drain(..).for_each(&mut *tell);
             if self.work.evaluations >= stepped + STIFF {
                 if stage.until(self.clock.high) < 1.0 / self.frame.rate {
                     self.record_step();
                     return Stop::Stiff;
                 }
                 (stage, stepped) = (self.clock, self.work.evaluations);
+            }
+            if !keep {
+                self.steps.clear();
             }
             let step = self.motion.reach(&self.frame, &self.rubs, self.scale);
             let step = self
@@ -237,6 +265,7 @@ impl<'a> Loop<'a> {
             self.occur(h, contact, cause);
             if self.work.events >= run.max_events {
                 self.expand();
+                self.events.drain(..).for_each(&mut *tell);
                 self.record_step();
                 return Stop::MaxEvents;
             }
