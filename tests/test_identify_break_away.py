@@ -121,3 +121,87 @@ def test_picture_shows_all_fits():
     random, t_s = scattered(9)
     axes = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size))).plot()
     assert len(axes.lines) == 4
+
+
+def free_rows(seed, count=150):
+    """Stick times and force rates that have nothing to do with each other."""
+    random, t_s = scattered(seed, count)
+    return random, t_s, 10 ** random.uniform(-1, 1, count)
+
+
+def test_kato_s_exponent_is_recovered():
+    random, t_s = scattered(10, 400)
+    force = 0.5 + 0.3 * (1 - np.exp(-1.0 * t_s**0.5)) + 0.002 * random.standard_normal(400)
+    table = fit_static_friction(friction(t_s, force)).fits["Kato"].parameters
+    for name, true in (("limit", 0.3), ("rate", 1.0), ("exponent", 0.5)):
+        assert table.loc[name, "low"] <= true <= table.loc[name, "high"], name
+
+
+def test_power_of_the_stick_time_is_recovered_and_chosen():
+    random, t_s = scattered(11, 300)
+    force = 0.5 + 0.1 * t_s**0.7 + 0.003 * random.standard_normal(300)
+    found = fit_static_friction(friction(t_s, force))
+    table = found.fits["power"].parameters
+    assert found.chosen == "power"
+    assert table.loc["exponent", "low"] <= 0.7 <= table.loc["exponent", "high"]
+    assert table.loc["growth", "low"] <= 0.1 <= table.loc["growth", "high"]
+
+
+def test_fall_with_the_force_rate_is_told_from_growth_with_stick_time():
+    random, t_s, rate = free_rows(12)
+    force = 0.7 - 0.04 * np.log10(rate) + 0.004 * random.standard_normal(t_s.size)
+    found = fit_static_friction(friction(t_s, force, force_rate=rate))
+    assert found.chosen == "force rate"
+    slopes = found.fits["stick time and force rate"].parameters
+    assert slopes.loc["slope", "low"] <= 0.0 <= slopes.loc["slope", "high"]
+    assert slopes.loc["rate_slope", "low"] <= -0.04 <= slopes.loc["rate_slope", "high"]
+
+
+def test_growth_that_a_force_rate_halves_is_recovered():
+    random, t_s, rate = free_rows(13, 400)
+    force = 0.5 + 0.3 * (1 - np.exp(-1.5 * t_s)) / (1 + rate / 0.8) + 0.002 * random.standard_normal(400)
+    found = fit_static_friction(friction(t_s, force, force_rate=rate))
+    table = found.fits["exponential over force rate"].parameters
+    assert found.chosen == "exponential over force rate"
+    for name, true in (("limit", 0.3), ("rate", 1.5), ("scale", 0.8)):
+        assert table.loc[name, "low"] <= true <= table.loc[name, "high"], name
+    np.testing.assert_allclose(found.best(1.0, 0.8), 0.5 + 0.15 * (1 - np.exp(-1.5)), atol=0.003)
+
+
+def test_a_bent_surface_is_chosen_where_no_form_fits():
+    random, t_s, rate = free_rows(14)
+    force = 0.7 + 0.05 * np.log10(t_s) * np.log10(rate) + 0.004 * random.standard_normal(t_s.size)
+    found = fit_static_friction(friction(t_s, force, force_rate=rate))
+    assert found.chosen == "surface"
+    assert found.best.parameters.loc["ab", "value"] == pytest.approx(0.05, abs=0.004)
+
+
+def test_forms_with_a_force_rate_need_rates_that_are_free():
+    random, t_s = scattered(15)
+    found = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size)))
+    assert not {"force rate", "surface"} & set(found.fits)
+
+
+def test_a_drift_that_mimics_growth_is_said():
+    random = np.random.default_rng(16)
+    t_s = np.geomspace(0.1, 10, 120) * 10 ** (0.2 * random.standard_normal(120))
+    force = 0.6 + 0.001 * np.arange(120) + 0.004 * random.standard_normal(120)
+    found = fit_static_friction(friction(t_s, force))
+    assert "a drift and growth with rest cannot be told apart" in " ".join(found.notes)
+
+
+def test_a_detection_threshold_is_said():
+    random, t_s = scattered(17)
+    tree = friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size))
+    drop = np.abs(0.02 * random.standard_normal(t_s.size)) + 0.001
+    table = tree["break_away"].to_dataset(inherit=False)
+    for least, said in ((0.0, False), (0.015, True)):
+        kept = table.assign(drop=("event", np.maximum(drop, least)))
+        notes = fit_static_friction(xr.DataTree.from_dict({"/": tree.to_dataset(), "/break_away": kept})).notes
+        assert ("smaller ones are missing" in " ".join(notes)) == said
+
+
+def test_residuals_are_drawn_over_what_could_be_left_out():
+    random, t_s = scattered(18)
+    row = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size))).plot_residuals()
+    assert [axes.get_xlabel() for axes in row] == ["stick time", "force rate", "time of the break-away"]

@@ -1,4 +1,4 @@
-"""Static friction from the table of break-aways: constant, logarithmic or exponential in the stick time."""
+"""Static friction f_s(t_s, δ) from the table of break-aways: its forms fitted, one chosen, and what cannot be told."""
 
 from __future__ import annotations
 
@@ -18,12 +18,18 @@ from scipy.optimize import least_squares
 from stickslip.documents import write_whole
 from stickslip.errors import InputError
 from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.identification.static_forms import BY_RATIO, Form, forms
 from stickslip.identification.uncertainty import correlation_time, half_width, robust_scale
 
 Array = npt.NDArray[np.float64]
-Form = Callable[[Array, Array], Array]
 
 FEWEST_ROWS = 5
+SHOWN = 3
+"""Forms that a picture shows."""
+TOGETHER = 0.5
+"""Correlation of stick time with time beyond which a drift may pass for growth."""
+CROWDED = 1.25
+"""Falls within this ratio of the smallest lie at the edge of what is seen."""
 NARROW = 1.25
 """Stick times (10th to 90th percentile) within this ratio say nothing about growth."""
 
@@ -39,6 +45,8 @@ class StaticFit:
     covariance : of the fitted numbers (the rate of the exponential by its logarithm), in the order of `parameters`.
     scatter : robust standard deviation of the residuals.
     criterion : Akaike's, corrected for few rows; the lower the better.
+    residuals : measured minus fitted force, in the order of the rows.
+    rate : the usual force rate.
     """
 
     form: str
@@ -47,11 +55,15 @@ class StaticFit:
     covariance: Array
     scatter: float
     criterion: float
-    _at: Callable[[Array], Array] = field(repr=False)
+    residuals: Array = field(repr=False)
+    rate: float
+    _at: Callable[[Array, Array], Array] = field(repr=False)
 
-    def __call__(self, stick_time: npt.ArrayLike) -> Array:
-        """The fitted force at these stick times."""
-        return self._at(np.asarray(stick_time, float))
+    def __call__(self, stick_time: npt.ArrayLike, force_rate: npt.ArrayLike | None = None) -> Array:
+        """The fitted force at these stick times and force rates, any shape; default the usual rate."""
+        rate = self.rate if force_rate is None else force_rate
+        time, rates = np.broadcast_arrays(np.asarray(stick_time, float), np.asarray(rate, float))
+        return self._at(time.ravel(), rates.ravel()).reshape(time.shape)
 
 
 @dataclass(frozen=True)
@@ -79,6 +91,25 @@ class StaticFriction:
     def best(self) -> StaticFit:
         """The chosen fit."""
         return self.fits[self.chosen]
+
+    def plot_residuals(self) -> Any:
+        """Residuals of the chosen form over stick time, over force rate and over time; returns the Axes.
+
+        A slope in the last is a drift; a slope in another is what the form leaves out.
+        """
+        from stickslip.show.canvas import new_axes
+
+        row = new_axes(1, 3, figsize=(13, 3.6))
+        rest = self.best.residuals
+        columns = {"stick_time": "stick time", "force_rate": "force rate", "t": "time of the break-away"}
+        for axes, (column, label) in zip(row, columns.items(), strict=True):
+            axes.plot(self.rows[column], rest, ".", color="0.4")
+            axes.axhline(0, color="0.3", lw=0.8)
+            axes.set_xlabel(label)
+            axes.set_ylabel(f"break-away force − {self.chosen} form")
+            if column != "t" and (self.rows[column] > 0).all():
+                axes.set_xscale("log")
+        return row
 
     def report(self) -> str:
         """The result in words and a table of all forms."""
@@ -109,8 +140,9 @@ class StaticFriction:
         time, force = self.rows["stick_time"].to_numpy(), self.rows["used"].to_numpy()
         axes.plot(time, force, ".", color="0.6", label="break-aways")
         grid = np.geomspace(time.min(), time.max(), 200)
-        for name, fit in self.fits.items():
-            axes.plot(grid, fit(grid), lw=2.5 if name == self.chosen else 1.0, label=name)
+        order = sorted(self.fits, key=lambda name: (name != self.chosen, self.fits[name].criterion))
+        for name in order[:SHOWN]:
+            axes.plot(grid, self.fits[name](grid), lw=2.5 if name == self.chosen else 1.0, label=name)
         axes.set_xscale("log")
         axes.set_xlabel("stick time")
         axes.set_ylabel("break-away force" + (" above that of its slip" if self.relative else ""))
@@ -121,9 +153,10 @@ class StaticFriction:
 def fit_static_friction(friction: Any) -> StaticFriction:
     """Fit static friction over stick time to the break-aways of one or more records.
 
-    The forms are constant f_s = f₀, logarithmic f_s = f₀ + b log₁₀ t_s and exponential (Kato's with m = 1)
-    f_s = f₀ + Δ∞ (1 − exp(−γ t_s)); f₀ of the last is the kinetic force where slips were measured. Each is a robust
-    least-squares fit; its covariance is scaled by the scatter of the rows and their correlation from one to the next.
+    The forms are those of :func:`stickslip.identification.static_forms.forms`: constant, logarithmic, exponential, power and
+    Kato's in t_s; and where the force rate varies freely one in δ, two in both, and a smooth surface. Each is a robust
+    least-squares fit; its covariance is scaled by the scatter of the rows and their correlation from one to the next. Of
+    the forms whose Akaike criterion is within 2 of the lowest the one with the fewest numbers is chosen.
 
     Parameters
     ----------
@@ -169,9 +202,18 @@ def fit_static_friction(friction: Any) -> StaticFriction:
         # nothing known of the slips: an undamped one falls as far below the kinetic force as it began above it
         level = float(np.median(sliding if sliding.size else rows["force"] - rows["drop"] / 2))
     rows = rows.assign(used=rows["force"] - rows["level"] + level if relative else rows["force"])
-    fits = _fits(rows, level)
+    ties = tied(rows)
+    fits = _fits(rows, level, rates_differ=not ties)
     chosen, sentence = _choose(fits)
-    notes = [*notes, sentence, *unlike(rows, fits[chosen]), *tied(rows), *loading_line(rows, fits)]
+    notes = [
+        *notes,
+        sentence,
+        *unlike(rows, fits[chosen]),
+        *ties,
+        *loading_line(rows, fits),
+        *drift(rows, fits),
+        *threshold(rows),
+    ]
     return StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=notes)
 
 
@@ -207,7 +249,7 @@ def unlike(rows: pd.DataFrame, fit: StaticFit) -> list[str]:
 
     Such a fit is a compromise; its intervals hold the scatter within the records and not what sets them apart.
     """
-    rest = pd.Series(rows["used"].to_numpy() - fit(rows["stick_time"].to_numpy()), index=rows.index)
+    rest = pd.Series(fit.residuals, index=rows.index)
     parts = [part.to_numpy() for _, part in rest.groupby(rows["record"]) if len(part) >= FEWEST_ROWS]
     if len(parts) < 2:
         return []
@@ -261,67 +303,76 @@ def loading_line(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
     ]
 
 
-def _fits(rows: pd.DataFrame, level: float) -> dict[str, StaticFit]:
-    time = rows["stick_time"].to_numpy()
-    middle = float(np.median(rows["used"]))
-    grown = max(middle - level, 1e-3 * abs(middle))
-    typical = float(np.median(time))
-    return {
-        "constant": _fit(rows, "constant", "f0", ["f0"], [middle], lambda p, _: np.full(len(_), p[0])),
-        "logarithmic": _fit(
-            rows,
-            "logarithmic",
-            "f0 + slope * log10(t_s)",
-            ["f0", "slope"],
-            [middle, 0.1 * grown],
-            lambda p, t: p[0] + p[1] * np.log10(t),
-        ),
-        "exponential": _fit(
-            rows,
-            "exponential",
-            f"{level:.6g} + limit * (1 - exp(-rate * t_s))",
-            ["limit", "rate"],
-            [1.3 * grown, -math.log(typical / 1.5)],
-            lambda p, t: level - p[0] * np.expm1(-np.exp(np.clip(p[1], -50, 50)) * t),
-            by_ratio=("rate",),
-        ),
-    }
+def drift(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
+    """A sentence where a drift in time may be what looks like growth with stick time, or the other way round."""
+    found = fits["logarithmic"]
+    time, log = rows["t"] - rows.groupby("record")["t"].transform("mean"), np.log10(rows["stick_time"])
+    log = log - log.groupby(rows["record"]).transform("mean")
+    if min(time.std(), log.std()) == 0 or abs(float(np.corrcoef(time, log)[0, 1])) < TOGETHER:
+        return []
+    slope, error = (float(found.parameters[column]["slope"]) for column in ("value", "error"))
+    whole = found.residuals + slope * log
+    columns = np.stack([np.ones(len(rows)), log, time / time.std()], axis=1)
+    numbers = np.linalg.lstsq(columns, whole, rcond=None)[0]
+    if abs(numbers[1] - slope) < 2 * error:
+        return []
+    return [
+        f"Stick times change along the record, and so may friction: with a drift in time beside it the slope over stick time "
+        f"is {numbers[1]:.3g} per decade instead of {slope:.3g}; a drift and growth with rest cannot be told apart here."
+    ]
+
+
+def threshold(rows: pd.DataFrame) -> list[str]:
+    """A sentence where falls of the force crowd at the smallest that was seen: those below it are missing."""
+    drop = rows["drop"].dropna().to_numpy()
+    if drop.size < 20 or not (drop > 0).all():
+        return []
+    low, tenth, high = np.quantile(drop, [0.0, 0.1, 0.9])
+    if tenth > CROWDED * low or high < 2 * tenth:
+        return []
+    return [
+        f"A tenth of the break-aways fall by {low:.3g} to {tenth:.3g}, at the edge of what is taken for a slip: smaller ones "
+        "are missing, their sticks are counted into the next, and long sticks with high forces are picked out, which looks "
+        "like growth with stick time."
+    ]
+
+
+def _fits(rows: pd.DataFrame, level: float, rates_differ: bool) -> dict[str, StaticFit]:
+    columns = (rows[name].to_numpy() for name in ("stick_time", "force_rate", "used"))
+    time, rate, force = columns
+    return {form.name: _fit(rows, form) for form in forms(time, np.abs(rate), force, level, rates_differ)}
 
 
 @dataclass(frozen=True)
 class _Scaled:
     """Residuals in units of their standard deviation."""
 
-    at: Form
+    at: Callable[[Array, Array, Array], Array]
     time: Array
+    rate: Array
     force: Array
     sigma: Array
 
     def __call__(self, numbers: Array) -> Array:
-        return (self.force - self.at(numbers, self.time)) / self.sigma
+        return (self.force - self.at(numbers, self.time, self.rate)) / self.sigma
 
 
-def _fit(
-    rows: pd.DataFrame,
-    form: str,
-    formula: str,
-    names: list[str],
-    start: list[float],
-    at: Form,
-    by_ratio: tuple[str, ...] = (),
-) -> StaticFit:
+def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     time, force = rows["stick_time"].to_numpy(), rows["used"].to_numpy()
+    rate = rows["force_rate"].abs().to_numpy()
     stated = rows["force_error"].fillna(0.0).to_numpy()
-    best = np.array(start)
+    best = np.array(form.start)
     sigma = np.full(len(force), max(robust_scale(force - np.median(force)), 1e-12 * float(np.abs(force).max()), 1e-300))
-    jacobian = np.zeros((len(force), len(names)))
+    jacobian = np.zeros((len(force), len(form.names)))
     for _ in range(4):
-        found = least_squares(_Scaled(at, time, force, sigma), best, loss="soft_l1", f_scale=3.0, x_scale="jac")
+        found = least_squares(
+            _Scaled(form.at, time, rate, force, sigma), best, loss="soft_l1", f_scale=3.0, x_scale="jac"
+        )
         best, jacobian = found.x, np.asarray(found.jac, dtype=float)
-        residuals = force - at(best, time)
+        residuals = force - form.at(best, time, rate)
         inner = math.sqrt(max(robust_scale(residuals) ** 2 - float(np.median(stated**2)), 0.0))
         sigma = np.maximum(np.hypot(stated, inner), 1e-12 * float(np.abs(force).max()) + 1e-300)
-    count, free = len(force), len(names)
+    count, free = len(force), len(form.names)
     chi = robust_scale(residuals / sigma)
     order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
     inverse = np.linalg.pinv(jacobian.T @ jacobian)
@@ -333,10 +384,10 @@ def _fit(
     freedom = max(count / float(tau.max()) - free, 1.0)
     errors = np.sqrt(np.diag(covariance))
     columns = ["value", "error", "low", "high"]
-    table = pd.DataFrame(index=pd.Index(names, name="parameter"), columns=columns, dtype=float)
-    for name, value, error in zip(names, best, errors, strict=True):
+    table = pd.DataFrame(index=pd.Index(form.names, name="parameter"), columns=columns, dtype=float)
+    for name, value, error in zip(form.names, best, errors, strict=True):
         half = half_width(float(error), freedom)
-        if name in by_ratio:
+        if name in BY_RATIO:
             middle = math.exp(float(np.clip(value, -700, 700)))
             reach = min(half, 700.0)
             table.loc[name] = [middle, middle * error, middle * math.exp(-reach), middle * math.exp(reach)]
@@ -346,26 +397,34 @@ def _fit(
     cut = np.minimum(residuals**2, (3 * max(scatter, 1e-300)) ** 2)
     penalty = 2 * (free + 1) * count / max(count - free - 2, 1)
     criterion = count * math.log(max(float(np.mean(cut)), 1e-300)) + penalty
-    return StaticFit(form, formula, table, covariance, scatter, criterion, partial(at, best))
+    usual = float(np.nanmedian(rate)) if np.isfinite(rate).any() else math.nan
+    return StaticFit(
+        form.name, form.formula, table, covariance, scatter, criterion, residuals, usual, partial(form.at, best)
+    )
 
 
 def _choose(fits: dict[str, StaticFit]) -> tuple[str, str]:
     order = sorted(fits.values(), key=lambda fit: fit.criterion)
-    best, second = order[0], order[1]
+    near = [fit for fit in order if fit.criterion - order[0].criterion < 2]
+    best = min(near, key=lambda fit: (len(fit.parameters), fit.criterion))
+    second = next(fit for fit in order if fit is not best)
     lead = second.criterion - best.criterion
-    simpler = fits["constant"]
-    if simpler is not best and simpler.criterion - best.criterion < 2:
-        best, lead = simpler, 0.0
+    simplest = fits["constant"]
     slope = fits["logarithmic"].parameters.loc["slope"]
     growth = f"its slope is {slope['value']:.3g} per decade (95 %: {slope['low']:.3g} to {slope['high']:.3g})"
-    if best is simpler:
+    if best is simplest:
         return best.form, (
             "Static friction is best described as constant: growth with stick time does not pay for its parameter; "
             f"on the logarithmic form {growth}."
         )
     strength = "clearly" if lead > 6 else "only slightly" if lead > 2 else "not decisively"
+    why = (
+        "as Akaike's criterion is lowest"
+        if best is order[0]
+        else "the simplest of those whose Akaike criterion is near the lowest"
+    )
     return best.form, (
-        f"Static friction over stick time: the {best.form} form is chosen, as Akaike's criterion is lowest "
+        f"Static friction over stick time: the {best.form} form is chosen, {why} "
         f"({strength}: by {lead:.1f} against the {second.form} form, by "
-        f"{simpler.criterion - best.criterion:.1f} against a constant); on the logarithmic form {growth}."
+        f"{simplest.criterion - best.criterion:.1f} against a constant); on the logarithmic form {growth}."
     )

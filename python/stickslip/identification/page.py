@@ -57,7 +57,8 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
     )
     if result.static is not None:
         report.heading("Static friction over stick time")
-        report.figure(result.static.plot().figure, "Break-away forces and the forms that were fitted to them.")
+        report.figure(result.static.plot().figure, "Break-away forces and the forms that lie closest to them.")
+        report.figure(result.static.plot_residuals()[0].figure, "Break-away forces above the chosen form.")
     report.heading("Residuals")
     report.figure(
         _residuals(result), "Measured minus predicted friction over time, over slip velocity, and its density."

@@ -1,0 +1,130 @@
+"""Forms of static friction f_s(t_s, δ) that are fitted to break-aways."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+#: Positive numbers, fitted by their logarithm.
+BY_RATIO = ("rate", "exponent", "scale")
+
+
+@dataclass(frozen=True)
+class Form:
+    """A form of f_s over stick time t and force rate δ.
+
+    Attributes
+    ----------
+    name : what it is called.
+    formula : written out, in t_s and delta.
+    names, start : of its numbers, and where their fit begins (ratios by their logarithm).
+    at : force from the numbers, t and δ.
+    """
+
+    name: str
+    formula: str
+    names: tuple[str, ...]
+    start: tuple[float, ...]
+    at: Callable[[Array, Array, Array], Array]
+
+
+def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bool) -> list[Form]:
+    """The forms that rows of this size and spread could tell apart, the simplest first.
+
+    Parameters
+    ----------
+    time, rate, force : stick time, force rate and force of each break-away, shape (n,); what is not known of the rate is NaN.
+    level : the kinetic force, where growth with rest begins.
+    rates_differ : whether stick time and force rate are free of each other.
+
+    Sources: Kato, Sato & Matsubayashi, Wear 20 (1972) 315 (exponential, with an exponent); Dieterich, J. Geophys. Res. 77
+    (1972) 3690 (logarithm); Johannes, Green & Brockley, Wear 24 (1973) 381 (that f_s falls with the rate; the forms of the
+    fall and the surface are our own).
+    """
+    middle, typical = float(np.median(force)), float(np.median(time))
+    grown = max(middle - level, 1e-3 * abs(middle))
+    start_rate = -math.log(typical / 1.5)
+    base = f"{level:.6g}"
+
+    def growth(p: Array, t: Array, exponent: float | Array = 1.0) -> Array:
+        return np.asarray(-p[0] * np.expm1(-np.exp(np.clip(p[1], -50, 50)) * t**exponent))
+
+    found = [
+        Form("constant", "f0", ("f0",), (middle,), lambda p, t, _: np.full(len(t), p[0])),
+        Form(
+            "logarithmic",
+            "f0 + slope * log10(t_s)",
+            ("f0", "slope"),
+            (middle, 0.1 * grown),
+            lambda p, t, _: p[0] + p[1] * np.log10(t),
+        ),
+        Form(
+            "exponential",
+            f"{base} + limit * (1 - exp(-rate * t_s))",
+            ("limit", "rate"),
+            (1.3 * grown, start_rate),
+            lambda p, t, _: level + growth(p, t),
+        ),
+    ]
+    if len(time) >= 8:
+        found += [
+            Form(
+                "power",
+                f"{base} + growth * t_s^exponent",
+                ("growth", "exponent"),
+                (grown / typical**0.3, math.log(0.3)),
+                lambda p, t, _: level + p[0] * t ** np.exp(np.clip(p[1], -20, 3)),
+            ),
+            Form(
+                "Kato",
+                f"{base} + limit * (1 - exp(-rate * t_s^exponent))",
+                ("limit", "rate", "exponent"),
+                (1.3 * grown, start_rate, 0.0),
+                lambda p, t, _: level + growth(p, t, np.exp(np.clip(p[2], -20, 3))),
+            ),
+        ]
+    if not rates_differ or len(time) < 12:
+        return found
+    typical_rate = math.log(float(np.median(rate)))
+    return [
+        *found,
+        Form(
+            "force rate",
+            "f0 + rate_slope * log10(delta)",
+            ("f0", "rate_slope"),
+            (middle, -0.1 * grown),
+            lambda p, _, d: p[0] + p[1] * np.log10(d),
+        ),
+        Form(
+            "stick time and force rate",
+            "f0 + slope * log10(t_s) + rate_slope * log10(delta)",
+            ("f0", "slope", "rate_slope"),
+            (middle, 0.1 * grown, -0.1 * grown),
+            lambda p, t, d: p[0] + p[1] * np.log10(t) + p[2] * np.log10(d),
+        ),
+        Form(
+            "exponential over force rate",
+            f"{base} + limit * (1 - exp(-rate * t_s)) / (1 + delta / scale)",
+            ("limit", "rate", "scale"),
+            (2.0 * grown, start_rate, typical_rate),
+            lambda p, t, d: level + growth(p, t) / (1 + d / np.exp(np.clip(p[2], -50, 50))),
+        ),
+        Form(
+            "surface",
+            "f0 + a * T + b * D + aa * T^2 + ab * T * D + bb * D^2, T = log10(t_s), D = log10(delta)",
+            ("f0", "a", "b", "aa", "ab", "bb"),
+            (middle, 0.1 * grown, -0.1 * grown, 0.0, 0.0, 0.0),
+            _surface,
+        ),
+    ]
+
+
+def _surface(p: Array, time: Array, rate: Array) -> Array:
+    t, d = np.log10(time), np.log10(rate)
+    return np.asarray(p[0] + p[1] * t + p[2] * d + p[3] * t**2 + p[4] * t * d + p[5] * d**2)
