@@ -14,7 +14,9 @@ from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify, sensitivity, trajectory
 from stickslip.identification.coverage import CASES, coverage
 from stickslip.identification.overlay import Landmarks, Overlay
+from stickslip.identification.parameters import value
 from stickslip.identification.records import read_records
+from stickslip.measurement import Rig
 
 LAW = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
 NOISE = 0.005
@@ -101,6 +103,23 @@ def test_slopes_by_events_are_those_of_finer_differences(first):
     shifts = [overlay.first_shift(LAW, overlay.time.size) for overlay in overlays]
     at = np.concatenate([np.zeros(2), shifts])
     np.testing.assert_allclose(fit.slopes(at), fit.slopes(at, step=0.002), atol=2e-3 * np.abs(fit.slopes(at)).max())
+
+
+def test_errors_of_the_gauge_are_in_the_intervals_as_theory_has_them(first, sharpened):
+    # A zero off by z moves the mean of x, which is f_k / k here but for the damping, and f_s with it, both by z.
+    widened = fit_trajectories(first, settled_after=0.0, zero_error=1e-3, scale_error=0.0)
+    np.testing.assert_allclose(widened.parameters["error"], 1e-3, rtol=0.02)
+    np.testing.assert_allclose(widened.parameters["value"], sharpened.parameters["value"], rtol=1e-7)
+    # A scale that is off by s scales every force, if the drive velocity is known to scale too: here it is not.
+    scaled = fit_trajectories(first, settled_after=0.0, scale_error=1e-3)
+    assert scaled.parameters.loc["kinetic", "error"] == pytest.approx(6e-4, rel=0.5)
+    assert "--scale-error 0.001" in scaled.command
+
+
+def test_a_record_of_less_than_two_cycles_is_refused(first):
+    short = replace(first, records=[first.records[1].part(0, 200)])
+    with pytest.raises(InputError, match=r"hold fewer than 2 cycles.*take a longer record"):
+        fit_trajectories(short, settled_after=0.0)
 
 
 def test_another_kind_of_motion_is_refused(first):
@@ -206,3 +225,44 @@ def test_options_that_need_each_other_are_said(tmp_path, capsys):
     assert "compare first" in capsys.readouterr().err
     assert main(["identify", "x.nc", "--law", "Coulomb", "--report", str(tmp_path / "no" / "r.html")]) == 2
     assert "does not exist" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "options"),
+    [
+        (LAW, {}),
+        (
+            ss.laws.PiecewiseLinear(nodes=((0.0, 1.0), (0.2, 0.6), (0.6, 0.75)), break_away=1.05),
+            {"fixed": {"nodes[2].slip_velocity": 0.6}, "pieces": 2},
+        ),
+    ],
+    ids=["StaticKinetic", "PiecewiseLinear"],
+)
+def test_law_is_recovered_from_films(law, options, tmp_path):
+    pytest.importorskip("cv2")
+    frictions = []
+    for s in (0.1, 0.2, 0.3):
+        orbit = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=s, law=law), 131)
+        path = tmp_path / f"film-{s}.avi"
+        truth = ss.film(orbit, path, start=100.0, duration=30.0, frame_rate=25.0)
+        setup = tomllib.loads(truth.attrs["setup"])
+        rig = Rig(
+            gauge="displacement",
+            column="x",
+            unit="1",
+            time_column="time",
+            stiffness=1,
+            mass=1,
+            damping=0.1,
+            drive_velocity=s,
+        )
+        frictions.append(ss.measure(ss.track(path, setup), rig))
+    # The tracker finds places to some hundredths of a pixel (test_track_films.py); that part of it which is common to all
+    # pictures no record shows.
+    zero = 0.01 / setup["calibration"]["scale"]
+    first = identify(frictions, law=type(law), **options)
+    table = fit_trajectories(first, settled_after=0.0, zero_error=zero, scale_error=1e-4).parameters
+    for name in table.index:
+        assert table.loc[name, "low"] <= value(law, name) <= table.loc[name, "high"], name
+        assert table.loc[name, "error"] < 0.005

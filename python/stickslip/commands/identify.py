@@ -32,6 +32,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--profile", action="store_true", help="intervals of --trajectories from the profile of the likelihood"
     )
     command.add_argument(
+        "--zero-error", type=float, default=0.0, metavar="LENGTH", help="of the displacement gauge, for --trajectories"
+    )
+    command.add_argument(
+        "--scale-error", type=float, default=0.0, metavar="PART", help="of the displacement gauge, for --trajectories"
+    )
+    command.add_argument(
         "--steady",
         action="store_true",
         help="fit friction over slip velocity alone and compare its forms, with an offset or without; default for records "
@@ -80,7 +86,13 @@ def run(options: argparse.Namespace) -> None:
         unfinished = Path(options.output).with_suffix(".unfinished.toml") if options.output else None
         with Bar() as bar:
             result = fit_trajectories(
-                result, starts=options.starts, profile=options.profile, progress=bar, checkpoint=unfinished
+                result,
+                starts=options.starts,
+                profile=options.profile,
+                zero_error=options.zero_error,
+                scale_error=options.scale_error,
+                progress=bar,
+                checkpoint=unfinished,
             )
     agreements = [] if options.no_simulation else [compare_motion(name, result) for name in options.friction[:1]]
     if options.output:

@@ -71,12 +71,15 @@ class Problem:
         ties: Mapping[str, str] | None = None,
         within: Mapping[str, tuple[float, float]] | None = None,
         offset: bool = False,
+        every_row: bool = False,
     ) -> None:
         self.law = law
         # A constant in the measured force is no number of the law; it stands last.
         self.free = [*free, OFFSET] if offset else list(free)
         self.ties = dict(ties or {})
         self.relative = relative
+        # Break-aways tell Coulomb's law nothing, but it predicts them.
+        self.every_row = every_row
         self.within = dict(within or {})
         self.motions = [Motion.of(record, type(law)) for record in records]
         self.groups: list[tuple[int, str]] = []
@@ -101,7 +104,7 @@ class Problem:
 
     def _rows(self, motion: Motion) -> pd.DataFrame:
         # Adhesion is no limit but a state in laws that have one.
-        if isinstance(self.law, Coulomb | StateLaw):
+        if isinstance(self.law, StateLaw) or (isinstance(self.law, Coulomb) and not self.every_row):
             return pd.DataFrame()
         record = motion.record
         table = record.break_away.assign(slip=pd.Series(record.own_slip(), dtype=object))

@@ -13,11 +13,13 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.branches import Problem
+from stickslip.identification.branches import Problem, fit_branches
+from stickslip.identification.break_away import break_away_rows, is_relative
 from stickslip.identification.first_guess import GUESSES
 from stickslip.identification.fit import Identification, identify
 from stickslip.identification.records import FrictionRecord, read_records
-from stickslip.laws import Law
+from stickslip.laws import Coulomb, Law
+from stickslip.state_laws import StateLaw
 
 Array = npt.NDArray[np.float64]
 
@@ -29,6 +31,8 @@ INNER = 4
 """Blocks into which a held-back part is cut again where there are few, for the error of a difference."""
 LEAST = 0.01
 """Predictions whose errors differ by less than this part are alike."""
+STATES = tuple(kind.__name__ for kind in GUESSES if issubclass(kind, StateLaw))
+"""Laws that have no break-away force of their own."""
 SAMPLES = 6000
 """Samples of a directly measured record that are used, evenly thinned."""
 
@@ -104,6 +108,7 @@ def compare_laws(
     candidates = _candidates(laws, pieces)
     folds = _folds(records)
     offsets = [False, True] if any(record.both_senses() for record in records) else [False]
+    breaks = any(len(record.break_away) for record in records)
     found: dict[str, Identification] = {}
     errors: dict[str, list[tuple[Array, Array]]] = {}
     refused: list[str] = []
@@ -113,6 +118,10 @@ def compare_laws(
         if progress is not None:
             progress(label, number, len(trials))
         try:
+            if breaks and kind in STATES:
+                raise InputError(
+                    f"adhesion is a state of {kind}, so its break-aways cannot be predicted like the others'"
+                )
             whole = identify(records, law=kind, pieces=count, offset=offset)
             errors[label] = [_held_back(whole, train, test, offset) for train, test in folds]
             found[label] = whole
@@ -131,14 +140,13 @@ def compare_laws(
     return Comparison(table, [*sentences, *dict.fromkeys(refused)], best, found)
 
 
-def _candidates(laws: Iterable[str | type[Law]] | None, pieces: int) -> list[tuple[str, str | type[Law], int]]:
+def _candidates(laws: Iterable[str | type[Law]] | None, pieces: int) -> list[tuple[str, str, int]]:
     asked: Sequence[str | type[Law]] = [*GUESSES] if laws is None else [laws] if isinstance(laws, str) else [*laws]
-    found: list[tuple[str, str | type[Law], int]] = []
-    for law in asked:
-        name = law if isinstance(law, str) else law.__name__
+    found: list[tuple[str, str, int]] = []
+    for name in [law if isinstance(law, str) else law.__name__ for law in asked]:
         counts = range(1, pieces + 1) if name == "PiecewiseLinear" else [pieces]
         many = len(counts) > 1
-        found += [(f"{name} ({n} piece{'s' * (n > 1)})" if many else name, law, n) for n in counts]
+        found += [(f"{name} ({n} piece{'s' * (n > 1)})" if many else name, name, n) for n in counts]
     return found
 
 
@@ -176,9 +184,11 @@ def _held_back(
 ) -> tuple[Array, Array]:
     """Errors of the prediction of held-back slip (NaN where nothing is compared) and break-aways."""
     names = [str(name) for name in whole.parameters.index]
-    fitted = identify(train, law=whole.law, free=names, offset=offset)
+    drifts = not isinstance(whole.law, Coulomb) and is_relative(break_away_rows(train))[0]
+    learnt = Problem(train, whole.law, names, relative=drifts, ties=whole.ties, within=whole.within, offset=offset)
+    fitted = fit_branches(learnt, whole.law)
     constant = 0.0 if fitted.offset is None else float(fitted.offset["value"])
-    problem = Problem(test, fitted.law, names)
+    problem = Problem(test, fitted.law, names, relative=drifts, every_row=True)
     kinetic = []
     for motion in problem.motions:
         usual = float(np.median(motion.record.force_error)) or 1.0

@@ -28,6 +28,8 @@ SAMPLES = 4000
 """Samples of a record that are compared, evenly thinned."""
 CYCLES = 8
 """Cycles of the simulated motion whose landmarks are averaged."""
+CERTAIN = 2.0
+"""Cycles of the measured motion that are needed."""
 CONSTANTS = ("mass", "damping", "stiffness", "drive_velocity")
 STILL = 0.02
 """Of the drive velocity: a range of w below this is steady slip."""
@@ -107,10 +109,15 @@ class Overlay:
         self.spread = float(np.std(self.displacement))
         self.noise = noise_level(self.displacement) if self.white else math.nan
         self.seen = Landmarks.of(*self._smooth[:2], self._velocity, self._smooth[2], self.drive_velocity)
-        # A state of the measured motion: the simulated one settles from there, on the same attractor.
-        start = int(np.argmax(record.displacement[kept]))
         self._mean = float(np.mean(record.displacement[kept]))
         self._natural = 2 * math.pi * math.sqrt(known["mass"] / known["stiffness"])
+        if self.seen.kind != "stable_slip" and not CERTAIN * self.cycle < float(self.time[-1]):
+            raise InputError(
+                f"{record.name}: {float(self.time[-1]):.4g} of time hold fewer than {CERTAIN:g} cycles, so it cannot be said "
+                "that the motion repeats; take a longer record"
+            )
+        # A state of the measured motion: the simulated one settles from there, on the same attractor.
+        start = int(np.argmax(record.displacement[kept]))
         self._start = (float(self._smooth[1][start]), float(self._velocity[start]))
 
     @cached_property

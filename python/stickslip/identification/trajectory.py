@@ -15,6 +15,7 @@ import pandas as pd
 from scipy.optimize import least_squares
 from scipy.stats import norm
 
+from stickslip.documents import number
 from stickslip.errors import InputError
 from stickslip.identification.checkpoint import Checkpoint
 from stickslip.identification.overlay import Overlay
@@ -50,11 +51,12 @@ SPREAD = 0.05
 class Fit:
     """Records and free numbers: the misfit of the motions, its slopes, and the way down.
 
-    The vector of unknowns is (free numbers, one shift of time a record).
+    The vector of unknowns is (free numbers, one shift of time a record); `gauge_error` holds the standard errors of the
+    gauge's zero (a length) and scale (relative).
     """
 
-    def __init__(self, overlays: Sequence[Overlay], free: Free) -> None:
-        self.overlays, self.free = list(overlays), free
+    def __init__(self, overlays: Sequence[Overlay], free: Free, gauge_error: tuple[float, float] = (0.0, 0.0)) -> None:
+        self.overlays, self.free, self.gauge_error = list(overlays), free, np.array(gauge_error)
         self.count = len(free.names)
         #: Standard deviation of the residuals of each record, by which they count.
         self.sigma = np.array([0.02 * o.spread if math.isnan(o.noise) else o.noise for o in overlays])
@@ -208,15 +210,21 @@ class Fit:
         return np.array([s * math.sqrt(np.mean(part**2)) for part, s in zip(parts, self.sigma, strict=True)])
 
     def covariance(self, unknowns: Array) -> Array:
-        """Of all unknowns, from the slopes, the scatter of each record and its correlation from sample to sample."""
+        """Of all unknowns, from the slopes, the scatter of each record and its correlation from sample to sample.
+
+        What an error of the gauge's zero and scale, common to all records, would do to the unknowns is added.
+        """
         residuals, slopes = self.residuals(unknowns), self.slopes(unknowns)
         edges = np.cumsum([0, *self.lengths(1.0)])
         information = np.zeros((unknowns.size, unknowns.size))
-        for a, b in pairwise(edges):
+        pulls = np.zeros((unknowns.size, 2))
+        for (a, b), overlay, sigma in zip(pairwise(edges), self.overlays, self.sigma, strict=True):
             part = residuals[a:b]
             freedom = max(part.size - unknowns.size / len(self.overlays), 1.0)
             excess = float(np.sum(part**2)) / freedom * correlation_time(part)
             information += slopes[a:b].T @ slopes[a:b] / excess
+            gauge = np.stack([np.ones(b - a), overlay.displacement], axis=1) * self.gauge_error / sigma
+            pulls += slopes[a:b].T @ gauge / excess
         length = np.sqrt(np.diag(information))
         if (length == 0).any():
             silent = [n for n, size in zip(self.free.names, length, strict=False) if size == 0]
@@ -232,7 +240,9 @@ class Fit:
                 f"identify: {' and '.join(mixed) or 'the free numbers'} cannot be told apart by these motions: hold one of "
                 "them fixed, or add records at other drive velocities"
             )
-        return np.asarray(np.linalg.inv(scaled) / np.outer(length, length))
+        covariance = np.linalg.inv(scaled) / np.outer(length, length)
+        moved = covariance @ pulls
+        return np.asarray(covariance + moved @ moved.T)
 
 
 def _robust(rest: Array) -> tuple[float, Array]:
@@ -248,6 +258,8 @@ def fit_trajectories(
     *,
     starts: int = 8,
     profile: bool = False,
+    zero_error: float = 0.0,
+    scale_error: float = 0.0,
     seed: int = 0,
     progress: Progress | None = None,
     checkpoint: str | Path | None = None,
@@ -267,6 +279,8 @@ def fit_trajectories(
     starts : the most starting points that are tried; the first is that of `first`, the others lie around it. The search
         ends where only noise is left.
     profile : intervals by the profile of the likelihood instead of the curvature at its top.
+    zero_error, scale_error : standard errors of the zero (a length) and the scale (relative) of the gauge, the same for all
+        records. They do not show in a record, and at low noise they are most of what is not known.
     seed : of the starting points.
     progress : called as ``progress(what, done, of)``.
     checkpoint : a law file that holds the best so far from start to start, and after an interruption; where it exists
@@ -286,8 +300,8 @@ def fit_trajectories(
 
     Limits: for steady, repeating motions. A record whose cycles scatter (most real sticks do) has no one motion to be
     laid over; there the fit of the branches is what the record can tell. The covariance takes the correlation of the
-    residuals from sample to sample into account, not errors of the rig's constants. Slopes through events are central
-    differences on exact orbits.
+    residuals from sample to sample into account, not errors of the rig's mass, stiffness, damping and drive velocity.
+    Slopes through events are central differences on exact orbits.
 
     Source: the criterion of identification of the paper's Section 6, agreement of phase trajectories.
     """
@@ -297,7 +311,10 @@ def fit_trajectories(
         raise InputError(f"fit_trajectories: starts must be a whole number of at least 1, got {starts!r}")
     overlays = [Overlay(record, settled_after) for record in first.records]
     names = check_names(first.law, first.parameters.index if free is None else free)
-    fit = Fit(overlays, Free(first.law, names, first.ties, first.within))
+    for name, size in (("zero_error", zero_error), ("scale_error", scale_error)):
+        if number(name, size, "fit_trajectories") < 0:
+            raise InputError(f"fit_trajectories: {name} must not be negative, got {size}")
+    fit = Fit(overlays, Free(first.law, names, first.ties, first.within), (zero_error, scale_error))
     memory = Checkpoint(checkpoint, first, names, settled_after, seed)
     search(fit, first, starts, np.random.default_rng(seed), memory, progress or (lambda *_: None))
     unknowns = _polished(fit)
@@ -327,8 +344,8 @@ def search(
     done, fit.best = memory.read(fit.best)
     known = all(math.isfinite(overlay.noise) for overlay in fit.overlays)
     found: list[float] = []
-    for number in range(done, starts):
-        progress("laying the motions over each other", number, starts)
+    for turn in range(done, starts):
+        progress("laying the motions over each other", turn, starts)
         best = fit.best[0]
         if known and best < LIKE_NOISE**2:
             break
@@ -336,14 +353,14 @@ def search(
         if sum(misfit < best * (1 + TWICE) for misfit in found) > 1:
             break
         try:
-            if number == 0:
+            if turn == 0:
                 found.append(fit.lay(points[0])[0])
-            found.append(fit.lay(fit.near(points[number])[1])[0])
+            found.append(fit.lay(fit.near(points[turn])[1])[0])
         except InputError:
             # Not a law there: the next one.
             continue
         finally:
-            memory.write(fit, number + 1)
+            memory.write(fit, turn + 1)
     progress("laid over each other", starts, starts)
 
 
@@ -379,7 +396,11 @@ def _result(
     covariance = fit.covariance(unknowns)
     numbers = unknowns[: fit.count]
     parameters, full = fit.free.table(numbers, covariance[: fit.count, : fit.count], float(norm.ppf(0.975)))
-    notes = []
+    notes, gauge = [], []
+    for name, size in zip(("zero", "scale"), fit.gauge_error.tolist(), strict=True):
+        if size:
+            gauge.append(f"--{name}-error {size:g}")
+            notes.append(f"An error of {size:.3g} of the gauge's {name}, common to all records, is in the intervals.")
     if profile:
         from stickslip.identification.profile import profile_intervals
 
@@ -417,6 +438,6 @@ def _result(
         covariance=full,
         rms=distance,
         motions=motions,
-        command=f"{first.command} --trajectories" + (" --profile" if profile else ""),
+        command=" ".join([first.command, "--trajectories", *(["--profile"] if profile else []), *gauge]),
         notes=[*first.notes, *notes],
     )
