@@ -147,10 +147,12 @@ def _compare(options: argparse.Namespace) -> None:
 
 def _tables(options: argparse.Namespace) -> Any:
     """The fit to tables of friction over slip velocity or of break-aways, None where there is a motion to fit a law to."""
-    from stickslip.identification import fit_static_friction, fit_steady
+    from stickslip.identification import fit_static_friction, fit_steady, fit_velocity_step
     from stickslip.identification.records import opened
 
     trees = [opened(Path(path)) for path in options.friction]
+    if options.law == "RateState" and len(trees) == 1 and "step" in trees[0].children:
+        return fit_velocity_step(options.friction[0])
     if options.steady or all("time" not in tree.coords and "steady" in tree.children for tree in trees):
         return fit_steady(options.friction, options.law)
     if options.law is None and all("slip_velocity" not in tree.variables for tree in trees):

@@ -8,6 +8,7 @@ from stickslip.identification.sensitivity import Sensitivity, sensitivity
 from stickslip.identification.steady import SteadyFriction, fit_steady
 from stickslip.identification.synthetic import friction_of_orbit
 from stickslip.identification.trajectory import fit_trajectories
+from stickslip.identification.velocity_step import VelocityStepFit, fit_velocity_step
 
 __all__ = [
     "Agreement",
@@ -16,11 +17,13 @@ __all__ = [
     "Sensitivity",
     "StaticFriction",
     "SteadyFriction",
+    "VelocityStepFit",
     "compare_laws",
     "compare_motion",
     "fit_static_friction",
     "fit_steady",
     "fit_trajectories",
+    "fit_velocity_step",
     "friction_of_orbit",
     "identify",
     "sensitivity",
