@@ -105,6 +105,21 @@ def test_systems_of_masses_go_through_the_same_calls():
     assert result["label"].shape == (2, 1)
 
 
+@pytest.mark.parametrize(
+    ("law", "parameter"),
+    [
+        (ss.laws.ExponentialStribeck(1.0, 0.6, 0.1), "law.scale"),
+        (ss.laws.LuGre(100.0, 2.0, 0.1, kinetic=0.6, break_away=1.0, scale=0.1), "drive_velocity"),
+    ],
+    ids=["smooth", "with a state"],
+)
+def test_laws_without_a_closed_form_go_through_the_same_calls(law, parameter):
+    system = ss.Oscillator(damping=0.1, drive_velocity=0.1, law=law)
+    diagram = ss.orbit_diagram(system, parameter, [0.1, 0.12], periods=10, keep=5)
+    assert diagram["regime"].values.tolist() == ["stick_slip", "stick_slip"]
+    assert ss.section(system, t_end=60).sizes["point"] >= 2
+
+
 def test_pictures_say_what_they_show():
     forced = ss.Oscillator(
         damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 0.7)

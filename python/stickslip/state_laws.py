@@ -23,6 +23,9 @@ from stickslip.law import Law
 class StateLaw(Law, family=True):
     """What the laws with an internal state have in common."""
 
+    #: No closed form: the motion is integrated.
+    SMOOTH: ClassVar[bool] = True
+
     @cached_property
     def _read(self) -> _core.StateLaw:
         return _core.StateLaw(self.to_json())

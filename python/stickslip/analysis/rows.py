@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.analysis.parameters import varied
-from stickslip.analysis.sections import Surface, points_of, usual_surface
+from stickslip.analysis.sections import Surface, forcing_frequency, points_of, usual_surface
 from stickslip.analysis.steady import steady_motion
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit
@@ -235,14 +235,14 @@ def periods_to_decide(value: int, where: str) -> int:
 
 
 def period_of(system: Oscillator | System) -> float:
-    """The period of the first forcing, or the natural period of a system without one.
+    """The period of the first forcing, of a force or a drive, or the natural period of a system without one.
 
     >>> from stickslip import Harmonic, paper
     >>> round(period_of(paper.oscillator(0.3, Harmonic(0.1, 2.0))), 6)
     3.141593
     """
-    forces = system.forcing if isinstance(system, System) else system.harmonics
-    return 2 * np.pi / forces[0].frequency if forces else system.natural_period
+    frequency = forcing_frequency(system)
+    return system.natural_period if frequency is None else 2 * np.pi / frequency
 
 
 def recurrence(regime: Array, period: Array, chaos: Array) -> Array:

@@ -47,6 +47,21 @@ class Surface:
         return {"plane": {"normal": self.normal, "level": self.level, "direction": self.direction}}
 
 
+def forcing_frequency(system: Oscillator | System) -> float | None:
+    """The frequency of the first force or, without one, of the first harmonic of a drive; none where nothing swings.
+
+    >>> from stickslip import Drive, Oscillator, laws
+    >>> forcing_frequency(Oscillator(0.1, Drive.shaken(0.2, 0.05, 1.3), laws.Coulomb(0.5)))
+    1.3
+    """
+    if isinstance(system, System):
+        forces, drives = system.forcing, [contact.drive_velocity for contact in system.contacts]
+    else:
+        forces, drives = system.harmonics, [system.drive_velocity]
+    swings = [*forces, *(harmonic for drive in drives for harmonic in getattr(drive, "harmonics", ()))]
+    return float(swings[0].frequency) if swings else None
+
+
 def usual_surface(system: Oscillator | System) -> Surface:
     """The stroboscopic section of a forced system, the maxima of x of another.
 
@@ -54,9 +69,9 @@ def usual_surface(system: Oscillator | System) -> Surface:
     >>> usual_surface(paper.oscillator(0.3)).direction
     -1
     """
-    forces = system.forcing if isinstance(system, System) else system.harmonics
-    if forces:
-        return Surface(period=2 * np.pi / forces[0].frequency)
+    frequency = forcing_frequency(system)
+    if frequency is not None:
+        return Surface(period=2 * np.pi / frequency)
     return Surface(normal=(0.0, 1.0, 0.0), direction=-1)
 
 
