@@ -23,7 +23,10 @@ if TYPE_CHECKING:
     from stickslip.orbit import Orbit, load
     from stickslip.scaling import Scale, dimensionless
     from stickslip.simulation import simulate
+    from stickslip.stability.branches import continuation
+    from stickslip.stability.critical import critical_velocities
     from stickslip.stability.cycles import periodic_orbit
+    from stickslip.stability.exponents import lyapunov
     from stickslip.system import Contact, Drive, Force, Harmonic, Oscillator, System, chain, load_system
     from stickslip.tracking import film, track
 
@@ -40,6 +43,8 @@ _HOME = {
     "System": "system",
     "basins": "analysis",
     "chain": "system",
+    "continuation": "stability.branches",
+    "critical_velocities": "stability.critical",
     "dimensionless": "scaling",
     "force_along": "law",
     "identify": "identification",
@@ -49,6 +54,7 @@ _HOME = {
     "load": "orbit",
     "load_law": "law",
     "load_system": "system",
+    "lyapunov": "stability.exponents",
     "measure": "measurement",
     "measurement": "",
     "orbit_diagram": "analysis",
@@ -77,6 +83,8 @@ __all__ = [
     "System",
     "basins",
     "chain",
+    "continuation",
+    "critical_velocities",
     "dimensionless",
     "film",
     "force_along",
@@ -87,6 +95,7 @@ __all__ = [
     "load",
     "load_law",
     "load_system",
+    "lyapunov",
     "measure",
     "measurement",
     "orbit_diagram",

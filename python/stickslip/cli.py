@@ -11,12 +11,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from stickslip.commands import basins, demo, film, identify, measure, simulate, sweep, track
+from stickslip.commands import basins, continue_, critical, demo, film, identify, measure, simulate, sweep, track
 from stickslip.commands.terminal import say
 from stickslip.errors import InputError
 
 # In the order of the way through the package.
-COMMANDS = (simulate, film, track, measure, identify, sweep, basins, demo)
+COMMANDS = (simulate, film, track, measure, identify, sweep, basins, continue_, critical, demo)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -91,6 +91,8 @@ pub enum Border {
     Crossing,
     /// The least that adhesion bears beyond the force during a stick.
     Stick,
+    /// How fast the slip speed falls where it reaches zero.
+    Arrival,
 }
 
 /// A test function along a trail.
@@ -138,12 +140,14 @@ fn difference(around: [f64; 4], step: f64) -> f64 {
 const STEPS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 /// A step relative to the number: its fourth power and rounding over it are both below 10⁻¹².
 const RELATIVE_STEP: f64 = 1e-3;
+/// One for the algebra of lines, which has corners: rounding over it is 10⁻¹⁰.
+const LINE_STEP: f64 = 1e-6;
 
-fn step_of(value: f64) -> f64 {
+fn step_of(value: f64, relative: f64) -> f64 {
     if value == 0.0 {
         1e-6
     } else {
-        RELATIVE_STEP * value.abs()
+        relative * value.abs()
     }
 }
 
@@ -161,7 +165,7 @@ impl Varied {
         let mut table: Value = serde_json::from_str(document).map_err(|error| refused(error.to_string()))?;
         let number = table.pointer(path).and_then(Value::as_f64);
         let value = number.ok_or_else(|| refused(format!("the system document has no number {path:?}")))?;
-        let step = step_of(value);
+        let step = step_of(value, RELATIVE_STEP);
         let mut beside = |steps: f64| {
             if let Some(place) = table.pointer_mut(path) {
                 *place = (value + steps * step).into();
@@ -193,6 +197,7 @@ impl Varied {
     fn ask<const N: usize, const I: usize, const O: usize>(
         &self,
         inputs: [Dual<N>; I],
+        relative: f64,
         answer: impl Fn(&Law, [f64; I]) -> [f64; O],
     ) -> [Dual<N>; O] {
         let values = inputs.map(|input| input.value);
@@ -209,7 +214,7 @@ impl Varied {
         };
         for (i, input) in inputs.iter().enumerate() {
             if input.value.is_finite() && input.rates.iter().any(|rate| *rate != 0.0) {
-                let step = step_of(input.value);
+                let step = step_of(input.value, relative);
                 let around = STEPS.map(|steps| {
                     let mut beside = values;
                     beside[i] += steps * step;
@@ -394,7 +399,7 @@ impl<'a, const N: usize> Frame<'a, N> {
             let step = if last { tau - at } else { big };
             let start = slope(at, y);
             let mut table: Vec<[Dual<N>; 2]> = Vec::with_capacity(COLUMNS);
-            let mut converged = 0;
+            let mut error = f64::INFINITY;
             for column in 0..COLUMNS {
                 let count = 2 * (column + 1);
                 let h = step / count as f64;
@@ -407,27 +412,23 @@ impl<'a, const N: usize> Frame<'a, N> {
                 }
                 let end = advance(before, slope(at + step, now), h);
                 let raw: [Dual<N>; 2] = std::array::from_fn(|i| (now[i] + end[i]) * 0.5);
-                let (mut entry, mut error) = (raw, f64::INFINITY);
+                let mut entry = raw;
                 for k in (0..column).rev() {
                     let ratio = count as f64 / (2 * (k + 1)) as f64;
                     let weight = 1.0 / (ratio * ratio - 1.0);
                     let next: [Dual<N>; 2] =
                         std::array::from_fn(|i| entry[i] + (entry[i] - table[k][i]) * weight);
-                    error =
-                        (next[0].value - table[k][0].value).abs() + (next[1].value - table[k][1].value).abs();
+                    error = far(&next, &table[k]);
                     table[k] = next;
                     entry = next;
                 }
                 table.push(raw);
-                if error <= 1e-14 * (entry[0].value.abs() + entry[1].value.abs()) {
-                    // The derivatives follow a column behind.
-                    converged += 1;
-                    if converged == 2 {
-                        break;
-                    }
+                if error <= 1e-14 {
+                    break;
                 }
             }
-            if converged == 0 && step.abs() > floor {
+            // Rounding may keep it from the last digit; a step too long keeps it from the twelfth.
+            if error > 1e-12 && step.abs() > floor {
                 big = 0.5 * step;
                 continue;
             }
@@ -448,7 +449,7 @@ impl<'a, const N: usize> Frame<'a, N> {
             (Phase::Hold(direction), ending) => {
                 let rising = usize::from(ending == Ending::Line(End::High));
                 let u = self.speed(direction, state.numbers[2]);
-                let [between] = self.varied.ask([u], |law, [u]| {
+                let [between] = self.varied.ask([u], LINE_STEP, |law, [u]| {
                     [law.branches(u).map_or(f64::NAN, |pair| pair[rising])]
                 });
                 self.holding(t, x, v).0 * direction - between
@@ -470,14 +471,16 @@ impl<'a, const N: usize> Frame<'a, N> {
     }
 
     fn bears(&self, stick_time: Dual<N>, rate: Dual<N>) -> Dual<N> {
-        let [bears] = self
-            .varied
-            .ask([stick_time, rate.abs()], |law, [stick_time, force_rate]| {
+        let [bears] = self.varied.ask(
+            [stick_time, rate.abs()],
+            RELATIVE_STEP,
+            |law, [stick_time, force_rate]| {
                 [law.break_away(Hold {
                     stick_time: stick_time.max(0.0),
                     force_rate: force_rate.abs(),
                 })]
-            });
+            },
+        );
         bears
     }
 
@@ -515,7 +518,7 @@ impl<'a, const N: usize> Frame<'a, N> {
             (next(law, &piece, z[9], &mut memory), memory)
         };
         let (piece, memory) = answer(&self.varied.base.law, inputs.map(|input| input.value));
-        let numbers = self.varied.ask(inputs, |law, z| {
+        let numbers = self.varied.ask(inputs, LINE_STEP, |law, z| {
             let (piece, memory) = answer(law, z);
             [
                 piece.offset,
@@ -588,6 +591,19 @@ impl<'a, const N: usize> Frame<'a, N> {
         }
         after
     }
+}
+
+/// How far apart two states are, derivatives included, relative to each.
+fn far<const N: usize>(one: &[Dual<N>; 2], other: &[Dual<N>; 2]) -> f64 {
+    let size = one[0].value.abs() + one[1].value.abs();
+    let mut most = 0.0_f64;
+    for (a, b) in one.iter().zip(other) {
+        most = most.max((a.value - b.value).abs() / size.max(f64::MIN_POSITIVE));
+        for (a, b) in a.rates.iter().zip(b.rates) {
+            most = most.max((a - b).abs() / (1.0 + a.abs()));
+        }
+    }
+    most
 }
 
 /// C and S of e^{−γτ}(a C + b S): cos ωτ and sin ωτ / ω, or what they become where ω² = −κ is not positive.
@@ -688,7 +704,7 @@ pub fn follow(
         }
         if tests {
             frame.borders(&state, arc, index, tau, &mut followed.tests);
-            frame.entry(&after, arc, index, tau, next, &mut followed.tests);
+            frame.entry(&state, &after, arc, index, moved, next, &mut followed.tests);
         }
         followed.durations.push(tau);
         followed.states.push(after);
@@ -705,6 +721,7 @@ fn end_of(frame: &Frame<1>, state: &State<1>, arc: &Arc) -> Option<(f64, f64)> {
     }
     let longest = 0.3 / frame.rate;
     let mut best = f64::INFINITY;
+    let mut first = None;
     for round in 0..60 {
         let guard = frame.guard(state, arc, Dual::along(tau, 0));
         let (value, rate) = (guard.value, guard.rates[0]);
@@ -712,6 +729,11 @@ fn end_of(frame: &Frame<1>, state: &State<1>, arc: &Arc) -> Option<(f64, f64)> {
             return (value == 0.0).then_some((tau, rate));
         }
         let step = -value / rate;
+        // Beside a tangency Newton may run away from an end that was known from the start.
+        let known = *first.get_or_insert((step, rate));
+        if round > 0 && known.0.abs() < 1e-9 / frame.rate && (tau - arc.duration).abs() > 1e-6 / frame.rate {
+            return Some((arc.duration, known.1));
+        }
         // Rounding ends the descent.
         if step == 0.0 || (round > 3 && step.abs() >= 0.5 * best && step.abs() < 1e-9 / frame.rate) {
             return Some((tau, rate));
@@ -774,46 +796,49 @@ impl Frame<'_, LANES> {
         tests: &mut Vec<Test>,
     ) {
         let [x, v, _] = self.motion(state, arc.phase, Dual::fixed(tau));
-        let (border, value, detail) = match arc.phase {
+        match arc.phase {
             Phase::Slip(direction) => {
-                let (u, low, high) = (
-                    self.speed(direction, v),
-                    state.numbers[LINE + 2],
-                    state.numbers[LINE + 3],
-                );
-                if least {
-                    (Border::Low, u - low, low.value)
-                } else {
-                    (Border::High, high - u, high.value)
-                }
+                both_ends(state, (index, tau), self.speed(direction, v), least, tests);
             }
-            _ if least => (
-                Border::Stick,
-                self.margin(state, state.numbers[0] + Dual::fixed(tau), x),
-                0.0,
-            ),
-            _ => return,
-        };
-        tests.push(Test {
-            border,
-            arc: index,
-            tau,
-            value,
-            detail,
-        });
+            _ if least => tests.push(Test {
+                border: Border::Stick,
+                arc: index,
+                tau,
+                value: self.margin(state, state.numbers[0] + Dual::fixed(tau), x),
+                detail: 0.0,
+            }),
+            _ => {}
+        }
     }
 
-    /// The test function where the slip velocity reaches zero.
+    /// The test functions where the slip velocity reaches zero.
+    #[expect(clippy::too_many_arguments, reason = "the arc and what lies at both its ends")]
     fn entry(
         &self,
+        before: &State<LANES>,
         after: &State<LANES>,
         arc: &Arc,
         index: usize,
-        tau: f64,
+        tau: Dual<LANES>,
         next: Phase,
         tests: &mut Vec<Test>,
     ) {
         let Phase::Slip(direction) = arc.phase else { return };
+        if let Ending::Line(End::Turn { rising }) = arc.ending {
+            let u = self.speed(direction, after.numbers[2]);
+            both_ends(before, (index, tau.value), u, rising, tests);
+            return;
+        }
+        if arc.ending == Ending::Section && next == Phase::Stick {
+            let u = self.speed(direction, self.motion(before, arc.phase, tau)[1]);
+            tests.push(Test {
+                border: Border::Low,
+                arc: index,
+                tau: tau.value,
+                value: u,
+                detail: 0.0,
+            });
+        }
         let at_rest = self.speed(direction, after.numbers[2]).value == 0.0;
         if arc.ending != Ending::Line(End::Low) || !at_rest {
             return;
@@ -825,13 +850,48 @@ impl Frame<'_, LANES> {
         } else {
             (Border::Crossing, -margin)
         };
+        let detail = rate.value * force.value.signum();
+        let falls = self.motion(before, arc.phase, tau)[2] * direction;
+        for (border, value) in [(border, value), (Border::Arrival, falls)] {
+            tests.push(Test {
+                border,
+                arc: index,
+                tau: tau.value,
+                value,
+                detail,
+            });
+        }
+    }
+}
+
+/// How far an extremum of the slip speed lies from both ends of its line: from the one it may reach, and from the one
+/// behind it, where the arc itself may vanish.
+fn both_ends(
+    state: &State<LANES>,
+    (arc, tau): (usize, f64),
+    u: Dual<LANES>,
+    least: bool,
+    tests: &mut Vec<Test>,
+) {
+    let (low, high) = (state.numbers[LINE + 2], state.numbers[LINE + 3]);
+    let mut push = |border, value, end: Dual<LANES>| {
         tests.push(Test {
             border,
-            arc: index,
+            arc,
             tau,
             value,
-            detail: rate.value * force.value.signum(),
+            detail: end.value,
         });
+    };
+    // The end it may reach comes first.
+    if least {
+        push(Border::Low, u - low, low);
+        push(Border::High, high - u, high);
+    } else {
+        push(Border::High, high - u, high);
+        if low.value > 0.0 {
+            push(Border::Low, u - low, low);
+        }
     }
 }
 

@@ -53,7 +53,8 @@ class Return:
     map_jacobian : of the return map over `lanes`.
     parameter : derivative of the end with respect to the parameter, over `lanes`; zero where none was asked for.
     tests : rows of test functions; `test_rates` their derivatives over `lanes` and the parameter.
-    fixed : what the orbit writes whatever the start was, where the drive velocity is reached for instance.
+    fixed : what the orbit writes whatever the start was, such as the velocity of the drive where it is reached;
+        `fixed_parameter` its derivatives with respect to the parameter.
     """
 
     trail: Trail
@@ -67,6 +68,7 @@ class Return:
     test_rates: Floats
     durations: Floats
     fixed: NDArray[np.int64]
+    fixed_parameter: Floats
 
     @property
     def period(self) -> float:
@@ -124,6 +126,7 @@ def turn(trail: Trail, turns: int, path: str | None = None, *, tests: bool = Fal
             [test_rates[:, lanes], test_rates[:, _PARAMETER] + test_rates[:, fixed] @ rates[fixed, _PARAMETER]]
         ),
         fixed=fixed,
+        fixed_parameter=rates[fixed, _PARAMETER],
         durations=followed.durations,
     )
 
@@ -248,7 +251,7 @@ class PeriodicOrbit:
 
         Of a forced system the phase of the forcing is moved so that the section lies at t = 0.
         """
-        return _one_period(self.closed, self.period)
+        return one_period(self.closed, self.period)
 
     def __repr__(self) -> str:
         worst = np.abs(self.multipliers[0 if self.turns else 1 :]).max()
@@ -256,7 +259,8 @@ class PeriodicOrbit:
         return f"<PeriodicOrbit T = {self.period:.12g}, largest multiplier {worst:.6g}, {kind}>"
 
 
-def _one_period(closed: Return, period: float) -> Orbit:
+def one_period(closed: Return, period: float) -> Orbit:
+    """The orbit of a closed turn, from its section on."""
     trail = closed.trail
     t0 = float(trail.start[_T])
     forcing = tuple(Harmonic(h.amplitude, h.frequency, h.phase + h.frequency * t0) for h in trail.system.harmonics)
@@ -367,11 +371,19 @@ def find(system: Oscillator, trail: Trail, kinds: list[str], settled: bool, peri
         near = [pair for pair in pairs if pair[0] < tolerance]
         if near:
             _, _, a, b, turns = min(near, key=lambda pair: (pair[1], pair[0]))
-            return trail.part(followed, a, b), turns
+            return _early(trail.part(followed, a, b), force), turns
     raise InputError(
         "periodic_orbit: no return comes near an earlier one: the motion is not periodic or not settled; "
         "simulate longer (t_end) or give a guess"
     )
+
+
+def _early(trail: Trail, force: float | None) -> Trail:
+    """The same in the first period of the forcing, where a change of its frequency moves the phase least."""
+    start = trail.start.copy()
+    start[_T] -= start[_T] if force is None else force * math.floor(start[_T] / force)
+    start[_SINCE] = start[_T]
+    return replace(trail, start=start)
 
 
 def periodic_orbit(

@@ -23,8 +23,10 @@ STATE = (
     *("t", "x", "v", "offset", "slope", "low", "high"),
     *("anchor_w", "anchor_f", "corner_w", "corner_f", "released_at", "stuck_since"),
 )
+#: Where the flag stands that the law follows the sense of the slip acceleration.
+TURNS = len(STATE) + 1
 #: Test functions by their number in the core, and the derivative columns behind their values.
-BORDERS = ("low", "high", "entry", "crossing", "stick")
+BORDERS = ("low", "high", "entry", "crossing", "stick", "arrival")
 _HEAD = 5
 RELEASE, LOW, HIGH, FALLING, RISING, SECTION, TIME = range(len(_core.ENDINGS))
 
@@ -153,7 +155,9 @@ class Trail:
         chopped = self._chopped(3.0 * self.system.natural_period / (2 * np.pi))
         tests = chopped.follow(tests=True).tests
         begins = np.concatenate([[0.0], np.cumsum(chopped.arcs[:, 3])])
-        peaks = tests[tests[:, 0] == BORDERS.index("high")]
+        # At a peak the high end is named first, at a trough the low one.
+        first = np.append(True, (np.diff(tests[:, 1:3], axis=0) != 0).any(axis=1)) if len(tests) else np.zeros(0, bool)
+        peaks = tests[first & (tests[:, 0] == BORDERS.index("high"))]
         times = np.sort(begins[peaks[:, 1].astype(int)] + peaks[:, 2])
         rows: list[Sequence[float]] = []
         begin = 0.0

@@ -1,0 +1,109 @@
+"""Branches of motions with their stable and unstable parts, and Floquet multipliers in the complex plane."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.show.canvas import OKABE_ITO, axes, label, units_of, words
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from stickslip.stability.branches import Branches
+    from stickslip.stability.cycles import PeriodicOrbit
+
+_COLOURS = {"steady_slip": "green", "slip": "blue", "stick_slip": "vermilion"}
+_NAMES = {
+    "hopf": "H",
+    "nonsmooth_hopf": "NH",
+    "fold": "F",
+    "nonsmooth_fold": "NF",
+    "flip": "PD",
+    "neimark_sacker": "NS",
+    "branch_point": "BP",
+    "grazing_sliding": "GS",
+    "crossing_sliding": "CS",
+    "switching_sliding": "SS",
+    "adding_sliding": "AS",
+    "grazing_node": "GN",
+}
+
+
+def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None = None) -> Axes:
+    """Draw the range of the position over the parameter: stable parts full, unstable ones dashed, special points named.
+
+    Parameters
+    ----------
+    result : from :func:`stickslip.continuation`.
+    ax : axes to draw into; default a new figure.
+    units : ``"dimensionless"`` or ``"SI"``; default by the system.
+
+    Returns
+    -------
+    The axes. Colours tell steady slip, cycles without and with sticks; the letters are explained in the legend.
+    """
+    ax = axes(ax)
+    named: set[str] = set()
+    for branch in result.branches:
+        values, stable = np.asarray(branch.values), np.asarray(branch.stable)
+        kinds = np.array(
+            ["steady_slip"] * len(values)
+            if branch.kind == "steady_slip"
+            else np.where(np.asarray(branch.sticks), "stick_slip", "slip").tolist()
+        )
+        change = np.flatnonzero((stable[1:] != stable[:-1]) | (kinds[1:] != kinds[:-1])) + 1
+        for start, end in zip([0, *change], [*change, len(values)], strict=True):
+            # A part reaches to the first point of the next, so that the curve has no gaps.
+            part = slice(start, min(end + 1, len(values)))
+            kind = str(kinds[start])
+            name = {"steady_slip": "steady slip", "slip": "cycle", "stick_slip": "stick-slip"}[kind]
+            for column in {"x_max": branch.x_max, "x_min": branch.x_min}.values():
+                ax.plot(
+                    values[part],
+                    np.asarray(column)[part],
+                    color=OKABE_ITO[_COLOURS[kind]],
+                    ls="-" if stable[start] else (0, (3, 2)),
+                    lw=1.5 if stable[start] else 1.1,
+                    label=None if name in named else name,
+                )
+                named.add(name)
+    seen: set[str] = set()
+    for item in result.special_points:
+        letters = _NAMES.get(item.kind, item.kind)
+        text = None if item.kind in seen else f"{letters}: {words(item.kind)}"
+        seen.add(item.kind)
+        x = [value for value in dict.fromkeys(item.x) if np.isfinite(value)]
+        ax.plot([item.parameter] * len(x), x, "o", ms=4, mfc="white", color=OKABE_ITO["black"], label=text, zorder=4)
+        if x:
+            ax.annotate(letters, (item.parameter, max(x)), xytext=(2, 4), textcoords="offset points", fontsize=8)
+    velocity = result.parameter == "drive_velocity"
+    which = units_of(result.system, units)
+    across = label("drive velocity s", "velocity", which) if velocity else words(result.parameter)
+    ax.set(xlabel=across, ylabel=label("greatest and least position x", "position", which), xlim=result.bounds)
+    ax.legend(loc="best")
+    return ax
+
+
+def multipliers_plot(cycle: PeriodicOrbit, ax: Axes | None = None, *, colour: str = OKABE_ITO["blue"]) -> Axes:
+    """Draw the Floquet multipliers of a periodic orbit in the complex plane, with the unit circle.
+
+    Parameters
+    ----------
+    cycle : from :func:`stickslip.periodic_orbit`.
+    ax : axes to draw into; default a new figure.
+    colour : of the multipliers.
+
+    Returns
+    -------
+    The axes. Those outside the circle belong to directions in which disturbances grow.
+    """
+    ax = axes(ax)
+    angle = np.linspace(0.0, 2 * np.pi, 361)
+    ax.plot(np.cos(angle), np.sin(angle), color=OKABE_ITO["grey"], lw=0.8)
+    ax.plot(cycle.multipliers.real, cycle.multipliers.imag, "o", ms=5, color=colour)
+    ax.axhline(0, color=OKABE_ITO["grey"], lw=0.5, zorder=0)
+    ax.axvline(0, color=OKABE_ITO["grey"], lw=0.5, zorder=0)
+    ax.set(xlabel="real part of the multiplier", ylabel="imaginary part", aspect="equal")
+    return ax

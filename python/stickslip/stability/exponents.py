@@ -1,0 +1,187 @@
+"""Lyapunov exponents through events, and the 0–1 test for chaos as a check beside them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.documents import number
+from stickslip.errors import InputError
+from stickslip.stability.cycles import forcing_period
+from stickslip.stability.trail import STATE, TIME, Trail, check
+from stickslip.system import Oscillator
+
+_SINCE = len(STATE) - 1
+
+
+@dataclass(frozen=True)
+class LyapunovSpectrum:
+    """Lyapunov exponents of a motion.
+
+    Attributes
+    ----------
+    exponents : in 1/time, the largest first; −inf for a direction that sticking forgets at once, 0 for the shift in time of
+        an autonomous motion.
+    chaos_test : K of the 0–1 test on the positions at the events, near 1 for chaos and 0 for order; NaN with fewer than 200.
+    t : time over which they are averaged.
+    events : events in it.
+    """
+
+    exponents: NDArray[np.float64]
+    chaos_test: float
+    t: float
+    events: int
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{value:.5g}" for value in self.exponents)
+        return f"<LyapunovSpectrum {values} over t = {self.t:g}, 0–1 test {self.chaos_test:.2f}>"
+
+
+def lyapunov(
+    system: Oscillator, t_end: float, x0: float = 0.0, v0: float | None = None, *, transient: float = 0.1, seed: int = 0
+) -> LyapunovSpectrum:
+    """The Lyapunov exponents of a motion: its derivative from event to event, memory included, orthogonalised at each.
+
+    λ_i = lim (1/t) Σ ln |R_ii| with the QR factors of the derivatives between events; jumps at events are in them.
+
+    Parameters
+    ----------
+    system : an oscillator of one mass; any law without an internal state.
+    t_end : time to run; some thousand periods give two digits.
+    x0, v0 : start, as for :func:`stickslip.simulate`.
+    transient : the fraction of the run that is left out, in [0, 1).
+    seed : of the frequencies of the 0–1 test.
+
+    Returns
+    -------
+    LyapunovSpectrum of two exponents (of a forced system without the 0 of its clock).
+
+    Raises
+    ------
+    InputError
+        for a value that makes no sense, or a run that ends early.
+
+    Limits: a finite average; where sticks are rare, the exponent they bring is −inf all the same.
+
+    Source: Müller, Chaos Solitons Fractals 5 (1995) 1671; Gottwald & Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129.
+
+    >>> from stickslip.laws import StaticKinetic
+    >>> lyapunov(Oscillator(0.1, 0.2, StaticKinetic(1.0, 0.6)), 500.0).exponents.tolist()
+    [0.0, -inf]
+    """
+    check(system, "lyapunov")
+    if not 0 <= transient < 1:
+        raise InputError(f"lyapunov: transient must lie in [0, 1), got {transient}")
+    end = number("t_end", t_end, "lyapunov")
+    forced = forcing_period(system) is not None
+    directions = 2 if forced else 1
+    lanes = np.array([lane for lane in range(len(STATE)) if forced or lane not in (0, _SINCE)])
+    rng = np.random.default_rng(seed)
+    basis = np.zeros((len(STATE), directions))
+    basis[:3] = rng.standard_normal((3, directions))
+    if not forced:
+        basis[0] = 0.0
+    begin = transient * end
+    sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
+    positions: list[float] = []
+    for trail in _blocks(system, end, x0, v0):
+        followed = trail.follow(reseed=True)
+        for arc, rates, duration, reached in zip(
+            trail.arcs, followed.rates, followed.durations, followed.states, strict=True
+        ):
+            full = np.zeros_like(basis)
+            full[lanes] = rates[np.ix_(lanes, lanes)] @ basis[lanes]
+            # A direction once lost stays lost: its factor is 0 for good.
+            basis, factors = np.linalg.qr(full)
+            now += duration
+            if now > begin:
+                with np.errstate(divide="ignore"):
+                    sizes = np.abs(np.diag(factors))
+                    # What rounding leaves of a direction that a stick forgets is nothing.
+                    sums += np.log(np.where(sizes < 1e-12 * sizes.max(), 0.0, sizes))
+                elapsed += duration
+                counted += int(arc[2] != TIME)
+                positions.append(float(reached[1]))
+    exponents = sums / elapsed
+    if not forced:
+        exponents = np.concatenate([[0.0], exponents]) if counted else np.repeat(exponents, 2)
+    exponents = np.sort(exponents)[::-1]
+    return LyapunovSpectrum(
+        exponents, chaos_test(positions, seed) if len(positions) >= 200 else math.nan, elapsed, counted
+    )
+
+
+def _blocks(system: Oscillator, end: float, x0: float, v0: float | None) -> Iterator[Trail]:
+    """The motion in parts that end at events.
+
+    Each is run from the end of the one before, so that a chaotic motion and its derivative do not part; a long mode without
+    events comes in parts short enough that no derivative underflows.
+    """
+    length = 20 * system.natural_period
+    trail, kinds, stop = Trail.of_run(system, min(length, end), x0, v0)
+    now = 0.0
+    while True:
+        if stop not in ("t_end", "max_events"):
+            raise InputError(f"lyapunov: the run ended by {stop}; choose another start or a shorter t_end")
+        over = now + float(trail.arcs[:, 3].sum()) >= end * (1 - 1e-12)
+        if not over and not kinds and trail.arcs[0, 0] == 0:
+            # Stuck beyond this part: a stick must be followed from its begin.
+            length *= 2
+            trail, kinds, stop = trail.onward(min(length, end - now))
+            continue
+        count = len(trail.arcs) if over or not kinds else len(kinds)
+        phase = tuple(float(value) for value in (trail.arcs[count, :2] if count < len(trail.arcs) else trail.last))
+        part = replace(trail, arcs=trail.arcs[:count], last=(phase[0], phase[1]))
+        if part.arcs[-1, 2] == TIME:
+            pieces = max(1, math.ceil(part.arcs[-1, 3] / system.natural_period))
+            last = [*part.arcs[-1, :3], part.arcs[-1, 3] / pieces]
+            part = replace(part, arcs=np.vstack([part.arcs[:-1], [last] * pieces]))
+        yield part
+        if over:
+            return
+        followed = part.follow()
+        now += float(followed.durations.sum())
+        onward = Trail(system, followed.states[-1], np.array([[*phase, TIME, 1.0]]), (phase[0], phase[1]))
+        trail, kinds, stop = onward.onward(min(length, end - now))
+
+
+def chaos_test(series: ArrayLike, seed: int = 0) -> float:
+    """The 0–1 test for chaos: K near 1 for a chaotic series, near 0 for a regular one.
+
+    The median over 100 frequencies of the correlation of the damped mean square displacement with time.
+
+    Parameters
+    ----------
+    series : shape (n,), n ≥ 200, of a map (sampled sparsely, not a densely sampled flow).
+    seed : of the frequencies.
+
+    Source: Gottwald & Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129.
+
+    >>> logistic = [0.3]
+    >>> for _ in range(999): logistic.append(4 * logistic[-1] * (1 - logistic[-1]))
+    >>> bool(chaos_test(logistic) > 0.9), bool(abs(chaos_test(np.cos(np.arange(1000.0)))) < 0.2)
+    (True, True)
+    """
+    values = np.asarray(series, float)[-5000:]
+    if values.ndim != 1 or values.size < 200:
+        raise InputError(f"chaos_test: series must have at least 200 numbers, got shape {values.shape}")
+    if np.ptp(values) <= 1e-9 * np.abs(values).max():
+        return 0.0
+    rng = np.random.default_rng(seed)
+    n = values.size
+    steps = np.arange(1, n // 10 + 1)
+    mean = values.mean()
+    found = []
+    for frequency in rng.uniform(np.pi / 5, 4 * np.pi / 5, 100):
+        angles = frequency * np.arange(1, n + 1)
+        walk = np.cumsum(values * np.exp(1j * angles))
+        most = n - steps[-1]
+        spread = np.array([np.mean(np.abs(walk[s : s + most] - walk[:most]) ** 2) for s in steps])
+        damped = spread - mean**2 * (1 - np.cos(steps * frequency)) / (1 - np.cos(frequency))
+        # A floor of the size of the series, so that rounding of a regular one is no growth.
+        found.append(np.corrcoef(steps, damped)[0, 1] if damped.std() > 1e-6 * values.var() else 0.0)
+    return float(np.median(found))

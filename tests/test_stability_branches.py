@@ -1,0 +1,158 @@
+"""Critical velocities, branches and exponents against published numbers and independent computations."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.cli import main
+
+
+def den_hartog(omega: float, friction: float) -> ss.Oscillator:
+    """x″ + x = cos Ω t − S sgn x′."""
+    return ss.Oscillator(0.0, 0.0, ss.laws.Coulomb(friction), forcing=ss.Harmonic(1.0, omega))
+
+
+def thomsen_fidlin(beta: float, velocity: float) -> ss.Oscillator:
+    """Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389: μ_s = 0.4, μ_m = 0.25, v_m = 0.5."""
+    return ss.Oscillator(2 * beta, velocity, ss.laws.Cubic(0.4, 1.5 * 0.15 / 0.5, 0.5 * 0.15 / 0.5**3))
+
+
+def kinds(result: object) -> dict[str, float]:
+    return {item.kind: item.parameter for item in result.special_points}  # type: ignore[attr-defined]
+
+
+def test_hopf_and_grazing_of_the_cubic_law() -> None:
+    # Validation case S8: 12 digits.
+    result = ss.continuation(thomsen_fidlin(0.05, 0.43), "drive_velocity", (0.39, 0.45), seeds=0)
+    found = kinds(result)
+    assert found["hopf"] == pytest.approx(0.440958551844098, abs=1e-12)
+    assert found["grazing_sliding"] == pytest.approx(0.395790288797834, abs=1e-11)
+    cycles = result.branches[1]
+    assert cycles.stable[-1]
+    assert any(cycles.sticks)
+
+
+@pytest.mark.slow
+def test_critical_velocities_of_the_exponential_law() -> None:
+    # Validation case S7: closed form of the Hopf speed, v0 ln(μ_d (μ_sd − 1)/(2 ξ v0)).
+    found = ss.critical_velocities(ss.Oscillator(0.1, 1.0, ss.laws.ExponentialStribeck(1.0, 0.5, 0.5)))
+    assert found["hopf"] == pytest.approx(0.5 * math.log(10.0), abs=1e-12)
+    assert found.criticality == "subcritical"
+    # Beyond it a run from stick-slip ends in steady slip, below it does not.
+    for velocity, sticks in ((found["nonsmooth_fold"] - 1e-4, True), (found["nonsmooth_fold"] + 1e-4, False)):
+        law = ss.laws.ExponentialStribeck(1.0, 0.5, 0.5)
+        orbit = ss.simulate(ss.Oscillator(0.1, velocity, law), 2000.0)
+        assert bool((orbit.events["t"] > 1900).any()) is sticks
+
+
+def test_critical_velocities_of_the_paper() -> None:
+    found = ss.critical_velocities(ss.paper.oscillator(0.3), (0.02, 0.6))
+    # Where the line of corners reaches f_s(0): (1.084 + 0.28)/3.41.
+    assert found["nonsmooth_hopf"] == pytest.approx(0.4, abs=1e-8)
+    end = found["end_of_stick_slip"]
+    assert end == pytest.approx(0.25, abs=0.01)
+    # A stick-slip cycle exists just below its end and none just above.
+    for velocity, sticks in ((end - 1e-6, True), (end + 1e-6, False)):
+        orbit = ss.simulate(ss.paper.oscillator(velocity), 12_000.0)
+        assert bool((orbit.events["kind"][orbit.events["t"] > 11_900] == "release").any()) is sticks
+
+
+def test_end_of_motion_without_stops_is_crossing_sliding() -> None:
+    # Validation case S10: the boundary A Ω² = S of Den Hartog's motion without stops.
+    for omega, friction in ((0.7, 0.7220709759221043), (2.0, 0.5962847939999439)):
+        bounds = (friction - 0.1, friction + 0.1)
+        result = ss.continuation(den_hartog(omega, friction - 0.05), "law.kinetic", bounds, seeds=0)
+        assert kinds(result)["crossing_sliding"] == pytest.approx(friction, abs=1e-11)
+        branch = result.branches[0]
+        assert [branch.sticks[0], branch.sticks[-1]] == [False, True]
+
+
+def test_a_stick_that_touches_its_limit_is_adding_sliding() -> None:
+    # The forced Coulomb oscillator with two stops a half period and one: found over S at Ω = 0.2.
+    result = ss.continuation(den_hartog(0.2, 0.4), "law.kinetic", (0.3, 0.6), seeds=0)
+    values = [item.parameter for item in result.special_points if item.border or item.kind.endswith("sliding")]
+    assert values
+    for value in values:
+        below, above = (ss.periodic_orbit(den_hartog(0.2, value + shift)) for shift in (-1e-5, 1e-5))
+        assert below.events.count("release") != above.events.count("release")
+
+
+def test_branches_can_be_saved_and_drawn() -> None:
+    result = ss.continuation(den_hartog(0.7, 0.7), "law.kinetic", (0.65, 0.75), seeds=0)
+    dataset = result.to_xarray()
+    assert dataset["law.kinetic"].dims == ("branch", "point")
+    assert "crossing_sliding" in dataset["special_kind"].to_numpy()
+    ax = ss.show.branches_plot(result)
+    assert ax.get_xlim() == (0.65, 0.75)
+    assert "CS" in [text.get_text() for text in ax.texts]
+    circle = ss.show.multipliers_plot(ss.periodic_orbit(den_hartog(0.7, 0.3)))
+    assert len(circle.lines[1].get_xdata()) == 2  # type: ignore[arg-type]
+
+
+def test_lyapunov_exponents_of_regular_motion_are_those_of_the_multipliers() -> None:
+    cycle = ss.periodic_orbit(den_hartog(0.7, 0.3))
+    spectrum = ss.lyapunov(den_hartog(0.7, 0.3), 2000.0)
+    assert spectrum.exponents == pytest.approx(np.log(np.abs(cycle.multipliers)) / cycle.period, abs=2e-3)
+    assert abs(spectrum.chaos_test) < 0.2
+    stuck = ss.lyapunov(den_hartog(0.5, 0.8), 1000.0)
+    assert stuck.exponents[1] == -math.inf
+
+
+def test_lyapunov_exponent_of_chaotic_stick_slip_is_the_average_of_its_map() -> None:
+    system = ss.Oscillator(0.0, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.6, 2.0))
+    spectrum = ss.lyapunov(system, 4000.0)
+    assert spectrum.exponents[1] == -math.inf
+    assert spectrum.chaos_test > 0.8
+    assert spectrum.exponents[0] == pytest.approx(_map_average(system), abs=0.02)
+
+
+def _map_average(system: ss.Oscillator) -> float:
+    """⟨ln |φ′|⟩ over the mean return time of the map from release phase to release phase."""
+    orbit = ss.simulate(system, 4000.0)
+    events = orbit.events
+    releases = events[(events["kind"] == "release") & (events["t"] > 400.0)].iloc[:1500]
+    law, forcing = system.law, system.harmonics[0]
+    total = 0.0
+    step = 1e-7
+    times = releases["t"].to_numpy()
+    for t, after in itertools.pairwise(times):
+        ends = []
+        for shift in (-step, step):
+            # A stick that breaks at t + shift: k x = F_s + forcing there; it is started a little before, stuck.
+            begin = t + shift - 1e-3
+            x = 1.0 + forcing.amplitude * math.cos(forcing.frequency * (t + shift)) - system.drive_velocity * 1e-3
+            phase = forcing.frequency * begin
+            moved = ss.Oscillator(0.0, system.drive_velocity, law, forcing=ss.Harmonic(0.6, 2.0, phase))
+            later = ss.simulate(moved, (after - t) + 0.5, x0=x).events
+            found = later[later["kind"] == "release"]["t"].to_numpy()
+            ends.append(begin + found[1] if len(found) > 1 else math.nan)
+        slope = (ends[1] - ends[0]) / (2 * step)
+        total += math.log(abs(slope)) if math.isfinite(slope) and 1e-6 < abs(slope) < 1e4 else 0.0
+    return total / float(times[-1] - times[0])
+
+
+def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    system = tmp_path / "system.toml"
+    system.write_text(den_hartog(0.7, 0.7).to_toml())
+    output, plot = tmp_path / "branches.nc", tmp_path / "branches.png"
+    over = ["--over", "law.kinetic=0.68:0.74"]
+    assert main(["continue", str(system), *over, "-o", str(output), "--plot", str(plot), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["special_points"]
+    assert found[0]["kind"] == "crossing_sliding"
+    assert output.exists()
+    assert plot.stat().st_size > 5000
+    assert main(["continue", str(system), "--over", "law.kinetic"]) == 2
+    assert "NAME=LO:HI" in capsys.readouterr().err
+    assert main(["critical", str(system)]) == 2
+    assert "forced" in capsys.readouterr().err
+    table = ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (1.2, 0.7)], 1.0)
+    system.write_text(ss.Oscillator(0.05, 0.3, table).to_toml())
+    assert main(["critical", str(system), "--between", "0.1:0.25"]) == 0
+    assert "nonsmooth hopf      0.2\n" in capsys.readouterr().out
