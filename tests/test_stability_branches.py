@@ -53,7 +53,7 @@ def test_critical_velocities_of_the_exponential_law() -> None:
 
 
 def test_critical_velocities_of_the_paper() -> None:
-    found = ss.critical_velocities(ss.paper.oscillator(0.3), (0.02, 0.6))
+    found = ss.critical_velocities(ss.paper.oscillator(0.3))
     # Where the line of corners reaches f_s(0): (1.084 + 0.28)/3.41.
     assert found["nonsmooth_hopf"] == pytest.approx(0.4, abs=1e-8)
     end = found["end_of_stick_slip"]
