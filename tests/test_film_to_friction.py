@@ -94,3 +94,28 @@ def test_friction_from_a_film_is_that_of_the_orbit(tmp_path, make, drive_velocit
 @pytest.mark.parametrize(("make", "drive_velocity"), CASES)
 def test_friction_from_a_long_film_at_any_usual_rate(tmp_path, make, drive_velocity, rate):
     from_film_to_friction(tmp_path / "film.avi", make, drive_velocity, 8, rate)
+
+
+def test_each_mass_of_a_film_gives_the_friction_of_its_contact(tmp_path):
+    law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+    contacts = [ss.Contact(mass=i, law=law, drive_velocity=0.2) for i in (0, 1)]
+    # equal but for damping, so that the two run out of step
+    damping = (0.1, 0.25)
+    system = ss.System(mass=[1.0, 1.0], stiffness=np.eye(2), damping=np.diag(damping), contacts=contacts)
+    orbit, truth, motion = on_film(tmp_path / "film.avi", system, 3.4, 60, width=480, height=96, marker=16.0)
+    assert motion.sizes["mass"] == 2
+    assert (motion["lost"] == "").all()
+    assert np.abs(motion["x_px"].values - truth["x_px"].values).max() < 0.2  # nowhere near the other mass
+    # x counts from the first mass's place of rest
+    rest = np.median(motion["x"].values - truth["position"].values, axis=0)
+    np.testing.assert_allclose(rest[0], 0, atol=1e-3)
+    motion["x"] = motion["x"] - rest
+    for mass in (0, 1):
+        alone = ss.simulate(ss.Oscillator(damping=damping[mass], drive_velocity=0.2, law=law), orbit.t_end)
+        np.testing.assert_allclose(orbit.at(orbit.t_end)[0][mass], alone.at(orbit.t_end)[0], atol=1e-9)
+        one = Rig(
+            gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=damping[mass], drive_velocity=0.2
+        )
+        time = motion["time"].to_numpy() + SETTLED
+        friction = measure(motion.assign_coords(time=time), one, mass=mass)
+        check(friction, time, alone.to_xarray(time)["force"].to_numpy(), alone.events, f"mass {mass}")

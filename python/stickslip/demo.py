@@ -1,12 +1,13 @@
-"""The whole way on what ships with the package: noisy records of the paper's law, measured, identified, simulated, drawn.
+"""The whole way on what ships with the package: films of the paper's law, tracked, measured, identified, simulated, drawn.
 
-The records are made, so the truth is known: the report lays the identified parameters beside the true ones.
+The films are made, so the truth is known: the report lays it beside every result.
 """
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from stickslip.identification.parameters import value
 from stickslip.identification.trajectory import fit_trajectories
 from stickslip.laws import BogaczRyczek
 from stickslip.measurement import Rig, measure, notes
+from stickslip.measurement.read import open_motion
 from stickslip.report import Report
 from stickslip.simulation import simulate
 
@@ -30,23 +32,32 @@ if TYPE_CHECKING:
 
 #: One drive velocity with sticks, two without: together they show every branch of the law.
 DRIVE_VELOCITIES = (0.15, 0.28, 0.31)
-#: Standard deviation of the noise of the displacement: 0.3 % to 0.7 % of that of the motion.
-NOISE = 0.001
-SETTLED, DURATION, STEP, SEED = 100.0, 120.0, 0.02, 20190
+#: How a film is taken: pictures per unit of time (60 in a period), and fields of `stickslip.tracking.Camera`.
+CAMERA: dict[str, Any] = {"frame_rate": 10.0, "width": 320, "height": 96, "marker": 16.0, "noise": 0.1}
+SETTLED, DURATION, SEED = 100.0, 45.0, 20190
+#: Standard deviation of a tracked place in such a film, in units of length; noise of the records where nothing can be filmed.
+NOISE = 1e-4
 
 
-def make_record(drive_velocity: float, folder: Path, seed: int) -> tuple[Path, Path]:
-    """Write a noisy displacement record of the paper's oscillator as CSV, and its rig file; returns both paths."""
+@dataclass(frozen=True)
+class Seen:
+    """One record and its truth: what was measured, and the row of the table that says how well."""
+
+    friction: xr.DataTree
+    facts: dict[str, float | int]
+
+
+def see(drive_velocity: float, folder: Path, seed: int, filmed: bool) -> Seen:
+    """Film the paper's oscillator, track the film, measure friction, and lay it beside the orbit that was filmed.
+
+    With `filmed` False there is no film, and the motion is the orbit with noise as a tracked film has it.
+    """
     system = paper.oscillator(drive_velocity)
-    t = np.arange(0.0, DURATION, STEP)
-    x, _ = simulate(system, SETTLED + DURATION).at(SETTLED + t)
-    noisy = x + NOISE * np.random.default_rng(seed).standard_normal(t.size)
-    record = folder / f"displacement-s{drive_velocity:.2f}.csv"
-    columns = np.column_stack([t, noisy])
-    write_whole(record, lambda draft: np.savetxt(draft, columns, "%.9g", ",", header="time,displacement", comments=""))
+    orbit = simulate(system, SETTLED + DURATION)
+    motion, facts = (_track if filmed else _pretend)(orbit, folder / f"film-s{drive_velocity:.2f}.avi", seed)
     rig = Rig(
         gauge="displacement",
-        column="displacement",
+        column="x",
         unit="1",
         time_column="time",
         stiffness=system.stiffness,
@@ -54,7 +65,40 @@ def make_record(drive_velocity: float, folder: Path, seed: int) -> tuple[Path, P
         damping=system.damping,
         drive_velocity=drive_velocity,
     )
-    return record, write_whole(record.with_suffix(".rig.toml"), lambda draft: draft.write_text(rig.to_toml()))
+    write_whole(folder / f"film-s{drive_velocity:.2f}.rig.toml", lambda draft: draft.write_text(rig.to_toml()))
+    friction = measure(motion, rig, mass=0)
+    write_whole(folder / f"friction-s{drive_velocity:.2f}.nc", partial(friction.to_netcdf, engine="h5netcdf"))
+    time = friction["time"].to_numpy()
+    force = orbit.to_xarray(SETTLED + time)["force"].to_numpy()
+    scatter = float(np.sqrt(np.mean((friction["force"].to_numpy() - force) ** 2)))
+    releases = orbit.events.query("kind == 'release' and @SETTLED < t < @SETTLED + @DURATION")["t"].to_numpy() - SETTLED
+    found = friction["break_away"]["t"].to_numpy()
+    late = [float(np.abs(found - release).min()) for release in releases] if len(found) else []
+    facts |= {
+        "force off, % of the largest": 100 * scatter / float(np.abs(force).max()),
+        "break-aways": len(found),
+        "true break-aways": len(releases),
+        "break-aways off, pictures": float(np.median(late)) * CAMERA["frame_rate"] if late else float("nan"),
+    }
+    return Seen(friction, facts)
+
+
+def _track(orbit: Any, path: Path, seed: int) -> tuple[xr.Dataset, dict[str, float | int]]:
+    from stickslip.tracking import film, track
+
+    truth = film(orbit, path, start=SETTLED, duration=DURATION, seed=seed, **CAMERA)
+    motion = track(path, tomllib.loads(truth.attrs["setup"]), output=path.with_suffix(".motion.nc"))
+    apart = np.stack([motion[name].to_numpy() - truth[name].to_numpy() for name in ("x_px", "y_px")])
+    return motion, {"pictures": motion.sizes["time"], "places off, px": float(np.sqrt(np.nanmean(apart**2)))}
+
+
+def _pretend(orbit: Any, path: Path, seed: int) -> tuple[xr.Dataset, dict[str, float | int]]:
+    import xarray as xr
+
+    time = np.arange(0.0, DURATION, 1 / CAMERA["frame_rate"])
+    x = orbit.at(SETTLED + time)[0] + NOISE * np.random.default_rng(seed).standard_normal(time.size)
+    motion = xr.Dataset({"x": (("time", "mass"), x[:, None], {"units": "1"})}, {"time": time}, {"source": path.stem})
+    return motion, {}
 
 
 def demo(folder: str | Path, progress: Callable[[str, int, int], Any] | None = None) -> Path:
@@ -62,7 +106,7 @@ def demo(folder: str | Path, progress: Callable[[str, int, int], Any] | None = N
 
     Parameters
     ----------
-    folder : where ``report.html``, the records, friction files and the law file go; made if it is not there.
+    folder : where ``report.html``, the films, motions, friction files and the law file go; made if it is not there.
     progress : called as ``progress(what, done, steps)`` before each step.
 
     Returns
@@ -80,7 +124,7 @@ def demo(folder: str | Path, progress: Callable[[str, int, int], Any] | None = N
     except OSError as error:
         raise InputError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from None
     tell = progress or (lambda *_: None)
-    steps = 2 * len(DRIVE_VELOCITIES) + 5
+    steps = len(DRIVE_VELOCITIES) + 5
     taken = 0
 
     def step(what: str) -> None:
@@ -88,15 +132,12 @@ def demo(folder: str | Path, progress: Callable[[str, int, int], Any] | None = N
         tell(what, taken, steps)
         taken += 1
 
-    frictions: list[xr.DataTree] = []
+    missing = _no_films()
+    seen: list[Seen] = []
     for number, s in enumerate(DRIVE_VELOCITIES):
-        step(f"make the record at s = {s}")
-        record, rig = make_record(s, folder, SEED + number)
-        step(f"measure friction at s = {s}")
-        friction = measure(record, rig)
-        path = folder / f"friction-s{s:.2f}.nc"
-        write_whole(path, partial(friction.to_netcdf, engine="h5netcdf"))
-        frictions.append(friction)
+        step(f"film, track and measure at s = {s}" if missing is None else f"measure at s = {s}, without a film")
+        seen.append(see(s, folder, SEED + number, missing is None))
+    frictions = [one.friction for one in seen]
     step("fit the law to the branches of friction")
     branches = identify(frictions, law="BogaczRyczek", fixed={"beta": BogaczRyczek().beta})
     step("sharpen it by laying the motions over each other")
@@ -109,9 +150,20 @@ def demo(folder: str | Path, progress: Callable[[str, int, int], Any] | None = N
     diagram = paper.figures.drive_velocity_diagram()
     step("score the paper's statements")
     scores = paper.score()
-    report = _report(frictions, branches, identification, agreements, diagram, scores)
+    report = _report(seen, missing, branches, identification, agreements, diagram, scores)
     tell("done", steps, steps)
     return report.write(folder / "report.html")
+
+
+def _no_films() -> str | None:
+    """Why no film can be made here, None where one can."""
+    from stickslip.tracking.vision import vision
+
+    try:
+        vision()
+    except InputError as error:
+        return str(error)
+    return None
 
 
 def against_truth(identification: Identification) -> pd.DataFrame:
@@ -140,22 +192,37 @@ def against_truth(identification: Identification) -> pd.DataFrame:
 
 
 def _report(
-    frictions: list[xr.DataTree],
+    seen: list[Seen],
+    missing: str | None,
     branches: Identification,
     identification: Identification,
     agreements: list[Agreement],
     diagram: xr.Dataset,
     scores: pd.DataFrame,
 ) -> Report:
+    import pandas as pd
+
+    frictions = [one.friction for one in seen]
     speeds = ", ".join(f"{s:.2f}" for s in DRIVE_VELOCITIES)
     report = Report("stickslip: the whole way once")
-    report.text(
-        f"The paper's oscillator was run at the drive velocities s = {speeds}, its settled displacement sampled every {STEP} "
-        f"time units with noise of the standard deviation {NOISE}. From here on only these records are used."
-    )
+    report.heading("From pictures to coordinates")
+    if missing is None:
+        report.text(
+            f"The paper's oscillator was filmed at the drive velocities s = {speeds}, {CAMERA['frame_rate']:g} pictures per "
+            "unit of time, with noise that shifts one pixel's reading of an edge by 0.1 px, and the films were tracked. From "
+            "here on only what was tracked is used."
+        )
+        report.figure(_film_figure(Path(str(frictions[0].attrs["source"]).split(", ")[0])), "A picture of the film.")
+    else:
+        report.text(
+            f"Nothing was filmed: {missing}. The coordinates are those of the paper's oscillator at s = {speeds} with the "
+            "noise of a tracked film."
+        )
     report.heading("From displacement to friction force")
     report.text("Sticks are found first; between them smooth pieces give velocity and acceleration, and so friction.")
     report.figure(_friction_figure(frictions), "Friction force over slip velocity, measured (points) and true (line).")
+    report.text("What was measured, laid beside the orbit that was filmed:")
+    report.table(pd.DataFrame([one.facts for one in seen], index=[f"s = {s:.2f}" for s in DRIVE_VELOCITIES]))
     for s, friction in zip(DRIVE_VELOCITIES, frictions, strict=True):
         report.items([f"s = {s:.2f}: {note}" for note in notes(friction)])
     report.heading("From friction force to the law")
@@ -186,6 +253,12 @@ def _report(
     report.heading("To do it again")
     report.code("stickslip demo\n" + identification.command)
     return report
+
+
+def _film_figure(path: Path) -> Any:
+    from stickslip.tracking import tracks_over_film
+
+    return tracks_over_film(open_motion(path.with_suffix(".motion.nc")), path).figure
 
 
 def _friction_figure(frictions: list[xr.DataTree]) -> Any:

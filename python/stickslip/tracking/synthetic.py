@@ -301,8 +301,8 @@ class _Rig:
     @property
     def dimensionless(self) -> bool:
         """Whether mass and stiffness are 1, as in the paper's scaling."""
-        system = self.orbit.system
-        return bool(getattr(system, "mass", 0) is not None and np.all(np.asarray(getattr(system, "mass", 0)) == 1))
+        mass = np.asarray(getattr(self.orbit.system, "mass", 0.0), float)
+        return bool(np.all((np.diag(mass) if mass.ndim == 2 else mass) == 1))
 
 
 def _columns(orbit: Orbit, times: Array) -> Array:
