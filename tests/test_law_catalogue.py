@@ -82,3 +82,16 @@ def test_law_with_a_state_comes_from_a_system_file(tmp_path):
     system = ss.load_system(path)
     assert system.law == law
     assert ss.simulate(system, 300).regime() == "stable_slip"
+
+
+def test_gaussian_weakening_is_that_curve_and_the_limit_of_its_table():
+    law = ss.laws.ExponentialStribeck(1.0, 0.5, scale=0.2, viscous=0.1, exponent=2)
+    w = np.array([0.0, 0.1, 0.2, 0.7])
+    assert law.kinetic_force(w) == pytest.approx(0.5 + 0.5 * np.exp(-((w / 0.2) ** 2)) + 0.1 * w, rel=1e-15)
+    nodes = [(u, law.kinetic_force(u)) for u in np.linspace(0, 2, 4001)]
+    table = ss.laws.PiecewiseLinear(nodes, break_away=1.0)
+    smooth, pieces = (ss.simulate(ss.Oscillator(0.05, 0.1, each), 60).events for each in (law, table))
+    periods = [events["t"][events["kind"] == "release"].diff().iloc[-1] for events in (smooth, pieces)]
+    assert periods[0] == pytest.approx(periods[1], rel=1e-6)
+    with pytest.raises(ss.InputError, match=r"exponent must be 1 or 2, .*, got 1\.5"):
+        ss.laws.ExponentialStribeck(1.0, 0.5, 0.2, exponent=1.5)

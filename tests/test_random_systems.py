@@ -69,7 +69,10 @@ LAWS = {
     "Rational": lambda r: ss.laws.Rational(r.uniform(0.2, 1.2), r.uniform(0.0, 5)),
     "Cubic": lambda r: ss.laws.Cubic(*r.uniform(0.2, 1.0, 3)),
     "ExponentialStribeck": lambda r: ss.laws.ExponentialStribeck(
-        *sorted(r.uniform(0.2, 1.2, 2).tolist(), reverse=True), scale=r.uniform(0.05, 0.5), viscous=r.uniform(0, 0.3)
+        *sorted(r.uniform(0.2, 1.2, 2).tolist(), reverse=True),
+        scale=r.uniform(0.05, 0.5),
+        viscous=r.uniform(0, 0.3),
+        exponent=r.choice([1, 2]),
     ),
     "PoppStelter": lambda r: ss.laws.PoppStelter(
         *sorted(r.uniform(0.1, 1.2, 2).tolist(), reverse=True), r.uniform(0.5, 5), r.uniform(0, 0.3)

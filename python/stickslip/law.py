@@ -82,6 +82,8 @@ class Law(Table):
     ALL: ClassVar[dict[str, type[Law]]] = {}
     #: Whether kinetic friction is one smooth curve instead of linear pieces (a Taylor series instead of a closed form).
     SMOOTH: ClassVar[bool] = False
+    #: Numbers that choose a form of the law and are never fitted.
+    CHOICES: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls, family: bool = False) -> None:
         if not family:

@@ -217,9 +217,14 @@ impl<'a> Loop<'a> {
             self.expand();
             self.events.drain(..).for_each(&mut *tell);
             if self.work.evaluations >= stepped + STIFF {
-                if stage.until(self.clock.high) < 1.0 / self.frame.rate {
+                let passed = stage.until(self.clock.high);
+                if passed < 1.0 / self.frame.rate {
                     self.record_step();
-                    return Stop::Stiff;
+                    return if passed < short {
+                        Stop::Accumulation
+                    } else {
+                        Stop::Stiff
+                    };
                 }
                 (stage, stepped) = (self.clock, self.work.evaluations);
             }

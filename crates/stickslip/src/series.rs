@@ -30,6 +30,8 @@ pub struct Grown {
     pub first: Series,
     /// A second one.
     pub second: Series,
+    /// A third one.
+    pub third: Series,
 }
 
 impl Default for Grown {
@@ -37,6 +39,7 @@ impl Default for Grown {
         Self {
             first: ZERO,
             second: ZERO,
+            third: ZERO,
         }
     }
 }

@@ -217,6 +217,7 @@ impl Dice {
                 kinetic,
                 scale: self.between(0.05, 0.5),
                 viscous: 0.05,
+                exponent: 1.0,
             }
             .into(),
             6 => Cubic {

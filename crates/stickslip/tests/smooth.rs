@@ -91,6 +91,7 @@ fn s7_papangelo_stable_cycle() {
         kinetic: 0.5,
         scale: 0.5,
         viscous: 0.0,
+        exponent: 1.0,
     };
     let orbit = simulate(&belt(law, 0.1, 1.5), Run::driven(400.0)).unwrap();
     let cycle = cycle(&orbit);

@@ -70,7 +70,7 @@ def places(law: Law) -> dict[str, Place]:
     """
     found: dict[str, Place] = {}
     for key, value in law.to_dict().items():
-        if key == "type" or isinstance(value, str):
+        if key == "type" or key in law.CHOICES or isinstance(value, str):
             continue
         if isinstance(value, dict):
             # What a table inside the law leaves out, such as the scale of the force rate, has a name all the same.

@@ -5,9 +5,12 @@ use serde::{Deserialize, Serialize};
 use super::static_kinetic::at_least_kinetic;
 use super::{End, Friction, Hold, Memory, Piece};
 use crate::error::{Error, finite, not_negative, positive};
-use crate::series::{Grown, Series, exponential};
+use crate::series::{Grown, Series, exponential, product};
 
-/// F(u) = f_k + (f_s − f_k) exp(−u/w_s) + b u, |F| ≤ f_s at rest (Tustin, J. IEE 94 (1947) 143).
+/// F(u) = f_k + (f_s − f_k) exp(−(u/w_s)ⁿ) + b u, |F| ≤ f_s at rest.
+///
+/// n = 1: Tustin, J. IEE 94 (1947) 143. n = 2, the Gaussian: Armstrong-Hélouvry, Dupont & Canudas de Wit, Automatica 30
+/// (1994) 1083, among the exponents of Bo & Pavelescu, Wear 82 (1982) 277.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExponentialStribeck {
@@ -20,6 +23,9 @@ pub struct ExponentialStribeck {
     /// Viscous coefficient b.
     #[serde(default)]
     pub viscous: f64,
+    /// Exponent n, 1 or 2.
+    #[serde(default = "crate::law::one")]
+    pub exponent: f64,
 }
 
 impl Friction for ExponentialStribeck {
@@ -27,7 +33,14 @@ impl Friction for ExponentialStribeck {
         let kinetic = not_negative("kinetic", self.kinetic)?;
         at_least_kinetic(self.break_away, kinetic)?;
         positive("scale", self.scale)?;
-        finite("viscous", self.viscous).map(drop)
+        finite("viscous", self.viscous)?;
+        if self.exponent != 1.0 && self.exponent != 2.0 {
+            return Err(Error::Geometry {
+                what: "exponent must be 1 or 2, as friction in between has no slope to start slip with",
+                value: self.exponent,
+            });
+        }
+        Ok(())
     }
 
     fn break_away(&self, _hold: Hold) -> f64 {
@@ -39,12 +52,23 @@ impl Friction for ExponentialStribeck {
     }
 
     fn force(&self, _piece: &Piece, u: f64) -> f64 {
-        self.kinetic + (self.break_away - self.kinetic) * (-u / self.scale).exp() + self.viscous * u
+        let speed = u / self.scale;
+        let fall = if self.exponent == 2.0 {
+            speed * speed
+        } else {
+            speed
+        };
+        self.kinetic + (self.break_away - self.kinetic) * (-fall).exp() + self.viscous * u
     }
 
     fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
-        let Grown { first, second } = grown;
-        first[k] = exponential(-1.0 / self.scale, u, second, first, k);
+        let Grown { first, second, third } = grown;
+        first[k] = if self.exponent == 2.0 {
+            third[k] = product(u, u, k);
+            exponential(-1.0 / (self.scale * self.scale), third, second, first, k)
+        } else {
+            exponential(-1.0 / self.scale, u, second, first, k)
+        };
         let rest = if k == 0 { self.kinetic } else { 0.0 };
         rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
     }
