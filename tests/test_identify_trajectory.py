@@ -168,6 +168,21 @@ def test_an_interrupted_search_leaves_its_best_law_and_goes_on_from_it(first, sh
     assert not path.exists()
 
 
+def test_command_says_where_an_interrupted_search_is_kept(friction, tmp_path, monkeypatch, capsys):
+    path, law = tmp_path / "friction.nc", tmp_path / "law.toml"
+    friction[1].to_netcdf(path, engine="h5netcdf")
+    lay = trajectory.Fit.lay
+
+    def stop_after_one(self, numbers):
+        lay(self, numbers)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(trajectory.Fit, "lay", stop_after_one)
+    assert main(["identify", str(path), "--law", "StaticKinetic", "--trajectories", "-o", str(law)]) == 130
+    assert "law.unfinished.toml; the same command goes on from it" in capsys.readouterr().err
+    assert [item.name for item in tmp_path.glob("*.toml")] == ["law.unfinished.toml"]
+
+
 def test_a_file_of_another_search_is_not_gone_on_from(first, tmp_path):
     path = tmp_path / "law.unfinished.toml"
     path.write_text("[law]\ntype = 'Coulomb'\nkinetic = 1.0\n[source.search]\nfingerprint = 'other'\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,16 +85,22 @@ def run(options: argparse.Namespace) -> None:
     )
     if options.trajectories:
         unfinished = Path(options.output).with_suffix(".unfinished.toml") if options.output else None
-        with Bar() as bar:
-            result = fit_trajectories(
-                result,
-                starts=options.starts,
-                profile=options.profile,
-                zero_error=options.zero_error,
-                scale_error=options.scale_error,
-                progress=bar,
-                checkpoint=unfinished,
-            )
+        try:
+            with Bar() as bar:
+                result = fit_trajectories(
+                    result,
+                    starts=options.starts,
+                    profile=options.profile,
+                    zero_error=options.zero_error,
+                    scale_error=options.scale_error,
+                    progress=bar,
+                    checkpoint=unfinished,
+                )
+        except KeyboardInterrupt:
+            if unfinished is not None and unfinished.exists():
+                sentence = f"the best law so far is in {unfinished}; the same command goes on from it"
+                sys.stderr.write(f"stickslip: {sentence}\n")
+            raise
     agreements = [] if options.no_simulation else [compare_motion(name, result) for name in options.friction[:1]]
     if options.output:
         result.save(options.output)

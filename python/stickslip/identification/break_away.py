@@ -30,6 +30,8 @@ TOGETHER = 0.5
 """Correlation of stick time with time beyond which a drift may pass for growth."""
 CROWDED = 1.25
 """Falls within this ratio of the smallest lie at the edge of what is seen."""
+NEAR = 4.0
+"""Forms whose criterion is within this of the lowest do as well: the likelihoods differ by less than e² for one number."""
 NARROW = 1.25
 """Stick times (10th to 90th percentile) within this ratio say nothing about growth."""
 
@@ -156,7 +158,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     The forms are those of :func:`stickslip.identification.static_forms.forms`: constant, logarithmic, exponential, power and
     Kato's in t_s; and where the force rate varies freely one in δ, two in both, and a smooth surface. Each is a robust
     least-squares fit; its covariance is scaled by the scatter of the rows and their correlation from one to the next. Of
-    the forms whose Akaike criterion is within 2 of the lowest the one with the fewest numbers is chosen.
+    the forms whose Akaike criterion is within 4 of the lowest the one with the fewest numbers is chosen.
 
     Parameters
     ----------
@@ -405,7 +407,7 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
 
 def _choose(fits: dict[str, StaticFit]) -> tuple[str, str]:
     order = sorted(fits.values(), key=lambda fit: fit.criterion)
-    near = [fit for fit in order if fit.criterion - order[0].criterion < 2]
+    near = [fit for fit in order if fit.criterion - order[0].criterion < NEAR]
     best = min(near, key=lambda fit: (len(fit.parameters), fit.criterion))
     second = next(fit for fit in order if fit is not best)
     lead = second.criterion - best.criterion

@@ -193,7 +193,8 @@ def identify(
 
     For laws with memory the replay follows the measured slip velocity, whose corners are smoothed: at very low noise (some
     1e-3 of the motion and less) pencils and lines of ``BogaczRyczek`` are off by up to two standard errors, and climbs
-    that take little of the range of w are not compared at all.
+    that take little of the range of w are not compared at all. :func:`stickslip.identification.fit_trajectories` goes on
+    from here without that error, where the motion is steady.
 
     Source: least squares on the branches after Sections 4 to 6 of the paper; the sandwich of scale and correlation time
     is our own.
