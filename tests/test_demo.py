@@ -1,7 +1,9 @@
 import re
+import sys
 
 import pytest
 
+from stickslip import demo
 from stickslip.cli import main
 
 
@@ -16,6 +18,22 @@ def test_report_needs_no_other_file(report):
     page = report.read_text(encoding="utf-8")
     assert page.count("data:image/png;base64,") >= 6
     assert not re.search(r'(src|href)="(?!data:)', page)
+
+
+def test_it_starts_from_films_and_lays_the_truth_beside(report):
+    page = report.read_text(encoding="utf-8")
+    assert len(list(report.parent.glob("film-*.avi"))) == 3
+    assert "places off, px" in page
+    assert "the films were tracked" in page
+
+
+def test_without_the_vision_library_it_says_so_and_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    assert "pip install stickslip[video]" in demo._no_films()
+    seen = demo.see(0.15, tmp_path, seed=1, filmed=False)
+    assert seen.facts["force off, % of the largest"] < 2
+    assert seen.facts["break-aways"] == seen.facts["true break-aways"] > 3
+    assert not list(tmp_path.glob("*.avi"))
 
 
 def test_identified_stands_beside_true(report):
