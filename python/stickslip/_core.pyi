@@ -51,7 +51,7 @@ class Orbit:
         document: str,
         run: tuple[float, float | None, float, int],
         stop: int,
-        work: tuple[int, int],
+        work: tuple[int, int, int],
         segments: _Floats,
         events: _Floats,
     ) -> Orbit: ...
@@ -65,7 +65,7 @@ class Orbit:
     @property
     def stop(self) -> tuple[int, str, str]: ...
     @property
-    def work(self) -> tuple[int, int]: ...
+    def work(self) -> tuple[int, int, int]: ...
 
 _Start = tuple[list[float] | None, list[float] | None, float, int]
 

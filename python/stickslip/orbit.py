@@ -24,10 +24,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Work:
-    """What a run cost: events that occurred and evaluations of the closed-form motion to find them."""
+    """What a run cost: events that occurred and evaluations of the closed-form motion to find them.
+
+    grazes are touches of the end of a mode within rounding that turned back: no events (counted for one closed-form mass).
+    """
 
     events: int
     evaluations: int
+    grazes: int = 0
 
 
 class Orbit:
@@ -37,7 +41,7 @@ class Orbit:
     ----------
     system : the oscillator.
     stop : ``"t_end"``, ``"max_events"`` or ``"accumulation"``; `stop_sentence` says what it means.
-    work : events and evaluations.
+    work : events, evaluations and grazes.
     t_end : the time up to which the orbit is known.
     """
 
@@ -171,7 +175,7 @@ class Orbit:
         import xarray as xr
 
         run = self._run()
-        attrs = {"stickslip": "orbit", "run": json.dumps(run), "work": [self.work.events, self.work.evaluations]}
+        attrs = {"stickslip": "orbit", "run": json.dumps(run), "work": [self.work.events, self.work.evaluations, self.work.grazes]}
         root = self.to_xarray().assign_attrs(attrs, stop=self.stop)
         tables = {"events": self._core.events().reshape(-1, 7), "segments": self._core.segments().reshape(-1, 8)}
         columns: dict[str, list[str]] = {
@@ -226,12 +230,12 @@ def load(path: str | Path) -> Orbit:
             )
             for name in ("segments", "events")
         }
-        events, evaluations = (int(value) for value in tree.attrs["work"])
+        events, evaluations, *grazes = (int(value) for value in tree.attrs["work"])
     core = _core.Orbit.restore(
         system.to_json(),
         (run["x0"], run["v0"], run["t_end"], run["max_events"]),
         run["stop"],
-        (events, evaluations),
+        (events, evaluations, *(grazes or [0])),
         np.ascontiguousarray(tables["segments"].ravel()),
         np.ascontiguousarray(tables["events"].ravel()),
     )

@@ -68,7 +68,7 @@ impl Orbit {
         document: &str,
         run: (f64, Option<f64>, f64, u64),
         stop: usize,
-        work: (u64, u64),
+        work: (u64, u64, u64),
         segments: PyReadonlyArray1<'_, f64>,
         events: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
@@ -127,6 +127,7 @@ impl Orbit {
             work: Work {
                 events: work.0,
                 evaluations: work.1,
+                grazes: work.2,
             },
         }))
     }
@@ -216,8 +217,9 @@ impl Orbit {
     }
 
     #[getter]
-    fn work(&self) -> (u64, u64) {
-        (self.0.work.events, self.0.work.evaluations)
+    fn work(&self) -> (u64, u64, u64) {
+        let work = self.0.work;
+        (work.events, work.evaluations, work.grazes)
     }
 }
 

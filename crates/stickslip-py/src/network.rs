@@ -85,6 +85,7 @@ impl Network {
             work: Work {
                 events: work.0,
                 evaluations: work.1,
+                ..Work::default()
             },
             system,
         };

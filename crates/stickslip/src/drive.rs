@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::elementary::{product, sin_cos, whole_turns_less};
 use crate::error::{Error, finite, positive};
 
 /// The most harmonics one oscillator carries; each is a compile-time slot of the closed-form flow.
@@ -30,7 +31,7 @@ impl Harmonic {
 
     /// The coefficients (P, Q) of P cos Ωτ + Q sin Ωτ when τ is counted from `clock`.
     pub(crate) fn quadratures(&self, clock: Clock) -> (f64, f64) {
-        let (sin, cos) = (clock.angle(self.frequency) + self.phase).sin_cos();
+        let (sin, cos) = sin_cos(clock.angle(self.frequency) + self.phase);
         (self.amplitude * cos, -self.amplitude * sin)
     }
 }
@@ -67,12 +68,8 @@ impl Clock {
 
     /// frequency · time reduced to (−π, π], good to an ulp for any number of turns.
     fn angle(self, frequency: f64) -> f64 {
-        const TURN_HIGH: f64 = std::f64::consts::TAU;
-        const TURN_LOW: f64 = 2.449_293_598_294_706_4e-16;
-        let product = frequency * self.high;
-        let rounding = frequency.mul_add(self.high, -product);
-        let turns = (product / TURN_HIGH).round();
-        (-turns).mul_add(TURN_HIGH, product) + ((-turns).mul_add(TURN_LOW, rounding) + frequency * self.low)
+        let (turned, rounding) = product(frequency, self.high);
+        whole_turns_less(turned, rounding + frequency * self.low)
     }
 }
 

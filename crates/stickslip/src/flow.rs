@@ -1,5 +1,5 @@
 //! Motion between two events.
 
+pub(crate) mod enclosure;
 pub mod exact;
-pub(crate) mod expansion;
 pub(crate) mod taylor;

@@ -7,7 +7,6 @@
 //! | [`law`] | friction laws: two questions, one file a law |
 //! | [`mode`] | the automaton: stick, slip, and what follows an event |
 //! | [`flow`] | closed-form motion between events |
-//! | [`hold`] | slip at constant speed between two branches of friction |
 //! | [`event`] | the certified next event |
 //! | [`simulate`] | the loop, and why it stopped |
 //! | [`orbit`] | what a run returns, evaluable at any time |
@@ -25,6 +24,7 @@
 //! | [`series`] | Taylor coefficients, their recursions, the certified first root |
 //! | [`state_law`] | friction laws with an internal state, one file a law |
 //! | [`state_oscillator`] | the right-hand side of an oscillator under such a law |
+//! | [`elementary`] | exponential, sine and cosine with the same bits on every machine |
 //! | [`error`] | everything a user can get wrong, one sentence each |
 //!
 //! ```
@@ -43,10 +43,10 @@
 pub mod batch;
 pub mod drive;
 pub mod dual;
+pub mod elementary;
 pub mod error;
 pub mod event;
 pub mod flow;
-pub mod hold;
 pub mod law;
 mod matrix;
 pub mod mode;

@@ -356,9 +356,9 @@ impl Cut {
         while t < to {
             let basis = slip.basis(t);
             let (value, rate) = (g.at(&basis), dg.at(&basis));
-            let parts = slip.decay.parts(g.free(&basis), dg.free(&basis));
+            let amplitudes = slip.decay.amplitudes(g.free(&basis), dg.free(&basis));
             let (mut bend, mut free) = (waves, 0.0);
-            for (amplitude, exponent) in parts {
+            for (amplitude, exponent) in amplitudes.into_iter().zip(slip.decay.exponents()) {
                 bend += growth * amplitude * exponent * exponent;
                 free += amplitude;
             }

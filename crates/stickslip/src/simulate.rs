@@ -2,9 +2,8 @@
 
 use crate::drive::Clock;
 use crate::error::{Error, finite, positive};
-use crate::event::{Start, Work, end_of_slip, end_of_stick};
+use crate::event::{Start, Work, end_of_hold, end_of_slip, end_of_stick};
 use crate::flow::exact::Frame;
-use crate::hold::end_of_hold;
 use crate::law::{End, Friction, Hold, Law, Memory};
 use crate::mode::{self, Kind, Mode};
 use crate::orbit::{Event, Orbit, Record, Segment};

@@ -1,6 +1,7 @@
 //! Closed-form motion of one mass in a mode whose friction is linear in the slip speed: evaluated, never stepped.
 
 use crate::drive::{Clock, Harmonic};
+use crate::elementary::{exp, exp_m1, sin_cos};
 use crate::error::Error;
 use crate::law::Piece;
 use crate::structure::Oscillator;
@@ -14,6 +15,9 @@ pub struct Decay {
     /// ω = √|γ² − k/m|.
     pub omega: f64,
 }
+
+/// Below this ratio of ω to γ the two exponents count as one.
+const NEARLY: f64 = 1e-3;
 
 impl Decay {
     /// Of mass, damping and stiffness.
@@ -34,7 +38,7 @@ impl Decay {
         self.kappa < 0.0
     }
 
-    /// The time in which it changes much.
+    /// The time in which the free motion changes much.
     pub(crate) fn time(&self) -> f64 {
         1.0 / self.omega.max(self.gamma.abs())
     }
@@ -44,23 +48,30 @@ impl Decay {
         self.gamma * self.gamma - self.kappa
     }
 
-    /// A free motion that has `value` and `rate` now is at any later time, as is each of its derivatives, no larger than
-    /// Σ amplitude · |exponent|ⁿ · [`Self::growth`]: these are its (amplitude, |exponent|).
-    pub(crate) fn parts(&self, value: f64, rate: f64) -> [(f64, f64); 2] {
-        let natural = self.natural_squared().sqrt();
-        if self.omega < 1e-3 * natural {
-            // Nearly critical, value + (rate + γ value) t times an exponential: both exponents are one.
-            let amplitude = value.abs() + 16.0 * (rate + self.gamma * value).abs() / natural;
-            return [(1.1 * amplitude, natural), (0.0, 0.0)];
+    /// The sizes of the exponents −γ ± √κ.
+    pub(crate) fn exponents(&self) -> [f64; 2] {
+        if self.omega < NEARLY * self.gamma.abs() || self.oscillates() {
+            [self.natural_squared().sqrt(); 2]
+        } else {
+            let (one, two) = self.roots();
+            [one.abs(), two.abs()]
+        }
+    }
+
+    /// A free motion that has `value` and `rate` now is at any later time, as is each of its first eight derivatives, no
+    /// larger than Σ amplitude · |exponent|ⁿ: these are its amplitudes. One that grows was no larger up to now.
+    pub(crate) fn amplitudes(&self, value: f64, rate: f64) -> [f64; 2] {
+        if self.omega < NEARLY * self.gamma.abs() {
+            // Nearly critical: value + (rate + γ value) t times an exponential.
+            let amplitude = value.abs() + 16.0 * ((rate + self.gamma * value) / self.gamma).abs();
+            return [1.1 * amplitude, 0.0];
         }
         if self.oscillates() {
-            let quadrature = (rate + self.gamma * value) / self.omega;
-            let amplitude = (value * value + quadrature * quadrature).sqrt();
-            return [(amplitude, natural), (0.0, 0.0)];
+            return [value.abs(), ((rate + self.gamma * value) / self.omega).abs()];
         }
-        let (one, two) = self.exponents();
+        let (one, two) = self.roots();
         let first = (rate - two * value) / (one - two);
-        [(first.abs(), one.abs()), ((value - first).abs(), two.abs())]
+        [first.abs(), (value - first).abs()]
     }
 
     /// How much a free motion can have grown after `t`.
@@ -68,41 +79,36 @@ impl Decay {
         if self.gamma >= 0.0 {
             1.0
         } else if self.oscillates() {
-            (-self.gamma * t).exp()
+            exp(-self.gamma * t)
         } else {
-            ((self.omega - self.gamma) * t).exp()
+            exp((self.omega - self.gamma) * t)
         }
     }
 
     /// The two real exponents of a motion that does not oscillate, the smaller in size first.
-    fn exponents(&self) -> (f64, f64) {
+    fn roots(&self) -> (f64, f64) {
         let natural = self.natural_squared();
-        if self.gamma >= 0.0 {
-            let fast = -(self.gamma + self.omega);
-            (natural / fast, fast)
-        } else {
-            let fast = self.omega - self.gamma;
-            (natural / fast, fast)
-        }
+        let fast = -(self.gamma + self.omega.copysign(self.gamma));
+        (natural / fast, fast)
     }
 
     /// e^{−γτ} C(τ) and e^{−γτ} S(τ), where C, S = cos ωτ, sin(ωτ)/ω or their hyperbolic or linear counterparts.
     #[inline]
     fn basis(&self, t: f64) -> (f64, f64) {
         if self.oscillates() {
-            let decay = (-self.gamma * t).exp();
-            let (sin, cos) = (self.omega * t).sin_cos();
+            let decay = exp(-self.gamma * t);
+            let (sin, cos) = sin_cos(self.omega * t);
             (decay * cos, decay * sin / self.omega)
         } else {
-            let (slow, fast) = self.exponents();
+            let (slow, fast) = self.roots();
             let (slow, fast) = if slow > fast { (slow, fast) } else { (fast, slow) };
-            let (upper, spread) = ((slow * t).exp(), 2.0 * self.omega * t);
+            let (upper, spread) = (exp(slow * t), 2.0 * self.omega * t);
             let s = if spread > 1e-8 {
-                -(-spread).exp_m1() / (2.0 * self.omega)
+                -exp_m1(-spread) / (2.0 * self.omega)
             } else {
                 t
             };
-            (0.5 * (upper + (fast * t).exp()), upper * s)
+            (0.5 * (upper + exp(fast * t)), upper * s)
         }
     }
 }
@@ -315,7 +321,7 @@ impl<const H: usize> Frame<H> {
 fn waves<const H: usize>(frequency: &[f64; H], t: f64) -> ([f64; H], [f64; H]) {
     let (mut cos, mut sin) = ([0.0; H], [0.0; H]);
     for j in 0..H {
-        (sin[j], cos[j]) = (frequency[j] * t).sin_cos();
+        (sin[j], cos[j]) = sin_cos(frequency[j] * t);
     }
     (cos, sin)
 }
@@ -364,6 +370,11 @@ impl<const H: usize> Stick<H> {
             bend -= self.frequency[j] * self.frequency[j] * wave;
         }
         (force, rate, bend)
+    }
+
+    /// cos Ωτ and sin Ωτ at τ = t.
+    pub(crate) fn waves(&self, t: f64) -> ([f64; H], [f64; H]) {
+        waves(&self.frequency, t)
     }
 
     /// A bound of the second derivative of the holding force.

@@ -1,0 +1,159 @@
+//! What an event costs: `cargo run --release --example cost [CASE] [ROUNDS]`; the best of many rounds counts.
+
+#![expect(clippy::print_stdout, reason = "a table for whoever asks")]
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use stickslip::batch::Batch;
+use stickslip::drive::Harmonic;
+use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, StaticKinetic};
+use stickslip::simulate::{Run, simulate};
+use stickslip::structure::Oscillator;
+
+fn oscillator(
+    law: impl Into<Law>,
+    damping: f64,
+    drive_velocity: f64,
+    forcing: Option<(f64, f64)>,
+) -> Oscillator {
+    Oscillator {
+        mass: 1.0,
+        stiffness: 1.0,
+        damping,
+        drive_velocity,
+        law: law.into(),
+        forcing: forcing
+            .map(|(amplitude, frequency)| Harmonic {
+                amplitude,
+                frequency,
+                phase: 0.0,
+            })
+            .into_iter()
+            .collect(),
+    }
+}
+
+fn best(rounds: u32, mut run: impl FnMut() -> (u64, u64)) -> (f64, u64, u64) {
+    let mut best = f64::INFINITY;
+    let mut counts = (0, 0);
+    for _ in 0..rounds {
+        let begin = Instant::now();
+        counts = run();
+        best = best.min(begin.elapsed().as_secs_f64());
+    }
+    (best * 1e9 / counts.0 as f64, counts.0, counts.1)
+}
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let only = arguments.next().unwrap_or_default();
+    let rounds: u32 = arguments
+        .next()
+        .map_or(200, |text| text.parse().expect("ROUNDS is a number"));
+    let static_kinetic = |kinetic| StaticKinetic {
+        break_away: 1.0,
+        kinetic,
+    };
+    let stribeck = || PiecewiseLinear {
+        nodes: vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]],
+        break_away: 1.0,
+    };
+    let dwell = DwellTime {
+        kinetic: 0.5,
+        limit: 0.5,
+        rate: 0.4,
+        exponent: 1.0,
+    };
+    let paper = BogaczRyczek::default;
+    let period = std::f64::consts::TAU / 0.7;
+    let cases = [
+        ("S3", oscillator(static_kinetic(0.6), 0.0, 0.2, None), 4000.0),
+        ("P1", oscillator(static_kinetic(0.5), 0.05, 0.3, None), 4000.0),
+        ("S16", oscillator(stribeck(), 0.05, 0.3, None), 4000.0),
+        ("S15", oscillator(dwell.clone(), 0.0, 0.3, None), 4000.0),
+        ("paper 0.2", oscillator(paper(), 0.28, 0.2, None), 4000.0),
+        ("paper 0.3", oscillator(paper(), 0.28, 0.3, None), 4000.0),
+        (
+            "P3",
+            oscillator(static_kinetic(0.5), 0.05, 0.3, Some((0.5, 0.7))),
+            1000.0 * period,
+        ),
+        (
+            "S16 forced",
+            oscillator(stribeck(), 0.05, 0.3, Some((0.5, 0.7))),
+            1000.0 * period,
+        ),
+        (
+            "S15 forced",
+            oscillator(dwell, 0.0, 0.3, Some((0.5, 0.7))),
+            1000.0 * period,
+        ),
+        (
+            "paper 0.2 forced",
+            oscillator(paper(), 0.28, 0.2, Some((0.1, 1.25))),
+            4000.0,
+        ),
+        (
+            "paper 0.3 forced",
+            oscillator(paper(), 0.28, 0.3, Some((0.1, 1.25))),
+            4000.0,
+        ),
+    ];
+    println!(
+        "{:18}{:>10}{:>10}{:>14}",
+        "case", "ns/event", "events", "evaluations"
+    );
+    for (name, oscillator, t_end) in cases {
+        if !only.is_empty() && only != name {
+            continue;
+        }
+        let run = || {
+            simulate(black_box(&oscillator), Run::stuck(t_end))
+                .expect("a good system")
+                .work
+        };
+        let (time, events, evaluations) = best(rounds, || {
+            let work = run();
+            (work.events, work.evaluations)
+        });
+        println!(
+            "{name:18}{time:10.1}{events:10}{:14.2}",
+            evaluations as f64 / events as f64
+        );
+    }
+    if only.is_empty() || only == "P4" {
+        sweep(rounds.div_ceil(50));
+    }
+}
+
+/// P3 over a thousand frequencies, 400 periods of each, on one thread.
+fn sweep(rounds: u32) {
+    let batches: Vec<Batch> = (0..1000)
+        .map(|i| {
+            let frequency = 0.2 + 1.8 * f64::from(i) / 999.0;
+            let law = StaticKinetic {
+                break_away: 1.0,
+                kinetic: 0.5,
+            };
+            let oscillator = oscillator(law, 0.05, 0.3, Some((0.5, frequency)));
+            Batch {
+                document: serde_json::to_value(oscillator).expect("an oscillator is a document"),
+                names: vec!["x0".into()],
+                values: vec![0.0],
+                t_end: 400.0 * std::f64::consts::TAU / frequency,
+                max_events: 10_000_000,
+                after: 0.0,
+                section: None,
+                keep: 0,
+            }
+        })
+        .collect();
+    let (time, events, _) = best(rounds, || {
+        let runs = batches
+            .iter()
+            .map(|batch| batch.rows(0..1).expect("a good batch"));
+        (runs.map(|rows| rows[0].counts.iter().sum::<u64>()).sum(), 0)
+    });
+    println!("{:18}{time:10.1}{events:10}", "P4");
+}

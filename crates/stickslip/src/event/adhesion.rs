@@ -1,0 +1,235 @@
+//! When adhesion breaks, and when friction leaves the branches between which it holds a slip speed.
+
+use super::slip::{add_waves, bounds, waves};
+use super::{DEGREE, Ends, Motion, Sample, Start, Work, first_exit};
+use crate::flow::exact::Stick;
+use crate::law::{End, Friction, Hold, Law};
+use crate::series::free_time;
+
+/// The friction force that holds a speed.
+struct Reaction<'a, const H: usize> {
+    stick: &'a Stick<H>,
+    bound: [f64; 3],
+}
+
+impl<const H: usize> Motion<H> for Reaction<'_, H> {
+    #[inline]
+    fn at(&self, t: f64) -> Sample<H> {
+        let stick = self.stick;
+        let (cos, sin) = stick.waves(t);
+        let free = [stick.start + stick.rate * t, stick.rate];
+        let mut d = [free[0], free[1], 0.0, 0.0];
+        let waves = waves(
+            std::array::from_fn(|j| stick.p[j] * cos[j] + stick.q[j] * sin[j]),
+            std::array::from_fn(|j| stick.frequency[j] * (stick.q[j] * cos[j] - stick.p[j] * sin[j])),
+            &stick.frequency,
+            &mut d,
+        );
+        Sample {
+            t,
+            d,
+            free,
+            waves,
+            bound: self.bound,
+        }
+    }
+
+    fn fastest(&self) -> f64 {
+        self.stick.frequency.iter().copied().fold(0.0, f64::max)
+    }
+
+    fn derivatives(&self, sample: &Sample<H>) -> [f64; DEGREE + 1] {
+        let mut derivatives = [0.0; DEGREE + 1];
+        derivatives[1] = sample.free[1];
+        add_waves(&sample.waves, &self.stick.frequency, &mut derivatives);
+        derivatives[0] = sample.d[0];
+        derivatives
+    }
+}
+
+/// When the friction that holds a slip in `direction` leaves [low, high] within `horizon`, and over which end.
+///
+/// With f₋ while the slip speed falls and f₊ > f₋ while it rises, neither branch is consistent with a balance of forces
+/// between them: the slip speed stays, as adhesion holds it at zero, and friction is the reaction that keeps it. `stick` gives
+/// that reaction; `start` says on which end it starts, there it moves inward.
+#[must_use]
+pub fn end_of_hold<const H: usize>(
+    stick: &Stick<H>,
+    direction: f64,
+    [low, high]: [f64; 2],
+    start: Start,
+    horizon: f64,
+    work: &mut Work,
+) -> Option<(f64, End)> {
+    let reaction = Reaction {
+        stick: &Stick {
+            frequency: stick.frequency,
+            start: direction * stick.start,
+            rate: direction * stick.rate,
+            p: stick.p.map(|p| direction * p),
+            q: stick.q.map(|q| direction * q),
+        },
+        bound: bounds(&stick.p, &stick.q, &stick.frequency),
+    };
+    let ends = Ends {
+        low,
+        high,
+        turns: false,
+    };
+    first_exit(&reaction, ends, start, horizon, work).map(|exit| (exit.t, exit.end))
+}
+
+/// Adhesion with a limit that stays.
+fn constant_limit<const H: usize>(
+    stick: &Stick<H>,
+    bears: f64,
+    horizon: f64,
+    work: &mut Work,
+) -> Option<f64> {
+    if H == 0 {
+        if stick.rate == 0.0 {
+            return None;
+        }
+        let limit = bears.copysign(stick.rate);
+        let t = ((limit - stick.start) / stick.rate).max(0.0);
+        return (t < horizon).then_some(t);
+    }
+    end_of_hold(stick, 1.0, [-bears, bears], Start::Inside, horizon, work).map(|(t, _)| t)
+}
+
+/// When adhesion breaks within `horizon`, if it does.
+#[must_use]
+pub fn end_of_stick<const H: usize>(
+    stick: &Stick<H>,
+    law: &Law,
+    horizon: f64,
+    work: &mut Work,
+) -> Option<f64> {
+    if law.growth_bound(0.0) == 0.0 && (H == 0 || !law.feels_force_rate()) {
+        let bears = law.break_away(Hold {
+            stick_time: 0.0,
+            force_rate: stick.rate.abs(),
+        });
+        return constant_limit(stick, bears, horizon, work);
+    }
+    if H == 0 && stick.rate == 0.0 {
+        return None;
+    }
+    let mut t = 0.0;
+    let curvature = stick.curvature();
+    let feels_rate = law.feels_force_rate();
+    let reach = if H == 0 {
+        f64::INFINITY
+    } else {
+        1.0 / stick.frequency.iter().copied().fold(0.0, f64::max)
+    };
+    let limit = |t: f64, rate: f64| {
+        law.break_away(Hold {
+            stick_time: t,
+            force_rate: rate.abs(),
+        })
+    };
+    loop {
+        work.evaluations += 1;
+        let (force, rate, bend) = stick.at(t);
+        let bears = limit(t, rate);
+        let margin = bears - force.abs();
+        let outward = rate * force.signum();
+        let rounding = 4.0 * f64::EPSILON * bears;
+        if margin <= rounding && outward >= 0.0 {
+            // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches.
+            let inward = -bend * force.signum();
+            if inward <= 0.0 || (outward > 0.0 && outward * outward > 2.0 * inward * rounding) {
+                return Some(t);
+            }
+            t += outward.max(0.0) / inward + (16.0 * rounding / inward).sqrt();
+            continue;
+        }
+        let growth = law.growth_bound(t);
+        // As the limit does not fall while the contact rests, its value now, at the worst force rate ahead, is a lower bound.
+        let mut step = margin_time(bears, force, rate, curvature).min(reach);
+        if feels_rate && H > 0 {
+            while step > 0.0
+                && limit(t, rate.abs() + curvature * step)
+                    - force.abs()
+                    - rate.abs() * step
+                    - 0.5 * curvature * step * step
+                    <= 0.0
+            {
+                step *= 0.5;
+                if step < f64::EPSILON * reach {
+                    return Some(t);
+                }
+            }
+        }
+        if (!feels_rate || H == 0) && force != 0.0 && growth < outward - curvature * (2.0 * step) {
+            // The margin falls from here to twice the step: at most one root, close it.
+            match close(stick, &limit, law, (t, t + 2.0 * step), work) {
+                Ok(root) => return (root < horizon).then_some(root),
+                Err(free) => step = free - t,
+            }
+        }
+        if step <= 2.0 * f64::EPSILON * t.max(1e-3 * reach.min(1.0)) {
+            return Some(t);
+        }
+        t += step;
+        if t >= horizon {
+            return None;
+        }
+    }
+}
+
+/// The largest step in which |force + rate τ| + curvature τ²/2 stays within `bears`.
+fn margin_time(bears: f64, force: f64, rate: f64, curvature: f64) -> f64 {
+    free_time(bears - force, -rate, curvature).min(free_time(bears + force, rate, curvature))
+}
+
+/// The root of the falling margin in (low, high], or `high` where it is still positive there: Halley inside the bracket.
+fn close<const H: usize>(
+    stick: &Stick<H>,
+    limit: &impl Fn(f64, f64) -> f64,
+    law: &Law,
+    (mut low, high): (f64, f64),
+    work: &mut Work,
+) -> Result<f64, f64> {
+    let (mut t, mut above) = (low, high);
+    // From a step this short the next one is below rounding, as Halley's error is cubic; with a limit that grows it is not.
+    let grows = law.growth_bound(low) > 0.0;
+    let settled = if grows { 0.0 } else { 1e-5 * (high - low) };
+    for _ in 0..100 {
+        work.evaluations += 1;
+        let (force, rate, bend) = stick.at(t);
+        let bears = limit(t, rate);
+        let margin = bears - force.abs();
+        if margin.abs() <= f64::EPSILON * bears {
+            return Ok(t);
+        }
+        if margin > 0.0 {
+            if t == high {
+                return Err(high);
+            }
+            low = t;
+        } else {
+            above = t;
+        }
+        let fall = rate * force.signum() - law.growth_bound(t);
+        let newton = margin / fall;
+        let halley = newton / (1.0 + 0.5 * newton * bend * force.signum() / fall).max(0.5);
+        let mut next = t + halley;
+        if halley.abs() <= settled.max(f64::EPSILON * t) {
+            return Ok(next.max(low).min(above));
+        }
+        if !(next > low && next < above) {
+            next = if above == high && margin > 0.0 {
+                high
+            } else {
+                0.5 * (low + above)
+            };
+            if next == t {
+                return Ok(t);
+            }
+        }
+        t = next;
+    }
+    Ok(t)
+}

@@ -1,0 +1,240 @@
+//! When unforced slip ends: between two extrema of the slip speed, whose times are known in closed form, it is monotone, so
+//! an end of the piece is crossed there exactly once or not at all.
+
+use super::{Arrival, Start, Work};
+use crate::elementary::exp;
+use crate::flow::exact::{Basis, Signal, Slip};
+use crate::law::{End, Piece};
+
+/// The slip speed as seen by the search.
+struct Search<'a, const H: usize> {
+    slip: &'a Slip<H>,
+    direction: f64,
+    u: Signal<H>,
+    du: Signal<H>,
+    ddu: Signal<H>,
+    work: &'a mut Work,
+}
+
+/// When and how slip along `piece` ends within `horizon`, if it does.
+pub(super) fn end_of_free_slip<const H: usize>(
+    slip: &Slip<H>,
+    direction: f64,
+    drive_velocity: f64,
+    piece: &Piece,
+    start: Start,
+    horizon: f64,
+    work: &mut Work,
+) -> Option<Arrival> {
+    let u = slip.speed(direction, drive_velocity);
+    let du = u.derivative(&slip.decay, &slip.frequency);
+    let ddu = du.derivative(&slip.decay, &slip.frequency);
+    let mut search = Search {
+        slip,
+        direction,
+        u,
+        du,
+        ddu,
+        work,
+    };
+    search
+        .between_extrema(piece, start, horizon)
+        .filter(|arrival| arrival.t < horizon)
+}
+
+impl<const H: usize> Search<'_, H> {
+    fn basis(&mut self, t: f64) -> Basis<H> {
+        self.work.evaluations += 1;
+        self.slip.basis(t)
+    }
+
+    /// The state a step `h` from where `basis` was taken; for a step so short that its fourth power is below rounding.
+    fn arrive(&self, t: f64, basis: &Basis<H>, h: f64, end: End) -> Arrival {
+        let (x, v) = (self.slip.x.at(basis), self.slip.v.at(basis));
+        let (a, jerk) = (
+            -self.direction * self.du.at(basis),
+            -self.direction * self.ddu.at(basis),
+        );
+        Arrival {
+            t: t + h,
+            end,
+            x: x + h * (v + h * (0.5 * a + h * jerk / 6.0)),
+            v: v + h * (a + 0.5 * h * jerk),
+        }
+    }
+
+    /// The state at `t`.
+    fn arrive_at(&mut self, t: f64, end: End) -> Arrival {
+        let basis = self.basis(t);
+        self.arrive(t, &basis, 0.0, end)
+    }
+
+    /// The first time t > 0 at which the free slip acceleration e^{−γt}(a C + b S) vanishes, and the sign it has before.
+    fn first_extremum(&self) -> (f64, bool) {
+        let decay = &self.slip.decay;
+        let (a, b) = (self.du.a, self.du.b);
+        let rising = if a == 0.0 { b > 0.0 } else { a > 0.0 };
+        let time = if decay.oscillates() {
+            let sine = b / decay.omega;
+            let phase = if rising { a.atan2(sine) } else { (-a).atan2(-sine) };
+            (std::f64::consts::PI - phase) / decay.omega
+        } else {
+            // a cosh + b sinh / ω = 0
+            let ratio = -a * decay.omega / b;
+            if a == 0.0 || a * b >= 0.0 || ratio.abs() >= 1.0 {
+                f64::INFINITY
+            } else if ratio.abs() > 1e-8 {
+                ratio.abs().atanh() / decay.omega
+            } else {
+                -a / b
+            }
+        };
+        (time, rising)
+    }
+
+    /// The slip speed at an extremum at `t`: there ü = −(k/m)(u − rest), and only the decay has to be evaluated.
+    fn extreme(&self, t: f64, rising: bool) -> f64 {
+        let decay = &self.slip.decay;
+        let sine = self.du.b / decay.omega;
+        let swing = (self.du.a * self.du.a + sine * sine).sqrt() * decay.omega / decay.natural_squared();
+        let size = swing * exp(-decay.gamma * t);
+        self.u.constant + if rising { size } else { -size }
+    }
+
+    fn between_extrema(&mut self, piece: &Piece, start: Start, horizon: f64) -> Option<Arrival> {
+        let turning = start == Start::Turning;
+        if turning {
+            // Known to be zero here; rounding must not shift the extrema.
+            self.du.a = 0.0;
+        }
+        if self.du.a == 0.0 && self.du.b == 0.0 {
+            return None;
+        }
+        let decay = self.slip.decay;
+        let (mut extremum, mut rising) = self.first_extremum();
+        let half_period = if decay.oscillates() {
+            std::f64::consts::PI / decay.omega
+        } else {
+            f64::INFINITY
+        };
+        let mut from = 0.0;
+        let mut seen = [false; 2];
+        loop {
+            let (target, end) = if rising {
+                (piece.high, End::High)
+            } else {
+                (piece.low, End::Low)
+            };
+            let beyond = |value: f64| if rising { value > target } else { value < target };
+            if target.is_finite() {
+                if extremum < horizon {
+                    let value = if decay.oscillates() {
+                        self.extreme(extremum, rising)
+                    } else {
+                        let basis = self.basis(extremum);
+                        self.u.at(&basis)
+                    };
+                    if beyond(value) {
+                        return Some(self.crossing(target, from, extremum, end, Some(value)));
+                    }
+                } else {
+                    // No extremum ahead: bracket the crossing from the near side, if there is one.
+                    let (mut near, mut step) = (from, decay.time());
+                    loop {
+                        let far = (near + step).min(horizon);
+                        let basis = self.basis(far);
+                        if beyond(self.u.at(&basis)) {
+                            return Some(self.crossing(target, near, far, end, None));
+                        }
+                        if far == horizon {
+                            return None;
+                        }
+                        near = far;
+                        step *= 2.0;
+                    }
+                }
+            }
+            if extremum >= horizon {
+                return None;
+            }
+            if piece.turns {
+                return Some(self.arrive_at(extremum, End::Turn { rising: !rising }));
+            }
+            // A decaying oscillation that missed both ends once misses them for ever.
+            seen[usize::from(rising)] = true;
+            if decay.gamma >= 0.0 && seen[0] && seen[1] {
+                return None;
+            }
+            from = extremum;
+            extremum += half_period;
+            rising = !rising;
+        }
+    }
+
+    /// A first guess of where u(t) = target in (from, until].
+    fn guess(&self, target: f64, from: f64, until: f64, extremum: Option<f64>) -> f64 {
+        if from == 0.0 {
+            let (travel, slope, bend) = (target - self.u.start(), self.du.start(), self.ddu.start());
+            let whole = extremum.map_or(f64::INFINITY, |value| value - self.u.start());
+            let discriminant = slope * slope + 2.0 * bend * travel;
+            if travel.abs() < 0.5 * whole.abs() && discriminant > 0.0 {
+                // Near the start the speed is a parabola.
+                return 2.0 * travel / (slope + discriminant.sqrt().copysign(travel));
+            }
+        }
+        match extremum {
+            // Between extrema it is nearly a cosine about its rest value.
+            Some(value) if self.slip.decay.oscillates() => {
+                let share = (target - self.u.constant) / (value - self.u.constant);
+                until - share.clamp(-1.0, 1.0).acos() / self.slip.decay.omega
+            }
+            _ => 0.5 * (from + until),
+        }
+    }
+
+    /// Where u(t) = target in (from, until], where u is monotone: Halley, kept inside the bracket by bisection.
+    /// `extremum` is u(until), where that is an extremum.
+    fn crossing(&mut self, target: f64, from: f64, until: f64, end: End, extremum: Option<f64>) -> Arrival {
+        let sign = if end == End::High { 1.0 } else { -1.0 };
+        let (mut low, mut high) = (from, until);
+        let mut t = self.guess(target, from, until, extremum);
+        if !(t > low && t < high) {
+            t = 0.5 * (low + high);
+        }
+        let mut last = high - low;
+        let settled = 1e-5 * self.slip.decay.time();
+        for _ in 0..200 {
+            let basis = self.basis(t);
+            let value = sign * (self.u.at(&basis) - target);
+            let (first, second) = (sign * self.du.at(&basis), sign * self.ddu.at(&basis));
+            let newton = value / first;
+            let halley = newton / (1.0 - 0.5 * newton * second / first).max(0.5);
+            // Halley's error is cubic: from a step this short the next one would be below rounding.
+            if value == 0.0 || (halley.abs() < settled && (halley * second).abs() < 1e-5 * first.abs()) {
+                let step = if value == 0.0 {
+                    0.0
+                } else {
+                    (t - halley).max(low).min(high) - t
+                };
+                return self.arrive(t, &basis, step, end);
+            }
+            if value > 0.0 {
+                high = t;
+            } else {
+                low = t;
+            }
+            let mut next = t - halley;
+            // Beside an extremum Halley's step is tiny far from any root; Newton's is not.
+            let near = halley.abs() < 0.5 * last && newton.abs() < last;
+            if !(next > low && next < high && near) {
+                next = 0.5 * (low + high);
+            }
+            last = (next - t).abs();
+            t = next;
+            if last <= f64::EPSILON * t {
+                break;
+            }
+        }
+        self.arrive_at(t, end)
+    }
+}

@@ -1,0 +1,208 @@
+//! When slip along a piece of friction ends.
+
+use super::free::end_of_free_slip;
+use super::{DEGREE, Ends, Motion, Sample, Start, Work, first_exit};
+use crate::flow::exact::{Signal, Slip};
+use crate::law::{End, Piece};
+use crate::series::INVERSE;
+
+/// Where slip along a piece ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// Time since the start of the mode.
+    pub t: f64,
+    /// How the piece ended.
+    pub end: End,
+    /// Position there.
+    pub x: f64,
+    /// Velocity there.
+    pub v: f64,
+}
+
+/// When and how slip along `piece` ends within `horizon`, if it does.
+#[must_use]
+pub fn end_of_slip<const H: usize>(
+    slip: &Slip<H>,
+    direction: f64,
+    drive_velocity: f64,
+    piece: &Piece,
+    start: Start,
+    horizon: f64,
+    work: &mut Work,
+) -> Option<Arrival> {
+    if H == 0 {
+        return end_of_free_slip(slip, direction, drive_velocity, piece, start, horizon, work);
+    }
+    let speed = Speed::new(slip, direction, drive_velocity, start);
+    let ends = Ends {
+        low: piece.low,
+        high: piece.high,
+        turns: piece.turns,
+    };
+    let exit = first_exit(&speed, ends, start, horizon, work)?;
+    let step = exit.t - exit.sample.t;
+    let mut travel = 0.0;
+    for (coefficient, inverse) in exit.coefficients.iter().zip(&INVERSE[1..]).rev() {
+        travel = travel * step + coefficient * inverse;
+    }
+    Some(Arrival {
+        t: exit.t,
+        end: exit.end,
+        x: speed.position(&exit.sample) + drive_velocity * step - direction * travel * step,
+        v: drive_velocity - direction * exit.value,
+    })
+}
+
+/// The slip speed u = σ (s − ẋ).
+struct Speed<'a, const H: usize> {
+    slip: &'a Slip<H>,
+    direction: f64,
+    u: Signal<H>,
+    du: Signal<H>,
+    natural: f64,
+    /// Sixth and seventh power of the exponents of the free part.
+    powers: [[f64; 2]; 2],
+    /// Bounds of the harmonics.
+    waves: [f64; 3],
+    fastest: f64,
+}
+
+impl<'a, const H: usize> Speed<'a, H> {
+    fn new(slip: &'a Slip<H>, direction: f64, drive_velocity: f64, start: Start) -> Self {
+        let u = slip.speed(direction, drive_velocity);
+        let mut du = u.derivative(&slip.decay, &slip.frequency);
+        if start == Start::Turning {
+            // Known to be zero here; rounding must not shift the next turn.
+            du.a -= du.start();
+        }
+        let exponents = slip.decay.exponents();
+        let fastest = slip
+            .frequency
+            .iter()
+            .fold(exponents[0].max(exponents[1]), |most, one| most.max(*one));
+        Self {
+            slip,
+            direction,
+            u,
+            du,
+            natural: slip.decay.natural_squared(),
+            powers: exponents.map(sixth_and_seventh),
+            waves: bounds(&u.p, &u.q, &slip.frequency),
+            fastest,
+        }
+    }
+}
+
+impl<const H: usize> Speed<'_, H> {
+    /// x where the slip speed was sampled, as x″ = −2γ x′ − (k/m) x in its free part and x″ = −Ω² x in a harmonic.
+    fn position(&self, sample: &Sample<H>) -> f64 {
+        let [value, rate] = sample.free;
+        let mut swing = (rate + 2.0 * self.slip.decay.gamma * value) / self.natural;
+        for (wave, frequency) in sample.waves.iter().zip(&self.slip.frequency) {
+            swing += wave[1] / (frequency * frequency);
+        }
+        self.slip.x.constant + self.direction * swing
+    }
+}
+
+fn sixth_and_seventh(x: f64) -> [f64; 2] {
+    let third = x.abs() * (x * x);
+    [third * third, third * third * x.abs()]
+}
+
+/// Bounds of Σ (p cos Ωτ + q sin Ωτ), its sixth and its seventh derivative.
+pub(super) fn bounds<const H: usize>(p: &[f64; H], q: &[f64; H], frequency: &[f64; H]) -> [f64; 3] {
+    let mut bound = [0.0; 3];
+    for j in 0..H {
+        let size = p[j].abs() + q[j].abs();
+        let [sixth, seventh] = sixth_and_seventh(frequency[j]);
+        bound[0] += size;
+        bound[1] += size * sixth;
+        bound[2] += size * seventh;
+    }
+    bound
+}
+
+/// The harmonics at `basis`: value and rate of each, and what they add to a value and its first three derivatives.
+pub(super) fn waves<const H: usize>(
+    value: [f64; H],
+    rate: [f64; H],
+    frequency: &[f64; H],
+    d: &mut [f64; 4],
+) -> [[f64; 2]; H] {
+    std::array::from_fn(|j| {
+        let square = frequency[j] * frequency[j];
+        d[0] += value[j];
+        d[1] += rate[j];
+        d[2] -= square * value[j];
+        d[3] -= square * rate[j];
+        [value[j], rate[j]]
+    })
+}
+
+/// The same for all derivatives.
+pub(super) fn add_waves<const H: usize>(
+    waves: &[[f64; 2]; H],
+    frequency: &[f64; H],
+    derivatives: &mut [f64; DEGREE + 1],
+) {
+    for j in 0..H {
+        let [mut even, mut odd] = waves[j];
+        let square = frequency[j] * frequency[j];
+        for pair in derivatives.chunks_mut(2) {
+            pair[0] += even;
+            even *= -square;
+            if let Some(second) = pair.get_mut(1) {
+                *second += odd;
+                odd *= -square;
+            }
+        }
+    }
+}
+
+impl<const H: usize> Motion<H> for Speed<'_, H> {
+    #[inline]
+    fn at(&self, t: f64) -> Sample<H> {
+        let (decay, frequency) = (&self.slip.decay, &self.slip.frequency);
+        let basis = self.slip.basis(t);
+        let free @ [value, rate] = [self.u.free(&basis), self.du.free(&basis)];
+        let bend = -2.0 * decay.gamma * rate - self.natural * value;
+        let jerk = -2.0 * decay.gamma * bend - self.natural * rate;
+        let mut d = [self.u.constant + value, rate, bend, jerk];
+        let waves = waves(
+            std::array::from_fn(|j| self.u.wave(j, &basis)),
+            std::array::from_fn(|j| self.du.wave(j, &basis)),
+            frequency,
+            &mut d,
+        );
+        let [one, two] = decay.amplitudes(value, rate);
+        let free_bound = |n: usize| one * self.powers[0][n] + two * self.powers[1][n];
+        Sample {
+            t,
+            d,
+            free,
+            waves,
+            bound: [
+                self.waves[0] + one + two,
+                self.waves[1] + free_bound(0),
+                self.waves[2] + free_bound(1),
+            ],
+        }
+    }
+
+    fn fastest(&self) -> f64 {
+        self.fastest
+    }
+
+    fn derivatives(&self, sample: &Sample<H>) -> [f64; DEGREE + 1] {
+        let mut derivatives = [0.0; DEGREE + 1];
+        derivatives[..2].copy_from_slice(&sample.free);
+        for n in 2..=DEGREE {
+            derivatives[n] =
+                -2.0 * self.slip.decay.gamma * derivatives[n - 1] - self.natural * derivatives[n - 2];
+        }
+        add_waves(&sample.waves, &self.slip.frequency, &mut derivatives);
+        derivatives[0] = sample.d[0];
+        derivatives
+    }
+}
