@@ -175,7 +175,8 @@ class Orbit:
         import xarray as xr
 
         run = self._run()
-        attrs = {"stickslip": "orbit", "run": json.dumps(run), "work": [self.work.events, self.work.evaluations, self.work.grazes]}
+        work = [self.work.events, self.work.evaluations, self.work.grazes]
+        attrs = {"stickslip": "orbit", "run": json.dumps(run), "work": work}
         root = self.to_xarray().assign_attrs(attrs, stop=self.stop)
         tables = {"events": self._core.events().reshape(-1, 7), "segments": self._core.segments().reshape(-1, 8)}
         columns: dict[str, list[str]] = {
@@ -230,12 +231,12 @@ def load(path: str | Path) -> Orbit:
             )
             for name in ("segments", "events")
         }
-        events, evaluations, *grazes = (int(value) for value in tree.attrs["work"])
+        events, evaluations, grazes = (int(value) for value in (*tree.attrs["work"], 0)[:3])
     core = _core.Orbit.restore(
         system.to_json(),
         (run["x0"], run["v0"], run["t_end"], run["max_events"]),
         run["stop"],
-        (events, evaluations, *(grazes or [0])),
+        (events, evaluations, grazes),
         np.ascontiguousarray(tables["segments"].ravel()),
         np.ascontiguousarray(tables["events"].ravel()),
     )

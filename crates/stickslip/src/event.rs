@@ -392,17 +392,18 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
                     && newton < step
                 {
                     let guess = guard.guess(&left);
-                    if guess.abs() < self.near(step)
-                        && let Some(exit) = self.finish(&left, &left, guard, guess)
-                    {
-                        return Some(exit);
-                    }
-                    if guess > 0.0 && guess < step {
+                    let near = self.near(step);
+                    if guess.abs() < near {
+                        // No root there: a touch, which is passed.
+                        if let Some(exit) = self.finish(&left, &left, guard, guess) {
+                            return Some(exit);
+                        }
+                    } else if guess > 0.0 && guess < step {
                         step = guess;
                     }
                 }
                 splits = 0;
-                self.sample((left.t + step).min(horizon))
+                self.sample((left.t + step.max(f64::EPSILON * left.t)).min(horizon))
             };
             let (guard, crossed) = match self.verdict(&left, &right, None) {
                 Verdict::Crossed(guard) => (guard, true),

@@ -293,7 +293,7 @@ def one_period(closed: Return, period: float) -> Orbit:
         system.to_json(),
         (float(trail.start[_X]), float(trail.start[_V]), period, 10_000_000),
         _core.STOPS.index("t_end"),
-        (len(kinds), 0),
+        (len(kinds), 0, 0),
         np.ascontiguousarray(rows.ravel()),
         np.ascontiguousarray(table.ravel()),
     )

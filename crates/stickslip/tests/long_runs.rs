@@ -1,0 +1,122 @@
+//! Long runs: event times that keep their digits, work that stays what it is, touches that are no events.
+
+mod support;
+
+use stickslip::drive::Harmonic;
+use stickslip::law::{Coulomb, Law, PiecewiseLinear, StaticKinetic};
+use stickslip::mode::Kind;
+use stickslip::orbit::Orbit;
+use stickslip::simulate::{Run, simulate};
+use stickslip::structure::Oscillator;
+use support::{close, oscillator};
+
+fn forced(
+    law: impl Into<Law>,
+    damping: f64,
+    drive_velocity: f64,
+    amplitude: f64,
+    frequency: f64,
+) -> Oscillator {
+    Oscillator {
+        forcing: vec![Harmonic {
+            amplitude,
+            frequency,
+            phase: 0.0,
+        }],
+        ..oscillator(law, damping, drive_velocity)
+    }
+}
+
+fn times(orbit: &Orbit, kind: Kind) -> Vec<f64> {
+    let events = orbit.events.iter().filter(|event| event.kind == kind);
+    events.map(|event| event.t).collect()
+}
+
+/// f_s = 1, f_k = 1/2, s = 1/4 without damping: releases at 4 + n (4 + 2π − 2 atan 2), exact in binary but for the period.
+#[test]
+fn event_times_keep_their_digits_over_a_thousand_units() {
+    // 4 + 2π − 2 atan 2 in two doubles (computed with 50 digits).
+    const PERIOD: (f64, f64) = (8.068_887_871_591_405, 5.683_993_235_814_304e-17);
+    let law = StaticKinetic {
+        break_away: 1.0,
+        kinetic: 0.5,
+    };
+    let orbit = simulate(&oscillator(law, 0.0, 0.25), Run::stuck(1000.0)).unwrap();
+    let releases = times(&orbit, Kind::Release);
+    assert_eq!(releases.len(), 124);
+    close(releases[1] - releases[0], PERIOD.0);
+    for (n, t) in releases.iter().enumerate() {
+        let n = n as f64;
+        let error = t - n.mul_add(PERIOD.0, 4.0) - n * PERIOD.1;
+        assert!(error.abs() < 2e-13, "release {n}: {error:e}");
+    }
+}
+
+/// Once its transient has died out, a forced motion repeats itself with the period of the forcing, 2π/0.75.
+#[test]
+fn forced_event_times_keep_their_digits_over_a_thousand_units() {
+    let system = forced(Coulomb { kinetic: 0.3 }, 0.5, 0.0, 1.0, 0.75);
+    let orbit = simulate(&system, Run::stuck(1200.0)).unwrap();
+    let crossings = times(&orbit, Kind::Crossing);
+    let late: Vec<f64> = crossings.into_iter().filter(|t| *t > 180.0).collect();
+    assert!(late.len() > 200, "{}", late.len());
+    for (n, t) in late.iter().step_by(2).enumerate() {
+        let error = t - (n as f64).mul_add(std::f64::consts::TAU / 0.75, late[0]);
+        assert!(error.abs() < 4e-13, "crossing {n}: {error:e}");
+    }
+}
+
+/// What an event costs, in evaluations of the motion: it does not depend on the machine.
+#[test]
+fn work_of_an_event() {
+    let friction = StaticKinetic {
+        break_away: 1.0,
+        kinetic: 0.5,
+    };
+    let stribeck = PiecewiseLinear {
+        nodes: vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]],
+        break_away: 1.0,
+    };
+    let cases = [
+        (oscillator(friction.clone(), 0.05, 0.3), 1.6),
+        (oscillator(stribeck.clone(), 0.05, 0.3), 2.4),
+        (forced(friction, 0.05, 0.3, 0.5, 0.7), 3.1),
+        (forced(stribeck, 0.05, 0.3, 0.5, 0.7), 2.4),
+    ];
+    for (system, most) in cases {
+        let work = simulate(&system, Run::stuck(2000.0)).unwrap().work;
+        let evaluations = work.evaluations as f64 / work.events as f64;
+        assert!(work.events > 200 && evaluations < most, "{evaluations}");
+    }
+}
+
+/// Such a touch once held the search in steps too short to advance.
+#[test]
+fn a_forcing_of_hardly_any_force_ends_too() {
+    let law = StaticKinetic {
+        break_away: 0.641_520_821_099_082_9,
+        kinetic: 0.641_520_821_099_082_9,
+    };
+    let system = forced(law, 4.6e-80, 0.641_520_821_099_082_9, 4.6e-80, 0.2);
+    let run = Run {
+        x0: -2.479_770_228_019_108_7,
+        ..Run::stuck(60.0)
+    };
+    let orbit = simulate(&system, run).unwrap();
+    assert!(
+        orbit.work.evaluations < 500 && orbit.work.grazes > 0,
+        "{:?}",
+        orbit.work
+    );
+}
+
+/// With f_s = f_k and no damping every slip ends by touching zero slip velocity: a graze, counted and no event.
+#[test]
+fn a_touch_is_no_event() {
+    let system = forced(Coulomb { kinetic: 1.125 }, 0.0, 1.0, 0.25, 2.0);
+    let orbit = simulate(&system, Run::stuck(200.0)).unwrap();
+    let last = orbit.events.last().unwrap();
+    assert_eq!(last.kind, Kind::Release, "{last:?}");
+    assert!(orbit.events.len() < 20, "{}", orbit.events.len());
+    assert!(orbit.work.grazes > 0);
+}
