@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 
+import stickslip as ss
 from stickslip.measurement import Rig, measure
 
 
@@ -202,3 +203,24 @@ def test_it_survives_a_file(tmp_path: Path) -> None:
         np.testing.assert_array_equal(back["break_away"]["force"], friction["break_away"]["force"])
         assert back["break_away"]["t"].attrs["units"] == "1"
         assert Rig.from_toml(back.attrs["rig"]).damping == 0.1
+
+
+@pytest.mark.parametrize("noise", [1e-4, 1e-3])
+def test_slow_slip_just_above_the_end_of_sticking_is_no_stick(noise: float) -> None:
+    # the paper's oscillator at s = 0.255: its slip velocity falls to 0.11 s and never vanishes
+    oscillator = ss.paper.oscillator(0.255)
+    t = np.arange(250, 400, 0.02)
+    x = ss.simulate(oscillator, t_end=400).at(t)[0] + noise * np.random.default_rng(0).standard_normal(len(t))
+    rig = Rig(
+        gauge="displacement",
+        column="x",
+        unit="1",
+        stiffness=1.0,
+        mass=1.0,
+        damping=oscillator.damping,
+        drive_velocity=0.255,
+    )
+    friction = measure({"t": t - 250, "x": x}, rig)
+    assert friction.attrs["regime"] == "almost_harmonic"
+    assert friction.attrs["slips"] == 0
+    assert not friction["stuck"].values.any()

@@ -44,6 +44,8 @@ Array = npt.NDArray[np.float64]
 MOSTLY_SLOW = 0.4
 """Share of slow time below which the main line of a record is that of the oscillator."""
 
+MOST_MISTAKEN = 0.1
+"""A drive velocity is known better than this, unlike the stiffness of a spring."""
 FACTS = ["regime", "slips", "stuck_share", "slow_share", "main_line", "main_line_error", "stiffness", "inertia"]
 """What a summary prints."""
 
@@ -185,6 +187,8 @@ def _measure(record: Record, rig: Rig) -> _Found:
                 "as creep inside a stick, not as slips (rig: least_drop)"
             )
         slope = stick_slope(time, x, weight, flanks, pilot, o.drive_velocity)
+        if slope is not None and not spring and abs(slope.value / o.drive_velocity - 1) > MOST_MISTAKEN:
+            slope = None  # the slowest slip of a mass that never sticks
     ratio = 1.0 if slope is None else slope.value / o.drive_velocity
     if slope is not None and abs(slope.value - o.drive_velocity) > max(4 * slope.error, 0.003 * o.drive_velocity):
         if spring:

@@ -42,7 +42,7 @@ def regime(slip_velocity: Array, drive_velocity: float, slow: float, rigid: bool
 
     - ``stable_slip``: the slip velocity scatters by less than 0.1 V;
     - where sticks are exact (`rigid`): ``stick_slip`` if more than one in five cycles sticks, else ``almost_harmonic``;
-    - where the mass creeps: ``stick_slip``, be it fast, if |w| < 0.2 V for at least 25 % of the time, else
+    - where the mass creeps: ``stick_slip``, be it fast, if it sticks and |w| < 0.2 V for at least 25 % of the time, else
       ``almost_harmonic``.
 
     Parameters
@@ -56,7 +56,7 @@ def regime(slip_velocity: Array, drive_velocity: float, slow: float, rigid: bool
     if float(np.std(slip_velocity)) < STEADY * drive_velocity:
         return "stable_slip"
     if not rigid:
-        return "stick_slip" if slow >= LINGERS else "almost_harmonic"
+        return "stick_slip" if sticks and slow >= LINGERS else "almost_harmonic"
     return "stick_slip" if sticks > 0.2 * cycles else "almost_harmonic"
 
 

@@ -11,10 +11,12 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
 from stickslip.measurement.pieces import Oscillator, PiecewiseFit
-from stickslip.measurement.regime import SLOW_LEVEL, quiet_window
+from stickslip.measurement.regime import quiet_window
 
 Array = npt.NDArray[np.float64]
 
+AT_REST = 0.05
+"""A creeping stick must come to rest: to this fraction of the drive velocity, or to within its noise."""
 CREEP_LEVEL = 0.5
 """A creeping stick ends where the slip velocity passes this fraction of the drive velocity."""
 
@@ -277,7 +279,7 @@ def creeping_sticks(pilot: Pilot, flanks: Flanks, drive_velocity: float) -> list
     """
     slip = drive_velocity - pilot.rate
     level = max(CREEP_LEVEL * drive_velocity, 4 * pilot.rate_error)
-    slow = max(SLOW_LEVEL * drive_velocity, 3 * pilot.rate_error)
+    slow = max(AT_REST * drive_velocity, 3 * pilot.rate_error)
     step = pilot.time[1] - pilot.time[0]
     acceleration = np.gradient(slip, pilot.time)
     sticks: list[Stick] = []
