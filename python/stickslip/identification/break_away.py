@@ -30,6 +30,8 @@ TOGETHER = 0.5
 """Correlation of stick time with time beyond which a drift may pass for growth."""
 CROWDED = 1.25
 """Falls within this ratio of the smallest lie at the edge of what is seen."""
+OF_STICK_TIME = ("constant", "logarithmic", "exponential", "power", "Kato")
+"""Forms in which the force rate does not stand."""
 NEAR = 4.0
 """Forms whose criterion is within this of the lowest do as well: the likelihoods differ by less than e² for one number."""
 NARROW = 1.25
@@ -210,7 +212,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     notes = [
         *notes,
         sentence,
-        *unlike(rows, fits[chosen]),
+        *unlike(rows, min((fits[name] for name in OF_STICK_TIME if name in fits), key=lambda fit: fit.criterion)),
         *ties,
         *loading_line(rows, fits),
         *drift(rows, fits),
