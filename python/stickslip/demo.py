@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 #: One drive velocity with sticks, two without: together they show every branch of the law.
 DRIVE_VELOCITIES = (0.15, 0.28, 0.31)
 #: How a film is taken: pictures per unit of time (126 in a period), and fields of `stickslip.tracking.Camera`.
-CAMERA: dict[str, Any] = {"frame_rate": 20.0, "width": 240, "height": 96, "marker": 16.0, "noise": 0.1}
+CAMERA: dict[str, Any] = {"frame_rate": 20.0, "width": 240, "height": 72, "marker": 12.0, "noise": 0.1}
 SETTLED, DURATION, SEED = 100.0, 60.0, 20190
 #: Standard deviation of a tracked place in such a film, in units of length; noise of the records where nothing can be filmed.
 NOISE = 2e-4
