@@ -14,6 +14,8 @@ from stickslip.identification.parameters import value
 from stickslip.measurement import Rig
 
 SEEDS = 30
+#: The paper's law with one f_s(0), whatever the force rate.
+PAPER = ss.paper.calibration.CALIBRATIONS["one f_s(0)"]
 
 
 def orbits(law, velocities, t_end=300.0, damping=0.1):
@@ -84,8 +86,8 @@ def test_piecewise_linear_without_break_aways_says_that_static_friction_is_an_ex
 
 
 def test_geometry_of_the_papers_law_is_recovered_without_its_values():
-    law = ss.laws.BogaczRyczek()
-    motions = [ss.simulate(ss.paper.oscillator(s), 150) for s in (0.10, 0.15, 0.28, 0.30)]
+    law = PAPER.law
+    motions = [ss.simulate(PAPER.oscillator(s), 150) for s in (0.10, 0.15, 0.28, 0.30)]
     found = identify(
         records(motions, 0.005, 3, step=0.02), law="BogaczRyczek", fixed={"static_friction.force_rate_scale": 0.5}
     )
@@ -99,8 +101,8 @@ def test_geometry_of_the_papers_law_is_recovered_without_its_values():
 
 
 def test_a_changed_geometry_is_found_and_not_the_papers():
-    law = replace(ss.laws.BogaczRyczek(), phi=-55.0, psi=35.0)
-    motions = [ss.simulate(replace(ss.paper.oscillator(s), law=law), 150) for s in (0.12, 0.26, 0.30)]
+    law = replace(PAPER.law, phi=-55.0, psi=35.0)
+    motions = [ss.simulate(replace(PAPER.oscillator(s), law=law), 150) for s in (0.12, 0.26, 0.30)]
     assert {orbit.regime() for orbit in motions} == {"stick_slip", "almost_harmonic"}
     found = identify(records(motions, 0.003, 4, step=0.02), law="BogaczRyczek")
     assert found.law.phi == pytest.approx(-55.0, abs=1.0)
@@ -144,7 +146,7 @@ def test_noise_must_not_be_negative():
 
 def measured(s, seed):
     """A noisy record of the paper's oscillator, measured as a real one would be."""
-    orbit = ss.simulate(ss.paper.oscillator(s), 120)
+    orbit = ss.simulate(PAPER.oscillator(s), 120)
     t = np.arange(0, 120, 0.02)
     x = orbit.at(t)[0] + 0.001 * np.random.default_rng(seed).standard_normal(t.size)
     rig = Rig(
@@ -155,7 +157,7 @@ def measured(s, seed):
 
 @pytest.mark.slow
 def test_geometry_of_the_papers_law_is_recovered_through_noise_and_measurement():
-    law = ss.laws.BogaczRyczek()
+    law = PAPER.law
     frictions = [measured(s, seed) for seed, s in enumerate((0.10, 0.15, 0.28, 0.30))]
     table = identify(frictions, law="BogaczRyczek", fixed={"static_friction.force_rate_scale": 0.5}).parameters
     for name in ("static_friction.initial", "phi", "psi", "l.slope", "l.intercept", "B.w", "B.f", "D.w", "D.f"):

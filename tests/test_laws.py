@@ -94,7 +94,7 @@ def test_geometry_changes_point_by_point():
 
 def test_branches_of_the_paper_law():
     # Along a full cycle: upper line while w rises, common line beyond the corner, lower line while w falls, climb along D.
-    law = ss.laws.BogaczRyczek()
+    law = ss.paper.calibration.CALIBRATIONS["one f_s(0)"].law
     up, down = np.linspace(0, 0.5, 501), np.linspace(0.5, 0.1, 401)
     w = np.concatenate([up, down, np.linspace(0.1, 0.5, 401)])
     stuck = np.arange(w.size) == 0

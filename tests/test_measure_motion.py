@@ -37,6 +37,10 @@ def film() -> xr.Dataset:
     return data
 
 
+#: The paper's law with one f_s(0), whatever the force rate.
+PAPER = ss.paper.calibration.CALIBRATIONS["one f_s(0)"]
+
+
 def dropping() -> Rig:
     from dataclasses import replace
 
@@ -131,7 +135,7 @@ def test_a_given_cutoff_is_used_and_pieces_refuse_one() -> None:
 @pytest.mark.parametrize("drive", [0.15, 0.2, 0.25])
 def test_a_film_gives_the_friction_of_the_papers_law(drive: float) -> None:
     # 63 frames a period and a tenth of a pixel where the mass moves over 200
-    made = ss.simulate(ss.paper.oscillator(drive), 110.0)
+    made = ss.simulate(PAPER.oscillator(drive), 110.0)
     time = np.arange(60, 110, 0.1)
     x = made.at(time)[0]
     noise = 1e-3 * np.ptp(x) / 2 * np.random.default_rng(0).standard_normal(len(x))

@@ -14,6 +14,9 @@ from stickslip.analysis import orbit_diagram, sign_changes
 
 REGIMES = {"stick_slip": 0.20, "almost_harmonic": 0.30, "stable_slip": 0.45}
 
+#: The paper's law with one f_s(0), whatever the force rate.
+PAPER = ss.paper.calibration.CALIBRATIONS["one f_s(0)"]
+
 
 @pytest.fixture(autouse=True)
 def _closed():
@@ -23,13 +26,13 @@ def _closed():
 
 @pytest.fixture(scope="module", params=REGIMES.values(), ids=list(REGIMES))
 def orbit(request):
-    return ss.simulate(ss.paper.oscillator(request.param), 100)
+    return ss.simulate(PAPER.oscillator(request.param), 100)
 
 
 @pytest.fixture(scope="module")
 def diagram():
     return orbit_diagram(
-        ss.paper.oscillator(0.3), "drive_velocity", [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5], periods=80
+        PAPER.oscillator(0.3), "drive_velocity", [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5], periods=80
     )
 
 
@@ -53,7 +56,7 @@ def test_a_picture_makes_its_own_figure_or_draws_where_told(picture, orbit):
 
 
 def test_friction_loop_is_coloured_by_branch_and_higher_while_w_grows():
-    ax = show.friction_loop(ss.simulate(ss.paper.oscillator(0.30), 100))
+    ax = show.friction_loop(ss.simulate(PAPER.oscillator(0.30), 100))
     lines = {line.get_label(): line.get_xydata() for line in ax.lines}
     assert {"upper", "common", "lower", "climb"} <= set(lines)
     assert "stick" not in lines
@@ -65,7 +68,7 @@ def test_friction_loop_is_coloured_by_branch_and_higher_while_w_grows():
 
 
 def test_friction_loop_of_stick_slip_has_the_stick_at_zero_and_the_reaction_of_the_spring():
-    orbit = ss.simulate(ss.paper.oscillator(0.20), 100)
+    orbit = ss.simulate(PAPER.oscillator(0.20), 100)
     ax = show.friction_loop(orbit)
     stick = next(line for line in ax.lines if line.get_label() == "stick").get_xydata()
     stick = stick[np.isfinite(stick[:, 0])]
@@ -75,7 +78,7 @@ def test_friction_loop_of_stick_slip_has_the_stick_at_zero_and_the_reaction_of_t
 
 
 def test_friction_loop_of_stable_slip_is_a_dot():
-    assert names(show.friction_loop(ss.simulate(ss.paper.oscillator(0.45), 100))) == ["steady slip"]
+    assert names(show.friction_loop(ss.simulate(PAPER.oscillator(0.45), 100))) == ["steady slip"]
 
 
 def test_friction_loop_of_a_law_without_branches_is_coloured_by_the_sense_of_w():
@@ -86,7 +89,7 @@ def test_friction_loop_of_a_law_without_branches_is_coloured_by_the_sense_of_w()
 
 def test_friction_loop_with_forcing_joins_the_friction_of_the_orbit():
     forcing = ss.Harmonic(0.05, 0.7)
-    orbit = ss.simulate(ss.paper.oscillator(0.15, forcing), 200)
+    orbit = ss.simulate(PAPER.oscillator(0.15, forcing), 200)
     ax = show.friction_loop(orbit)
     stick = next(line for line in ax.lines if line.get_label() == "stick").get_xydata()
     motion = orbit.to_xarray(np.linspace(100, 200, 20_001))
@@ -96,7 +99,7 @@ def test_friction_loop_with_forcing_joins_the_friction_of_the_orbit():
 
 
 def test_time_series_has_three_panels_with_shaded_sticks():
-    orbit = ss.simulate(ss.paper.oscillator(0.20), 60)
+    orbit = ss.simulate(PAPER.oscillator(0.20), 60)
     panels = show.time_series(orbit)
     drawn(panels[0])
     sticks = int((orbit.segments["direction"] == 0).sum())
@@ -158,7 +161,7 @@ def test_orbit_diagram_is_drawn_with_named_regimes(diagram, quantity):
 def test_progress_is_told_after_each_part():
     told = []
     orbit_diagram(
-        ss.paper.oscillator(0.3), "damping", [0.2, 0.3], periods=30, progress=lambda done, n: told.append((done, n))
+        PAPER.oscillator(0.3), "damping", [0.2, 0.3], periods=30, progress=lambda done, n: told.append((done, n))
     )
     assert told == [(2, 2)]
 
@@ -166,11 +169,11 @@ def test_progress_is_told_after_each_part():
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: orbit_diagram(ss.paper.oscillator(0.3), "drive_velocty", [0.3]), "did you mean 'drive_velocity'"),
-        (lambda: orbit_diagram(ss.paper.oscillator(0.3), "damping", [0.3, 0.2]), "increasing order"),
-        (lambda: orbit_diagram(ss.paper.oscillator(0.3), "damping", [0.3], keep=0), "keep must be"),
-        (lambda: show.time_series(ss.simulate(ss.paper.oscillator(0.3), 5), start=6), "start and stop"),
-        (lambda: show.phase_plane(ss.simulate(ss.paper.oscillator(0.3), 5), transient=1), "transient must lie"),
+        (lambda: orbit_diagram(PAPER.oscillator(0.3), "drive_velocty", [0.3]), "did you mean 'drive_velocity'"),
+        (lambda: orbit_diagram(PAPER.oscillator(0.3), "damping", [0.3, 0.2]), "increasing order"),
+        (lambda: orbit_diagram(PAPER.oscillator(0.3), "damping", [0.3], keep=0), "keep must be"),
+        (lambda: show.time_series(ss.simulate(PAPER.oscillator(0.3), 5), start=6), "start and stop"),
+        (lambda: show.phase_plane(ss.simulate(PAPER.oscillator(0.3), 5), transient=1), "transient must lie"),
         (lambda: show.law_plot(ss.laws.Coulomb(1.0), units="cgs"), "units must be"),
     ],
 )

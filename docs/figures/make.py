@@ -1,5 +1,7 @@
 """Draw the pictures of the documentation anew: python docs/figures/make.py."""
 
+import shutil
+import tempfile
 from pathlib import Path
 
 import matplotlib
@@ -98,14 +100,12 @@ def velocity_steps() -> None:
 
 
 def paper() -> None:
-    """The paper's figures and the overview of the README."""
-    diagram = figures.drive_velocity_diagram()
-    save(figures.overview(diagram)[0], "overview.png")
-    save(figures.regimes(diagram), "fig-14-regimes.png")
-    for name, draw in figures.FIGURES.items():
-        if name != "fig-14-regimes":
-            axes = draw()
-            save(axes[0] if isinstance(axes, list) else axes, f"{name}.png")
+    """The paper's page with its figures, and the overview of the README."""
+    save(figures.overview()[0], "overview.png")
+    with tempfile.TemporaryDirectory() as folder:
+        page = ss.paper.reproduce(folder)
+        shutil.copytree(page.parent / "figures", HERE, dirs_exist_ok=True)
+        shutil.copy(page.parent / "paper.md", HERE.parent)
 
 
 if __name__ == "__main__":

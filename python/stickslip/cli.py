@@ -11,12 +11,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from stickslip.commands import basins, continue_, critical, demo, film, identify, measure, simulate, sweep, track
+from stickslip.commands import basins, continue_, critical, demo, film, identify, measure, reproduce, simulate, sweep, track
 from stickslip.commands.terminal import say
 from stickslip.errors import InputError
 
 # In the order of the way through the package.
-COMMANDS = (simulate, film, track, measure, identify, sweep, basins, continue_, critical, demo)
+COMMANDS = (simulate, film, track, measure, identify, sweep, basins, continue_, critical, reproduce, demo)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -38,7 +38,7 @@ def _check_target(target: str | None, command: str) -> None:
     if not target:
         raise InputError("-o, --plot and --report need the name of a file, got an empty one")
     folder = Path(target).resolve().parent
-    if command != "demo" and not folder.is_dir():
+    if command not in ("demo", "reproduce") and not folder.is_dir():
         raise InputError(f"{target}: the folder {folder} does not exist; make it first")
 
 

@@ -20,7 +20,6 @@ from stickslip.errors import InputError
 from stickslip.identification import Agreement, Identification, compare_motion, identify
 from stickslip.identification.parameters import value
 from stickslip.identification.trajectory import fit_trajectories
-from stickslip.laws import BogaczRyczek
 from stickslip.measurement import Rig, measure, notes
 from stickslip.measurement.read import open_motion
 from stickslip.report import Report
@@ -30,6 +29,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+#: The paper's law with one f_s(0): that f_s(0, δ) falls with the force rate is not looked for by ``identify``.
+MODEL = paper.calibration.CALIBRATIONS["one f_s(0)"]
 #: One drive velocity with sticks, two without: together they show every branch of the law.
 DRIVE_VELOCITIES = (0.15, 0.28, 0.31)
 #: How a film is taken: pictures per unit of time (126 in a period), and fields of `stickslip.tracking.Camera`.
@@ -52,7 +53,7 @@ def see(drive_velocity: float, folder: Path, seed: int, filmed: bool) -> Seen:
 
     With `filmed` False there is no film, and the motion is the orbit with noise as a tracked film has it.
     """
-    system = paper.oscillator(drive_velocity)
+    system = MODEL.oscillator(drive_velocity)
     orbit = simulate(system, SETTLED + DURATION)
     motion, facts = (_track if filmed else _pretend)(orbit, folder / f"film-s{drive_velocity:.2f}.avi", seed)
     rig = Rig(
@@ -139,7 +140,7 @@ def demo(folder: str | Path, progress: Callable[[str, int, int], Any] | None = N
         seen.append(see(s, folder, SEED + number, missing is None))
     frictions = [one.friction for one in seen]
     step("fit the law to the branches of friction")
-    branches = identify(frictions, law="BogaczRyczek", fixed={"beta": BogaczRyczek().beta})
+    branches = identify(frictions, law="BogaczRyczek", fixed={"beta": MODEL.law.beta})
     step("sharpen it by laying the motions over each other")
     free = dict.fromkeys([*(str(name) for name in branches.parameters.index), "D.w"])
     identification = fit_trajectories(branches, free, settled_after=0.0)
@@ -172,13 +173,13 @@ def against_truth(identification: Identification) -> pd.DataFrame:
     A steady motion sticks equally long each time, so of the surface f_s(t_s, δ) it shows one number besides f_s(0, ·): that
     number stands in the place of the growth limit.
     """
-    true, found = BogaczRyczek(), identification.law
+    true, found = MODEL.law, identification.law
     table = identification.parameters[["value", "error", "low", "high"]].copy()
     table["true"] = [value(true, str(name)) for name in table.index]
     limit = "static_friction.limit"
     if limit in table.index:
         s = DRIVE_VELOCITIES[0]
-        sticks = simulate(replace(paper.oscillator(s), law=found), SETTLED).events["stick_time"].dropna()
+        sticks = simulate(replace(MODEL.oscillator(s), law=found), SETTLED).events["stick_time"].dropna()
         held = {"stick_time": float(sticks.iloc[-1]), "force_rate": s}
         start = found.break_away_force(0.0)
         grown = found.break_away_force(**held) - start
@@ -267,6 +268,6 @@ def _friction_figure(frictions: list[xr.DataTree]) -> Any:
         slipping = ~friction["stuck"].to_numpy()
         w, force = friction["slip_velocity"].to_numpy()[slipping], friction["force"].to_numpy()[slipping]
         ax.plot(w, force, ".", ms=1, color="0.55", rasterized=True)
-        show.friction_loop(simulate(paper.oscillator(s), DURATION), ax=ax)
+        show.friction_loop(simulate(MODEL.oscillator(s), DURATION), ax=ax)
         ax.set_title(f"s = {s:.2f}")
     return axes[0].figure

@@ -373,8 +373,8 @@ class BogaczRyczek(Law):
 
     >>> from dataclasses import replace
     >>> law = replace(BogaczRyczek(), D=(0.33, 2.2))
-    >>> round(law.break_away_force(0.0), 3)
-    1.084
+    >>> law.break_away_force(0.0, [0.25, 0.40]).round(3)
+    array([1.896, 1.066])
     """
 
     UNITS: ClassVar[dict[str, str]] = {
@@ -384,14 +384,16 @@ class BogaczRyczek(Law):
     }  # fmt: skip
 
     static_friction: StaticFriction = field(
-        default_factory=lambda: StaticFriction(initial=1.084, limit=0.3, rate=0.3, force_rate_scale=0.5)
+        default_factory=lambda: StaticFriction(
+            initial=0.68, drop=1.24, drop_scale=0.3695, drop_exponent=10.0, limit=0.39, rate=0.3, force_rate_scale=0.5
+        )
     )
     A: Point | None = None
     B: Point = (-0.41, 1.33)
     C: Point | None = None
     D: Point | None = (0.33, 2.40)
     l: Point = (3.41, -0.28)
-    alpha: float | tuple[Point, ...] = 0.0
+    alpha: float | tuple[Point, ...] = ((1.9, 0.0), (2.9, 1.7))
     beta: float = 0.01
     phi: float = -58.0
     psi: float = 39.0

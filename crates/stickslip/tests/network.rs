@@ -138,11 +138,11 @@ fn one_mass_agrees_with_the_closed_form() {
     for oscillator in oscillators() {
         for (x0, v0) in [(0.0, None), (1.2, Some(0.7))] {
             let worst = difference(&oscillator, x0, v0);
-            // Some of the forced motions amplify a difference tenfold and more from stick to stick.
+            // Falls after break-away amplify a difference, and some of the forced motions do so from stick to stick.
             let most = if oscillator.forcing.is_empty() {
-                1e-11
-            } else {
                 1e-10
+            } else {
+                1e-9
             };
             assert!(worst < most, "{oscillator:?} from {x0}, {v0:?}: {worst:.1e}");
         }

@@ -32,7 +32,7 @@ def steady_motion(orbit: Orbit, fraction: float, contact: int = 0) -> dict[str, 
 
     >>> from stickslip import paper, simulate
     >>> round(steady_motion(simulate(paper.oscillator(0.3), 600), 0.2)["amplitude"], 4)
-    0.1723
+    0.3055
     """
     system: Any = orbit.system
     many = isinstance(system, System)

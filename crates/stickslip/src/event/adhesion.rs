@@ -137,9 +137,11 @@ pub fn end_of_stick<const H: usize>(
         let outward = rate * force.signum();
         let rounding = 4.0 * f64::EPSILON * bears;
         if margin <= rounding && outward >= 0.0 {
-            // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches.
+            // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches. A limit
+            // that falls with the force rate can also fall below a force that retreats.
             let inward = -bend * force.signum();
-            if inward <= 0.0 || (outward > 0.0 && outward * outward > 2.0 * inward * rounding) {
+            let passed = feels_rate && H > 0 && margin < -rounding;
+            if passed || inward <= 0.0 || (outward > 0.0 && outward * outward > 2.0 * inward * rounding) {
                 return Some(t);
             }
             t += outward.max(0.0) / inward + (16.0 * rounding / inward).sqrt();

@@ -1,0 +1,125 @@
+"""The figures of measurements, from synthetic records of our model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from stickslip.measurement import Rig, measure
+from stickslip.paper import oscillator
+from stickslip.paper.figures.motion import TITLE
+from stickslip.show import BRANCH_COLOURS, OKABE_ITO, new_axes
+from stickslip.show.canvas import words
+from stickslip.simulation import simulate
+
+Array = NDArray[np.float64]
+
+_NOISE, _STEP, _SEED = 1e-3, 0.02, 20190
+
+
+def measured_displacement(drive_velocities: Sequence[float] = (0.15, 0.30, 0.45)) -> list[Axes]:
+    """Fig. 3: displacement over time at several drive velocities, sampled from our model with noise.
+
+    Parameters
+    ----------
+    drive_velocities : one panel each.
+    """
+    panels = new_axes(len(drive_velocities), 1, figsize=(6.4, 1.35 * len(drive_velocities)), sharex=True)
+    for ax, s in zip(panels, drive_velocities, strict=True):
+        t, x, regime = _record(s, 0.0, 70.0)
+        ax.plot(t, x, color=OKABE_ITO["blue"], lw=0.8)
+        ax.set_title(f"s = {s:.2f}: {words(regime)}, synthetic", **TITLE)
+        ax.set_ylabel("position x")
+    panels[-1].set_xlabel("time t (dimensionless)")
+    panels[0].margins(x=0)
+    return panels
+
+
+def measured_friction(drive_velocities: Sequence[float] = (0.27, 0.30, 0.34)) -> list[Axes]:
+    """Fig. 4: friction over slip velocity from synthetic records, and piecewise-linear least squares by the sign of ẇ.
+
+    Parameters
+    ----------
+    drive_velocities : of almost-harmonic vibration, one panel each.
+    """
+    count = len(drive_velocities)
+    panels = new_axes(1, count, figsize=(3.3 * count, 3.0), sharex=True, sharey=True)
+    for ax, s in zip(panels, drive_velocities, strict=True):
+        t, x, _ = _record(s, 100.0, 80.0)
+        system = oscillator(s)
+        rig = Rig(
+            gauge="displacement",
+            column="x",
+            unit="1",
+            time_column="t",
+            stiffness=system.stiffness,
+            mass=system.mass,
+            damping=system.damping,
+            drive_velocity=s,
+        )
+        friction = measure({"t": t, "x": x}, rig)
+        w, force = friction["slip_velocity"].to_numpy(), friction["force"].to_numpy()
+        inner = slice(w.size // 20, -w.size // 20)
+        w, force = w[inner], force[inner]
+        rising = np.gradient(w) > 0
+        for mask, name, label in ((rising, "upper", "ẇ > 0"), (~rising, "lower", "ẇ < 0")):
+            ax.plot(w[mask], force[mask], ".", ms=1, color=OKABE_ITO["grey"], rasterized=True)
+            nodes, values = fit_lines(w[mask], force[mask], 4)
+            ax.plot(nodes, values, color=BRANCH_COLOURS[name], lw=1.6, label=label)
+        ax.set_title(f"s = {s:.2f}, synthetic", **TITLE)
+        ax.set(xlabel="slip velocity w (dimensionless)", ylabel="friction f (dimensionless)")
+        ax.label_outer()
+    panels[0].legend(fontsize=8, frameon=False)
+    return panels
+
+
+def fit_lines(w: Array, force: Array, nodes: int) -> tuple[Array, Array]:
+    """Continuous piecewise-linear least squares with the inner nodes where they fit best, by descent from even ones.
+
+    Parameters
+    ----------
+    w, force : points, shape (n,).
+    nodes : how many, the ends of w included.
+
+    Returns
+    -------
+    Abscissae and ordinates of the nodes.
+
+    >>> w = np.linspace(0, 1, 101)
+    >>> at, values = fit_lines(w, np.abs(w - 0.3), 3)
+    >>> at.round(3).tolist()
+    [0.0, 0.3, 1.0]
+    """
+    at = np.quantile(w, np.linspace(0, 1, nodes))
+
+    def misfit(at: Array) -> tuple[float, Array]:
+        hats = np.stack([np.interp(w, at, row) for row in np.eye(nodes)], axis=1)
+        values: Array = np.asarray(np.linalg.lstsq(hats, force, rcond=None)[0], float)
+        return float(np.square(hats @ values - force).sum()), values
+
+    best, values = misfit(at)
+    width = 0.25 * float(np.ptp(w))
+    while width > 5e-4 * np.ptp(w):
+        moved = False
+        for i in range(1, nodes - 1):
+            for step in (width, -width):
+                trial = at.copy()
+                trial[i] += step
+                if all(b - a > 1e-3 * np.ptp(w) for a, b in pairwise(trial)):
+                    found, ordinates = misfit(trial)
+                    if found < best:
+                        at, best, values, moved = trial, found, ordinates, True
+        width = width if moved else width / 2
+    return at, values
+
+
+def _record(s: float, start: float, duration: float) -> tuple[Array, Array, str]:
+    """Time, noisy position and regime."""
+    orbit = simulate(oscillator(s), max(start + duration, 200.0))
+    t = np.arange(0.0, duration, _STEP)
+    x = orbit.at(start + t)[0]
+    return t, x + _NOISE * np.random.default_rng(_SEED).standard_normal(t.size), orbit.regime()

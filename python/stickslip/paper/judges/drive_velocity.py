@@ -1,0 +1,107 @@
+"""What the paper says of the motions that follow each other as the drive gets faster (sections 4, 7 and 9)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.paper import END_OF_OSCILLATION, END_OF_STICK_SLIP
+from stickslip.paper.statement import NOT, PARTLY, REPRODUCED, Seen, Statement
+from stickslip.paper.study import Study
+
+
+def _relaxation(study: Study) -> Seen:
+    values = (0.05, 0.10, 0.15, 0.20)
+    there = [s for s in values if study.motion(s)["regime"] == "stick_slip"]
+    verdict = REPRODUCED if len(there) == len(values) else PARTLY if there else NOT
+    return Seen(verdict, float(len(there)), f"stick-slip at {len(there)} of {len(values)} drive velocities up to 0.20")
+
+
+def _threshold(found: float | None, stated: float, what: str) -> Seen:
+    if found is None:
+        return Seen(NOT, np.nan, f"no {what} between s = 0.05 and 0.60")
+    off = abs(found - stated)
+    verdict = REPRODUCED if off <= 0.005 else PARTLY if off <= 0.03 else NOT
+    return Seen(verdict, found, f"{what} at s = {found:.4f}")
+
+
+def _end_of_stick_slip(study: Study) -> Seen:
+    return _threshold(study.end_of_stick_slip, END_OF_STICK_SLIP, "end of stick-slip")
+
+
+def _end_of_oscillation(study: Study) -> Seen:
+    return _threshold(study.end_of_oscillation, END_OF_OSCILLATION, "end of the limit cycle")
+
+
+def _hopf(study: Study) -> Seen:
+    end = study.end_of_oscillation
+    if end is None:
+        return Seen(NOT, np.nan, "no end of the limit cycle")
+    distances = np.array([0.04, 0.02, 0.01])
+    amplitude = np.array([study.motion(round(end - float(off), 6))["amplitude"] for off in distances])
+    if (amplitude <= 0).any():
+        return Seen(NOT, np.nan, "no limit cycle below its end")
+    exponent = float(np.polyfit(np.log(distances), np.log(amplitude), 1)[0])
+    sentence = (
+        f"amplitude {amplitude[0]:.3f}, {amplitude[1]:.3f}, {amplitude[2]:.3f} at 0.04, 0.02, 0.01 below the end: "
+    )
+    sentence += f"grows as the distance to the power {exponent:.2f}"
+    if exponent < 0.2:
+        return Seen(NOT, exponent, sentence + ", a jump")
+    return Seen(REPRODUCED if abs(exponent - 0.5) < 0.15 else PARTLY, exponent, sentence)
+
+
+def _steady_slip(study: Study) -> Seen:
+    values = [round(0.41 + 0.03 * i, 2) for i in range(14)]
+    there = [s for s in values if study.motion(s)["regime"] == "stable_slip"]
+    verdict = REPRODUCED if there == values else PARTLY if there else NOT
+    sentence = f"stable slip at {len(there)} of {len(values)} drive velocities from 0.41 to 0.80"
+    return Seen(verdict, len(there) / len(values), sentence)
+
+
+STATEMENTS: tuple[Statement, ...] = (
+    Statement(
+        "hopf",
+        "4, 9",
+        "The limit cycle shrinks into a stable fixed point as in a supercritical Hopf bifurcation.",
+        "exponent of the amplitude over the distance of s from the end of the limit cycle",
+        "0.5 ± 0.15, the square root of a smooth Hopf bifurcation; partly: continuous with another exponent",
+        "follows",
+        _hopf,
+    ),
+    Statement(
+        "stick-slip-at-small-s",
+        "7, 9",
+        "At small drive velocities there are relaxation stick-slip oscillations.",
+        "regime from the stuck start at s = 0.05, 0.10, 0.15, 0.20",
+        "stick-slip at all of them; partly: at some",
+        "follows",
+        _relaxation,
+    ),
+    Statement(
+        "end-of-stick-slip",
+        "9",
+        "Above s ≈ 0.25 stick-slip gives way to almost-harmonic vibration.",
+        "drive velocity where stick-slip ends, from the stuck start, by bisection",
+        "0.25 ± 0.005; partly: ± 0.03",
+        "calibrated: d",
+        _end_of_stick_slip,
+    ),
+    Statement(
+        "end-of-oscillation",
+        "9",
+        "Above s ≈ 0.40 the self-excited vibration vanishes.",
+        "drive velocity where the limit cycle ends, from the stuck start, by bisection",
+        "0.40 ± 0.005; partly: ± 0.03",
+        "calibrated: f_s(0, δ)",
+        _end_of_oscillation,
+    ),
+    Statement(
+        "stable-slip",
+        "9",
+        "Above the end of the vibration the mass slips steadily at the drive velocity.",
+        "regime from the stuck start at s = 0.41, 0.44, …, 0.80",
+        "stable slip at all of them; partly: at some",
+        "follows",
+        _steady_slip,
+    ),
+)

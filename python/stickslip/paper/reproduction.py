@@ -1,0 +1,157 @@
+"""All figures of the paper and all its statements, from our model, on one page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stickslip.documents import write_whole
+from stickslip.errors import InputError
+from stickslip.paper import DAMPING, oscillator
+from stickslip.paper.judges import STATEMENTS
+from stickslip.paper.scoring import score
+from stickslip.paper.statement import NOT, PARTLY, REPRODUCED
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_COLUMNS = ["section", "statement", "seen", "basis", "verdict"]
+
+#: What the words of the table mean.
+LEGEND = (
+    "Every statement is a fact of the paper in our words. The basis says what a success rests on. Calibrated: a number that "
+    "the paper leaves open was chosen so that it comes out. Built in: our reading of the law says so by construction. "
+    "Follows: nothing was chosen for it."
+)
+
+
+def reproduce(folder: str | Path, progress: Callable[[str, int, int], Any] | None = None, **options: Any) -> Path:
+    """Draw every figure of the paper from our model and score every statement, on one self-contained page.
+
+    Parameters
+    ----------
+    folder : where ``paper.html``, ``statements.csv``, ``statements.json``, ``paper.md`` and ``figures/`` go; made if it is
+        not there.
+    progress : called as ``progress(what, done, steps)`` before each step.
+    options : of :func:`stickslip.paper.score`, such as ``only`` or ``forcing_periods``.
+
+    Returns
+    -------
+    The path of the page.
+
+    Raises
+    ------
+    InputError
+        where the folder cannot be made or written to, or an option makes no sense.
+
+    It takes less than a minute. The page is written last: where it is, all the rest is.
+    """
+    import matplotlib
+
+    folder = Path(folder)
+    try:
+        (folder / "figures").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from None
+    with matplotlib.rc_context({"backend": "agg"}):
+        return _reproduce(folder, progress or (lambda *_: None), options)
+
+
+def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict[str, Any]) -> Path:
+    from stickslip.paper.figures import FIGURES
+    from stickslip.report import Report
+
+    only = options.get("only")
+    judged = len(STATEMENTS) if only is None else len(only)
+    steps = judged + len(FIGURES)
+    tell("score the statements", 0, steps)
+    scores = score(progress=lambda done, _: tell("score the statements", done, steps), **options)
+    write_whole(folder / "statements.csv", scores.to_csv)
+    law = oscillator(0.3).law.to_dict()
+    document = {"law": law, "damping": DAMPING, "statements": _records(scores)}
+    text = json.dumps(document, ensure_ascii=False, indent=2, allow_nan=False) + "\n"
+    write_whole(folder / "statements.json", lambda draft: draft.write_text(text, encoding="utf-8"))
+    report = Report("Almost periodic vibration excited by dry friction: what our model shows of it")
+    report.text(summary(scores) + " The oscillator is dimensionless (the paper's Eqs. 2, 6 and 10).")
+    report.heading("Statements")
+    report.text(LEGEND)
+    report.table(scores[_COLUMNS], mark="verdict")
+    report.heading("Figures")
+    report.text(
+        "The paper's figures are not available to us; of each it is said what it shows and what to see in ours, which is "
+        "drawn from our model."
+    )
+    for done, (name, figure) in enumerate(FIGURES.items(), start=judged):
+        tell(f"draw {name}", done, steps)
+        axes = figure.draw()
+        drawn = (axes[0] if isinstance(axes, list) else axes).get_figure(root=True)
+        assert drawn is not None
+        write_whole(
+            folder / "figures" / f"{name}.png",
+            partial(drawn.savefig, format="png", dpi=130, metadata={"Software": None}),
+        )
+        report.figure(drawn, f"Fig. {int(name[4:6])}. {figure.paper} {figure.see}")
+    write_whole(folder / "paper.md", lambda draft: draft.write_text(markdown(scores), encoding="utf-8"))
+    report.heading("What is fact, reading, calibration")
+    report.items(_kinds())
+    report.heading("The law and its numbers")
+    report.code(f"damping = {DAMPING}\n" + "\n".join(f"{key} = {value}" for key, value in law.items()))
+    report.heading("To do it again")
+    report.code("stickslip reproduce -o FOLDER")
+    tell("done", steps, steps)
+    return report.write(folder / "paper.html")
+
+
+def summary(scores: pd.DataFrame) -> str:
+    """How many statements came out, in one sentence."""
+    count = {verdict: int((scores["verdict"] == verdict).sum()) for verdict in (REPRODUCED, PARTLY, NOT)}
+    return f"Of {len(scores)} statements {count[REPRODUCED]} are reproduced, {count[PARTLY]} partly, {count[NOT]} not."
+
+
+def markdown(scores: pd.DataFrame) -> str:
+    """The page of the documentation: the table of statements and the figures with their sentences.
+
+    Parameters
+    ----------
+    scores : from :func:`stickslip.paper.score`.
+    """
+    from stickslip.paper.figures import FIGURES
+
+    lines = [
+        "# The paper's statements and figures, from our model",
+        "",
+        "Written by `stickslip reproduce`; the same as a page of HTML is `paper.html` beside it. "
+        "[The paper's law](paper-law.md) says what is fact, reading and calibration.",
+        "",
+        summary(scores) + " " + LEGEND,
+        "",
+        "| id | section | the paper says | verdict | seen | basis |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, row in scores.iterrows():
+        cells = (f"`{name}`", row["section"], row["statement"], row["verdict"], row["seen"], row["basis"])
+        lines.append("| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |")
+    lines += ["", "## Figures", "", "Fig. 1 is a sketch of the oscillator.", ""]
+    for name, figure in FIGURES.items():
+        number = int(name[4:6])
+        lines += [f"**Fig. {number}.** *{figure.paper}* {figure.see}", "", f"![Fig. {number}](figures/{name}.png)", ""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _records(scores: pd.DataFrame) -> list[dict[str, Any]]:
+    rows = scores.reset_index().to_dict("records")
+    return [{str(key): None if value != value else value for key, value in row.items()} for row in rows]
+
+
+def _kinds() -> list[str]:
+    return [
+        "Fact: the angles φ = −58°, ψ = 39°, η = 89°, the points B (−0.41; 1.33) and D (0.33; 2.40), the line l, β = 0.01, "
+        "Eq. (7), the equations of motion.",
+        "Reading: which line is followed when, where they join, what a turn of ẇ does, and that the force rate δ of Eq. (7) "
+        "is that of the moment of the turn.",
+        "Calibration: the damping d, the surface f_s(t_s, δ), the curve α(f_s) and u₀, which the paper does not state or "
+        "whose figures are lost.",
+    ]

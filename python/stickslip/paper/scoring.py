@@ -1,0 +1,99 @@
+"""The paper's statements as a table, and how much of it a model shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from stickslip.paper import oscillator as paper_oscillator
+from stickslip.paper.judges import STATEMENTS
+from stickslip.paper.study import Make, Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def statements() -> pd.DataFrame:
+    """The paper's statements that are scored, in our words.
+
+    Returns
+    -------
+    DataFrame indexed by id: section of the paper, statement, measured (what is looked at), threshold (when it counts as
+    reproduced) and basis (``calibrated: …``, ``built in``, ``follows``: what a success of our model rests on).
+
+    >>> statements().loc["end-of-oscillation", "section"]
+    '9'
+    """
+    import pandas as pd
+
+    rows = [
+        {
+            "id": s.id,
+            "section": s.section,
+            "statement": s.sentence,
+            "measured": s.measured,
+            "threshold": s.threshold,
+            "basis": s.basis,
+        }
+        for s in STATEMENTS
+    ]
+    return pd.DataFrame(rows).set_index("id")
+
+
+def score(
+    oscillator: Make = paper_oscillator,
+    *,
+    only: tuple[str, ...] | None = None,
+    periods: int = 200,
+    tolerance: float = 2e-4,
+    forcing_periods: int = 600,
+    workers: int = 2,
+    progress: Callable[[int, int], Any] | None = None,
+) -> pd.DataFrame:
+    """Score the paper's statements against a model.
+
+    Parameters
+    ----------
+    oscillator : the model, called with a drive velocity and a forcing (or None); default ours.
+    only : ids of the statements to score; default all.
+    periods : natural periods of each run; the last tenth is looked at.
+    tolerance : width to which thresholds of the drive velocity are bisected.
+    forcing_periods : transient of the forced runs.
+    workers : threads for the forced runs.
+    progress : called as ``progress(done, n)`` after each statement.
+
+    Returns
+    -------
+    DataFrame indexed by id: section, statement, measured, threshold, verdict (``reproduced``, ``partly``,
+    ``not reproduced``), value, seen, basis (``calibrated: …``, ``built in``, ``follows``).
+
+    Raises
+    ------
+    InputError
+        for an unknown id.
+
+    The whole table takes some seconds. Finer: longer `periods` and `forcing_periods`, smaller `tolerance`. Verdicts on
+    forced motion next to a window's edge may change with the length of the transient.
+
+    >>> score(only=("amplitude-falls",))["verdict"].item()
+    'reproduced'
+    """
+    from stickslip.documents import did_you_mean
+    from stickslip.errors import InputError
+
+    known = {statement.id: statement for statement in STATEMENTS}
+    for name in only or ():
+        if name not in known:
+            raise InputError(f"score: unknown statement {name!r}{did_you_mean(name, known)}")
+    chosen = [statement for statement in STATEMENTS if only is None or statement.id in only]
+    study = Study(oscillator, periods, tolerance, forcing_periods, workers)
+    found = []
+    for done, statement in enumerate(chosen, start=1):
+        found.append(statement.look(study))
+        if progress is not None:
+            progress(done, len(chosen))
+    table = statements().loc[[statement.id for statement in chosen]]
+    table.insert(4, "verdict", [seen.verdict for seen in found])
+    table.insert(5, "value", [seen.value for seen in found])
+    table.insert(6, "seen", [seen.sentence for seen in found])
+    return table

@@ -1,0 +1,137 @@
+"""The simulations that the paper's statements are judged by, each done once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.analysis import sign_changes, steady_motion
+from stickslip.simulation import simulate
+from stickslip.system import Harmonic, Oscillator
+
+#: An oscillator from a drive velocity and a forcing.
+Make = Callable[[float, Harmonic | None], Oscillator]
+
+#: Drive velocities of the almost-harmonic range that are looked at.
+ALMOST_HARMONIC = tuple(round(0.26 + 0.01 * i, 2) for i in range(14))
+
+#: Forcing amplitudes that are tried, as the paper does not state its u₀.
+FORCING_AMPLITUDES = tuple(round(0.005 * i, 3) for i in range(1, 81))
+
+
+class Forced(NamedTuple):
+    """A forced motion: forcing amplitude, stroboscopic period (0: none), maxima of x per forcing period, sticks."""
+
+    amplitude: float
+    period: int
+    loops: float
+    sticks: int
+
+
+class Study:
+    """The simulations that the statements look at, each done once.
+
+    Parameters
+    ----------
+    make : the oscillator at a drive velocity and a forcing.
+    periods : natural periods of a run; the last tenth of it is looked at.
+    tolerance : width to which thresholds of the drive velocity are bisected.
+    forcing_periods : transient of forced runs; 128 more are looked at.
+    workers : threads for the forced runs.
+    """
+
+    def __init__(self, make: Make, periods: int, tolerance: float, forcing_periods: int, workers: int) -> None:
+        self.make, self.periods, self.tolerance = make, periods, tolerance
+        self.forcing_periods, self.workers = forcing_periods, workers
+        self._motions: dict[tuple[float, float | None, float | None], dict[str, Any]] = {}
+        self._forced: dict[tuple[float, float], list[Forced]] = {}
+
+    def motion(self, s: float, x0: float | None = None, v0: float | None = None) -> dict[str, Any]:
+        """The steady motion at one drive velocity from one start."""
+        key = (s, x0, v0)
+        if key not in self._motions:
+            system = self.make(s, None)
+            orbit = simulate(system, self.periods * system.natural_period, x0=x0, v0=v0)
+            self._motions[key] = steady_motion(orbit, 0.1)
+        return self._motions[key]
+
+    def last(self, regimes: tuple[str, ...], x0: float | None = None, v0: float | None = None) -> float | None:
+        """The drive velocity up to which the motion is of `regimes`; None where there is none or no end of it."""
+        grid = np.linspace(0.05, 0.60, 12)
+        there = [self.motion(float(s), x0, v0)["regime"] in regimes for s in grid]
+        if not any(there) or there[-1]:
+            return None
+        i = int(np.flatnonzero(there)[-1])
+        low, high = float(grid[i]), float(grid[i + 1])
+        while high - low > self.tolerance:
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.motion(middle, x0, v0)["regime"] in regimes else (low, middle)
+        return (low + high) / 2
+
+    @cached_property
+    def end_of_stick_slip(self) -> float | None:
+        """From the stuck start."""
+        return self.last(("stick_slip",))
+
+    @cached_property
+    def end_of_oscillation(self) -> float | None:
+        """From the stuck start."""
+        return self.last(("stick_slip", "almost_harmonic", "back_and_forth"))
+
+    @cached_property
+    def almost_harmonic(self) -> list[tuple[float, dict[str, Any]]]:
+        """Those drive velocities of the almost-harmonic range at which the motion is almost-harmonic."""
+        pairs = [(s, self.motion(s)) for s in ALMOST_HARMONIC]
+        return [(s, motion) for s, motion in pairs if motion["regime"] == "almost_harmonic"]
+
+    def column(self, name: str) -> NDArray[np.float64]:
+        """A number of the almost-harmonic motions, in the order of s."""
+        return np.array([motion[name] for _, motion in self.almost_harmonic], dtype=float)
+
+    @cached_property
+    def loops(self) -> list[tuple[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]]:
+        """(s, w, friction, whether ẇ > 0) over the last two loops of the almost-harmonic motions."""
+        found = []
+        for s, _ in self.almost_harmonic:
+            system = self.make(s, None)
+            period = system.natural_period
+            orbit = simulate(system, self.periods * period)
+            motion = orbit.to_xarray(np.linspace(orbit.t_end - 3 * period, orbit.t_end, 6001))
+            w, force, a = (motion[name].to_numpy() for name in ("slip_velocity", "force", "a"))
+            found.append((s, w, force, a < 0))
+        return found
+
+    def forced(self, s: float, frequency: float) -> list[Forced]:
+        """Forced motions over the forcing amplitudes."""
+        key = (s, frequency)
+        if key not in self._forced:
+            with ThreadPoolExecutor(self.workers) as pool:
+                short = pool.map(lambda u0: self._force(s, frequency, u0, self.forcing_periods), FORCING_AMPLITUDES)
+                self._forced[key] = list(short)
+        return self._forced[key]
+
+    def non_periodic(self, s: float, frequency: float) -> list[float]:
+        """Forcing amplitudes of a motion without a period that never sticks, also in a run five times as long."""
+        candidates = [m.amplitude for m in self.forced(s, frequency) if m.period == 0 and not m.sticks]
+        with ThreadPoolExecutor(self.workers) as pool:
+            longer = list(pool.map(lambda u0: self._force(s, frequency, u0, 5 * self.forcing_periods), candidates))
+        return [motion.amplitude for motion in longer if motion.period == 0 and not motion.sticks]
+
+    def _force(self, s: float, frequency: float, amplitude: float, transient: int) -> Forced:
+        """Periods and loops over 128 forcing periods after `transient`, sticks from the usual transient on."""
+        system = self.make(s, Harmonic(amplitude, frequency))
+        period, count = 2 * np.pi / frequency, 128
+        start = transient * period
+        orbit = simulate(system, (transient + count) * period)
+        x, v = orbit.at(np.minimum(start + period * np.arange(count + 1), orbit.t_end))
+        returns = (p for p in range(1, 33) if max(np.abs(x[p:] - x[:-p]).max(), np.abs(v[p:] - v[:-p]).max()) < 1e-6)
+        turns = sign_changes(lambda t: orbit.at(t)[1], np.linspace(start, orbit.t_end, 100 * count))
+        events = orbit.events
+        sticks = int(((events["kind"] == "capture") & (events["t"] > self.forcing_periods * period)).sum())
+        # Every second turning point is a maximum.
+        return Forced(amplitude, next(returns, 0), round(turns.size / 2 / count, 2), sticks)
