@@ -11,7 +11,19 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from stickslip.commands import basins, continue_, critical, demo, film, identify, measure, reproduce, simulate, sweep, track
+from stickslip.commands import (
+    basins,
+    continue_,
+    critical,
+    demo,
+    film,
+    identify,
+    measure,
+    reproduce,
+    simulate,
+    sweep,
+    track,
+)
 from stickslip.commands.terminal import say
 from stickslip.errors import InputError
 
