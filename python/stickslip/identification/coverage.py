@@ -34,6 +34,8 @@ from stickslip.measurement import Rig, measure
 from stickslip.simulation import simulate
 from stickslip.system import Oscillator
 
+COLUMNS = ["parameter", "value", "error", "low", "high"]
+"""Of the file of repetitions, with the seed; a refused one has no numbers but the same columns."""
 SETTLED = 100.0
 """Time before a synthetic record begins, in a system with mass and stiffness 1."""
 
@@ -185,7 +187,7 @@ def coverage(
             table = case.again(first[1], seed).parameters
         except InputError:
             table = pd.DataFrame(index=pd.Index(["refused"], name="parameter"), data={"value": np.nan})
-        row = table.reset_index().assign(seed=seed)
+        row = table.reset_index().reindex(columns=COLUMNS).assign(seed=seed)
         rows.append(row)
         if path is not None:
             row.to_csv(path, mode="a", header=not Path(path).exists(), index=False)
