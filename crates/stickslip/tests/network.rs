@@ -102,7 +102,7 @@ fn oscillators() -> Vec<Oscillator> {
             exponent: 1.0,
         }
         .into(),
-        BogaczRyczek::default().into(),
+        with_one_static_friction().into(),
         falling_with_the_force_rate().into(),
     ];
     let mut all = Vec::new();
@@ -147,6 +147,14 @@ fn one_mass_agrees_with_the_closed_form() {
             assert!(worst < most, "{oscillator:?} from {x0}, {v0:?}: {worst:.1e}");
         }
     }
+}
+
+/// The paper's law with f_s(0) the same at every force rate: its motions are steady or repeat, so no rounding grows.
+fn with_one_static_friction() -> BogaczRyczek {
+    let mut law = BogaczRyczek::default();
+    law.static_friction.initial = 1.084;
+    law.static_friction.drop = 0.0;
+    law
 }
 
 /// The paper's law with static friction that falls with the force rate, also without rest.

@@ -357,7 +357,10 @@ impl Friction for BogaczRyczek {
                 self.rising(piece.high, memory)
             }
             (STEEP, End::High) => self.rising(u, memory),
-            (FALL | UPPER, End::Turn { rising: false }) => self.steep_down([u, piece.force(u)], memory),
+            // Where adhesion bears little, the lower branch may lie above near w = 0: the way back is then the same line.
+            (FALL | UPPER, End::Turn { rising: false }) if self.lower(memory).force(u) < piece.force(u) => {
+                self.steep_down([u, piece.force(u)], memory)
+            }
             (LOWER | COMMON, End::Turn { rising: true }) => self.turn_up([u, piece.force(u)], piece, memory),
             // Any other turn, down the common line or on a steep one, goes back along it.
             _ => *piece,
