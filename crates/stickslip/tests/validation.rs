@@ -261,7 +261,7 @@ fn forced_search_agrees_with_the_closed_one() {
             for (a, b) in one.events.iter().zip(&two.events) {
                 assert_eq!(a.kind, b.kind);
                 assert!(
-                    (a.t - b.t).abs() < 1e-9 && (a.x - b.x).abs() < 1e-10,
+                    (a.t - b.t).abs() < 1e-9 && (a.x - b.x).abs() < 1e-9,
                     "{a:?} {b:?}"
                 );
             }
