@@ -18,7 +18,7 @@ SMALL = {"width": 320, "height": 96, "marker": 16.0}
 
 
 def paper(drive_velocity):
-    return ss.paper.oscillator(drive_velocity)
+    return ss.paper.calibration.CALIBRATIONS["one f_s(0)"].oscillator(drive_velocity)
 
 
 def static_kinetic(drive_velocity):

@@ -13,6 +13,8 @@ import pytest
 import stickslip as ss
 from stickslip.cli import main
 
+PAPER = ss.paper.calibration.CALIBRATIONS["one f_s(0)"]
+
 
 def den_hartog(omega: float, friction: float) -> ss.Oscillator:
     """x″ + x = cos Ω t − S sgn x′."""
@@ -53,14 +55,14 @@ def test_critical_velocities_of_the_exponential_law() -> None:
 
 
 def test_critical_velocities_of_the_paper() -> None:
-    found = ss.critical_velocities(ss.paper.oscillator(0.3))
+    found = ss.critical_velocities(PAPER.oscillator(0.3))
     # Where the line of corners reaches f_s(0): (1.084 + 0.28)/3.41.
     assert found["nonsmooth_hopf"] == pytest.approx(0.4, abs=1e-8)
     end = found["end_of_stick_slip"]
     assert end == pytest.approx(0.25, abs=0.01)
     # A stick-slip cycle exists just below its end and none just above.
     for velocity, sticks in ((end - 1e-6, True), (end + 1e-6, False)):
-        orbit = ss.simulate(ss.paper.oscillator(velocity), 12_000.0)
+        orbit = ss.simulate(PAPER.oscillator(velocity), 12_000.0)
         assert bool((orbit.events["kind"][orbit.events["t"] > 11_900] == "release").any()) is sticks
 
 

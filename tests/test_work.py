@@ -14,7 +14,7 @@ WORK = {
     "ForceRate": (ss.laws.ForceRate(0.5, 0.5, 0.4, force_rate_scale=0.3), 1.78, 17, 32),
     "Tabulated": (ss.laws.Tabulated([(0, 0.8), (0.2, 0.6), (0.5, 0.65)], [(0, 0.9), (2, 1.0), (6, 1.1)]), 3.92, 3, 5),
     "TwoBranch": (ss.laws.TwoBranch([(0, 1), (0.6, 0.7)], [(0, 0.6), (0.6, 0.7)], 1.0), 2.58, 2, 5),
-    "BogaczRyczek": (ss.laws.BogaczRyczek(), 3.88, 5, 13),
+    "BogaczRyczek": (ss.paper.calibration.CALIBRATIONS["one f_s(0)"].law, 3.88, 5, 13),
     "Rational": (ss.laws.Rational(1.0, 3.0), 0.94, 13, 15),
     "Cubic": (ss.laws.Cubic(0.4, 0.45, 0.6), 1.74, 7, 8),
     "ExponentialStribeck": (ss.laws.ExponentialStribeck(1.0, 0.5, 0.1, 0.2), 1.31, 14, 14),

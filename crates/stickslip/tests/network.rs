@@ -52,17 +52,21 @@ fn difference(oscillator: &Oscillator, x0: f64, v0: Option<f64>) -> f64 {
         ..Run::driven(100.0)
     };
     let general = network::simulate(&one_mass(oscillator), run).unwrap();
+    let slow = |kind: Kind| matches!(kind, Kind::Node | Kind::Reversal);
     let kinds = |kinds: Vec<Kind>| kinds.iter().map(|kind| kind.name()).collect::<Vec<_>>();
+    let both = general.events.len().min(exact.events.len());
     assert_eq!(
-        kinds(general.events.iter().map(|event| event.kind).collect()),
-        kinds(exact.events.iter().map(|event| event.kind).collect()),
+        kinds(general.events[..both].iter().map(|event| event.kind).collect()),
+        kinds(exact.events[..both].iter().map(|event| event.kind).collect()),
         "{oscillator:?} from {x0}, {v0:?}"
     );
+    // Where a motion has died out to rounding, its last turns may be there or not.
+    assert!(general.events[both..].iter().all(|event| slow(event.kind)));
+    assert!(exact.events[both..].iter().all(|event| slow(event.kind)));
     let mut worst: f64 = 0.0;
     for (one, other) in general.events.iter().zip(&exact.events) {
         // A motion that dies out crosses nodes ever more slowly: its times, not its states, lose digits.
-        let slow = matches!(one.kind, Kind::Node | Kind::Reversal);
-        worst = worst.max((one.t - other.t).abs() * if slow { 0.0 } else { 1.0 });
+        worst = worst.max((one.t - other.t).abs() * if slow(one.kind) { 0.0 } else { 1.0 });
         for (a, b) in [
             (one.v, other.v),
             (one.force, other.force),

@@ -103,6 +103,7 @@ def bogacz_ryczek(seen: Seen) -> Guess:
                             phi=math.degrees(math.atan(upper)),
                             psi=math.degrees(math.atan(common)),
                             beta=0.01 * width / 0.3,
+                            alpha=0.0,
                         )
                     )
                 except InputError:

@@ -209,6 +209,10 @@ class Fit:
         parts = np.split(self.residuals(unknowns), np.cumsum(self.lengths(1.0))[:-1])
         return np.array([s * math.sqrt(np.mean(part**2)) for part, s in zip(parts, self.sigma, strict=True)])
 
+    def silent(self, unknowns: Array) -> list[str]:
+        """Names of the free numbers that change no motion here."""
+        return [name for name, slope in zip(self.free.names, self.slopes(unknowns).T, strict=False) if not slope.any()]
+
     def covariance(self, unknowns: Array) -> Array:
         """Of all unknowns, from the slopes, the scatter of each record and its correlation from sample to sample.
 
@@ -227,10 +231,10 @@ class Fit:
             pulls += slopes[a:b].T @ gauge / excess
         length = np.sqrt(np.diag(information))
         if (length == 0).any():
-            silent = [n for n, size in zip(self.free.names, length, strict=False) if size == 0]
+            silent = ", ".join(self.silent(unknowns)) or "the shift of a record"
             raise InputError(
-                f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: leave it out of "
-                "the free parameters, or add records in which it acts"
+                f"identify: the motions say nothing about {silent}: leave it out of the free parameters, or add records in "
+                "which it acts"
             )
         scaled = information / np.outer(length, length)
         if np.linalg.cond(scaled) > 1e13:
@@ -349,8 +353,8 @@ def search(
         best = fit.best[0]
         if known and best < LIKE_NOISE**2:
             break
-        # The best found twice, from two sides: there is hardly a better one.
-        if sum(misfit < best * (1 + TWICE) for misfit in found) > 1:
+        # The best found twice, from two sides: there is hardly a better one, unless a number has lost its effect there.
+        if sum(misfit < best * (1 + TWICE) for misfit in found) > 1 and not fit.silent(fit.best[1]):
             break
         try:
             if turn == 0:

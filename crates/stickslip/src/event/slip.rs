@@ -40,15 +40,21 @@ pub fn end_of_slip<const H: usize>(
         turns: piece.turns,
     };
     let exit = first_exit(&speed, ends, start, horizon, work)?;
-    let step = exit.t - exit.sample.t;
-    let mut travel = 0.0;
-    for (coefficient, inverse) in exit.coefficients.iter().zip(&INVERSE[1..]).rev() {
-        travel = travel * step + coefficient * inverse;
-    }
+    let x = if start == Start::Turning && !slip.decay.oscillates() {
+        work.evaluations += 1;
+        slip.x.at(&slip.basis(exit.t))
+    } else {
+        let step = exit.t - exit.sample.t;
+        let mut travel = 0.0;
+        for (coefficient, inverse) in exit.coefficients.iter().zip(&INVERSE[1..]).rev() {
+            travel = travel * step + coefficient * inverse;
+        }
+        speed.position(&exit.sample) + drive_velocity * step - direction * travel * step
+    };
     Some(Arrival {
         t: exit.t,
         end: exit.end,
-        x: speed.position(&exit.sample) + drive_velocity * step - direction * travel * step,
+        x,
         v: drive_velocity - direction * exit.value,
     })
 }
@@ -72,7 +78,8 @@ impl<'a, const H: usize> Speed<'a, H> {
         let u = slip.speed(direction, drive_velocity);
         let mut du = u.derivative(&slip.decay, &slip.frequency);
         if start == Start::Turning {
-            // Known to be zero here; rounding must not shift the next turn.
+            // Known to be zero here; rounding must not shift the next turn. Where the motion grows, the rate then no longer
+            // fits the speed well enough for the position to follow from both.
             du.a -= du.start();
         }
         let exponents = slip.decay.exponents();
