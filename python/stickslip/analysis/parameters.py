@@ -28,8 +28,8 @@ def document_of(system: Oscillator | System) -> dict[str, Any]:
     return document
 
 
-def path_in(name: str, document: Mapping[str, Any], where: str) -> str:
-    """The dotted path of the number `name` in a document; starts stay as they are.
+def path_in(name: str, document: Mapping[str, Any], where: str, *, starts: bool = True) -> str:
+    """The dotted path of the number `name` in a document; starts, where they may be named, stay as they are.
 
     >>> from stickslip import Harmonic, paper
     >>> path_in("forcing.amplitude", document_of(paper.oscillator(0.3, Harmonic(0.1, 1.2))), "example")
@@ -37,7 +37,7 @@ def path_in(name: str, document: Mapping[str, Any], where: str) -> str:
     """
     if not isinstance(name, str):
         raise InputError(f"{where}: a parameter is named by a word such as 'drive_velocity', got {name!r}")
-    if name.split(".")[0] in STARTS:
+    if starts and name.split(".")[0] in STARTS:
         return name
     if name.startswith("forcing.") and not name.split(".")[1].isdigit():
         name = name.replace("forcing.", "forcing.0.", 1)

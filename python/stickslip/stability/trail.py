@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
-from stickslip.documents import did_you_mean
+from stickslip.analysis.parameters import document_of, path_in, varied
 from stickslip.errors import InputError
 from stickslip.state_laws import StateLaw
 from stickslip.system import Oscillator
@@ -44,25 +43,12 @@ def check(system: Any, who: str) -> Oscillator:
 
 def pointer(system: Oscillator, name: str, who: str) -> str:
     """The place of a number in the core's document, such as ``/forcing/0/amplitude`` for ``"forcing.amplitude"``."""
-    document = json.loads(system.to_json())
-    keys = name.split(".")
-    if keys[0] == "forcing" and len(keys) > 1 and not keys[1].isdigit():
-        keys.insert(1, "0")
-    place: Any = document
-    for key in keys:
-        try:
-            place = place[int(key)] if isinstance(place, list) else place[key]
-        except (KeyError, IndexError, ValueError, TypeError):
-            known = [*place] if isinstance(place, dict) else []
-            raise InputError(f"{who}: the system has no number {name!r}{did_you_mean(key, known)}") from None
-    if isinstance(place, bool) or not isinstance(place, int | float):
-        raise InputError(f"{who}: {name!r} is not a number of the system, so it cannot be varied")
-    return "/" + "/".join(keys)
+    return "/" + path_in(name, document_of(system), who, starts=False).replace(".", "/")
 
 
 def read(system: Oscillator, path: str) -> float:
     """The number at a place."""
-    place: Any = json.loads(system.to_json())
+    place: Any = document_of(system)
     for key in path[1:].split("/"):
         place = place[int(key)] if isinstance(place, list) else place[key]
     return float(place)
@@ -70,13 +56,8 @@ def read(system: Oscillator, path: str) -> float:
 
 def with_number(system: Oscillator, path: str, value: float) -> Oscillator:
     """The system with another number at a place."""
-    document = json.loads(system.to_json())
-    place: Any = document
-    *keys, last = path[1:].split("/")
-    for key in keys:
-        place = place[int(key)] if isinstance(place, list) else place[key]
-    place[int(last) if isinstance(place, list) else last] = float(value)
-    return Oscillator.from_dict(document)
+    changed: Oscillator = varied(document_of(system), [path[1:].replace("/", ".")], [float(value)])[0]
+    return changed
 
 
 @dataclass(frozen=True)
