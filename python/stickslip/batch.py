@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.analysis.parameters import path_in
 from stickslip.documents import did_you_mean, number
 from stickslip.errors import InputError
+from stickslip.parameters import path_in
 from stickslip.state_laws import StateLaw
 from stickslip.system import Oscillator, System
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analysis.parameters import document_of, grid, path_in
 from stickslip.analysis.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
 from stickslip.analysis.sections import Surface, surface_from
 from stickslip.analysis.store import Plan, Progress, Variable, compute, fingerprint, words_for
 from stickslip.documents import number
 from stickslip.errors import InputError
+from stickslip.parameters import document_of, grid, path_in
 from stickslip.system import Oscillator, System
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.analysis.parameters import varied
 from stickslip.analysis.sections import Surface, forcing_frequency, points_of, usual_surface
 from stickslip.analysis.steady import steady_motion
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit
+from stickslip.parameters import varied
 from stickslip.regimes import CHAOTIC, REGULAR
 from stickslip.simulation import simulate
 from stickslip.system import Oscillator, System

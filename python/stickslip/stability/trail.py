@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
-from stickslip.analysis.parameters import document_of, path_in, varied
 from stickslip.errors import InputError
+from stickslip.parameters import document_of, path_in, varied
 from stickslip.state_laws import StateLaw
 from stickslip.system import Oscillator
 
