@@ -45,7 +45,9 @@ ENDINGS: list[str]
 @final
 class Orbit:
     @staticmethod
-    def simulate(document: str, x0: float, v0: float | None, t_end: float, max_events: int) -> Orbit: ...
+    def simulate(
+        document: str, x0: float, v0: float | None, t_end: float, max_events: int, max_seconds: float | None
+    ) -> Orbit: ...
     @staticmethod
     def restore(
         document: str,
@@ -72,7 +74,7 @@ _Start = tuple[list[float] | None, list[float] | None, float, int]
 @final
 class Network:
     @staticmethod
-    def simulate(document: str, run: _Start) -> Network: ...
+    def simulate(document: str, run: _Start, max_seconds: float | None) -> Network: ...
     @staticmethod
     def restore(
         document: str, run: _Start, stop: int, work: tuple[int, int], steps: _Floats, events: _Floats

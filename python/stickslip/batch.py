@@ -61,7 +61,7 @@ def simulate_many(
     InputError
         for an unknown name or a value that makes no sense; nothing is returned then.
     KeyboardInterrupt
-        between two blocks of runs.
+        by Ctrl-C, at once; what has run is lost.
 
     >>> from stickslip import paper
     >>> runs = simulate_many(paper.oscillator(0.3), {"drive_velocity": [0.2, 0.3], "x0": [0.0, 0.5]}, t_end=400)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -34,6 +35,7 @@ def integrate(
     tolerance: float = 1e-10,
     method: str | None = None,
     max_evaluations: int = 2_000_000,
+    max_seconds: float | None = None,
 ) -> StateOrbit:
     """Integrate an oscillator whose law has an internal state, or a smooth sign.
 
@@ -49,8 +51,8 @@ def integrate(
     tolerance : relative error a step, in [1e-13, 1e-2]; absolute errors are scaled with the drive velocity and the law.
     method : ``"LSODA"``, ``"Radau"``, ``"BDF"`` (stiff), ``"DOP853"``, ``"RK45"`` (where the law is not stiff); default
         LSODA, and Radau where that fails or stalls.
-
     max_evaluations : most evaluations of the right-hand side, some 100,000 a second.
+    max_seconds : time on the clock after which the run ends where it is, with ``orbit.stop == "max_seconds"``; default none.
 
     Returns
     -------
@@ -100,6 +102,18 @@ def integrate(
         values = rates(t, y[0], y[1], y[2] if with_state else 0.0)
         return list(values if with_state else values[:2])
 
+    up = math.inf
+    deadline = math.inf if max_seconds is None else time.monotonic() + max_seconds
+
+    def time_left(t: float, _: NDArray[np.float64]) -> float:
+        """Zero at the end of the step in which the time is up."""
+        nonlocal up
+        if up == math.inf and time.monotonic() >= deadline:
+            up = t
+        return min(up - t, 1.0)
+
+    time_left.terminal = True  # type: ignore[attr-defined]
+
     drive = system.drive_velocity
     # The slip velocity is the variable: a stiff law multiplies the rounding of s − v.
     start = [x, drive - v, z] if with_state else [x, drive - v]
@@ -114,7 +128,14 @@ def integrate(
                 # LSODA reports its failures as warnings; they come back as the reason of the stop.
                 warnings.simplefilter("ignore")
                 solution = solve_ivp(
-                    slope, (0.0, end), start, method=attempt, dense_output=True, rtol=tolerance, atol=tolerance * scale
+                    slope,
+                    (0.0, end),
+                    start,
+                    method=attempt,
+                    dense_output=True,
+                    events=time_left,
+                    rtol=tolerance,
+                    atol=tolerance * scale,
                 )  # type: ignore[call-overload, unused-ignore]
         except _Stalled as stalled:
             if attempt == attempts[-1]:
@@ -123,7 +144,7 @@ def integrate(
                     "a looser tolerance, or raise max_evaluations"
                 ) from None
             continue
-        if solution.status == 0:
+        if solution.status >= 0:
             break
     if len(solution.t) < 2:
         raise InputError(
@@ -131,7 +152,7 @@ def integrate(
         )
     crossings = _roots(solution, lambda y: y[1])
     turns = _roots(solution, lambda y: drive - y[1])
-    last, stop = float(solution.t[-1]), "t_end" if solution.status == 0 else "solver"
+    last, stop = float(solution.t[-1]), {0: "t_end", 1: "max_seconds"}.get(solution.status, "solver")
     for times in (crossings, turns):
         if len(times) >= max_events and times[max_events - 1] < last:
             last, stop = float(times[max_events - 1]), "max_events"

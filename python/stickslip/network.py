@@ -25,7 +25,12 @@ _EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate"
 
 
 def simulate_network(
-    system: Oscillator | System, t_end: float, x0: ArrayLike | None, v0: ArrayLike | None, max_events: int
+    system: Oscillator | System,
+    t_end: float,
+    x0: ArrayLike | None,
+    v0: ArrayLike | None,
+    max_events: int,
+    max_seconds: float | None,
 ) -> NetworkOrbit:
     """What :func:`stickslip.simulate` does where the motion has no closed form."""
     masses = system.masses if isinstance(system, System) else 1
@@ -36,7 +41,7 @@ def simulate_network(
         max_events,
     )
     try:
-        return NetworkOrbit(system, _core.Network.simulate(_document(system), run))
+        return NetworkOrbit(system, _core.Network.simulate(_document(system), run, max_seconds))
     except ValueError as error:
         raise InputError(f"simulate: {error}") from None
 

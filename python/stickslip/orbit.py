@@ -40,7 +40,8 @@ class Orbit:
     Attributes
     ----------
     system : the oscillator.
-    stop : ``"t_end"``, ``"max_events"`` or ``"accumulation"``; `stop_sentence` says what it means.
+    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"``, ``"accumulation"``, ``"diverged"`` or ``"stiff"``;
+        `stop_sentence` says what it means.
     work : events, evaluations and grazes.
     t_end : the time up to which the orbit is known.
     """

@@ -18,6 +18,7 @@ def simulate(
     x0: ArrayLike | None = None,
     v0: ArrayLike | None = None,
     max_events: int = 10_000_000,
+    max_seconds: float | None = None,
 ) -> Orbit:
     """Simulate from event to event, each mode in closed form; smooth laws, varying drives and many masses by Taylor series.
 
@@ -28,6 +29,8 @@ def simulate(
     x0 : position at t = 0, for a system shape (n,); default 0.
     v0 : velocity at t = 0, same shape; default that of the drive, so that a mass starts stuck where adhesion can hold it.
     max_events : the run ends there at the latest, with ``orbit.stop == "max_events"``.
+    max_seconds : time on the clock > 0 after which the run ends where it is, with ``orbit.stop == "max_seconds"``; default
+        none. Asked every thousand events or 64 Taylor steps.
 
     Returns
     -------
@@ -37,6 +40,8 @@ def simulate(
     ------
     InputError
         for a value that makes no sense, or a forcing that meets an undamped resonance.
+    KeyboardInterrupt
+        by Ctrl-C, at once; the orbit so far is lost.
 
     >>> from stickslip.laws import StaticKinetic
     >>> orbit = simulate(Oscillator(damping=0.0, drive_velocity=0.2, law=StaticKinetic(1.0, 0.6)), t_end=100)
@@ -45,18 +50,21 @@ def simulate(
     """
     if isinstance(max_events, bool) or not isinstance(max_events, int) or not 1 <= max_events < 2**63:
         raise InputError(f"simulate: max_events must be a whole number from 1 to 2⁶³, got {max_events!r}")
+    if max_seconds is not None and number("max_seconds", max_seconds, "simulate") <= 0:
+        raise InputError(f"simulate: max_seconds must be greater than 0, got {max_seconds:g}")
     if isinstance(system, Oscillator) and isinstance(system.law, StateLaw):
         from stickslip.integration import integrate
 
-        return integrate(system, t_end, x0, v0, max_events)
+        return integrate(system, t_end, x0, v0, max_events, max_seconds=max_seconds)
     if isinstance(system, System) or not system.closed_form:
         from stickslip.network import simulate_network
 
-        return simulate_network(system, t_end, x0, v0, max_events)
+        return simulate_network(system, t_end, x0, v0, max_events, max_seconds)
     start = 0.0 if x0 is None else number("x0", x0, "simulate")
     velocity = None if v0 is None else number("v0", v0, "simulate")
+    end = number("t_end", t_end, "simulate")
     try:
-        core = _core.Orbit.simulate(system.to_json(), start, velocity, number("t_end", t_end, "simulate"), max_events)
+        core = _core.Orbit.simulate(system.to_json(), start, velocity, end, max_events, max_seconds)
     except ValueError as error:
         raise InputError(f"simulate: {error}") from None
     return Orbit(system, core)

@@ -29,6 +29,7 @@ CREEP = 1e-2
 _SENTENCES = {
     "t_end": "the run reached t_end",
     "max_events": "the run stopped at max_events: raise max_events to go on",
+    "max_seconds": "the run stopped after max_seconds: raise max_seconds to go on",
     "solver": "the integrator could not go on, as the motion runs away or changes faster than it can follow: look at the "
     "last states, or give it another method or tolerance",
 }
@@ -40,7 +41,7 @@ class StateOrbit(Orbit):
     Attributes
     ----------
     system : the oscillator.
-    stop : ``"t_end"``, ``"max_events"`` or ``"solver"``; `stop_sentence` says what it means.
+    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"`` or ``"solver"``; `stop_sentence` says what it means.
     work : events and evaluations of the right-hand side.
     t_end : the time up to which the orbit is known.
 

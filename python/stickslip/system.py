@@ -526,10 +526,10 @@ def system_from_dict(table: Mapping[str, Any], where: str = "system") -> Oscilla
 
 
 def load_system_document(path: str | Path) -> tuple[Oscillator | System, dict[str, Any]]:
-    """The system of a system file and its table ``[simulation]`` (t_end, x0, v0, max_events; may be empty)."""
+    """The system of a system file and its table ``[simulation]`` (t_end, x0, v0, max_events, max_seconds; may be empty)."""
     document = read_toml(path)
     simulation = document.pop("simulation", {})
-    check_keys(simulation, ("t_end", "x0", "v0", "max_events"), (), f"{path}: simulation")
+    check_keys(simulation, ("t_end", "x0", "v0", "max_events", "max_seconds"), (), f"{path}: simulation")
     contacts = document.get("contacts")
     for table in [document, *(contacts if isinstance(contacts, list) else [])]:
         if isinstance(table, dict) and isinstance(table.get("law"), str):

@@ -1,4 +1,6 @@
-//! Batches: rows in, columns out; interrupted between blocks of runs.
+//! Batches: rows in, columns out, block after block.
+
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -6,8 +8,9 @@ use stickslip::batch::{Batch, Row};
 use stickslip::mode::Kind;
 
 use crate::refused;
+use crate::watch::interruptibly;
 
-/// Runs between two looks at the interpreter's signals.
+/// Runs between two words about progress.
 const BLOCK: usize = 256;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
@@ -52,13 +55,12 @@ pub(crate) fn batch<'py>(
     while done < batch.len() {
         let block = done..batch.len().min(done + BLOCK * workers.max(1));
         done = block.end;
-        let rows = py
-            .detach(|| pool.install(|| batch.rows(block)))
+        let go_on = |halt: &AtomicBool| !halt.load(Ordering::Relaxed);
+        let rows = interruptibly(py, &pool, |halt| batch.rows(block, &|| go_on(halt)))?
             .map_err(|error| refused(&error))?;
         for row in &rows {
             write(row, keep, &mut columns);
         }
-        py.check_signals()?;
         if let Some(progress) = &progress {
             progress.call1((done, batch.len()))?;
         }

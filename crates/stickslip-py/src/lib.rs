@@ -5,6 +5,7 @@ mod network;
 mod stability;
 mod state;
 mod sweep;
+mod watch;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
@@ -19,6 +20,8 @@ use stickslip::regime::Regime;
 use stickslip::simulate::{self, Run, Stop};
 use stickslip::state_oscillator::StateOscillator;
 use stickslip::structure::Oscillator;
+
+use crate::watch::Watch;
 
 fn refused(error: &Error) -> PyErr {
     PyValueError::new_err(error.to_string())
@@ -45,6 +48,7 @@ impl Orbit {
         v0: Option<f64>,
         t_end: f64,
         max_events: u64,
+        max_seconds: Option<f64>,
     ) -> PyResult<Self> {
         let oscillator = Oscillator::from_json(document).map_err(|error| refused(&error))?;
         let run = Run {
@@ -53,9 +57,10 @@ impl Orbit {
             t_end,
             max_events,
         };
-        py.detach(|| simulate::simulate(&oscillator, run))
-            .map(Self)
-            .map_err(|error| refused(&error))
+        let mut watch = Watch::new(max_seconds);
+        let orbit = py.detach(|| simulate::simulate_while(&oscillator, run, || watch.go_on()));
+        watch.result()?;
+        orbit.map(Self).map_err(|error| refused(&error))
     }
 
     /// An orbit from its saved columns.

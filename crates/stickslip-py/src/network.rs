@@ -9,6 +9,7 @@ use stickslip::network::{self, Event, Run};
 use stickslip::simulate::Stop;
 use stickslip::system::System;
 
+use crate::watch::Watch;
 use crate::{Array, refused};
 
 /// A whole run of a system, kept in the core.
@@ -30,11 +31,12 @@ fn run_of((x0, v0, t_end, max_events): Start) -> Run {
 impl Network {
     /// Simulate the system of a JSON document.
     #[staticmethod]
-    fn simulate(py: Python<'_>, document: &str, run: Start) -> PyResult<Self> {
+    fn simulate(py: Python<'_>, document: &str, run: Start, max_seconds: Option<f64>) -> PyResult<Self> {
         let system = System::from_json(document).map_err(|error| refused(&error))?;
-        py.detach(|| network::simulate(&system, run_of(run)))
-            .map(Self)
-            .map_err(|error| refused(&error))
+        let mut watch = Watch::new(max_seconds);
+        let orbit = py.detach(|| network::simulate_while(&system, run_of(run), || watch.go_on()));
+        watch.result()?;
+        orbit.map(Self).map_err(|error| refused(&error))
     }
 
     /// An orbit from its saved columns.

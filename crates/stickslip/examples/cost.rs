@@ -152,7 +152,7 @@ fn sweep(rounds: u32) {
     let (time, events, _) = best(rounds, || {
         let runs = batches
             .iter()
-            .map(|batch| batch.rows(0..1).expect("a good batch"));
+            .map(|batch| batch.rows(0..1, &|| true).expect("a good batch"));
         (runs.map(|rows| rows[0].counts.iter().sum::<u64>()).sum(), 0)
     });
     println!("{:18}{time:10.1}{events:10}", "P4");

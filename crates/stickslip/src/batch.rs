@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::error::Error;
 use crate::mode::Kind;
 use crate::network;
-use crate::orbit::{Event, Orbit, Record, Segment};
+use crate::orbit::{Event, Orbit, Record, Segment, While};
 use crate::simulate::{Run, Stop, observe};
 use crate::structure::Oscillator;
 use crate::system::System;
@@ -95,21 +95,25 @@ impl Batch {
         self.len() == 0
     }
 
-    /// The runs of a range of rows, in their order, on the threads of the present rayon pool.
+    /// The runs of a range of rows, in their order, on the threads of the present rayon pool; once `go_on` says no, what is
+    /// left of them is cut short.
     ///
     /// # Errors
     /// The first row, in their order, whose values make no sense.
-    pub fn rows(&self, range: Range<usize>) -> Result<Vec<Row>, Error> {
-        let rows: Vec<Result<Row, Error>> = range.into_par_iter().map(|index| self.row(index)).collect();
+    pub fn rows(&self, range: Range<usize>, go_on: &(impl Fn() -> bool + Sync)) -> Result<Vec<Row>, Error> {
+        let rows: Vec<Result<Row, Error>> = range
+            .into_par_iter()
+            .map(|index| self.row(index, go_on))
+            .collect();
         rows.into_iter().collect()
     }
 
-    fn row(&self, index: usize) -> Result<Row, Error> {
+    fn row(&self, index: usize, go_on: &impl Fn() -> bool) -> Result<Row, Error> {
         let width = self.names.len();
         let values = &self.values[index * width..(index + 1) * width];
         let at = |error| placed(index, &self.names, values, &error);
         if self.document.get("contacts").is_some() {
-            return self.row_of_masses(values).map_err(at);
+            return self.row_of_masses(values, go_on).map_err(at);
         }
         let run = Run {
             max_events: self.max_events,
@@ -117,7 +121,8 @@ impl Batch {
         };
         let (oscillator, run) = varied(&self.document, &self.names, values, run).map_err(at)?;
         let mut tally = self.tally();
-        let (stop, _) = observe(&oscillator, run, &mut tally).map_err(at)?;
+        let record = &mut tally;
+        let (stop, _) = observe(&oscillator, run, &mut While { record, go_on }).map_err(at)?;
         tally.row.stop = stop;
         if let Some(segment) = tally.segment {
             let end = if stop == Stop::End {
@@ -134,7 +139,7 @@ impl Batch {
     }
 
     /// The run of a system of masses; `x0.1` is where its mass 1 starts.
-    fn row_of_masses(&self, values: &[f64]) -> Result<Row, Error> {
+    fn row_of_masses(&self, values: &[f64], go_on: &impl Fn() -> bool) -> Result<Row, Error> {
         let mut document = self.document.clone();
         let mut starts = Vec::new();
         for (name, &value) in self.names.iter().zip(values) {
@@ -161,7 +166,7 @@ impl Batch {
             max_events: self.max_events,
         };
         let mut tally = self.tally();
-        let (x, v, stop) = network::observe(&system, &run, |event| {
+        let tell = |event: network::Event| {
             tally.event(Event {
                 t: event.t,
                 kind: event.kind,
@@ -171,7 +176,8 @@ impl Batch {
                 stick_time: event.stick_time,
                 force_rate: event.force_rate,
             });
-        })?;
+        };
+        let (x, v, stop) = network::observe(&system, &run, tell, go_on)?;
         tally.row.last = [x, v].concat();
         tally.row.stop = stop;
         Ok(tally.row)

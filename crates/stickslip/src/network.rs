@@ -56,10 +56,18 @@ impl Run {
 /// # Errors
 /// The first value of the system or the run that makes no sense.
 pub fn simulate(system: &System, run: Run) -> Result<Orbit, Error> {
+    simulate_while(system, run, || true)
+}
+
+/// The same, as long as `go_on` says so.
+///
+/// # Errors
+/// The first value of the system or the run that makes no sense.
+pub fn simulate_while(system: &System, run: Run, mut go_on: impl FnMut() -> bool) -> Result<Orbit, Error> {
     check(system, &run)?;
     let mut state = Loop::new(system, &run);
     let mut events = Vec::new();
-    let stop = state.go(&run, true, &mut |event| events.push(event));
+    let stop = state.go(&run, true, &mut |event| events.push(event), &mut go_on);
     Ok(Orbit {
         system: system.clone(),
         run,
@@ -70,7 +78,8 @@ pub fn simulate(system: &System, run: Run) -> Result<Orbit, Error> {
     })
 }
 
-/// Simulate and keep nothing: `tell` is told of every event. Returns positions and velocities at the end, and why it ended.
+/// Simulate as long as `go_on` says so and keep nothing: `tell` is told of every event. Returns positions and velocities at
+/// the end, and why it ended.
 ///
 /// # Errors
 /// The first value of the system or the run that makes no sense.
@@ -78,10 +87,11 @@ pub fn observe(
     system: &System,
     run: &Run,
     mut tell: impl FnMut(Event),
+    mut go_on: impl FnMut() -> bool,
 ) -> Result<(Vec<f64>, Vec<f64>, Stop), Error> {
     check(system, run)?;
     let mut state = Loop::new(system, run);
-    let stop = state.go(run, false, &mut tell);
+    let stop = state.go(run, false, &mut tell, &mut go_on);
     if stop == Stop::End {
         state.advance(state.clock.until(run.t_end));
     }
@@ -110,6 +120,8 @@ fn check(system: &System, run: &Run) -> Result<(), Error> {
 const ACCUMULATION: u64 = 1000;
 /// So many steps within one natural time are a motion too stiff for steps that are not implicit.
 const STIFF: u64 = 100_000;
+/// So many steps pass between two questions whether to go on.
+const ASKED: u64 = 64;
 /// Slip speeds below this share of the largest speed of the run are zero within rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -208,8 +220,15 @@ impl<'a> Loop<'a> {
     }
 
     /// Move to the end of the run; without `keep` no step is kept but the last.
-    fn go(&mut self, run: &Run, keep: bool, tell: &mut dyn FnMut(Event)) -> Stop {
+    fn go(
+        &mut self,
+        run: &Run,
+        keep: bool,
+        tell: &mut dyn FnMut(Event),
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Stop {
         self.start();
+        let mut asked = 0;
         let (mut mark, mut counted) = (self.clock, 0);
         let (mut stage, mut stepped) = (self.clock, 0);
         let short = 1e-6 / self.frame.rate;
@@ -230,6 +249,13 @@ impl<'a> Loop<'a> {
             }
             if !keep {
                 self.steps.clear();
+            }
+            if self.work.evaluations >= asked + ASKED {
+                if !go_on() {
+                    self.record_step();
+                    return Stop::MaxSeconds;
+                }
+                asked = self.work.evaluations;
             }
             let step = self.motion.reach(&self.frame, &self.rubs, self.scale);
             let step = self

@@ -71,6 +71,33 @@ pub trait Record {
     fn segment(&mut self, segment: Segment);
     /// An event occurred.
     fn event(&mut self, event: Event);
+    /// Whether to go on; asked every thousand events. The core holds no clock: a limit of time is kept by whoever has one.
+    fn go_on(&mut self) -> bool {
+        true
+    }
+}
+
+/// A record that is told on as long as `go_on` says so.
+#[derive(Debug)]
+pub struct While<R, F> {
+    /// Who is told.
+    pub record: R,
+    /// Who decides.
+    pub go_on: F,
+}
+
+impl<R: Record, F: FnMut() -> bool> Record for While<&mut R, F> {
+    fn segment(&mut self, segment: Segment) {
+        self.record.segment(segment);
+    }
+
+    fn event(&mut self, event: Event) {
+        self.record.event(event);
+    }
+
+    fn go_on(&mut self) -> bool {
+        (self.go_on)()
+    }
 }
 
 /// The state of the motion at one time.
@@ -132,7 +159,7 @@ impl Orbit {
     pub fn t_last(&self) -> f64 {
         match self.stop {
             Stop::End => self.run.t_end,
-            Stop::MaxEvents | Stop::Accumulation | Stop::Diverged | Stop::Stiff => {
+            Stop::MaxEvents | Stop::Accumulation | Stop::Diverged | Stop::Stiff | Stop::MaxSeconds => {
                 self.events.last().map_or(0.0, |event| event.t)
             }
         }

@@ -6,7 +6,7 @@ use crate::event::{Start, Work, end_of_hold, end_of_slip, end_of_stick};
 use crate::flow::exact::Frame;
 use crate::law::{End, Friction, Hold, Law, Memory};
 use crate::mode::{self, Kind, Mode};
-use crate::orbit::{Event, Orbit, Record, Segment};
+use crate::orbit::{Event, Orbit, Record, Segment, While};
 use crate::structure::Oscillator;
 
 /// Why a run ended. Ending is a value, not an error.
@@ -23,16 +23,19 @@ pub enum Stop {
     Diverged,
     /// The motion is too stiff for the steps that are possible.
     Stiff,
+    /// Whoever watches the run said that its time is up.
+    MaxSeconds,
 }
 
 impl Stop {
     /// Every reason, by its number.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::End,
         Self::MaxEvents,
         Self::Accumulation,
         Self::Diverged,
         Self::Stiff,
+        Self::MaxSeconds,
     ];
 
     /// Its name.
@@ -44,6 +47,7 @@ impl Stop {
             Self::Accumulation => "accumulation",
             Self::Diverged => "diverged",
             Self::Stiff => "stiff",
+            Self::MaxSeconds => "max_seconds",
         }
     }
 
@@ -53,6 +57,7 @@ impl Stop {
         match self {
             Self::End => "the run reached t_end",
             Self::MaxEvents => "the run stopped at max_events: raise max_events to go on",
+            Self::MaxSeconds => "the run stopped after max_seconds: raise max_seconds to go on",
             Self::Accumulation => {
                 "the run stopped where events accumulate with hardly any time passing: look at the last rows of the table of events"
             }
@@ -105,8 +110,21 @@ impl Run {
 /// # Errors
 /// The first value of the oscillator or the run that makes no sense.
 pub fn simulate(oscillator: &Oscillator, run: Run) -> Result<Orbit, Error> {
+    simulate_while(oscillator, run, || true)
+}
+
+/// The same, as long as `go_on` says so.
+///
+/// # Errors
+/// The first value of the oscillator or the run that makes no sense.
+pub fn simulate_while(
+    oscillator: &Oscillator,
+    run: Run,
+    go_on: impl FnMut() -> bool,
+) -> Result<Orbit, Error> {
     let mut orbit = Orbit::new(oscillator.clone(), run);
-    let (stop, work) = observe(oscillator, run, &mut orbit)?;
+    let record = &mut orbit;
+    let (stop, work) = observe(oscillator, run, &mut While { record, go_on })?;
     orbit.stop = stop;
     orbit.work = work;
     Ok(orbit)
@@ -260,6 +278,9 @@ impl<'a, const H: usize> Loop<'a, H> {
                     return Ok((Stop::Accumulation, self.work));
                 }
                 mark = self.clock;
+                if !record.go_on() {
+                    return Ok((Stop::MaxSeconds, self.work));
+                }
             }
         }
     }

@@ -325,7 +325,7 @@ impl Watch {
         let regime = match stop {
             Stop::Diverged => Regime::Diverged,
             Stop::End => Regime::of(stuck_share, self.sticks, w),
-            Stop::MaxEvents | Stop::Accumulation | Stop::Stiff => Regime::Unfinished,
+            Stop::MaxEvents | Stop::Accumulation | Stop::Stiff | Stop::MaxSeconds => Regime::Unfinished,
         };
         let rests = matches!(regime, Regime::StableSlip | Regime::AtRest);
         let period = if rests {

@@ -16,6 +16,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--x0", type=float, help="position at t = 0; default 0")
     command.add_argument("--v0", type=float, help="velocity at t = 0; default that of the drive")
     command.add_argument("--max-events", type=int, metavar="N", help="stop there at the latest")
+    command.add_argument("--max-seconds", type=float, metavar="S", help="stop after so long on the clock")
     command.add_argument("-o", "--output", metavar="ORBIT.nc", help="write the orbit")
     command.add_argument("--plot", metavar="FILE.png", help="draw the result")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -28,7 +29,7 @@ def run(options: argparse.Namespace) -> None:
     from stickslip.system import load_system_document
 
     system, settings = load_system_document(options.system)
-    asked = {name: getattr(options, name) for name in ("t_end", "x0", "v0", "max_events")}
+    asked = {name: getattr(options, name) for name in ("t_end", "x0", "v0", "max_events", "max_seconds")}
     settings |= {name: value for name, value in asked.items() if value is not None}
     settings.setdefault("t_end", 50 * system.natural_period)
     orbit = simulate(system, **settings)

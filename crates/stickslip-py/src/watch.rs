@@ -1,0 +1,80 @@
+//! The clock and the signals that the core does not know: a run ends when its time is up, or when the user interrupts it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use rayon::ThreadPool;
+
+/// Time between two looks at the interpreter's signals.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The interrupt, if the user asked for one.
+fn signals() -> PyResult<()> {
+    #[expect(
+        clippy::redundant_closure_for_method_calls,
+        reason = "the method alone is not general enough in its lifetime"
+    )]
+    Python::attach(|py| py.check_signals())
+}
+
+/// Whoever watches a run on the present thread.
+pub(crate) struct Watch {
+    until: Option<Instant>,
+    look: Instant,
+    interrupt: Option<PyErr>,
+}
+
+impl Watch {
+    /// From now on, for so many seconds.
+    pub(crate) fn new(max_seconds: Option<f64>) -> Self {
+        let now = Instant::now();
+        let limit = max_seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        Self {
+            until: limit.and_then(|limit| now.checked_add(limit)),
+            look: now + LOOK,
+            interrupt: None,
+        }
+    }
+
+    /// Whether the run goes on.
+    pub(crate) fn go_on(&mut self) -> bool {
+        let now = Instant::now();
+        if now >= self.look {
+            self.look = now + LOOK;
+            self.interrupt = signals().err();
+        }
+        self.interrupt.is_none() && self.until.is_none_or(|until| now < until)
+    }
+
+    /// The interrupt, if there was one.
+    pub(crate) fn result(self) -> PyResult<()> {
+        self.interrupt.map_or(Ok(()), Err)
+    }
+}
+
+/// Do work on the threads of a pool while the present one looks at the signals; the work is asked to end by its flag.
+pub(crate) fn interruptibly<T: Send>(
+    py: Python<'_>,
+    pool: &ThreadPool,
+    work: impl FnOnce(&AtomicBool) -> T + Send,
+) -> PyResult<T> {
+    let halt = &AtomicBool::new(false);
+    py.detach(|| {
+        pool.in_place_scope(|scope| {
+            let (done, wait) = channel();
+            scope.spawn(move |_| drop(done.send(work(halt))));
+            loop {
+                match wait.recv_timeout(LOOK) {
+                    Err(RecvTimeoutError::Timeout) => {
+                        signals().inspect_err(|_| halt.store(true, Ordering::Relaxed))?;
+                    }
+                    // No result is a panic, which the scope passes on.
+                    result => return result.map_err(|error| PyRuntimeError::new_err(error.to_string())),
+                }
+            }
+        })
+    })
+}
