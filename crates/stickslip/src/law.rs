@@ -162,6 +162,12 @@ pub trait Friction {
         f64::NAN
     }
 
+    /// For a smooth law that dies out: how far the slip speed may go from `u` in one step. Beyond, friction may come back
+    /// although no coefficient of its series at `u` is large enough to tell.
+    fn stride(&self, _u: f64) -> f64 {
+        f64::INFINITY
+    }
+
     /// For a law with branches by the sign of the slip acceleration that do not meet: its force at slip speed `u` while u
     /// falls and while it rises. Where the first is the smaller, the mode between them holds u; else the branches switch.
     fn branches(&self, _u: f64) -> Option<[f64; 2]> {
@@ -169,14 +175,18 @@ pub trait Friction {
     }
 
     /// The first piece after adhesion broke at `force`, slip speed 0.
-    fn leave(&self, force: f64, memory: &mut Memory) -> Piece;
+    fn leave(&self, _force: f64, memory: &mut Memory) -> Piece {
+        self.begin(0.0, f64::INFINITY, memory)
+    }
 
     /// The piece for a motion that starts while slipping at speed `u`; `balance` is the friction at which the slip speed
     /// would not change.
     fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece;
 
-    /// The piece that follows where `piece` ended at slip speed `u`.
-    fn next(&self, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Piece;
+    /// The piece that follows where `piece` ended at slip speed `u`; a law of one piece has no other.
+    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
+        *piece
+    }
 }
 
 macro_rules! laws {
@@ -197,6 +207,7 @@ macro_rules! laws {
             fn force(&self, piece: &Piece, u: f64) -> f64 { match self { $(Self::$name(law) => law.force(piece, u)),+ } }
             #[inline]
             fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 { match self { $(Self::$name(law) => law.extend(u, k, grown)),+ } }
+            fn stride(&self, u: f64) -> f64 { match self { $(Self::$name(law) => law.stride(u)),+ } }
             fn branches(&self, u: f64) -> Option<[f64; 2]> { match self { $(Self::$name(law) => law.branches(u)),+ } }
             #[inline]
             fn leave(&self, force: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.leave(force, memory)),+ } }

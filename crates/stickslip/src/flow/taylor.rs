@@ -469,6 +469,17 @@ impl Motion {
             if !frame.smooth[c] || rub.direction == 0.0 {
                 continue;
             }
+            // A bound of how far the speed may go, so that it cannot turn beyond either.
+            let (stride, u) = (laws[c].stride(self.u[c][0]), &self.u[c]);
+            while stride.is_finite()
+                && u[1..]
+                    .iter()
+                    .rev()
+                    .fold(0.0, |sum, term| (sum + term.abs()) * step)
+                    > stride
+            {
+                step *= 0.5;
+            }
             let bound = AGREES * scale / frame.coupling(c, c);
             for _ in 0..60 {
                 let (series, speed) = (at(&self.force[c], step), at(&self.u[c], step));

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{End, Friction, Hold, Memory, Piece};
+use super::{Friction, Hold, Memory, Piece};
 use crate::error::{Error, not_negative};
 
 /// |F| ≤ f_k at rest, F = f_k sgn w in motion (Coulomb 1785; Den Hartog, Trans. ASME 53 (1931) 107).
@@ -22,15 +22,7 @@ impl Friction for Coulomb {
         self.kinetic
     }
 
-    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
-        Piece::constant(self.kinetic)
-    }
-
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.kinetic)
-    }
-
-    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
-        *piece
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{End, Friction, Hold, Memory, Piece};
+use super::{Friction, Hold, Memory, Piece};
 use crate::error::{Error, finite, not_negative};
 use crate::series::{Grown, Series, product};
 
@@ -44,15 +44,7 @@ impl Friction for Cubic {
         rest - self.linear * u[k] + self.cubic * product(&grown.first, u, k)
     }
 
-    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
-        Piece::constant(self.at_rest)
-    }
-
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.at_rest)
-    }
-
-    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
-        *piece
     }
 }

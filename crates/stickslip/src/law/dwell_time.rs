@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{End, Friction, Hold, Memory, Piece, StaticFriction};
+use super::{Friction, Hold, Memory, Piece, StaticFriction};
 use crate::error::{Error, not_negative, positive};
 
 /// f_s(t_s) = f_k + Δ∞ (1 − exp(−γ t_s^m)), F = f_k sgn w in motion (Kato, Sato & Matsubayashi, Wear 20 (1972) 315).
@@ -47,15 +47,7 @@ impl Friction for DwellTime {
         self.static_friction().growth_bound(stick_time)
     }
 
-    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
-        Piece::constant(self.kinetic)
-    }
-
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.kinetic)
-    }
-
-    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
-        *piece
     }
 }

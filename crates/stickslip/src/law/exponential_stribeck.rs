@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::static_kinetic::at_least_kinetic;
-use super::{End, Friction, Hold, Memory, Piece};
+use super::{Friction, Hold, Memory, Piece};
 use crate::error::{Error, finite, not_negative, positive};
 use crate::series::{Grown, Series, exponential, product};
 
@@ -73,15 +73,21 @@ impl Friction for ExponentialStribeck {
         rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
     }
 
-    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
-        Piece::constant(self.break_away)
+    fn stride(&self, u: f64) -> f64 {
+        // Where the exponential is below rounding; from the second speed on, so are all its coefficients up to the last.
+        let [gone, hidden] = if self.exponent == 2.0 {
+            [6.0, 7.0]
+        } else {
+            [36.0, 60.0]
+        };
+        if u > hidden * self.scale {
+            u - gone * self.scale
+        } else {
+            f64::INFINITY
+        }
     }
 
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.break_away)
-    }
-
-    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
-        *piece
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{End, Friction, Hold, Memory, Piece, StaticFriction};
+use super::{Friction, Hold, Memory, Piece, StaticFriction};
 use crate::error::{Error, not_negative, positive};
 
 /// f_s(t_s, δ) = f_k + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q), F = f_k sgn w in motion.
@@ -63,15 +63,7 @@ impl Friction for ForceRate {
         self.limit > 0.0
     }
 
-    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
-        Piece::constant(self.kinetic)
-    }
-
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.kinetic)
-    }
-
-    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
-        *piece
     }
 }

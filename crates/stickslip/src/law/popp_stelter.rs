@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::static_kinetic::at_least_kinetic;
-use super::{End, Friction, Hold, Memory, Piece};
+use super::{Friction, Hold, Memory, Piece};
 use crate::error::{Error, finite, not_negative};
 use crate::series::{Grown, Series, product, reciprocal};
 
@@ -48,15 +48,7 @@ impl Friction for PoppStelter {
         rest + (self.break_away - self.kinetic) * grown.first[k] + self.square * product(u, u, k)
     }
 
-    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
-        Piece::constant(self.break_away)
-    }
-
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.break_away)
-    }
-
-    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
-        *piece
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{End, Friction, Hold, Memory, Piece};
+use super::{Friction, Hold, Memory, Piece};
 use crate::error::{Error, not_negative};
 use crate::series::{Grown, Series, reciprocal};
 
@@ -39,15 +39,7 @@ impl Friction for Rational {
         self.break_away * grown.first[k]
     }
 
-    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
-        Piece::constant(self.break_away)
-    }
-
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.break_away)
-    }
-
-    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
-        *piece
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{End, Friction, Hold, Memory, Piece};
+use super::{Friction, Hold, Memory, Piece};
 use crate::error::{Error, finite, not_negative};
 
 /// |F| ≤ f_s at rest, F = f_k sgn w in motion, f_s ≥ f_k.
@@ -25,16 +25,8 @@ impl Friction for StaticKinetic {
         self.break_away
     }
 
-    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
-        Piece::constant(self.kinetic)
-    }
-
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.kinetic)
-    }
-
-    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
-        *piece
     }
 }
 
