@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
+from stickslip.state_laws import StateLaw
 
 Floats = NDArray[np.float64]
 
@@ -155,12 +156,7 @@ def test_two_contacts_between_the_same_bodies_bear_what_both_bear() -> None:
 
 @pytest.mark.parametrize(
     "law",
-    [
-        ss.laws.Rational(1.0, 3.0),
-        ss.laws.Cubic(0.4, 0.45, 0.6),
-        ss.laws.ExponentialStribeck(1.0, 0.5, 0.5),
-        ss.laws.PoppStelter(0.4, 0.1, 1.42, 0.01),
-    ],
+    [kind.example() for kind in ss.laws.Law.ALL.values() if kind.SMOOTH and not issubclass(kind, StateLaw)],
     ids=lambda law: type(law).__name__,
 )
 def test_smooth_law_behaves_like_any_other(law: ss.laws.Law, tmp_path: Path) -> None:

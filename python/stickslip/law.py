@@ -26,10 +26,9 @@ class Table:
     UNITS: ClassVar[dict[str, str]] = {}
 
     def __post_init__(self) -> None:
-        where = type(self).__name__
         for item in fields(self):  # type: ignore[arg-type]
-            if item.type != "str":
-                object.__setattr__(self, item.name, _tidy(item.name, getattr(self, item.name), where))
+            value = getattr(self, item.name)
+            object.__setattr__(self, item.name, _tidy(item.name, value, str(item.type), type(self).__name__))
 
     def to_dict(self) -> dict[str, Any]:
         """The document: numbers, lists and tables only; what is None is left out."""
@@ -50,17 +49,36 @@ class Table:
             raise InputError(f"{where}: {error}") from None
 
 
-def _tidy(name: str, value: Any, where: str) -> Any:
-    """Numbers as floats, sequences of them as tuples, so that equal laws compare equal."""
-    if value is None or isinstance(value, Table):
+#: What a parameter may be, by its annotation.
+_SHAPES = {
+    "float": "a number",
+    "Point": "a pair of numbers such as [0.2, 0.6]",
+    "tuple[Point, ...]": "a list of pairs of numbers such as [[0, 1], [0.2, 0.6]]",
+}
+
+
+def _tidy(name: str, value: Any, annotation: str, where: str) -> Any:
+    """Numbers as floats, sequences of them as tuples, so that equal laws compare equal; another shape is refused."""
+    kinds = annotation.split(" | ")
+    shapes = [_SHAPES[kind] for kind in kinds if kind in _SHAPES]
+    if not shapes or (value is None and "None" in kinds):
         return value
-    if isinstance(value, str | bytes | Mapping):
-        raise InputError(f"{where}: {name} must be a number or a list of numbers, got {value!r}")
     if isinstance(value, np.ndarray):
         value = value.tolist()
-    if isinstance(value, Sequence):
-        return tuple(_tidy(name, item, where) for item in value)
-    return number(name, value, where)
+    listed = isinstance(value, Sequence) and not isinstance(value, str | bytes)
+    if "tuple[Point, ...]" in kinds and listed:
+        return tuple(_pair(f"node {i} (counted from 0) of {name}", item, where) for i, item in enumerate(value))
+    if "Point" in kinds and listed:
+        return _pair(name, value, where)
+    if "float" in kinds and hasattr(value, "__float__"):
+        return number(name, value, where)
+    raise InputError(f"{where}: {name} must be {' or '.join(shapes)}, got {value!r}")
+
+
+def _pair(name: str, value: Any, where: str) -> Point:
+    if isinstance(value, str | bytes) or not isinstance(value, Sequence) or len(value) != 2:
+        raise InputError(f"{where}: {name} must be {_SHAPES['Point']}, got {value!r}")
+    return number(name, value[0], where), number(name, value[1], where)
 
 
 def _plain(value: Any) -> Any:
@@ -75,15 +93,16 @@ def _plain(value: Any) -> Any:
 class Law(Table):
     """What all friction laws have in common.
 
-    For developers: a new law is a frozen dataclass with its parameters here, one file with the trait ``Friction`` in the
-    core, one line in each of the two lists of laws, a page in ``docs/laws.md`` and a test. CONTRIBUTING.md walks through it.
+    For developers: CONTRIBUTING.md walks through a new law.
     """
 
     ALL: ClassVar[dict[str, type[Law]]] = {}
     #: Whether kinetic friction is one smooth curve instead of linear pieces (a Taylor series instead of a closed form).
     SMOOTH: ClassVar[bool] = False
-    #: Numbers that choose a form of the law and are never fitted.
-    CHOICES: ClassVar[tuple[str, ...]] = ()
+    #: Numbers that choose a form of the law, with those they may be; they are never fitted.
+    CHOICES: ClassVar[dict[str, tuple[float, ...]]] = {}
+    #: The parameters of :meth:`example`.
+    EXAMPLE: ClassVar[dict[str, Any]] = {}
 
     def __init_subclass__(cls, family: bool = False) -> None:
         if not family:
@@ -95,6 +114,18 @@ class Law(Table):
             _core.check_law(self.to_json())
         except ValueError as error:
             raise InputError(f"{type(self).__name__}: {error}") from None
+
+    @classmethod
+    def example(cls) -> Self:
+        """A law of this kind in plain dimensionless numbers, where there is one the set of its source.
+
+        The pictures of ``docs/laws.md`` show it, and what is asked of every law is tested on it.
+
+        >>> from stickslip.laws import StaticKinetic
+        >>> StaticKinetic.example()
+        StaticKinetic(break_away=1.0, kinetic=0.6)
+        """
+        return cls(**cls.EXAMPLE)
 
     def to_dict(self) -> dict[str, Any]:
         """The document, with the law's name under ``type``."""

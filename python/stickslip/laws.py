@@ -6,16 +6,13 @@ Every law answers two questions: what force adhesion can bear (:meth:`Law.break_
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-
-from stickslip.errors import InputError
+from stickslip.bogacz_ryczek import BogaczRyczek as BogaczRyczek
+from stickslip.bogacz_ryczek import StaticFriction as StaticFriction
 from stickslip.law import Law as Law
-from stickslip.law import Point, Table
+from stickslip.law import Point
 from stickslip.law import force_along as force_along
 from stickslip.law import load_law as load_law
 from stickslip.state_laws import BoucWen as BoucWen
@@ -41,6 +38,7 @@ class Coulomb(Law):
     0.5
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"kinetic": 0.6}
     UNITS: ClassVar[dict[str, str]] = {"kinetic": "force"}
 
     kinetic: float
@@ -65,6 +63,7 @@ class StaticKinetic(Law):
     (0.6), got 0.5: raise the break-away force or lower the kinetic one
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"break_away": 1.0, "kinetic": 0.6}
     UNITS: ClassVar[dict[str, str]] = {"break_away": "force", "kinetic": "force"}
 
     break_away: float
@@ -84,6 +83,7 @@ class PiecewiseLinear(Law):
     array([0.8 , 0.63])
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"nodes": [(0, 0.9), (0.2, 0.6), (0.6, 0.7)], "break_away": 1.0}
     UNITS: ClassVar[dict[str, str]] = {"nodes": "velocity, force", "break_away": "force"}
 
     nodes: tuple[Point, ...]
@@ -107,6 +107,7 @@ class DwellTime(Law):
     1.0
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"kinetic": 0.5, "limit": 0.5, "rate": 0.4}
     UNITS: ClassVar[dict[str, str]] = {"kinetic": "force", "limit": "force", "rate": "time^-exponent", "exponent": ""}
 
     kinetic: float
@@ -130,6 +131,7 @@ class Rational(Law):
     0.25
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"break_away": 1.0, "weakening": 3.0}
     UNITS: ClassVar[dict[str, str]] = {"break_away": "force", "weakening": "velocity^-1"}
     SMOOTH: ClassVar[bool] = True
 
@@ -153,6 +155,7 @@ class Cubic(Law):
     0.25
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"static": 0.4, "linear": 0.45, "cubic": 0.6}
     UNITS: ClassVar[dict[str, str]] = {"static": "force", "linear": "force velocity^-1", "cubic": "force velocity^-3"}
     SMOOTH: ClassVar[bool] = True
 
@@ -180,6 +183,7 @@ class ExponentialStribeck(Law):
     0.68394
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"break_away": 1.0, "kinetic": 0.5, "scale": 0.1, "viscous": 0.2}
     UNITS: ClassVar[dict[str, str]] = {
         "break_away": "force",
         "kinetic": "force",
@@ -187,7 +191,7 @@ class ExponentialStribeck(Law):
         "viscous": "force velocity^-1",
         "exponent": "",
     }
-    CHOICES: ClassVar[tuple[str, ...]] = ("exponent",)
+    CHOICES: ClassVar[dict[str, tuple[float, ...]]] = {"exponent": (1.0, 2.0)}
     SMOOTH: ClassVar[bool] = True
 
     break_away: float
@@ -214,6 +218,7 @@ class PoppStelter(Law):
     0.233967
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"break_away": 0.4, "kinetic": 0.1, "weakening": 1.42, "square": 0.01}
     UNITS: ClassVar[dict[str, str]] = {
         "break_away": "force",
         "kinetic": "force",
@@ -249,6 +254,7 @@ class ForceRate(Law):
     array([1.  , 0.75])
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"kinetic": 0.5, "limit": 0.5, "rate": 0.4, "force_rate_scale": 0.3}
     UNITS: ClassVar[dict[str, str]] = {
         "kinetic": "force", "limit": "force", "rate": "time^-exponent", "force_rate_scale": "force time^-1",
         "exponent": "", "force_rate_exponent": "",
@@ -277,6 +283,10 @@ class Tabulated(Law):
     (array([0.7, 0.6]), array([0.85, 1.  ]))
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {
+        "kinetic": [(0, 0.9), (0.1, 0.7), (0.3, 0.6), (0.6, 0.65)],
+        "break_away": [(0, 0.9), (0.5, 1.0), (2, 1.1), (6, 1.15)],
+    }
     UNITS: ClassVar[dict[str, str]] = {"kinetic": "velocity, force", "break_away": "time, force"}
 
     kinetic: float | tuple[Point, ...]
@@ -307,118 +317,13 @@ class TwoBranch(Law):
     array([1.1, 1. , 1. , 0.9])
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {
+        "rising": [(0, 1), (0.6, 0.7)],
+        "falling": [(0, 0.6), (0.6, 0.7)],
+        "break_away": 1.0,
+    }
     UNITS: ClassVar[dict[str, str]] = {"rising": "velocity, force", "falling": "velocity, force", "break_away": "force"}
 
     rising: float | tuple[Point, ...]
     falling: float | tuple[Point, ...]
     break_away: float
-
-
-@dataclass(frozen=True)
-class StaticFriction(Table):
-    """The surface f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
-
-    Parameters
-    ----------
-    initial : f_0 = f_s(0, δ → ∞) > 0, and f_s(0, ·) without a drop.
-    limit : Δ∞ ≥ 0, growth after an infinite rest at a vanishing force rate.
-    rate, exponent : γ > 0 and m > 0.
-    force_rate_scale : δ₀ > 0, the force rate that halves the growth; None: no dependence on the force rate.
-    force_rate_exponent : q > 0.
-    drop : Δ₀ ≥ 0, what f_s(0, δ) falls by from a vanishing to an infinite force rate.
-    drop_scale, drop_exponent : δ₁ > 0, the force rate at which half of that is gone, and p > 0.
-
-    The growth with rest is Kato's; static friction falling with the force rate is the finding of Johannes, Green &
-    Brockley, Wear 24 (1973) 381, in a form of our own.
-    """
-
-    UNITS: ClassVar[dict[str, str]] = {
-        "initial": "force", "limit": "force", "rate": "time^-exponent", "exponent": "",
-        "force_rate_scale": "force time^-1", "force_rate_exponent": "",
-        "drop": "force", "drop_scale": "force time^-1", "drop_exponent": "",
-    }  # fmt: skip
-
-    initial: float
-    limit: float = 0.0
-    rate: float = 1.0
-    exponent: float = 1.0
-    force_rate_scale: float | None = None
-    force_rate_exponent: float = 1.0
-    drop: float = 0.0
-    drop_scale: float = 1.0
-    drop_exponent: float = 1.0
-
-
-@dataclass(frozen=True)
-class BogaczRyczek(Law):
-    """The law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
-
-    Static friction f_s(t_s, δ) and two piecewise-linear kinetic branches, the upper one while |w| grows, the lower one while
-    it falls. The branches are lines of four pencils and meet at a corner on the line l; see ``docs/paper-law.md`` for what
-    the paper states, what we read into it and what we calibrated. The default has the paper's geometry and our calibration.
-
-    Parameters
-    ----------
-    static_friction : the surface f_s(t_s, δ), calibrated.
-    A : pencil (w, f) of the upper lines, None at infinity: then they have the angle `phi`.
-    B : pencil of the lower lines, at w ≤ 0.
-    C : pencil of the common lines, None at infinity: then they have the angle `psi`.
-    D : pencil of the climbs from the lower to the upper branch, None at infinity: then they have the angle `eta`.
-    l : (slope, intercept) of the line of corners f* = slope · w* + intercept.
-    alpha : fall of friction after break-away, a number or nodes (f_s, α).
-    beta : slip speed over which it falls.
-    phi, psi, eta : angles in degrees.
-
-    Change the geometry point by point with :func:`dataclasses.replace`.
-
-    >>> from dataclasses import replace
-    >>> law = replace(BogaczRyczek(), D=(0.33, 2.2))
-    >>> law.break_away_force(0.0, [0.25, 0.40]).round(3)
-    array([1.896, 1.066])
-    """
-
-    UNITS: ClassVar[dict[str, str]] = {
-        "static_friction": "law", "A": "velocity, force", "B": "velocity, force", "C": "velocity, force",
-        "D": "velocity, force", "l": "force velocity^-1, force", "alpha": "force, force", "beta": "velocity",
-        "phi": "angle", "psi": "angle", "eta": "angle",
-    }  # fmt: skip
-
-    static_friction: StaticFriction = field(
-        default_factory=lambda: StaticFriction(
-            initial=0.68, drop=1.24, drop_scale=0.3695, drop_exponent=10.0, limit=0.39, rate=0.3, force_rate_scale=0.5
-        )
-    )
-    A: Point | None = None
-    B: Point = (-0.41, 1.33)
-    C: Point | None = None
-    D: Point | None = (0.33, 2.40)
-    l: Point = (3.41, -0.28)
-    alpha: float | tuple[Point, ...] = ((1.9, 0.0), (2.9, 1.7))
-    beta: float = 0.01
-    phi: float = -58.0
-    psi: float = 39.0
-    eta: float = 89.0
-
-    def __post_init__(self) -> None:
-        if isinstance(self.static_friction, Mapping):
-            surface = StaticFriction.from_dict(self.static_friction, "static_friction")
-            object.__setattr__(self, "static_friction", surface)
-        for name in ("A", "B", "C", "D", "l"):
-            point = getattr(self, name)
-            if point == "infinity" and name in "ACD":
-                object.__setattr__(self, name, None)
-            elif point is not None and not _is_point(point):
-                raise InputError(f"BogaczRyczek: {name} must be a pair of numbers, got {point!r}")
-        super().__post_init__()
-
-    def to_dict(self) -> dict[str, Any]:
-        """The document; D at infinity is said, as its default is a point."""
-        return super().to_dict() | ({"D": "infinity"} if self.D is None else {})
-
-    def to_json(self) -> str:
-        """The document for the core, where a pencil at infinity is not there."""
-        return json.dumps(super().to_dict())
-
-
-def _is_point(value: object) -> bool:
-    return isinstance(value, Sequence | np.ndarray) and len(value) == 2 and all(np.ndim(item) == 0 for item in value)

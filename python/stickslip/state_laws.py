@@ -147,6 +147,7 @@ class Dahl(StateLaw):
     (array(0.5), array(1.))
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"stiffness": 4.0, "kinetic": 1.0}
     UNITS: ClassVar[dict[str, str]] = {"stiffness": "stiffness", "kinetic": "force", "exponent": ""}
 
     stiffness: float
@@ -178,6 +179,9 @@ class LuGre(StateLaw):
     (1.5, 1.04)
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {
+        "stiffness": 100.0, "damping": 2.0, "viscous": 0.1, "kinetic": 1.0, "break_away": 1.5, "scale": 0.1,
+    }  # fmt: skip
     UNITS: ClassVar[dict[str, str]] = {
         "stiffness": "stiffness", "damping": "damping", "viscous": "damping", "kinetic": "force", "break_away": "force",
         "scale": "velocity", "exponent": "",
@@ -210,6 +214,7 @@ class ElastoPlastic(StateLaw):
     array(0.0001)
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = LuGre.EXAMPLE | {"elastic": 0.8}
     UNITS: ClassVar[dict[str, str]] = LuGre.UNITS | {"elastic": "force"}
 
     stiffness: float
@@ -243,6 +248,7 @@ class BoucWen(StateLaw):
     1.0
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {"stiffness": 4.0, "beta": 8.0, "gamma": 4.0, "exponent": 2.0}
     UNITS: ClassVar[dict[str, str]] = {
         "stiffness": "stiffness",
         "beta": "length^-exponent",
@@ -284,6 +290,9 @@ class RateState(StateLaw):
     0.6
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {
+        "normal_force": 1.0, "a": 0.01, "b": 0.015, "length": 1.0, "reference_velocity": 1.0,
+    }  # fmt: skip
     UNITS: ClassVar[dict[str, str]] = {
         "normal_force": "force", "a": "", "b": "", "length": "length", "reference_velocity": "velocity",
         "reference_friction": "", "law": "",
@@ -320,6 +329,10 @@ class Regularised(StateLaw):
     0.25
     """
 
+    EXAMPLE: ClassVar[dict[str, Any]] = {
+        "law": {"type": "Rational", "break_away": 1.0, "weakening": 3.0},
+        "width": 0.05,
+    }
     UNITS: ClassVar[dict[str, str]] = {"law": "law", "width": "velocity", "shape": ""}
 
     law: Law

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from stickslip import _core
 from stickslip.documents import check_keys, number, read_toml
 from stickslip.errors import InputError
-from stickslip.law import Law, Table, load_law
+from stickslip.law import Law, Point, Table, load_law
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Drive(Table):
 
     velocity: float = 0.0
     harmonics: tuple[Harmonic, ...] = ()
-    nodes: tuple[tuple[float, float], ...] = ()
+    nodes: tuple[Point, ...] = ()
 
     def __post_init__(self) -> None:
         harmonics: Any = self.harmonics
@@ -74,11 +74,7 @@ class Drive(Table):
                 for item in items
             ),
         )
-        if not isinstance(self.nodes, list | tuple | np.ndarray):
-            raise InputError(f"Drive: nodes must be pairs (time, velocity), got {self.nodes!r}")
         super().__post_init__()
-        if any(not isinstance(node, tuple) or len(node) != 2 for node in self.nodes):
-            raise InputError(f"Drive: nodes must be pairs (time, velocity), got {self.nodes!r}")
 
     @classmethod
     def shaken(cls, velocity: float, displacement: float, frequency: float) -> Self:
@@ -288,9 +284,8 @@ class Force(Table):
     mass: int = 0
 
     def __post_init__(self) -> None:
-        mass = _index("mass", self.mass, "Force")
+        object.__setattr__(self, "mass", _index("mass", self.mass, "Force"))
         super().__post_init__()
-        object.__setattr__(self, "mass", mass)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.laws import BogaczRyczek, DwellTime, ForceRate, Law, PiecewiseLinear, Tabulated, TwoBranch, force_along
+from stickslip.laws import BogaczRyczek, ForceRate, Law, PiecewiseLinear, Tabulated, TwoBranch, force_along
 from stickslip.show.canvas import OKABE_ITO, axes, label
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def law_plot(
     Returns
     -------
     The axes. The dot is the break-away force at stick time zero; a bar above it reaches to the break-away force after
-    an endless rest at a vanishing force rate.
+    a long rest at a vanishing force rate.
     """
     ax = axes(ax)
     top = _reach(law) if w_max is None else w_max
@@ -63,7 +63,7 @@ def law_plot(
             ax.plot(w[w >= low], again, color=OKABE_ITO["orange"], lw=1.0, ls="--", label=name)
     else:
         ax.plot(w, rising, color=OKABE_ITO["black"], label="kinetic")
-    weakest, strongest = law.break_away_force(0.0), law.break_away_force(1e12, 0.0)
+    weakest, strongest = law.break_away_force(0.0), law.break_away_force(10 * _long_rest(law))
     ax.plot([0, 0], [0, weakest], color=OKABE_ITO["grey"], lw=2.2, solid_capstyle="butt", label="adhesion", zorder=1.5)
     if strongest > weakest * (1 + 1e-12):
         ax.plot([0, 0], [weakest, strongest], color=OKABE_ITO["grey"], lw=2.2, ls=(0, (1, 0.6)), zorder=1.5)
@@ -105,12 +105,7 @@ def break_away_plot(
     ax = axes(ax)
     surface = law.static_friction if isinstance(law, BogaczRyczek) else law if isinstance(law, ForceRate) else None
     if stick_times is None:
-        dwell = law if isinstance(law, DwellTime) else surface
-        # The time after which the growth is nearly over.
-        last = 1.0 if dwell is None else (4.0 / dwell.rate) ** (1.0 / dwell.exponent)
-        if isinstance(law, Tabulated) and isinstance(law.break_away, tuple):
-            last = max(1.2 * law.break_away[-1][0], 1e-300)
-        stick_times = np.linspace(0.0, last, 301).tolist()
+        stick_times = np.linspace(0.0, _long_rest(law), 301).tolist()
     scale = None if surface is None else surface.force_rate_scale
     if force_rates is None:
         force_rates = (0.0,) if scale is None else tuple(scale * f for f in (0.2, 0.5, 1.0, 2.0))
@@ -124,6 +119,14 @@ def break_away_plot(
     ax.margins(x=0)
     ax.set(xlabel=label("stick time $t_s$", "time", units), ylabel=label("break-away force $f_s$", "force", units))
     return ax
+
+
+def _long_rest(law: Law) -> float:
+    """Four times the rest beyond which a tenfold rest adds less than half of what has grown; 1 where nothing grows."""
+    times = np.geomspace(1e-9, 1e12, 2101)
+    grown = law.break_away_force(times) - law.break_away_force(0.0)
+    slows = (grown > 0) & (law.break_away_force(10 * times) - law.break_away_force(times) < 0.5 * grown)
+    return 4 * float(times[np.argmax(slows)]) if slows.any() else 1.0
 
 
 def _reach(law: Law) -> float:
