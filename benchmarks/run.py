@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
+import regimes
 import sweep
 from peers import numba_switch, odeint, pathsim_events, scipy_events, smoothed_lsoda, stickslip_core, sundae, timed
 from problems import PROBLEMS, Problem
@@ -60,10 +61,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-o", "--output", type=Path, help="page whose tables are replaced")
     parser.add_argument("--rounds", type=int, default=3, help="interleaved rounds, the best of which counts; default 3")
+    parser.add_argument("--side", type=int, default=1000, help="points along each side of the regime map; default 1000")
     options = parser.parse_args()
     lines = [f"Run on {machine()}.", ""]
     tables = [(problem.name, lambda problem=problem: compare(problem, options.rounds)) for problem in PROBLEMS]
-    for name, table in (*tables, ("A sweep of 1000 frequencies", lambda: sweep.compare(options.rounds))):
+    tables.append(("A sweep of 1000 frequencies", lambda: sweep.compare(options.rounds)))
+    tables.append(("A regime map", lambda: regimes.compare(options.side)))
+    for name, table in tables:
         lines += [f"### {name}", "", *table(), ""]
         print("\n".join(lines[lines.index(f"### {name}") :]), flush=True)
     if options.output:
