@@ -1,10 +1,12 @@
 """Sections against the whole orbit they are cut from, and maps from one return to the next."""
 
+import json
+
 import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analysis.rows import Chunk, Look
+from stickslip.analysis.rows import Chunk, Look, period_of
 from stickslip.analysis.sections import Surface, points_of
 from stickslip.parameters import document_of
 
@@ -194,3 +196,27 @@ def test_the_motion_that_is_called_chaotic_parts_from_its_neighbours():
     apart = np.abs(one["x"] - other["x"]).to_numpy()
     assert apart[:5].max() < 1e-7
     assert apart[400:].max() > 0.1
+
+
+@pytest.mark.parametrize("name", [name for name in SYSTEMS if name != "two tones"])
+def test_a_chain_under_the_same_drive_is_one_run(name):
+    system = SYSTEMS[name]
+    # In the middle of a stick or a slip; where there is forcing after whole periods, as it begins anew.
+    look = Look(40.0, 1.0 if system.forcing else 1.3, 1e-6, points=30)
+    paths, value = ("drive_velocity",), system.drive_velocity
+    chain = Chunk(json.dumps(document_of(system)), paths, np.full((3, 1), value), look, chain=True).compute()
+    whole = ss.simulate(system, 3 * (look.transient + look.window) * period_of(system))
+    assert chain["events"].sum() == whole.work.events
+    x, v = whole.at(whole.t_end)
+    np.testing.assert_allclose(chain["x_end"][-1], x, atol=1e-9)
+    np.testing.assert_allclose(np.nan_to_num(chain["v_end"][-1], nan=value), v, atol=1e-9)
+
+
+def test_a_motion_is_handed_on_with_what_its_contact_remembers():
+    """Without its memory it would come to rest on a steep line of the paper's law at single values between the branches."""
+    diagram = ss.orbit_diagram(
+        ss.paper.oscillator(0.3), "drive_velocity", np.linspace(0.23, 0.41, 91), direction="up", periods=120
+    )
+    regime = diagram["regime"].to_numpy()
+    changes = regime[np.flatnonzero(regime[1:] != regime[:-1]) + 1].tolist()
+    assert [regime[0], *changes] == ["stick_slip", "almost_harmonic", "stable_slip"]

@@ -8,6 +8,7 @@ __all__ = [
     "BRANCHES",
     "ENDINGS",
     "KINDS",
+    "ONWARD",
     "REGIMES",
     "STOPS",
     "SWEEP_COLUMNS",
@@ -39,6 +40,7 @@ KINDS: list[str]
 STOPS: list[str]
 BRANCHES: list[str]
 REGIMES: list[str]
+ONWARD: int
 SWEEP_COLUMNS: list[str]
 ENDINGS: list[str]
 
@@ -128,8 +130,8 @@ def section(
     document: str, surface: str, run: tuple[float, float | None, float, int], after: float, most: int
 ) -> tuple[_Floats, int]: ...
 def sweep(
-    document: str, names: list[str], values: _Floats, look: str, chain: bool, start: tuple[float, float | None] | None
-) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...
+    document: str, names: list[str], values: _Floats, look: str, chain: bool, start: list[float] | None
+) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
 
 _Trail = tuple[_Floats, _Floats, list[str], str]
 

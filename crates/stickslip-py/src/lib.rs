@@ -313,6 +313,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("BRANCHES", law::BRANCHES)?;
     module.add("REGIMES", Regime::ALL.map(Regime::name))?;
     module.add("SWEEP_COLUMNS", sweep::COLUMNS)?;
+    module.add("ONWARD", sweep::ONWARD)?;
     module.add("STOPS", Stop::ALL.map(Stop::name))?;
     module.add_class::<Orbit>()?;
     module.add_function(wrap_pyfunction!(batch::batch, module)?)?;

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use stickslip::section::section as points_of;
 use stickslip::simulate::Run;
 use stickslip::structure::Oscillator;
-use stickslip::sweep::{Steady, Sweep};
+use stickslip::sweep::{Begin, Onward, Steady, Sweep};
 use stickslip::zero_one;
 
 use crate::refused;
@@ -33,6 +33,9 @@ pub(crate) const COLUMNS: [&str; 17] = [
     "events",
     "stop",
 ];
+
+/// How many numbers say how a motion goes on.
+pub(crate) const ONWARD: usize = Onward::NUMBERS;
 
 fn wrong(error: &impl ToString) -> PyErr {
     PyValueError::new_err(error.to_string())
@@ -75,8 +78,8 @@ pub(crate) fn section<'py>(
 }
 
 /// Run a sweep on the present thread. Returns, a row for each run: [`COLUMNS`]; turning points of x and of w; the section
-/// (t, x, v), each filled with what is not a number. Each run starts from `start`; in
-/// a chain only the first, the others where the one before ended.
+/// (t, x, v), each filled with what is not a number; and how the motion goes on. Each run starts from `start`, position and
+/// velocity (not a number: stuck) or how another went on; in a chain only the first, the others where the one before ended.
 #[pyfunction]
 #[expect(
     clippy::needless_pass_by_value,
@@ -89,34 +92,40 @@ pub(crate) fn sweep<'py>(
     values: PyReadonlyArray1<'py, f64>,
     look: &str,
     chain: bool,
-    start: Option<(f64, Option<f64>)>,
-) -> PyResult<(Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>)> {
+    start: Option<Vec<f64>>,
+) -> PyResult<(Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>)> {
     let sweep = Sweep {
         document: serde_json::from_str(document).map_err(|error| wrong(&error))?,
         names,
         values: values.as_slice()?.to_vec(),
         look: serde_json::from_str(look).map_err(|error| wrong(&error))?,
     };
+    let begin = start.and_then(|numbers| match numbers[..] {
+        [x, v] => Some(Begin::State(x, (!v.is_nan()).then_some(v))),
+        _ => Onward::read(&numbers).map(Begin::Onward),
+    });
     let rows = py
         .detach(|| {
             if chain {
-                sweep.chain(0..sweep.len(), start)
+                sweep.chain(0..sweep.len(), begin)
             } else {
-                (0..sweep.len()).map(|index| sweep.row(index, start)).collect()
+                (0..sweep.len()).map(|index| sweep.row(index, begin)).collect()
             }
         })
         .map_err(|error| refused(&error))?;
     let points = sweep.look.points;
-    let mut columns: [Vec<f64>; 4] = Default::default();
+    let mut columns: [Vec<f64>; 5] = Default::default();
     for row in &rows {
         columns[0].extend(numbers(row));
         pad(&mut columns[1], row.turning_x.iter().copied(), points);
         pad(&mut columns[2], row.turning_w.iter().copied(), points);
         let section = row.section.iter().flat_map(|point| [point.t, point.x, point.v]);
         pad(&mut columns[3], section, 3 * points);
+        let onward = row.onward.iter().flat_map(Onward::numbers);
+        pad(&mut columns[4], onward, Onward::NUMBERS);
     }
-    let [numbers, turning_x, turning_w, section] = columns.map(|column| column.into_pyarray(py));
-    Ok((numbers, turning_x, turning_w, section))
+    let [numbers, turning_x, turning_w, section, onward] = columns.map(|column| column.into_pyarray(py));
+    Ok((numbers, turning_x, turning_w, section, onward))
 }
 
 /// The growth rate of the 0–1 test for chaos.

@@ -9,6 +9,7 @@
 //! | [`flow`] | closed-form motion between events |
 //! | [`event`] | the certified next event |
 //! | [`simulate`] | the loop, and why it stopped |
+//! | [`place`] | where a motion goes on: mode and memory |
 //! | [`orbit`] | what a run returns, evaluable at any time |
 //! | [`batch`] | many runs over parameters and starts, on all cores |
 //! | [`section`] | the states in which a motion meets a surface |
@@ -52,6 +53,7 @@ mod matrix;
 pub mod mode;
 pub mod network;
 pub mod orbit;
+pub mod place;
 pub mod regime;
 pub mod replay;
 pub mod section;

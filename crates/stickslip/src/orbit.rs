@@ -5,6 +5,7 @@ use crate::event::Work;
 use crate::flow::exact::Frame;
 use crate::law::Piece;
 use crate::mode::{Kind, Mode};
+use crate::place::Place;
 use crate::simulate::{Run, Stop};
 use crate::structure::Oscillator;
 
@@ -75,6 +76,8 @@ pub trait Record {
     fn go_on(&mut self) -> bool {
         true
     }
+    /// The end of the run was reached here.
+    fn arrived(&mut self, _place: Place) {}
 }
 
 /// A record that is told on as long as `go_on` says so.
@@ -97,6 +100,10 @@ impl<R: Record, F: FnMut() -> bool> Record for While<&mut R, F> {
 
     fn go_on(&mut self) -> bool {
         (self.go_on)()
+    }
+
+    fn arrived(&mut self, place: Place) {
+        self.record.arrived(place);
     }
 }
 

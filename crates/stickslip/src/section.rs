@@ -14,8 +14,9 @@ use crate::flow::exact::{Frame, Signal, Slip};
 use crate::law::Piece;
 use crate::mode::Kind;
 use crate::orbit::{Event, Record, Segment};
+use crate::place::Place;
 use crate::series::free_time;
-use crate::simulate::{Run, Stop, observe};
+use crate::simulate::{Run, Stop, observe, resume};
 use crate::structure::Oscillator;
 
 /// What makes a section.
@@ -161,12 +162,16 @@ pub(crate) trait View<const H: usize> {
     fn pass(&mut self, course: &Course<H>, span: (f64, f64), last: bool);
     /// An event occurred.
     fn event(&mut self, event: Event);
+    /// The end of the run was reached here.
+    fn arrived(&mut self, _place: Place) {}
 }
 
-/// Run and show what happens from the time `after` on. Returns why the run ended and how many events it had.
+/// Run, from the start or from a place, and show what happens from the time `after` on. Returns why the run ended and how
+/// many events it had.
 pub(crate) fn follow<const H: usize>(
     oscillator: &Oscillator,
     run: Run,
+    from: Option<Place>,
     after: f64,
     view: &mut impl View<H>,
 ) -> Result<(Stop, u64), Error> {
@@ -176,7 +181,10 @@ pub(crate) fn follow<const H: usize>(
         open: None,
         view,
     };
-    let (stop, work) = observe(oscillator, run, &mut follower)?;
+    let (stop, work) = match from {
+        Some(place) => resume(oscillator, run, place, &mut follower)?,
+        None => observe(oscillator, run, &mut follower)?,
+    };
     if stop == Stop::End
         && let Some(segment) = follower.open.take()
     {
@@ -214,6 +222,10 @@ impl<const H: usize, V: View<H>> Record for Follower<'_, H, V> {
         if event.t >= self.after {
             self.view.event(event);
         }
+    }
+
+    fn arrived(&mut self, place: Place) {
+        self.view.arrived(place);
     }
 }
 
@@ -525,6 +537,6 @@ fn points<const H: usize>(
         most,
         points: VecDeque::new(),
     };
-    let (stop, _) = follow::<H>(oscillator, run, after, &mut gather)?;
+    let (stop, _) = follow::<H>(oscillator, run, None, after, &mut gather)?;
     Ok((gather.points.into(), stop))
 }

@@ -7,6 +7,7 @@ use crate::flow::exact::Frame;
 use crate::law::{End, Friction, Hold, Law, Memory};
 use crate::mode::{self, Kind, Mode};
 use crate::orbit::{Event, Orbit, Record, Segment, While};
+use crate::place::Place;
 use crate::structure::Oscillator;
 
 /// Why a run ended. Ending is a value, not an error.
@@ -152,18 +153,7 @@ pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> R
     }
 }
 
-/// Where a motion under linear pieces goes on: the time, the mode and what the contact remembers, beside x and v of the run.
-#[derive(Clone, Copy, Debug)]
-pub struct Place {
-    /// The time, which counts for the forcing; a stick begins there.
-    pub clock: Clock,
-    /// The mode.
-    pub mode: Mode,
-    /// The memory.
-    pub memory: Memory,
-}
-
-/// Go on from a place until `run.t_end`, a time on the clock of the place, and tell `record`.
+/// Go on from a place, with x and v of the run, until `run.t_end`, a time on the clock of the place, and tell `record`.
 ///
 /// # Errors
 /// A harmonic that meets an undamped resonance.
@@ -266,6 +256,7 @@ impl<'a, const H: usize> Loop<'a, H> {
                 } => self.hold(direction, u, between, start, horizon, record),
             };
             let Some(next) = next else {
+                record.arrived(Place::inside(self.clock, horizon, mode, self.memory));
                 return Ok((Stop::End, self.work));
             };
             mode = next;

@@ -11,9 +11,11 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::batch::{placed, varied};
+use crate::drive::Clock;
 use crate::error::{Error, positive};
 use crate::mode::Kind;
 use crate::orbit::Event;
+use crate::place::Place;
 use crate::regime::Regime;
 use crate::section::{Course, Cut, Passing, Point, Surface, View, follow, keep};
 use crate::simulate::{Run, Stop};
@@ -66,8 +68,10 @@ pub struct Steady {
     pub mean: (f64, f64),
     /// The share of the time in which the mass sticks.
     pub stuck_share: f64,
-    /// Where the next run goes on: position, and velocity unless stuck.
+    /// Where it ended: position, and velocity unless stuck.
     pub end: (f64, Option<f64>),
+    /// How the motion goes on there, if it reached the end.
+    pub onward: Option<Onward>,
     /// Events of the whole run.
     pub events: u64,
     /// Why it ended.
@@ -78,6 +82,69 @@ pub struct Steady {
     pub turning_w: VecDeque<f64>,
     /// The last returns to the section.
     pub section: VecDeque<Point>,
+}
+
+/// How a motion goes on under another drive or forcing: its position and its slip velocity, so that what sticks sticks on,
+/// and what the contact does and remembers. Forcing begins anew.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Onward {
+    /// Position.
+    pub x: f64,
+    /// Slip velocity.
+    pub w: f64,
+    /// How long a stick has lasted; 0 in slip.
+    pub stuck_for: f64,
+    /// Mode and memory.
+    pub place: Place,
+}
+
+impl Onward {
+    /// How many numbers that is.
+    pub const NUMBERS: usize = Place::NUMBERS + 3;
+
+    /// As numbers, to be kept in a table.
+    #[must_use]
+    pub fn numbers(&self) -> [f64; Self::NUMBERS] {
+        let mut numbers = [self.x; Self::NUMBERS];
+        numbers[1..3].copy_from_slice(&[self.w, self.stuck_for]);
+        numbers[3..].copy_from_slice(&self.place.numbers());
+        numbers
+    }
+
+    /// What [`Onward::numbers`] gave.
+    #[must_use]
+    pub fn read(numbers: &[f64]) -> Option<Self> {
+        let (&[x, w, stuck_for], place) = numbers.split_first_chunk()?;
+        let place = Place::read(place, Clock::default())?;
+        Some(Self {
+            x,
+            w,
+            stuck_for,
+            place,
+        })
+    }
+
+    /// The place, at the time `now`, and x and v there: those of the begin of a stick.
+    fn place(&self, drive_velocity: f64, now: Clock) -> (f64, f64, Place) {
+        let place = Place {
+            clock: now.after(-self.stuck_for),
+            ..self.place
+        };
+        (
+            self.x - drive_velocity * self.stuck_for,
+            drive_velocity - self.w,
+            place,
+        )
+    }
+}
+
+/// Where a run begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Begin {
+    /// At a position, with a velocity or with that of the drive; what a law remembers begins anew.
+    State(f64, Option<f64>),
+    /// Where another motion ended.
+    Onward(Onward),
 }
 
 /// Many runs of one oscillator.
@@ -106,61 +173,79 @@ impl Sweep {
         self.len() == 0
     }
 
-    /// One run, from `start` unless the row says otherwise; none: stuck at x = 0.
+    /// One run, from `begin` unless the row says otherwise; none: stuck at x = 0.
     ///
     /// # Errors
     /// Values that make no sense.
-    pub fn row(&self, index: usize, start: Option<(f64, Option<f64>)>) -> Result<Steady, Error> {
+    pub fn row(&self, index: usize, begin: Option<Begin>) -> Result<Steady, Error> {
         let width = self.names.len();
         let values = &self.values[index * width..(index + 1) * width];
-        let (x0, v0) = start.unwrap_or((0.0, None));
-        let run = Run {
-            x0,
-            v0,
+        let mut run = Run {
             max_events: self.look.max_events,
             ..Run::stuck(1.0)
         };
-        varied(&self.document, &self.names, values, run)
-            .and_then(|(oscillator, run)| steady(&oscillator, run, &self.look))
-            .map_err(|error| placed(index, &self.names, values, &error))
+        if let Some(Begin::State(x0, v0)) = begin {
+            (run.x0, run.v0) = (x0, v0);
+        }
+        let row = || {
+            let (oscillator, mut run) = varied(&self.document, &self.names, values, run)?;
+            let Some(Begin::Onward(onward)) = begin else {
+                return steady(&oscillator, run, None, &self.look);
+            };
+            if self.varies_law() {
+                // Lines and memory of one law say nothing under another.
+                (run.x0, run.v0) = (onward.x, Some(oscillator.drive_velocity - onward.w));
+                return steady(&oscillator, run, None, &self.look);
+            }
+            let (x0, v0, place) = onward.place(oscillator.drive_velocity, Clock::default());
+            (run.x0, run.v0) = (x0, Some(v0));
+            steady(&oscillator, run, Some(place), &self.look)
+        };
+        row().map_err(|error| placed(index, &self.names, values, &error))
     }
 
-    /// The runs of a range of rows, each from where the one before ended, the first from `start`. A mass that sticks there
-    /// sticks again; what a law remembers begins anew.
+    fn varies_law(&self) -> bool {
+        self.names.iter().any(|name| name.starts_with("law."))
+    }
+
+    /// The runs of a range of rows, each from where the one before ended, the first from `begin`: with its slip velocity, and
+    /// with what the contact remembers unless it is the law that is varied.
     ///
     /// # Errors
     /// The first row whose values make no sense.
-    pub fn chain(
-        &self,
-        range: Range<usize>,
-        mut start: Option<(f64, Option<f64>)>,
-    ) -> Result<Vec<Steady>, Error> {
+    pub fn chain(&self, range: Range<usize>, mut begin: Option<Begin>) -> Result<Vec<Steady>, Error> {
         let mut rows = Vec::with_capacity(range.len());
         for index in range {
-            let row = self.row(index, start)?;
+            let row = self.row(index, begin)?;
             // What ran away or got stuck in time is no start for its neighbour.
-            start = (row.stop == Stop::End).then_some(row.end);
+            begin = row.onward.map(Begin::Onward);
             rows.push(row);
         }
         Ok(rows)
     }
 }
 
-/// The steady motion of an oscillator; the time of `run` is that of the look.
+/// The steady motion of an oscillator from the start of `run`, or from a place with its x and v; the time of `run` is that
+/// of the look.
 ///
 /// # Errors
 /// The first value of the oscillator, the run or the look that makes no sense.
-pub fn steady(oscillator: &Oscillator, run: Run, look: &Look) -> Result<Steady, Error> {
+pub fn steady(oscillator: &Oscillator, run: Run, from: Option<Place>, look: &Look) -> Result<Steady, Error> {
     match oscillator.forcing.len() {
-        0 => look_at::<0>(oscillator, run, look),
-        1 => look_at::<1>(oscillator, run, look),
-        2 => look_at::<2>(oscillator, run, look),
-        3 => look_at::<3>(oscillator, run, look),
-        _ => look_at::<4>(oscillator, run, look),
+        0 => look_at::<0>(oscillator, run, from, look),
+        1 => look_at::<1>(oscillator, run, from, look),
+        2 => look_at::<2>(oscillator, run, from, look),
+        3 => look_at::<3>(oscillator, run, from, look),
+        _ => look_at::<4>(oscillator, run, from, look),
     }
 }
 
-fn look_at<const H: usize>(oscillator: &Oscillator, run: Run, look: &Look) -> Result<Steady, Error> {
+fn look_at<const H: usize>(
+    oscillator: &Oscillator,
+    run: Run,
+    from: Option<Place>,
+    look: &Look,
+) -> Result<Steady, Error> {
     oscillator.validate()?;
     let period = match oscillator.forcing.first() {
         Some(harmonic) => TAU / harmonic.frequency,
@@ -176,17 +261,23 @@ fn look_at<const H: usize>(oscillator: &Oscillator, run: Run, look: &Look) -> Re
     };
     let mut watch = Watch::new(oscillator.drive_velocity, look.points, &surface, RETURNS);
     watch.end = (run.x0, run.v0);
-    let (stop, events) = follow::<H>(oscillator, run, after, &mut watch)?;
-    let (compared, end) = (watch.returns.len(), watch.end);
+    let (stop, events) = follow::<H>(oscillator, run, from, after, &mut watch)?;
+    let compared = watch.returns.len();
     let row = watch.summary(look, stop, events, compared);
-    if row.period > 0 || stop != Stop::End || look.decide == 0 {
+    let Some(onward) = row.onward.filter(|_| row.period == 0 && look.decide > 0) else {
         return Ok(row);
-    }
+    };
     // The motion goes on for longer: a slow one may still settle, and the 0–1 test wants a long series.
+    let after = run.t_end;
+    let now = Clock {
+        high: after,
+        low: 0.0,
+    };
+    let (x0, v0, place) = onward.place(oscillator.drive_velocity, now);
     let run = Run {
-        x0: end.0,
-        v0: end.1,
-        t_end: look.decide as f64 * period,
+        x0,
+        v0: Some(v0),
+        t_end: after + look.decide as f64 * period,
         ..run
     };
     let mut watch = Watch::new(
@@ -195,7 +286,7 @@ fn look_at<const H: usize>(oscillator: &Oscillator, run: Run, look: &Look) -> Re
         &surface,
         RETURNS.max(look.decide),
     );
-    let (stop, more) = follow::<H>(oscillator, run, 0.0, &mut watch)?;
+    let (stop, more) = follow::<H>(oscillator, run, Some(place), after, &mut watch)?;
     let series: Vec<f64> = watch.returns.iter().map(|(point, _)| point.x).collect();
     let mut row = watch.summary(look, stop, events + more, compared);
     if row.period == 0 {
@@ -227,6 +318,8 @@ struct Watch {
     /// The most returns that are kept.
     most: usize,
     end: (f64, Option<f64>),
+    place: Option<Place>,
+    stuck_for: f64,
 }
 
 fn widen(range: &mut [f64; 2], value: f64) {
@@ -283,7 +376,9 @@ impl<const H: usize> View<H> for Watch {
             let end = course.point(span.1);
             widen(&mut self.x, end.x);
             widen(&mut self.v, end.v);
-            self.end = (end.x, (course.direction != 0.0).then_some(end.v));
+            let sticks = course.direction == 0.0;
+            self.end = (end.x, (!sticks).then_some(end.v));
+            self.stuck_for = if sticks { span.1 } else { 0.0 };
         }
     }
 
@@ -291,6 +386,10 @@ impl<const H: usize> View<H> for Watch {
         self.sticks |= matches!(event.kind, Kind::Release | Kind::Capture);
         // Told before the course that it ends has passed.
         self.met.extend(self.passing.event(&event));
+    }
+
+    fn arrived(&mut self, place: Place) {
+        self.place = Some(place);
     }
 }
 
@@ -315,6 +414,8 @@ impl Watch {
             turning_w: VecDeque::new(),
             most,
             end: (0.0, None),
+            place: None,
+            stuck_for: 0.0,
         }
     }
 
@@ -374,6 +475,12 @@ impl Watch {
             mean,
             stuck_share,
             end: self.end,
+            onward: self.place.map(|place| Onward {
+                x: self.end.0,
+                w: self.end.1.map_or(0.0, |v| self.drive_velocity - v),
+                stuck_for: self.stuck_for,
+                place,
+            }),
             events,
             stop,
             turning_x: self.turning_x,

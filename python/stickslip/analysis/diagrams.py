@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip import _core
 from stickslip.analysis.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
 from stickslip.analysis.sections import Surface, surface_from
 from stickslip.analysis.store import Plan, Progress, Variable, compute, fingerprint, words_for
@@ -89,8 +90,8 @@ def orbit_diagram(
         for an unknown parameter, values that make no sense, a store of something else or a cluster that does not answer.
 
     Limits: a transient that outlasts `periods` − `keep` is shown as if it were steady: near a threshold, run longer. A swept
-    motion is handed on with its position, its velocity and whether it sticks, at a whole period of the first forcing; what a
-    law remembers begins anew.
+    motion is handed on with its position and its slip velocity, at a whole period of the first forcing, and with what the
+    contact remembers unless it is the law that is varied; a system of masses and a smooth law with position and velocity.
 
     >>> from stickslip import paper
     >>> diagram = orbit_diagram(paper.oscillator(0.3), "drive_velocity", [0.2, 0.3, 0.45])
@@ -137,7 +138,8 @@ def orbit_diagram(
             # The run beside this part: below it on the way up, above it on the way down.
             there = low - 1 if directions[which] == "up" else high
             if arrays["stop"][which, there] == "t_end":
-                start = (np.asarray(arrays["x_end"][which, there]), np.asarray(arrays["v_end"][which, there]))
+                ends = [np.asarray(arrays[name][which, there]) for name in carried]
+                start = ends[0] if closed else (ends[0], ends[1])
         return Chunk(
             text,
             (path,),
@@ -149,6 +151,8 @@ def orbit_diagram(
             start=start,
         )
 
+    closed = isinstance(system, Oscillator) and system.closed_form
+    carried = ("onward",) if closed else ("x_end", "v_end")
     dims = ("direction", parameter)
     state = (*dims, "mass") if isinstance(system, System) else dims
     variables = {
@@ -167,6 +171,9 @@ def orbit_diagram(
         },
     }
     sizes = {"direction": len(directions), parameter: axis.size, "point": points}
+    if closed:
+        variables["onward"] = Variable((*dims, "number"), float, {"long_name": "how the motion goes on"})
+        sizes["number"] = _core.ONWARD
     if isinstance(system, System):
         sizes["mass"] = system.masses
     dimensionless = (

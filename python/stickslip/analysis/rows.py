@@ -45,7 +45,8 @@ COUNTS = ("period", "loops", "events")
 WORDS = ("regime", "recurrence", "stop")
 NUMBERS = tuple(name for name in MEANINGS if name not in (*COUNTS, *WORDS))
 
-Start = tuple[Any, Any] | None
+#: Position and velocity, or a row of the column ``onward``.
+Start = tuple[Any, Any] | Array | None
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,8 @@ class Chunk:
 
     `values` has a row for each run and a column for each path. Each starts from `start` (default stuck at x = 0; a velocity
     that is not a number means stuck); in a `chain` only the first, the others where the one before ended, and `backwards`
-    the last row is the first.
+    the last row is the first. Of an oscillator of linear pieces the column ``onward`` says how its motion goes on: x, w, the
+    mode and what the contact remembers.
     """
 
     document: str
@@ -111,10 +113,9 @@ class Chunk:
     def _in_the_core(self, values: Array) -> dict[str, Array]:
         start = None
         if self.start is not None:
-            x, v = (float(np.asarray(item)) for item in self.start)
-            start = (x, None if np.isnan(v) else v)
+            start = [float(item) for item in self.start]
         try:
-            numbers, turning_x, turning_w, section = _core.sweep(
+            numbers, turning_x, turning_w, section, onward = _core.sweep(
                 self.document,
                 list(self.paths),
                 # A copy: what Dask hands over need not be aligned.
@@ -138,6 +139,7 @@ class Chunk:
             "turning_x": turning_x.reshape(count, points),
             "turning_slip_velocity": turning_w.reshape(count, points),
             **{f"section_{name}": section[:, :, i] for i, name in enumerate("txv")},
+            "onward": onward.reshape(count, -1),
         }
 
     def _row(self, document: dict[str, Any], values: Sequence[float], start: Start) -> dict[str, Any]:
