@@ -45,7 +45,7 @@ FAR = 0.3
 CLOSE = 0.05
 """A motion within that of a record is near it whatever its kind is called."""
 SPREAD = 0.05
-"""Starting points lie that far around the first one, relative to its numbers, or twice its standard errors."""
+"""Starting points lie that far around the first one, relative to its numbers, and twice its standard errors."""
 
 
 class Fit:
@@ -170,15 +170,15 @@ class Fit:
         """Robust least squares over a share of each record, by Levenberg and Marquardt; `held` numbers stay.
 
         Normal equations, as the samples are many and the unknowns few. It ends where no step could lower the sum of
-        squares, in units of the noise, by more than `enough`.
+        squares, in units of the noise, by more than `enough`. A step after which a number has no effect any more is not
+        taken: from such a plateau nothing leads back.
         """
         low, high = self.bounds()
         at = np.clip(unknowns, low, high)
-        rest = self.residuals(at, share)
+        rest, slopes = self.residuals(at, share), self.slopes(at, share)
         cost, damping, slow = _robust(rest)[0], 1e-3, 0
         for _ in range(ITERATIONS):
             weight = _robust(rest)[1]
-            slopes = self.slopes(at, share)
             gradient = slopes.T @ (weight * rest)
             curvature = slopes.T @ (weight[:, None] * slopes)
             outward = ((at <= low) & (gradient > 0)) | ((at >= high) & (gradient < 0))
@@ -194,12 +194,14 @@ class Fit:
                 ahead = self.residuals(trial, share)
                 lower = _robust(ahead)[0]
                 if lower <= cost:
-                    break
+                    steep = self.slopes(trial, share)
+                    if not (slopes.any(axis=0) & ~steep.any(axis=0)).any():
+                        break
                 damping *= 5
             else:
                 return at
             slow = slow + 1 if cost - lower < enough else 0
-            at, rest, cost, damping = trial, ahead, lower, max(damping / 10, 1e-12)
+            at, rest, slopes, cost, damping = trial, ahead, steep, lower, max(damping / 10, 1e-12)
             if slow == PATIENCE:
                 break
         return at
@@ -337,14 +339,7 @@ def search(
     progress: Progress,
 ) -> None:
     """Lay the motions from one starting point after the other until only noise is left; `fit.best` holds the best."""
-    error = first.parameters["error"].reindex(fit.free.names).to_numpy(dtype=float)
-    plain = np.maximum(np.abs(fit.free.values(np.zeros(fit.count))), 1e-12)
-    error = np.where(fit.free.ratios, error / plain, error) / fit.free.scale
-    relative = np.where(fit.free.ratios, SPREAD, SPREAD * plain) / fit.free.scale
-    spread = np.maximum(np.nan_to_num(2 * error), relative)
-    points = np.zeros((starts, fit.count))
-    points[1:] = spread * random.standard_normal((starts - 1, fit.count))
-    points = np.clip(points, fit.free.low, fit.free.high)
+    points = _starts(fit.free, first, starts, random)
     done, fit.best = memory.read(fit.best)
     known = all(math.isfinite(overlay.noise) for overlay in fit.overlays)
     found: list[float] = []
@@ -359,6 +354,8 @@ def search(
         try:
             if turn == 0:
                 found.append(fit.lay(points[0])[0])
+                if known and fit.best[0] < LIKE_NOISE**2:
+                    continue
             found.append(fit.lay(fit.near(points[turn])[1])[0])
         except InputError:
             # Not a law there: the next one.
@@ -366,6 +363,24 @@ def search(
         finally:
             memory.write(fit, turn + 1)
     progress("laid over each other", starts, starts)
+
+
+def _starts(free: Free, first: Identification, count: int, random: np.random.Generator) -> Array:
+    """Starting points in the vector of the free numbers: the first is that of `first`, the others lie around it.
+
+    They scatter as the first identification says, correlations included: where it knows but a line on which a point lies,
+    points beside that line would lead nowhere.
+    """
+    plain = np.maximum(np.abs(free.values(np.zeros(len(free.names)))), 1e-12)
+    unit = free.scale * np.where(free.ratios, plain, 1.0)
+    known = first.covariance.reindex(index=free.names, columns=free.names).to_numpy(dtype=float)
+    known = np.nan_to_num(known) / np.outer(unit, unit)
+    relative = SPREAD * plain / unit
+    size, axes = np.linalg.eigh(0.5 * (known + known.T))
+    points = np.zeros((count, len(free.names)))
+    points[1:] = 2 * random.standard_normal((count - 1, size.size)) * np.sqrt(np.maximum(size, 0.0)) @ axes.T
+    points[1:] += relative * random.standard_normal((count - 1, size.size))
+    return np.clip(points, free.low, free.high)
 
 
 def _polished(fit: Fit) -> Array:
