@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
@@ -13,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from stickslip.errors import InputError
 from stickslip.identification.records import FrictionRecord
+from stickslip.identification.tangent import Tangent, why_differences
 from stickslip.laws import Law
 from stickslip.measurement.noise import noise_level
 from stickslip.orbit import Orbit
@@ -118,7 +120,10 @@ class Overlay:
             )
         # A state of the measured motion: the simulated one settles from there, on the same attractor.
         start = int(np.argmax(record.displacement[kept]))
-        self._start = (float(self._smooth[1][start]), float(self._velocity[start]))
+        v0 = float(self._velocity[start])
+        # A start that slips by less than the noise is a stick.
+        still = abs(self.drive_velocity - v0) < STILL * abs(self.drive_velocity)
+        self._start = (float(self._smooth[1][start]), None if still else v0)
 
     @cached_property
     def _tree(self) -> cKDTree:
@@ -142,9 +147,7 @@ class Overlay:
         system = self.make(law=law)
         settle = self.settle(system)
         x0, v0 = self._start
-        # A start that slips by less than the noise is a stick.
-        start = None if abs(self.drive_velocity - v0) < STILL * abs(self.drive_velocity) else v0
-        return simulate(system, settle + duration, x0=x0, v0=start), settle
+        return simulate(system, settle + duration, x0=x0, v0=v0), settle
 
     def motion(self, law: Law, shift: float, count: int) -> tuple[Array, Array]:
         """Position and velocity at the first `count` samples, of the settled motion.
@@ -153,12 +156,42 @@ class Overlay:
         a change of the period puts both ends a little out of step instead of the far end by much, and what happens
         while the motion settles drops out; a search is straighter for it.
         """
-        half = 0.5 * float(self.time[count - 1])
-        wait = self.reach
-        orbit, settle = self.orbit(law, 2 * half + 2 * wait + abs(shift))
-        middle = settle + wait + half
-        x, v = orbit.at(self._rise(orbit, middle) - half + shift + self.time[:count])
+        orbit, _, times = self._clock(law, shift, count)
+        x, v = orbit.at(times)
         return np.asarray(x), np.asarray(v)
+
+    def tangent(self, law: Law, names: Sequence[str], shift: float, count: int) -> tuple[Array, dict[str, Array]]:
+        """The velocity of :meth:`motion`, and the derivatives of its position by numbers of the law, shape (count,) each.
+
+        What cannot be had by the derivatives of the core (see :mod:`stickslip.identification.tangent`) is left out.
+        """
+        orbit, rise, times = self._clock(law, shift, count)
+        v = np.asarray(orbit.at(times)[1])
+        if not names or why_differences(type(law)) is not None:
+            return v, {}
+        found = {}
+        try:
+            window = (min(times[0], rise), max(times[-1], rise))
+            tangent = Tangent(orbit, self._start, (float(window[0]), float(window[1])))
+        except InputError:
+            return v, {}
+        x, speed = (float(part) for part in orbit.at(rise))
+        # The clock starts at the rise, which moves too; where there is none it is a fixed time.
+        moves = speed != 0 and abs(x - self._mean) < 1e-6 * self.spread
+        for name in names:
+            try:
+                by = tangent.by(name)
+            except InputError:
+                continue
+            found[name] = by(times) - v * (float(by(rise)) / speed if moves else 0.0)
+        return v, found
+
+    def _clock(self, law: Law, shift: float, count: int) -> tuple[Orbit, float, Array]:
+        """An orbit, the rise from which it is counted, and its times that belong to the first `count` samples."""
+        half = 0.5 * float(self.time[count - 1])
+        orbit, settle = self.orbit(law, 2 * half + 2 * self.reach + abs(shift))
+        rise = self._rise(orbit, settle + self.reach + half)
+        return orbit, rise, rise - half + shift + self.time[:count]
 
     @property
     def reach(self) -> float:
@@ -184,7 +217,7 @@ class Overlay:
             off = float(x_t) - self._mean
             low, high = (t, high) if off < 0 else (low, t)
             ahead = t - off / float(v_t) if v_t else low
-            ahead = ahead if low < ahead < high else 0.5 * (low + high)
+            ahead = ahead if low <= ahead <= high else 0.5 * (low + high)
             if abs(ahead - t) < 1e-13 * (1 + abs(t)):
                 break
             t = ahead

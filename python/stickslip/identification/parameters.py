@@ -222,6 +222,10 @@ class Free:
         raw = self.start + self.scale * numbers
         return np.where(self.ratios, np.exp(np.clip(raw, -700, 700)), raw)
 
+    def units(self, numbers: Array) -> Array:
+        """How fast each free number changes with its component of the vector."""
+        return np.asarray(self.scale * np.where(self.ratios, self.values(numbers), 1.0))
+
     def table(self, numbers: Array, covariance: Array, reach: float | Array) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Value, error and 95 % interval by name, and the covariance, from the covariance of the vector.
 
@@ -234,15 +238,15 @@ class Free:
         ratio = np.exp(np.minimum(half, 700.0))
         low, high = np.where(self.ratios, values / ratio, low), np.where(self.ratios, values * ratio, high)
         ends = np.array([limits(name) for name in self.names]).reshape(-1, 2)
-        stretch = np.where(self.ratios, values, 1.0)
+        units = self.units(numbers)
         table = pd.DataFrame(
             {
                 "value": values,
-                "error": errors * stretch,
+                "error": np.sqrt(np.diag(covariance)) * units,
                 "low": np.maximum(low, ends[:, 0]),
                 "high": np.minimum(high, ends[:, 1]),
             },
             index=pd.Index(self.names, name="parameter"),
         )
-        full = covariance * np.outer(self.scale * stretch, self.scale * stretch)
+        full = covariance * np.outer(units, units)
         return table, pd.DataFrame(full, index=self.names, columns=self.names)

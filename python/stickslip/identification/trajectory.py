@@ -20,6 +20,7 @@ from stickslip.errors import InputError
 from stickslip.identification.checkpoint import Checkpoint
 from stickslip.identification.overlay import Overlay
 from stickslip.identification.parameters import Free, check_names
+from stickslip.identification.tangent import why_differences
 from stickslip.identification.uncertainty import correlation_time
 
 if TYPE_CHECKING:
@@ -91,32 +92,46 @@ class Fit:
         except InputError:
             return None
 
-    def slopes(self, unknowns: Array, share: float = 1.0, step: float = 0.02) -> Array:
+    def slopes(self, unknowns: Array, share: float = 1.0) -> Array:
         """Derivatives of the residuals, shape (samples, unknowns).
 
-        Those by a shift are the velocity; those by a number central differences of exact orbits, one-sided at a limit.
+        Those by a shift are the velocity; those by a number come from the core's derivatives through events, and from
+        :meth:`differences` where it has none.
         """
-        here = self._parts(unknowns, share)
+        law, units = self.free.law(unknowns[: self.count]), self.free.units(unknowns[: self.count])
         edges = np.cumsum([0, *self.lengths(share)])
         found = np.zeros((int(edges[-1]), unknowns.size))
-        for j in range(self.count):
-            sides = []
-            for h in (step, -step):
-                trial = unknowns.copy()
-                trial[j] = np.clip(trial[j] + h, self.free.low[j], self.free.high[j])
-                parts = self._parts(trial, share) if trial[j] != unknowns[j] else None
-                if parts is not None:
-                    sides.append((trial[j], parts))
-            if len(sides) == 1 and here is not None:
-                sides.append((unknowns[j], here))
+        together = [
+            [name, *(tied for tied, source in self.free.ties.items() if source == name)] for name in self.free.names
+        ]
+        missing = set()
+        for i, (overlay, n, s) in enumerate(self._each(share)):
+            names = [name for group in together for name in group]
+            velocity, by = overlay.tangent(law, names, float(unknowns[self.count + i]), n)
+            rows = slice(edges[i], edges[i + 1])
+            found[rows, self.count + i] = velocity / s
+            for j, group in enumerate(together):
+                if all(name in by for name in group):
+                    found[rows, j] = units[j] / s * sum(by[name] for name in group)
+                else:
+                    missing.add(j)
+        for j in missing:
+            found[:, j] = self.differences(unknowns, j, share)
+        return found
+
+    def differences(self, unknowns: Array, j: int, share: float = 1.0, step: float = 0.02) -> Array:
+        """The derivative of the residuals by free number `j`: central differences of exact orbits, one-sided at a limit."""
+        sides: list[tuple[float, Array]] = []
+        for h in (step, -step, 0.0):
+            trial = unknowns.copy()
+            trial[j] = np.clip(trial[j] + h, self.free.low[j], self.free.high[j])
+            parts = None if sides and trial[j] == sides[-1][0] else self._parts(trial, share)
+            if parts is not None:
+                sides.append((float(trial[j]), np.concatenate(parts)))
             if len(sides) == 2:
                 (a, up), (b, down) = sides
-                found[:, j] = (np.concatenate(up) - np.concatenate(down)) / (a - b)
-        law = self.free.law(unknowns[: self.count])
-        for i, (overlay, n, s) in enumerate(self._each(share)):
-            velocity = overlay.motion(law, unknowns[self.count + i], n)[1]
-            found[edges[i] : edges[i + 1], self.count + i] = velocity / s
-        return found
+                return np.asarray((up - down) / (a - b))
+        return np.zeros(sum(self.lengths(share)))
 
     def bounds(self) -> tuple[Array, Array]:
         """Limits of the unknowns."""
@@ -307,7 +322,8 @@ def fit_trajectories(
     Limits: for steady, repeating motions. A record whose cycles scatter (most real sticks do) has no one motion to be
     laid over; there the fit of the branches is what the record can tell. The covariance takes the correlation of the
     residuals from sample to sample into account, not errors of the rig's mass, stiffness, damping and drive velocity.
-    Slopes through events are central differences on exact orbits.
+    Slopes go through all events by the core's derivatives; of a smooth law, or one with an internal state, they are central
+    differences of exact orbits, and `notes` says so.
 
     Source: the criterion of identification of the paper's Section 6, agreement of phase trajectories.
     """
@@ -426,6 +442,9 @@ def _result(
         parameters[["low", "high"]], open_ends = profile_intervals(fit, unknowns, covariance, progress)
         notes.append("Intervals are those of the profile likelihood.")
         notes += open_ends
+    why = why_differences(type(first.law))
+    if why is not None:
+        notes.append(f"Slopes of the motion are differences of orbits: {why}.")
     scatter = fit.scatter(unknowns)
     motions = pd.DataFrame(
         {
