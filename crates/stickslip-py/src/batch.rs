@@ -8,6 +8,7 @@ use stickslip::batch::{Batch, Row};
 use stickslip::mode::Kind;
 
 use crate::refused;
+use crate::sweep::rows_of;
 use crate::watch::interruptibly;
 
 /// Runs between two words about progress.
@@ -37,9 +38,7 @@ pub(crate) fn batch<'py>(
     let value = |text: String| pyo3::exceptions::PyValueError::new_err(text);
     let (t_end, after, max_events) = run;
     let batch = Batch {
-        document: serde_json::from_str(document).map_err(|error| value(error.to_string()))?,
-        names,
-        values: values.as_slice()?.to_vec(),
+        rows: rows_of(document, names, &values)?,
         t_end,
         max_events,
         after,
@@ -52,8 +51,9 @@ pub(crate) fn batch<'py>(
         .map_err(|error| value(error.to_string()))?;
     let mut columns: [Vec<f64>; 5] = Default::default();
     let mut done = 0;
-    while done < batch.len() {
-        let block = done..batch.len().min(done + BLOCK * workers.max(1));
+    let count = batch.rows.len();
+    while done < count {
+        let block = done..count.min(done + BLOCK * workers.max(1));
         done = block.end;
         let go_on = |halt: &AtomicBool| !halt.load(Ordering::Relaxed);
         let rows = interruptibly(py, &pool, |halt| batch.rows(block, &|| go_on(halt)))?
@@ -62,7 +62,7 @@ pub(crate) fn batch<'py>(
             write(row, keep, &mut columns);
         }
         if let Some(progress) = &progress {
-            progress.call1((done, batch.len()))?;
+            progress.call1((done, count))?;
         }
     }
     let [state, stop, counts, stick_time, sections] = columns.map(|column| column.into_pyarray(py));

@@ -3,6 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stickslip::rows::Rows;
 use stickslip::section::section as points_of;
 use stickslip::simulate::Run;
 use stickslip::structure::Oscillator;
@@ -39,6 +40,18 @@ pub(crate) const ONWARD: usize = Onward::NUMBERS;
 
 fn wrong(error: &impl ToString) -> PyErr {
     PyValueError::new_err(error.to_string())
+}
+
+pub(crate) fn rows_of(
+    document: &str,
+    names: Vec<String>,
+    values: &PyReadonlyArray1<'_, f64>,
+) -> PyResult<Rows> {
+    Ok(Rows {
+        document: serde_json::from_str(document).map_err(|error| wrong(&error))?,
+        names,
+        values: values.as_slice()?.to_vec(),
+    })
 }
 
 /// The last points of a section, 6 numbers each: t, x, v, force, stick_time, force_rate; and why the run ended.
@@ -95,9 +108,7 @@ pub(crate) fn sweep<'py>(
     start: Option<Vec<f64>>,
 ) -> PyResult<(Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>)> {
     let sweep = Sweep {
-        document: serde_json::from_str(document).map_err(|error| wrong(&error))?,
-        names,
-        values: values.as_slice()?.to_vec(),
+        rows: rows_of(document, names, &values)?,
         look: serde_json::from_str(look).map_err(|error| wrong(&error))?,
     };
     let begin = start.and_then(|numbers| match numbers[..] {
@@ -107,9 +118,11 @@ pub(crate) fn sweep<'py>(
     let rows = py
         .detach(|| {
             if chain {
-                sweep.chain(0..sweep.len(), begin)
+                sweep.chain(0..sweep.rows.len(), begin)
             } else {
-                (0..sweep.len()).map(|index| sweep.row(index, begin)).collect()
+                (0..sweep.rows.len())
+                    .map(|index| sweep.row(index, begin))
+                    .collect()
             }
         })
         .map_err(|error| refused(&error))?;

@@ -8,6 +8,7 @@ use std::time::Instant;
 use stickslip::batch::Batch;
 use stickslip::drive::Harmonic;
 use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, StaticKinetic};
+use stickslip::rows::Rows;
 use stickslip::simulate::{Run, simulate};
 use stickslip::structure::Oscillator;
 
@@ -138,9 +139,11 @@ fn sweep(rounds: u32) {
             };
             let oscillator = oscillator(law, 0.05, 0.3, Some((0.5, frequency)));
             Batch {
-                document: serde_json::to_value(oscillator).expect("an oscillator is a document"),
-                names: vec!["x0".into()],
-                values: vec![0.0],
+                rows: Rows {
+                    document: serde_json::to_value(oscillator).expect("an oscillator is a document"),
+                    names: vec!["x0".into()],
+                    values: vec![0.0],
+                },
                 t_end: 400.0 * std::f64::consts::TAU / frequency,
                 max_events: 10_000_000,
                 after: 0.0,

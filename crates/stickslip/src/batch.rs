@@ -5,25 +5,20 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use rayon::prelude::*;
-use serde_json::Value;
 
 use crate::error::Error;
 use crate::mode::Kind;
 use crate::network;
 use crate::orbit::{Event, Orbit, Record, Segment, While};
+use crate::rows::Rows;
 use crate::simulate::{Run, Stop, observe};
-use crate::structure::Oscillator;
 use crate::system::System;
 
 /// What is varied and what is kept of each run.
 #[derive(Clone, Debug)]
 pub struct Batch {
-    /// The document of the oscillator or system that is varied.
-    pub document: Value,
-    /// What is varied: paths in the document such as `forcing.0.amplitude`, or `x0` and `v0`.
-    pub names: Vec<String>,
-    /// The values, a row for each run.
-    pub values: Vec<f64>,
+    /// An oscillator, or a system of masses whose starts are named `x0.1`.
+    pub rows: Rows,
     /// Time to run.
     pub t_end: f64,
     /// Most events of each run.
@@ -83,18 +78,6 @@ impl Record for Tally {
 }
 
 impl Batch {
-    /// How many runs there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.values.len() / self.names.len().max(1)
-    }
-
-    /// Whether there is none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// The runs of a range of rows, in their order, on the threads of the present rayon pool; once `go_on` says no, what is
     /// left of them is cut short.
     ///
@@ -109,20 +92,23 @@ impl Batch {
     }
 
     fn row(&self, index: usize, go_on: &impl Fn() -> bool) -> Result<Row, Error> {
-        let width = self.names.len();
-        let values = &self.values[index * width..(index + 1) * width];
-        let at = |error| placed(index, &self.names, values, &error);
-        if self.document.get("contacts").is_some() {
-            return self.row_of_masses(values, go_on).map_err(at);
-        }
+        let row = if self.rows.document.get("contacts").is_some() {
+            self.row_of_masses(index, go_on)
+        } else {
+            self.row_of_one(index, go_on)
+        };
+        row.map_err(|error| self.rows.error(index, &error))
+    }
+
+    fn row_of_one(&self, index: usize, go_on: &impl Fn() -> bool) -> Result<Row, Error> {
         let run = Run {
             max_events: self.max_events,
             ..Run::stuck(self.t_end)
         };
-        let (oscillator, run) = varied(&self.document, &self.names, values, run).map_err(at)?;
+        let (oscillator, run) = self.rows.oscillator(index, run)?;
         let mut tally = self.tally();
         let record = &mut tally;
-        let (stop, _) = observe(&oscillator, run, &mut While { record, go_on }).map_err(at)?;
+        let (stop, _) = observe(&oscillator, run, &mut While { record, go_on })?;
         tally.row.stop = stop;
         if let Some(segment) = tally.segment {
             let end = if stop == Stop::End {
@@ -139,24 +125,21 @@ impl Batch {
     }
 
     /// The run of a system of masses; `x0.1` is where its mass 1 starts.
-    fn row_of_masses(&self, values: &[f64], go_on: &impl Fn() -> bool) -> Result<Row, Error> {
-        let mut document = self.document.clone();
+    fn row_of_masses(&self, index: usize, go_on: &impl Fn() -> bool) -> Result<Row, Error> {
         let mut starts = Vec::new();
-        for (name, &value) in self.names.iter().zip(values) {
-            match name.split_once('.') {
-                Some((start @ ("x0" | "v0"), mass)) => starts.push((start, mass, value)),
-                _ => *place(&mut document, name)? = value.into(),
-            }
-        }
-        let system: System = serde_json::from_value(document).map_err(|error| Error::Document {
-            reason: error.to_string(),
+        let system: System = self.rows.system(index, |name, value| {
+            let start = name
+                .split_once('.')
+                .filter(|(start, _)| matches!(*start, "x0" | "v0"));
+            starts.extend(start.map(|(start, mass)| (start == "x0", mass.to_owned(), value)));
+            start.is_some()
         })?;
         let (mut x0, mut v0) = (vec![0.0; system.masses()], system.driven_velocities());
-        for (start, mass, value) in starts {
-            let of = if start == "x0" { &mut x0 } else { &mut v0 };
+        for (position, mass, value) in starts {
+            let of = if position { &mut x0 } else { &mut v0 };
             let place = mass.parse().ok().and_then(|mass: usize| of.get_mut(mass));
             *place.ok_or_else(|| Error::Document {
-                reason: format!("{start} must name a mass, such as {start}.0, got {mass:?}"),
+                reason: format!("x0 and v0 must name a mass, as in x0.0, got {mass:?}"),
             })? = value;
         }
         let run = network::Run {
@@ -197,49 +180,5 @@ impl Batch {
                 stop: Stop::End,
             },
         }
-    }
-}
-
-/// An oscillator and the run with `values` in the places of `names`: paths in the document, or `x0` and `v0` of the run.
-pub(crate) fn varied(
-    document: &Value,
-    names: &[String],
-    values: &[f64],
-    mut run: Run,
-) -> Result<(Oscillator, Run), Error> {
-    let mut document = document.clone();
-    for (name, &value) in names.iter().zip(values) {
-        match name.as_str() {
-            "x0" => run.x0 = value,
-            "v0" => run.v0 = Some(value),
-            path => *place(&mut document, path)? = value.into(),
-        }
-    }
-    let oscillator = serde_json::from_value(document).map_err(|error| Error::Document {
-        reason: error.to_string(),
-    })?;
-    Ok((oscillator, run))
-}
-
-/// An error with the run it belongs to.
-pub(crate) fn placed(index: usize, names: &[String], values: &[f64], error: &Error) -> Error {
-    let pairs = names.iter().zip(values);
-    let row: Vec<String> = pairs.map(|(name, value)| format!("{name} = {value}")).collect();
-    Error::Document {
-        reason: format!("run {index} ({}): {error}", row.join(", ")),
-    }
-}
-
-/// The number at a dotted path of the document.
-fn place<'a>(document: &'a mut Value, path: &str) -> Result<&'a mut Value, Error> {
-    let missing = || Error::Document {
-        reason: format!("the system document has no number {path:?}"),
-    };
-    let pointer = format!("/{}", path.replace('.', "/"));
-    let place = document.pointer_mut(&pointer).ok_or_else(missing)?;
-    if place.is_number() {
-        Ok(place)
-    } else {
-        Err(missing())
     }
 }

@@ -11,6 +11,7 @@
 //! | [`simulate`] | the loop, and why it stopped |
 //! | [`place`] | where a motion goes on: mode and memory |
 //! | [`orbit`] | what a run returns, evaluable at any time |
+//! | [`rows`] | many runs of one document, a row of values for each |
 //! | [`batch`] | many runs over parameters and starts, on all cores |
 //! | [`section`] | the states in which a motion meets a surface |
 //! | [`regime`] | the kind of a steady motion, in one word |
@@ -56,6 +57,7 @@ pub mod orbit;
 pub mod place;
 pub mod regime;
 pub mod replay;
+pub mod rows;
 pub mod section;
 pub mod series;
 pub mod simulate;

@@ -8,15 +8,14 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use serde::Deserialize;
-use serde_json::Value;
 
-use crate::batch::{placed, varied};
 use crate::drive::Clock;
 use crate::error::{Error, positive};
 use crate::mode::Kind;
 use crate::orbit::Event;
 use crate::place::Place;
 use crate::regime::Regime;
+use crate::rows::Rows;
 use crate::section::{Course, Cut, Passing, Point, Surface, View, follow, keep};
 use crate::simulate::{Run, Stop};
 use crate::structure::Oscillator;
@@ -150,36 +149,18 @@ pub enum Begin {
 /// Many runs of one oscillator.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// The document of the oscillator that is varied.
-    pub document: Value,
-    /// What is varied: paths in the document such as `forcing.0.amplitude`, or `x0` and `v0`.
-    pub names: Vec<String>,
-    /// The values, a row for each run.
-    pub values: Vec<f64>,
+    /// The oscillator, and what is varied.
+    pub rows: Rows,
     /// What is looked at.
     pub look: Look,
 }
 
 impl Sweep {
-    /// How many runs there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.values.len() / self.names.len().max(1)
-    }
-
-    /// Whether there is none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// One run, from `begin` unless the row says otherwise; none: stuck at x = 0.
     ///
     /// # Errors
     /// Values that make no sense.
     pub fn row(&self, index: usize, begin: Option<Begin>) -> Result<Steady, Error> {
-        let width = self.names.len();
-        let values = &self.values[index * width..(index + 1) * width];
         let mut run = Run {
             max_events: self.look.max_events,
             ..Run::stuck(1.0)
@@ -188,7 +169,7 @@ impl Sweep {
             (run.x0, run.v0) = (x0, v0);
         }
         let row = || {
-            let (oscillator, mut run) = varied(&self.document, &self.names, values, run)?;
+            let (oscillator, mut run) = self.rows.oscillator(index, run)?;
             let Some(Begin::Onward(onward)) = begin else {
                 return steady(&oscillator, run, None, &self.look);
             };
@@ -201,11 +182,11 @@ impl Sweep {
             (run.x0, run.v0) = (x0, Some(v0));
             steady(&oscillator, run, Some(place), &self.look)
         };
-        row().map_err(|error| placed(index, &self.names, values, &error))
+        row().map_err(|error| self.rows.error(index, &error))
     }
 
     fn varies_law(&self) -> bool {
-        self.names.iter().any(|name| name.starts_with("law."))
+        self.rows.names.iter().any(|name| name.starts_with("law."))
     }
 
     /// The runs of a range of rows, each from where the one before ended, the first from `begin`: with its slip velocity, and
