@@ -131,15 +131,15 @@ impl Batch {
             let start = name
                 .split_once('.')
                 .filter(|(start, _)| matches!(*start, "x0" | "v0"));
-            starts.extend(start.map(|(start, mass)| (start == "x0", mass.to_owned(), value)));
+            starts.extend(start.map(|(start, mass)| ([start, mass].map(str::to_owned), value)));
             start.is_some()
         })?;
         let (mut x0, mut v0) = (vec![0.0; system.masses()], system.driven_velocities());
-        for (position, mass, value) in starts {
-            let of = if position { &mut x0 } else { &mut v0 };
+        for ([start, mass], value) in starts {
+            let of = if start == "x0" { &mut x0 } else { &mut v0 };
             let place = mass.parse().ok().and_then(|mass: usize| of.get_mut(mass));
             *place.ok_or_else(|| Error::Document {
-                reason: format!("x0 and v0 must name a mass, as in x0.0, got {mass:?}"),
+                reason: format!("{start} must name a mass, such as {start}.0, got {mass:?}"),
             })? = value;
         }
         let run = network::Run {
