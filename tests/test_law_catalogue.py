@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import stickslip as ss
 
@@ -95,3 +96,38 @@ def test_gaussian_weakening_is_that_curve_and_the_limit_of_its_table():
     assert periods[0] == pytest.approx(periods[1], rel=1e-6)
     with pytest.raises(ss.InputError, match=r"exponent must be 1 or 2, .*, got 1\.5"):
         ss.laws.ExponentialStribeck(1.0, 0.5, 0.2, exponent=1.5)
+
+
+def test_lorentzian_weakening_is_that_curve_and_the_limit_of_its_table():
+    law = ss.laws.Lorentzian(1.0, 0.5, scale=0.2, viscous=0.1)
+    w = np.array([0.0, 0.1, 0.2, 0.7])
+    assert law.kinetic_force(w) == pytest.approx(0.5 + 0.5 / (1 + (w / 0.2) ** 2) + 0.1 * w, rel=1e-15)
+    table = ss.laws.from_function(law.kinetic_force, w_max=2.0, error=1e-7)
+    smooth, pieces = (ss.simulate(ss.Oscillator(0.05, 0.1, each), 60).events for each in (law, table))
+    periods = [events["t"][events["kind"] == "release"].diff().iloc[-1] for events in (smooth, pieces)]
+    assert periods[0] == pytest.approx(periods[1], rel=1e-6)
+
+
+def test_undamped_stick_under_logarithmic_dwell_lasts_as_its_closed_form_says():
+    # Slip on a constant force is half an ellipse: from f_s to 2 f_k − f_s, so that k s t = 2 (f_s(t) − f_k). Here k s = 0.1.
+    law = ss.laws.LogarithmicDwell(kinetic=0.5, growth=0.2, onset=0.5)
+    expected = brentq(lambda t: 0.1 * t - 2 * 0.2 * np.log1p(t / 0.5), 1.0, 100.0, xtol=1e-15)
+    release = ss.simulate(ss.Oscillator(0.0, 0.1, law), 2000).events.query("kind == 'release'")
+    assert release["stick_time"].iloc[-1] == pytest.approx(expected, rel=1e-12)
+    # Beyond k s = 2 A/t_c = 0.8 there is no such time.
+    assert ss.simulate(ss.Oscillator(0.05, 0.9, law), 2000).regime() == "stable_slip"
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: ss.laws.Lorentzian(0.4, 0.5, 0.1), r"at least the kinetic force .* \(0\.5\), got 0\.4"),
+        (lambda: ss.laws.Lorentzian(1.0, 0.5, 0.0), "scale must be greater than 0, got 0"),
+        (lambda: ss.laws.Lorentzian(1.0, -0.5, 0.1), "kinetic must not be negative, got -0.5"),
+        (lambda: ss.laws.LogarithmicDwell(0.5, -0.1, 1.0), "growth must not be negative, got -0.1"),
+        (lambda: ss.laws.LogarithmicDwell(0.5, 0.1, 0.0), "onset must be greater than 0, got 0"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(make, sentence):
+    with pytest.raises(ss.InputError, match=sentence):
+        make()

@@ -202,6 +202,39 @@ class ExponentialStribeck(Law):
 
 
 @dataclass(frozen=True)
+class Lorentzian(Law):
+    """F = f_k + (f_s − f_k)/(1 + (w/w_s)²) + b|w| in motion, |F| ≤ f_s at rest.
+
+    Parameters
+    ----------
+    break_away : f_s ≥ f_k.
+    kinetic : f_k ≥ 0.
+    scale : w_s > 0, the slip speed at which half of the difference is gone.
+    viscous : b.
+
+    Source: Hess & Soom, J. Tribology 112 (1990) 147, as Armstrong-Hélouvry, Dupont & Canudas de Wit, Automatica 30 (1994)
+    1083, write it.
+
+    >>> Lorentzian(1.0, 0.5, scale=0.1).kinetic_force(0.1)
+    0.75
+    """
+
+    EXAMPLE: ClassVar[dict[str, Any]] = {"break_away": 1.0, "kinetic": 0.5, "scale": 0.1, "viscous": 0.2}
+    UNITS: ClassVar[dict[str, str]] = {
+        "break_away": "force",
+        "kinetic": "force",
+        "scale": "velocity",
+        "viscous": "force velocity^-1",
+    }
+    SMOOTH: ClassVar[bool] = True
+
+    break_away: float
+    kinetic: float
+    scale: float
+    viscous: float = 0.0
+
+
+@dataclass(frozen=True)
 class PoppStelter(Law):
     """F = (f_s − f_k)/(1 + λ₁|w|) + f_k + λ₂w² in motion, |F| ≤ f_s at rest.
 
@@ -231,6 +264,30 @@ class PoppStelter(Law):
     kinetic: float
     weakening: float
     square: float = 0.0
+
+
+@dataclass(frozen=True)
+class LogarithmicDwell(Law):
+    """f_s(t_s) = f_k + A ln(1 + t_s/t_c) at rest, F = f_k sgn w in motion.
+
+    Parameters
+    ----------
+    kinetic : kinetic force f_k ≥ 0.
+    growth : A ≥ 0, what an e-fold of rest adds to static friction; 0.01 to 0.02 of the normal force per decade for rock.
+    onset : t_c > 0, the rest after which the logarithm sets in; about 1 s for rock.
+
+    Source: Dieterich, J. Geophysical Research 77 (1972) 3690.
+
+    >>> round(LogarithmicDwell(kinetic=0.5, growth=0.1, onset=1.0).break_away_force(1.718281828459045), 12)
+    0.6
+    """
+
+    EXAMPLE: ClassVar[dict[str, Any]] = {"kinetic": 0.5, "growth": 0.1, "onset": 0.5}
+    UNITS: ClassVar[dict[str, str]] = {"kinetic": "force", "growth": "force", "onset": "time"}
+
+    kinetic: float
+    growth: float
+    onset: float
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,8 @@ mod cubic;
 mod dwell_time;
 mod exponential_stribeck;
 mod force_rate;
+mod logarithmic_dwell;
+mod lorentzian;
 mod piecewise_linear;
 mod popp_stelter;
 mod rational;
@@ -28,6 +30,8 @@ pub use cubic::Cubic;
 pub use dwell_time::DwellTime;
 pub use exponential_stribeck::ExponentialStribeck;
 pub use force_rate::ForceRate;
+pub use logarithmic_dwell::LogarithmicDwell;
+pub use lorentzian::Lorentzian;
 pub use piecewise_linear::PiecewiseLinear;
 pub use popp_stelter::PoppStelter;
 pub use rational::Rational;
@@ -232,5 +236,7 @@ laws!(
     PoppStelter,
     ForceRate,
     Tabulated,
-    TwoBranch
+    TwoBranch,
+    Lorentzian,
+    LogarithmicDwell
 );

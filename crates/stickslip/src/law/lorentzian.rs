@@ -1,0 +1,57 @@
+//! Friction that weakens with the square of the speed, as a Lorentz curve, with a viscous part.
+
+use serde::{Deserialize, Serialize};
+
+use super::static_kinetic::at_least_kinetic;
+use super::{Friction, Hold, Memory, Piece};
+use crate::error::{Error, finite, not_negative, positive};
+use crate::series::{Grown, Series, product, reciprocal};
+
+/// F(u) = f_k + (f_s − f_k)/(1 + (u/w_s)²) + b u, |F| ≤ f_s at rest (Hess & Soom, J. Tribology 112 (1990) 147).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lorentzian {
+    /// Break-away force f_s.
+    pub break_away: f64,
+    /// Kinetic force f_k at high speed, but for the viscous part.
+    pub kinetic: f64,
+    /// Slip speed w_s at which half of the difference is gone.
+    pub scale: f64,
+    /// Viscous coefficient b.
+    #[serde(default)]
+    pub viscous: f64,
+}
+
+impl Friction for Lorentzian {
+    fn validate(&self) -> Result<(), Error> {
+        let kinetic = not_negative("kinetic", self.kinetic)?;
+        at_least_kinetic(self.break_away, kinetic)?;
+        positive("scale", self.scale)?;
+        finite("viscous", self.viscous).map(drop)
+    }
+
+    fn break_away(&self, _hold: Hold) -> f64 {
+        self.break_away
+    }
+
+    fn smooth(&self) -> bool {
+        true
+    }
+
+    fn force(&self, _piece: &Piece, u: f64) -> f64 {
+        let speed = u / self.scale;
+        self.kinetic + (self.break_away - self.kinetic) / (1.0 + speed * speed) + self.viscous * u
+    }
+
+    fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
+        let Grown { first, second, .. } = grown;
+        second[k] = product(u, u, k);
+        first[k] = reciprocal(1.0 / (self.scale * self.scale), second, first, k);
+        let rest = if k == 0 { self.kinetic } else { 0.0 };
+        rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
+    }
+
+    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+        Piece::constant(self.break_away)
+    }
+}
