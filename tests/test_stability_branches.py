@@ -9,11 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.cli import main
-
-PAPER = ss.paper.calibration.CALIBRATIONS["one f_s(0)"]
 
 
 def den_hartog(omega: float, friction: float) -> ss.Oscillator:
@@ -54,15 +53,19 @@ def test_critical_velocities_of_the_exponential_law() -> None:
         assert bool((orbit.events["t"] > 1900).any()) is sticks
 
 
-def test_critical_velocities_of_the_paper() -> None:
-    found = ss.critical_velocities(PAPER.oscillator(0.3))
-    # Where the line of corners reaches f_s(0): (1.084 + 0.28)/3.41.
-    assert found["nonsmooth_hopf"] == pytest.approx(0.4, abs=1e-8)
+@pytest.mark.parametrize(("calibration", "bounds"), [("default", (0.2, 0.6)), ("one f_s(0)", (0.02, 0.6))])
+def test_critical_velocities_of_the_paper(calibration: str, bounds: tuple[float, float]) -> None:
+    paper = ss.paper.calibration.CALIBRATIONS[calibration]
+    found = ss.critical_velocities(paper.oscillator(0.3), bounds)
+    # The cycle shrinks to a point where the line of corners, 3.41 s − 0.28, meets f_s(0, δ = s) (docs/paper-law.md).
+    bears = paper.law.break_away_force
+    lies = brentq(lambda s: bears(0.0, s) - 3.41 * s + 0.28, 0.3, 0.5, xtol=1e-15)
+    assert found["nonsmooth_hopf"] == pytest.approx(lies, abs=1e-10)
     end = found["end_of_stick_slip"]
     assert end == pytest.approx(0.25, abs=0.01)
     # A stick-slip cycle exists just below its end and none just above.
     for velocity, sticks in ((end - 1e-6, True), (end + 1e-6, False)):
-        orbit = ss.simulate(PAPER.oscillator(velocity), 12_000.0)
+        orbit = ss.simulate(paper.oscillator(velocity), 12_000.0)
         assert bool((orbit.events["kind"][orbit.events["t"] > 11_900] == "release").any()) is sticks
 
 

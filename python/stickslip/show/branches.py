@@ -11,7 +11,7 @@ from stickslip.show.canvas import OKABE_ITO, axes, label, units_of, words
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.stability.branches import Branches
+    from stickslip.stability.branch import Branches
     from stickslip.stability.cycles import PeriodicOrbit
 
 _COLOURS = {"steady_slip": "green", "slip": "blue", "stick_slip": "vermilion"}

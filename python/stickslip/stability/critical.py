@@ -10,15 +10,19 @@ import numpy as np
 
 from stickslip.documents import number
 from stickslip.errors import InputError
-from stickslip.stability.branches import Branch, SpecialPoint, Walk, lies_on
+from stickslip.stability.branch import Branch, SpecialPoint
+from stickslip.stability.branches import lies_on
 from stickslip.stability.cycles import forcing_period, periodic_orbit
 from stickslip.stability.equilibria import criticality, hopf_points
 from stickslip.stability.shooting import Family, Lost, corrected
 from stickslip.stability.trail import STATE, check, with_number
+from stickslip.stability.walk import Walk
 from stickslip.system import Oscillator
 
 _PATH = "/drive_velocity"
 _BORDERS = ("grazing_sliding", "crossing_sliding", "switching_sliding", "adding_sliding", "nonsmooth_fold", "fold")
+#: Speeds from low to high at which the motion from rest is looked at.
+_STARTS = 30
 
 
 @dataclass(frozen=True)
@@ -96,7 +100,7 @@ def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None =
     found: list[tuple[str, float]] = list(steady)
     smooth = [value for kind, value in steady if kind == "hopf"]
     nature = criticality(system, _PATH, smooth[-1], high - low) if smooth else None
-    family = Family((_PATH,), ((low, high),))
+    family = Family((_PATH,), ((low, high),), relative=True)
     points: list[SpecialPoint] = []
     end = None
     branches: list[Branch] = []
@@ -129,8 +133,9 @@ def _starts(
 ) -> Iterator[tuple[float, tuple[float, float] | None]]:
     """Drive velocities and starts that lie on different cycles: from rest at low speed, a slip cycle below a Hopf point."""
     low, high = bounds
-    for share in (0.03, 0.1, 0.3, 0.5):
-        yield low + share * (high - low), None
+    # A cycle that exists over a tenth of its speed is met at one of these at least.
+    for speed in np.geomspace(max(low, 1e-3 * high), high, _STARTS + 2)[1:-1]:
+        yield float(speed), None
     for _, value in steady:
         for share in (0.97, 1.01):
             speed = share * value
@@ -150,6 +155,6 @@ def _branch(system: Oscillator, value: float, guess: Any, family: Family, known:
     except (InputError, Lost):
         return None
     way = start.direction * (1.0 if start.direction[len(STATE)] > 0 else -1.0)
-    up = Walk(cycle.turns, family, 200).go(type(start)(start.here, start.values, way))
-    down = Walk(cycle.turns, family, 60).go(type(start)(start.here, start.values, -way)) if not cycle.sticks else None
+    up = Walk(family, 200).go(type(start)(start.here, start.values, way))
+    down = Walk(family, 60).go(type(start)(start.here, start.values, -way)) if not cycle.sticks else None
     return up if down is None else down.reversed().joined(up)

@@ -18,6 +18,8 @@ from stickslip.simulation import simulate
 from stickslip.stability.trail import BORDERS, SECTION, STATE, Floats, Trail, check
 from stickslip.system import Harmonic, Oscillator
 
+_SPEEDS = [STATE.index(name) for name in ("low", "high", "anchor_w", "corner_w")]
+_FORCES = [STATE.index(name) for name in ("offset", "anchor_f", "corner_f", "released_at")]
 _T, _X, _V, _SINCE = 0, 1, 2, len(STATE) - 1
 _PARAMETER = len(STATE)
 #: Below this share of the largest a multiplier is the zero that an event brings.
@@ -146,6 +148,9 @@ def size_of(system: Oscillator, start: Floats, lanes: NDArray[np.int64]) -> Floa
     length = max(abs(start[_X]), time * abs(start[_V]), time * abs(system.drive_velocity), 1e-300)
     sizes = np.maximum(np.abs(start[: len(STATE)]), 1e-300)
     sizes[[_T, _X, _V]] = time, length, length / time
+    # A number of the line or the memory that passes zero is no smaller a part of the law than the others of its dimension.
+    for lanes_alike in (_SPEEDS, _FORCES):
+        sizes[lanes_alike] = np.nanmax(np.where(np.isfinite(sizes[lanes_alike]), sizes[lanes_alike], np.nan))
     return np.asarray(sizes[lanes], float)
 
 

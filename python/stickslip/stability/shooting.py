@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import InputError
 from stickslip.stability.cycles import Return, inconsistency, moved, size_of, turn
-from stickslip.stability.trail import BORDERS, SECTION, STATE, Floats, Trail, with_number
+from stickslip.stability.trail import STATE, Floats, Trail, with_number
 
 #: Border, arc, and which of that kind on the arc: a test function along a trail.
 Label = tuple[int, int, int]
@@ -26,6 +25,13 @@ class Family:
 
     paths: tuple[str, ...]
     ranges: tuple[tuple[float, float], ...]
+    #: Whether steps are measured by the values themselves instead of their ranges.
+    relative: bool = False
+
+    def scales(self, values: Floats) -> Floats:
+        """What counts as large in each parameter."""
+        spans = np.array([high - low for low, high in self.ranges])
+        return np.maximum(np.abs(values), 1e-3 * spans) if self.relative else spans
 
 
 @dataclass(frozen=True)
@@ -78,9 +84,8 @@ def evaluate(
     return here, residual, jacobian, np.column_stack([item.fixed_parameter for item in heres])
 
 
-def _scales(here: Return, family: Family) -> Floats:
-    spans = [high - low for low, high in family.ranges]
-    return np.concatenate([size_of(here.trail.system, here.trail.start, here.lanes), spans])
+def _scales(here: Return, family: Family, values: Floats) -> Floats:
+    return np.concatenate([size_of(here.trail.system, here.trail.start, here.lanes), family.scales(values)])
 
 
 def _places(here: Return, family: Family) -> NDArray[np.int64]:
@@ -88,9 +93,9 @@ def _places(here: Return, family: Family) -> NDArray[np.int64]:
     return np.concatenate([here.lanes, len(STATE) + np.arange(len(family.paths))])
 
 
-def tangent(here: Return, jacobian: Floats, family: Family, along: Floats | None) -> Floats:
+def tangent(here: Return, jacobian: Floats, family: Family, values: Floats, along: Floats | None) -> Floats:
     """The direction of the curve: the null vector of the scaled derivative, turned the way of `along`."""
-    scales = _scales(here, family)
+    scales = _scales(here, family, values)
     _, _, rows = np.linalg.svd(jacobian * scales)
     direction = np.zeros(len(STATE) + len(family.paths))
     direction[_places(here, family)] = rows[-1]
@@ -130,7 +135,7 @@ def corrected(
             last = (here, step, values, written)
             trail, values = _moved(here, step, values, written)
             continue
-        scales = _scales(here, family)
+        scales = _scales(here, family, values)
         matrix, right = jacobian * scales, -residual
         if direction is not None:
             matrix = np.vstack([matrix, direction[_places(here, family)]])
@@ -143,7 +148,7 @@ def corrected(
         if error < 1e-14 or (error < 1e-8 and error >= 0.25 * best):
             stalled += 1
             if settled or stalled > 2:
-                along = tangent(here, jacobian, family, direction)
+                along = tangent(here, jacobian, family, values, direction)
                 return Point(here, values, along, border)
         best = min(best, error)
         step = np.asarray(step * scales * min(1.0, 0.3 / max(error, 1e-300)), float)
@@ -163,7 +168,7 @@ def stepped(point: Point, turns: int, family: Family, step: float) -> Point:
     """The next point of the curve, `step` along its direction, with the same event sequence."""
     here = point.here
     scales = np.ones(len(point.direction))
-    scales[_places(here, family)] = _scales(here, family)
+    scales[_places(here, family)] = _scales(here, family, point.values)
     leap = step * point.direction * scales
     trail = moved(here, leap[here.lanes])
     values = point.values + leap[len(STATE) :]
@@ -171,47 +176,6 @@ def stepped(point: Point, turns: int, family: Family, step: float) -> Point:
     return corrected(trail, turns, family, values, point.direction, point.border)
 
 
-def worst(here: Return) -> dict[Label, float]:
-    """The test functions by label, finite ones."""
-    return {label: float(here.tests[row, 4]) for label, row in labels(here).items() if np.isfinite(here.tests[row, 4])}
-
-
-def on_border(point: Point, turns: int, family: Family, border: Label) -> Point:
-    """The orbit of the curve on which a test function vanishes, by Newton's method from a point beside it.
-
-    The speed of arrival is a root beside the tangency: instead of it the slip speed vanishes where it is least.
-    """
-    trail = point.here.trail
-    if BORDERS[border[0]] == "arrival":
-        arcs = trail.arcs.copy()
-        arcs[border[1], 2] = SECTION
-        trail = replace(trail, arcs=arcs)
-        try:
-            found = [label for label in labels(turn(trail, turns, tests=True)) if label[:2] == (0, border[1])]
-        except InputError as error:
-            raise Lost(str(error)) from None
-        border = found[-1]
-    return corrected(trail, turns, family, point.values, None, border)
-
-
-def name_of(here: Return, border: Label) -> str:
-    """The bifurcation a border is, by which test function vanishes and how the holding force moves there."""
-    row = labels(here).get(border)
-    kind, detail = BORDERS[border[0]], 0.0 if row is None else float(here.tests[row, 3])
-    if kind in ("low", "high"):
-        return "grazing_sliding" if kind == "low" and detail == 0.0 else "grazing_node"
-    if kind == "arrival":
-        return "grazing_sliding"
-    if kind == "stick":
-        return "adding_sliding"
-    return "crossing_sliding" if detail > 0 else "switching_sliding"
-
-
 def consistent(here: Return) -> bool:
     """Whether the real motion follows the event sequence."""
     return inconsistency(here) is None
-
-
-def values_at(point: Point) -> Any:
-    """The only parameter, or all of them."""
-    return float(point.values[0]) if point.values.size == 1 else point.values

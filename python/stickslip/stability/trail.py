@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -56,8 +57,17 @@ def read(system: Oscillator, path: str) -> float:
 
 def with_number(system: Oscillator, path: str, value: float) -> Oscillator:
     """The system with another number at a place."""
+    if "/" not in path[1:]:
+        # The law, which is checked anew when it is made, stays as it is.
+        return replace(system, **{path[1:]: float(value)})
     changed: Oscillator = varied(document_of(system), [path[1:].replace("/", ".")], [float(value)])[0]
     return changed
+
+
+@lru_cache(maxsize=8)
+def _document(system: Oscillator) -> str:
+    """What the core reads; Newton's method asks for it again and again."""
+    return system.to_json()
 
 
 @dataclass(frozen=True)
@@ -92,7 +102,7 @@ class Trail:
     ) -> tuple[Trail, list[str], str]:
         """The trail of a run, the kinds of its events and why it ended."""
         try:
-            start, arcs, kinds, stop = _core.trail(system.to_json(), x0, v0, t_end, max_events)
+            start, arcs, kinds, stop = _core.trail(_document(system), x0, v0, t_end, max_events)
         except ValueError as error:
             raise InputError(f"trail: {error}") from None
         rows = arcs.reshape(-1, 4)
@@ -102,7 +112,7 @@ class Trail:
         """What the real motion does from this start, for a duration."""
         phase = (float(self.arcs[0, 0]), float(self.arcs[0, 1]))
         try:
-            start, arcs, kinds, stop = _core.trail_from(self.system.to_json(), self.start, phase, duration, max_events)
+            start, arcs, kinds, stop = _core.trail_from(_document(self.system), self.start, phase, duration, max_events)
         except ValueError as error:
             raise InputError(f"trail: {error}") from None
         rows = arcs.reshape(-1, 4)
@@ -116,7 +126,7 @@ class Trail:
         arcs = np.ascontiguousarray(self.arcs.ravel())
         try:
             states, rates, durations, borders = _core.follow(
-                self.system.to_json(), path, self.start, arcs, self.last, reseed, tests
+                _document(self.system), path, self.start, arcs, self.last, reseed, tests
             )
         except ValueError as error:
             raise InputError(f"trail: {error}") from None

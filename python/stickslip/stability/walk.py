@@ -1,0 +1,153 @@
+"""One way along a branch of cycles: steps, special points in between, borders, its end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.stability import borders
+from stickslip.stability.branch import Branch, SpecialPoint, range_of
+from stickslip.stability.conditions import TESTS, located
+from stickslip.stability.cycles import finished
+from stickslip.stability.shooting import Family, Label, Lost, Point, consistent, corrected, stepped
+from stickslip.stability.trail import STATE
+from stickslip.stability.vanishing import vanishing
+
+_PARAMETER = len(STATE)
+_AXIS = np.eye(_PARAMETER + 1)[_PARAMETER]
+_SMALLEST, _LARGEST = 1e-5, 0.04
+
+
+@dataclass
+class Walk:
+    """One way along a branch of cycles.
+
+    Attributes
+    ----------
+    family : the number that varies and its bounds.
+    most : the most points.
+    progress : called as ``progress(points, most)``.
+    """
+
+    family: Family
+    most: int
+    progress: Callable[[int, int], Any] | None = None
+    branch: Branch = field(default_factory=lambda: Branch("cycle"))
+
+    def go(self, point: Point) -> Branch:
+        """From a point until the parameter leaves its bounds, the cycle shrinks to a point or no way goes on."""
+        low, high = self.family.ranges[0]
+        self._add(point)
+        largest = self._size()
+        step = 0.01
+        while len(self.branch.values) < self.most:
+            if self.progress is not None:
+                self.progress(len(self.branch.values), self.most)
+            try:
+                ahead = stepped(point, point.here.turns, self.family, step)
+            except Lost:
+                ahead = None
+            if ahead is None or not consistent(ahead.here):
+                if self._size() < 0.1 * largest and self._shrunk(point):
+                    break
+                border = borders.nearest(point, ahead, step, self.family)
+                if border is not None and step > 1e-3:
+                    # Closer first: a fold may lie before it.
+                    step /= 4
+                    continue
+                if border is not None:
+                    onward = self._cross(*border)
+                    if onward is None:
+                        break
+                    point, step = onward, 0.003
+                    self._add(point)
+                    continue
+                step /= 2
+                if step < _SMALLEST:
+                    break
+                continue
+            known = (point.direction != 0) | (ahead.direction != 0)
+            if float(point.direction[known] @ ahead.direction[known]) < 0.9 and step > 20 * _SMALLEST:
+                step /= 2
+                continue
+            self._between(point, ahead, step)
+            if not low <= ahead.values[0] <= high:
+                self._finish(point, low if ahead.values[0] < low else high)
+                break
+            point = ahead
+            self._add(point)
+            if self._size() < 0.02 * largest and self._shrunk(point):
+                break
+            largest = max(largest, self._size())
+            step = min(step * 1.4, _LARGEST)
+        return self.branch
+
+    def _add(self, point: Point) -> None:
+        self.branch.add(finished(point.here, 0), float(point.values[0]))
+
+    def _size(self) -> float:
+        return self.branch.x_max[-1] - self.branch.x_min[-1]
+
+    def _special(self, kind: str, point: Point, border: str = "", label: Label | None = None) -> None:
+        try:
+            x = range_of(finished(point.here, 0))
+        except InputError:
+            x = (self.branch.x_min[-1], self.branch.x_max[-1])
+        value = float(point.values[0])
+        self.branch.special_points.append(SpecialPoint(kind, value, border, x, point.here.trail.system, point, label))
+
+    def _finish(self, point: Point, bound: float) -> None:
+        try:
+            end = corrected(point.here.trail, point.here.turns, self.family, np.array([bound]), _AXIS)
+            if consistent(end.here):
+                self._add(end)
+        except Lost:
+            pass
+
+    def _cross(self, border: Point, label: Label) -> Point | None:
+        """Switch the event sequence at a border; the first point beyond it, None where the branch ends there."""
+        name = borders.name_of(border.here, label)
+        way = math.copysign(1.0, float(border.values[0] - self.branch.values[-1]))
+        onward = borders.beyond(border, self.family, (way, -way))
+        back = onward is not None and onward[1] != way
+        self._special("nonsmooth_fold" if back else name, border, name, label)
+        return None if onward is None else onward[0]
+
+    def _between(self, point: Point, ahead: Point, step: float) -> None:
+        """Folds, flips and tori between two points of one event sequence."""
+        if borders.sequence(point.here) != borders.sequence(ahead.here):
+            return
+
+        def at(fraction: float) -> Point:
+            return stepped(point, point.here.turns, self.family, fraction * step)
+
+        for kind, test in TESTS.items():
+            before, after = test(point), test(ahead)
+            if not (np.isfinite([before, after]).all() and before * after < 0):
+                continue
+            if kind == "branch_point" and TESTS["fold"](point) * TESTS["fold"](ahead) < 0:
+                continue
+            try:
+                self._special(kind, located(at, kind, before, after))
+            except Lost:
+                continue
+
+    def _shrunk(self, point: Point) -> bool:
+        """Whether the cycle shrinks to a point from here on; the zero of the damping says where at a smooth Hopf point."""
+        if point.here.turns:
+            return False
+        found = vanishing(point, self.family)
+        if found is None:
+            return False
+        kind, value, smallest = found
+        if kind == "nonsmooth_hopf":
+            x = 2 * (float(np.mean(range_of(finished(smallest.here, 0)))),)
+            self.branch.special_points.append(
+                SpecialPoint(kind, value, "", (x[0], x[1]), smallest.here.trail.system, smallest)
+            )
+        return True
