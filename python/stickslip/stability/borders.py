@@ -129,10 +129,9 @@ def name_of(here: Return, border: Label) -> str:
     return "crossing_sliding" if detail > 0 else "switching_sliding"
 
 
-def beyond(border: Point, family: Family, ways: tuple[float, ...]) -> tuple[Point, float] | None:
-    """The first point of another event sequence beside a border, and on which side of the parameter; None where none is."""
+def beyond(border: Point, old: Return, family: Family, ways: tuple[float, ...]) -> tuple[Point, float] | None:
+    """The first point beside a border with another event sequence than the `old` one, and on which side of the parameter; None where none is."""
     span = float(family.scales(border.values)[0])
-    old = sequence(border.here)
     low_x, high_x = _extent(border.here)
     for offset, sign in itertools.product((1e-3, 3e-3, 1e-2), ways):
         value = float(border.values[0]) + sign * offset * span
@@ -142,7 +141,7 @@ def beyond(border: Point, family: Family, ways: tuple[float, ...]) -> tuple[Poin
                 point = corrected(cut, turns, family, np.array([value]), _AXIS)
             except (InputError, Lost, IndexError):
                 continue
-            if not consistent(point.here) or sequence(point.here) == old:
+            if not consistent(point.here) or sequence(point.here) == sequence(old):
                 continue
             extent = _extent(point.here)
             reach = 0.02 + 4 * math.sqrt(offset)

@@ -59,7 +59,8 @@ def with_number(system: Oscillator, path: str, value: float) -> Oscillator:
     """The system with another number at a place."""
     if "/" not in path[1:]:
         # The law, which is checked anew when it is made, stays as it is.
-        return replace(system, **{path[1:]: float(value)})
+        changes: Any = {path[1:]: float(value)}
+        return replace(system, **changes)
     changed: Oscillator = varied(document_of(system), [path[1:].replace("/", ".")], [float(value)])[0]
     return changed
 

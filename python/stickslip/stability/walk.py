@@ -61,7 +61,7 @@ class Walk:
                     step /= 4
                     continue
                 if border is not None:
-                    onward = self._cross(*border)
+                    onward = self._cross(point, *border)
                     if onward is None:
                         break
                     point, step = onward, 0.003
@@ -109,11 +109,11 @@ class Walk:
         except Lost:
             pass
 
-    def _cross(self, border: Point, label: Label) -> Point | None:
+    def _cross(self, last: Point, border: Point, label: Label) -> Point | None:
         """Switch the event sequence at a border; the first point beyond it, None where the branch ends there."""
         name = borders.name_of(border.here, label)
         way = math.copysign(1.0, float(border.values[0] - self.branch.values[-1]))
-        onward = borders.beyond(border, self.family, (way, -way))
+        onward = borders.beyond(border, last.here, self.family, (way, -way))
         back = onward is not None and onward[1] != way
         self._special("nonsmooth_fold" if back else name, border, name, label)
         return None if onward is None else onward[0]
