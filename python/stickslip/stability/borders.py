@@ -130,7 +130,10 @@ def name_of(here: Return, border: Label) -> str:
 
 
 def beyond(border: Point, old: Return, family: Family, ways: tuple[float, ...]) -> tuple[Point, float] | None:
-    """The first point beside a border with another event sequence than the `old` one, and on which side of the parameter; None where none is."""
+    """The first point beside a border with another event sequence than the `old` one, and on which side of the parameter.
+
+    None where no motion goes on.
+    """
     span = float(family.scales(border.values)[0])
     low_x, high_x = _extent(border.here)
     for offset, sign in itertools.product((1e-3, 3e-3, 1e-2), ways):
