@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -270,8 +271,7 @@ def check_guards(orbit, times):
         assert off.max(initial=0.0) <= 1e-9 * size * (1 + np.abs(slope[slips]).max(initial=0.0)), (orbit.system, c)
 
 
-def check(seed, t_end=30.0):
-    system, start = draw(seed)
+def check(system, start, t_end=30.0):
     orbit = ss.simulate(system, t_end, **start, max_events=2000)
     assert orbit.stop in ("t_end", "max_events", "diverged", "accumulation")
     grid = samples(orbit)
@@ -294,16 +294,30 @@ def check(seed, t_end=30.0):
 
 @pytest.mark.parametrize("kind", range(len(LAWS)), ids=list(LAWS))
 def test_random_systems_balance_their_energy_and_miss_no_event(kind):
-    orbits = [check(seed) for seed in range(kind, 300, len(LAWS))]
+    orbits = [check(*draw(seed)) for seed in range(kind, 300, len(LAWS))]
     assert sum(len(orbit.events) for orbit in orbits) > 100
     assert sum(orbit.stop == "t_end" for orbit in orbits) > 0.9 * len(orbits)
+
+
+# Random systems on which an earlier version was wrong, each with what was wrong.
+FOUND = json.loads(Path(__file__).with_name("found_systems.json").read_text())
+
+
+@pytest.mark.parametrize("found", FOUND, ids=lambda found: found["fault"])
+def test_systems_that_found_a_fault(found):
+    check(system_from_dict(found["system"]), found["start"])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(300, 10_300, 500))
 def test_ten_thousand_random_systems(block):
+    failures = {}
     for seed in range(block, block + 500):
-        check(seed)
+        try:
+            check(*draw(seed))
+        except (AssertionError, ss.InputError) as error:
+            failures[seed] = str(error)[:200]
+    assert not failures
 
 
 def test_random_batches_have_the_same_bits_for_one_and_two_workers():

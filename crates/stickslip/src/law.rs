@@ -151,7 +151,7 @@ pub trait Friction {
     }
 
     /// Whether kinetic friction is one smooth curve over all slip speeds instead of linear pieces. Such a law answers
-    /// [`Friction::force`] and [`Friction::extend`]; its one piece holds nothing but the force at zero slip speed.
+    /// [`Friction::force`], [`Friction::extend`] and [`Friction::resolution`]; its one piece holds nothing but the force at zero slip speed.
     fn smooth(&self) -> bool {
         false
     }
@@ -166,9 +166,9 @@ pub trait Friction {
         f64::NAN
     }
 
-    /// For a smooth law that dies out: how far the slip speed may go from `u` in one step. Beyond, friction may come back
-    /// although no coefficient of its series at `u` is large enough to tell.
-    fn stride(&self, _u: f64) -> f64 {
+    /// For a smooth law: how far the slip speed may move from `u` without passing over a feature of the force that values
+    /// at both ends do not show.
+    fn resolution(&self, _u: f64) -> f64 {
         f64::INFINITY
     }
 
@@ -211,7 +211,7 @@ macro_rules! laws {
             fn force(&self, piece: &Piece, u: f64) -> f64 { match self { $(Self::$name(law) => law.force(piece, u)),+ } }
             #[inline]
             fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 { match self { $(Self::$name(law) => law.extend(u, k, grown)),+ } }
-            fn stride(&self, u: f64) -> f64 { match self { $(Self::$name(law) => law.stride(u)),+ } }
+            fn resolution(&self, u: f64) -> f64 { match self { $(Self::$name(law) => law.resolution(u)),+ } }
             fn branches(&self, u: f64) -> Option<[f64; 2]> { match self { $(Self::$name(law) => law.branches(u)),+ } }
             #[inline]
             fn leave(&self, force: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.leave(force, memory)),+ } }

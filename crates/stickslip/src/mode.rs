@@ -148,22 +148,25 @@ pub fn slip_from_zero(law: &Law, pull: f64, force: f64, memory: &mut Memory) -> 
 /// The mode after `piece` ended by `end` away from zero speed.
 #[must_use]
 pub fn after(law: &Law, direction: f64, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Mode {
-    let start = match (end, apart(law, u)) {
-        (End::High, _) => Start::Low,
-        (End::Low, _) => Start::High,
-        (End::Turn { rising }, Some(between)) if between[0] < between[1] => {
-            return Mode::Hold {
-                direction,
-                u,
-                between,
-                start: if rising { Start::Low } else { Start::High },
-            };
-        }
-        // Friction jumps to the other branch, and the slip acceleration with it.
-        (End::Turn { .. }, Some(_)) => Start::Inside,
-        (End::Turn { .. }, None) => Start::Turning,
-    };
+    let branches = apart(law, u);
+    if let (End::Turn { rising }, Some(between)) = (end, branches)
+        && between[0] < between[1]
+    {
+        return Mode::Hold {
+            direction,
+            u,
+            between,
+            start: if rising { Start::Low } else { Start::High },
+        };
+    }
     let next = law.next(piece, end, u, memory);
+    let start = match end {
+        End::High if next.low == u => Start::Low,
+        End::Low if next.high == u => Start::High,
+        End::Turn { .. } if branches.is_none() => Start::Turning,
+        // A piece that is entered between its ends; or friction jumps to the other branch, and the slip acceleration with it.
+        _ => Start::Inside,
+    };
     Mode::Slip {
         direction,
         piece: next,

@@ -2,14 +2,14 @@
 //!
 //! With y = (x, v) the equation of motion gives the next coefficient of y from those known. For linear pieces of friction
 //! y' = A y + waves, so |y_{k+1}| ≤ L |y_k|/(k + 1): with L h ≤ 4 what is left out is less than a quarter of the last term,
-//! and the step keeps that term below rounding. For a smooth law the series of its friction grows along; the step follows
-//! from the last two terms, an estimate instead of a bound, and is halved until the law itself agrees with its series at the
-//! end of the step.
+//! and the step keeps that term below rounding. For a smooth law the series of its friction grows along; the last two terms
+//! give an estimate instead of a bound, so the law itself is compared with its series along the step, at slip speeds so close
+//! that no feature of the law hides between two of them, and the step ends where they still agree.
 
 use crate::drive::Clock;
 use crate::law::{Friction, Law, Piece};
 use crate::matrix::Matrix;
-use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at};
+use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature, free_time, slope_at};
 use crate::system::{Drive, System, add_wave};
 
 /// The last terms of a step may be this large compared with the motion.
@@ -455,8 +455,9 @@ impl Motion {
         shortest
     }
 
-    /// The longest part of `step` at whose end every smooth law agrees with its series. What grows only beyond the last
-    /// coefficient, as does the exponential of a speed that has just begun to fall, is seen there and nowhere else.
+    /// The longest part of `step` on which every smooth law agrees with its series, as long as its slip lasts. What grows
+    /// only beyond the last coefficient is seen nowhere else: the exponential of a speed that has just begun to fall, or a
+    /// Gaussian that had died out and comes back.
     pub(crate) fn agreed(
         &self,
         frame: &Frame,
@@ -469,25 +470,27 @@ impl Motion {
             if !frame.smooth[c] || rub.direction == 0.0 {
                 continue;
             }
-            // A bound of how far the speed may go, so that it cannot turn beyond either.
-            let (stride, u) = (laws[c].stride(self.u[c][0]), &self.u[c]);
-            while stride.is_finite()
-                && u[1..]
-                    .iter()
-                    .rev()
-                    .fold(0.0, |sum, term| (sum + term.abs()) * step)
-                    > stride
-            {
-                step *= 0.5;
-            }
             let bound = AGREES * scale / frame.coupling(c, c);
-            for _ in 0..60 {
-                let (series, speed) = (at(&self.force[c], step), at(&self.u[c], step));
+            let agrees = |t: f64, speed: f64| {
                 let law = rub.direction * laws[c].force(&Piece::constant(0.0), speed);
-                if step * (series - law).abs() <= bound {
+                t * (at(&self.force[c], t) - law).abs() <= bound
+            };
+            let u = &self.u[c];
+            let bend = curvature(u, step);
+            let (mut t, mut speed, mut slope) = (0.0, u[0], u[1]);
+            while t < step && speed >= 0.0 {
+                // No resolution is no limit: `min` passes over what is not a number.
+                let free = free_time(laws[c].resolution(speed), -slope.abs(), bend);
+                let next = (t + free).min(step);
+                (speed, slope) = slope_at(u, next);
+                if !agrees(next, speed) {
+                    step = (1..60)
+                        .map(|halvings| t + (next - t) * 0.5_f64.powi(halvings))
+                        .find(|&t| agrees(t, at(u, t)))
+                        .unwrap_or(t);
                     break;
                 }
-                step *= 0.5;
+                t = next;
             }
         }
         step

@@ -73,18 +73,10 @@ impl Friction for ExponentialStribeck {
         rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
     }
 
-    fn stride(&self, u: f64) -> f64 {
-        // Where the exponential is below rounding; from the second speed on, so are all its coefficients up to the last.
-        let [gone, hidden] = if self.exponent == 2.0 {
-            [6.0, 7.0]
-        } else {
-            [36.0, 60.0]
-        };
-        if u > hidden * self.scale {
-            u - gone * self.scale
-        } else {
-            f64::INFINITY
-        }
+    fn resolution(&self, u: f64) -> f64 {
+        // So far out the exponential is below rounding.
+        let gone = if self.exponent == 2.0 { 6.0 } else { 36.0 };
+        (u.abs() - gone * self.scale).max(self.scale)
     }
 
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {

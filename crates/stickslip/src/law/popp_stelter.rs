@@ -48,6 +48,10 @@ impl Friction for PoppStelter {
         rest + (self.break_away - self.kinetic) * grown.first[k] + self.square * product(u, u, k)
     }
 
+    fn resolution(&self, u: f64) -> f64 {
+        0.5 * (u.abs() + 1.0 / self.weakening)
+    }
+
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.break_away)
     }

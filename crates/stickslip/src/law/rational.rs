@@ -39,6 +39,10 @@ impl Friction for Rational {
         self.break_away * grown.first[k]
     }
 
+    fn resolution(&self, u: f64) -> f64 {
+        0.5 * (u.abs() + 1.0 / self.weakening)
+    }
+
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.break_away)
     }
