@@ -57,7 +57,7 @@ def test_every_statement_is_scored_with_what_was_seen(table):
     assert list(table.index) == [statement.id for statement in STATEMENTS]
     assert table["verdict"].isin([REPRODUCED, PARTLY, NOT]).all()
     assert (table["seen"].str.len() > 5).all()
-    assert table["basis"].str.match("calibrated: |built in$|follows$").all()
+    assert table["basis"].str.match("calibration: |reading: |follows$").all()
 
 
 def test_the_documentation_is_the_page_that_reproduce_writes(table):
@@ -84,7 +84,7 @@ def coulomb(s, forcing=None):
 
 def test_a_model_that_cannot_oscillate_fails():
     table = paper.score(coulomb, forcing_periods=100)
-    # Steady slip is all that Coulomb's law can do.
+    # Steady slip is all that Coulomb's law can do, from anywhere.
     assert list(table.index[table["verdict"] == REPRODUCED]) == ["stable-slip"]
     assert np.isnan(table.loc["end-of-stick-slip", "value"])
 
@@ -163,3 +163,21 @@ def test_a_search_goes_on_from_its_file(tmp_path):
         calibration.search("one f_s(0)", tmp_path / "a.jsonl", candidates=2, seed=2)
     with pytest.raises(ss.InputError, match="reading must be one of"):
         calibration.search("two f_s(0)", tmp_path / "c.jsonl")
+
+
+def test_a_search_that_cannot_go_on_is_one_sentence(tmp_path):
+    path = tmp_path / "c.jsonl"
+    path.write_text('{"reading": "one f_s(0)", "seed": 1, "ind')
+    with pytest.raises(ss.InputError, match="row 1 is no candidate; delete it"):
+        calibration.search("one f_s(0)", path)
+    with pytest.raises(ss.InputError, match="cannot be written"):
+        calibration.search("one f_s(0)", tmp_path / "missing" / "c.jsonl")
+    with pytest.raises(ss.InputError, match="candidates must be at least 1, got 0"):
+        calibration.search("one f_s(0)", path, candidates=0)
+
+
+def test_a_model_without_a_growing_stick_fails_the_first_break_away():
+    def make(s, forcing=None):
+        return ss.Oscillator(damping=0.28, drive_velocity=s, law=ss.laws.StaticKinetic(1.0, 0.6), forcing=forcing)
+
+    assert paper.score(make, only=("first-break-away",))["verdict"].item() == NOT

@@ -1,9 +1,10 @@
 """The search for what the paper leaves open: numbers, under several readings, that make its statements come out.
 
-A *reading* says which numbers are free and what law they make. A candidate draws the numbers, fits the damping so that
-stick-slip ends at the drive velocity drawn for it, and is judged by the statements themselves, cheap ones first: a candidate
-that fails at one stage is not taken to the next. The search is seeded, writes each candidate to a file as it is judged and
-goes on from that file. It is run as ``python -m stickslip.paper.calibration``.
+A *reading* says which numbers are free and what law they make. While nothing sticks, the damping and f_s(0, δ) alone decide
+the motion: a candidate draws these and is judged by the statements on motions without sticks, cheap and rare ones first; one
+that fails at a stage is not taken to the next. Where all of them come out, the numbers that are felt in sticks alone, the
+growth of f_s with rest and α(f_s), are drawn many times over and judged by the other statements. The search is seeded, writes
+each candidate to a file as it is judged and goes on from that file.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ from stickslip.laws import BogaczRyczek, StaticFriction
 from stickslip.paper.judges import STATEMENTS
 from stickslip.paper.statement import NOT, PARTLY, REPRODUCED
 from stickslip.paper.study import Make, Study
-from stickslip.simulation import simulate
 from stickslip.system import Harmonic, Oscillator
 
 if TYPE_CHECKING:
@@ -36,8 +36,12 @@ class Reading:
     """A way to read the paper: free numbers with their bounds, and the law they make."""
 
     sentence: str
-    bounds: Mapping[str, tuple[float, float]]
+    slipping: Mapping[str, tuple[float, float]]
     law: Callable[[Numbers], BogaczRyczek]
+
+    def make(self, numbers: Numbers) -> Make:
+        """The oscillators with these numbers."""
+        return Calibration("", numbers["damping"], self.law(numbers)).oscillator
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,8 @@ class Calibration:
 def falling(numbers: Numbers) -> StaticFriction:
     """The surface whose f_s(0, δ) falls from `at_end_of_stick_slip` (δ = 0.25) to `at_end_of_oscillation` (δ = 0.40).
 
-    >>> surface = falling(dict(at_end_of_oscillation=1.08, at_end_of_stick_slip=1.9, scale=0.36, exponent=9, growth=0.1))
+    >>> numbers = dict(at_end_of_oscillation=1.08, at_end_of_stick_slip=1.9, scale=0.36, exponent=9)
+    >>> surface = falling(numbers | dict(growth=0.1, rate=0.3, force_rate_scale=0.5))
     >>> round(surface.initial + surface.drop / (1 + (0.25 / 0.36) ** 9), 12)
     1.9
     """
@@ -68,43 +73,52 @@ def falling(numbers: Numbers) -> StaticFriction:
         drop=drop,
         drop_scale=numbers["scale"],
         drop_exponent=numbers["exponent"],
-        limit=numbers["growth"],
-        rate=0.3,
-        force_rate_scale=0.5,
+        **_growth(numbers),
     )
 
 
-def law(numbers: Numbers, **geometry: Any) -> BogaczRyczek:
-    """The law with that surface, and with α(f_s) = `fall` · (f_s − f_s(0, 0.25)) where that is positive.
+def constant(numbers: Numbers) -> StaticFriction:
+    """The surface whose f_s(0, ·) is one number."""
+    return StaticFriction(initial=numbers["at_end_of_oscillation"], **_growth(numbers))
 
-    >>> numbers = dict(at_end_of_oscillation=1.08, at_end_of_stick_slip=1.9, scale=0.36, exponent=9, growth=0.1, fall=1.2)
-    >>> law(numbers).alpha
-    ((1.9, 0.0), (2.9, 1.2))
+
+def _growth(numbers: Numbers) -> dict[str, float]:
+    return {
+        "limit": numbers["growth"],
+        "rate": numbers["rate"],
+        "force_rate_scale": numbers["force_rate_scale"],
+    }
+
+
+def law(numbers: Numbers, surface: Callable[[Numbers], StaticFriction] = falling, **geometry: Any) -> BogaczRyczek:
+    """The law with such a surface, and with α(f_s) = `fall` · (f_s − f_s(0, 0.25) − `fall_above`) where that is positive.
+
+    >>> numbers = dict(at_end_of_oscillation=1.08, at_end_of_stick_slip=1.9, scale=0.36, exponent=9)
+    >>> law(numbers | dict(growth=0.1, rate=0.3, force_rate_scale=0.5, fall=1.2, fall_above=0.1)).alpha
+    ((2.0, 0.0), (3.0, 1.2))
     """
-    high = numbers["at_end_of_stick_slip"]
-    alpha = ((high, 0.0), (high + 1.0, numbers["fall"]))
-    return BogaczRyczek(static_friction=falling(numbers), alpha=alpha, **geometry)
+    start = numbers.get("at_end_of_stick_slip", numbers["at_end_of_oscillation"]) + numbers["fall_above"]
+    alpha = ((start, 0.0), (start + 1.0, numbers["fall"]))
+    return BogaczRyczek(static_friction=surface(numbers), alpha=alpha, **geometry)
 
 
-_COMMON = {"growth": (0.05, 0.4), "end_of_stick_slip": (0.2460, 0.2545)}
-_FALLING = {
-    "at_end_of_oscillation": (1.062, 1.084),
-    "at_end_of_stick_slip": (1.3, 2.4),
-    "scale": (0.25, 0.39),
-    "exponent": (2.0, 16.0),
-    "fall": (0.0, 2.0),
-    **_COMMON,
+_CONSTANT = {"damping": (0.20, 0.42), "at_end_of_oscillation": (0.95, 1.12)}
+_FALLING = {**_CONSTANT, "at_end_of_stick_slip": (1.15, 2.4), "scale": (0.22, 0.46), "exponent": (2.0, 40.0)}
+
+#: The numbers that are felt in sticks alone.
+_STICKING = {
+    "growth": (0.02, 0.8),
+    "rate": (0.05, 1.0),
+    "force_rate_scale": (0.1, 2.5),
+    "fall": (0.0, 3.0),
+    "fall_above": (-0.3, 0.3),
 }
 
 READINGS: dict[str, Reading] = {
     "one f_s(0)": Reading(
         "f_s(0, ·) is one number, so every climb ends at the same friction",
-        {"at_end_of_oscillation": (1.062, 1.084), **_COMMON},
-        lambda numbers: BogaczRyczek(
-            static_friction=StaticFriction(
-                initial=numbers["at_end_of_oscillation"], limit=numbers["growth"], rate=0.3, force_rate_scale=0.5
-            )
-        ),
+        _CONSTANT,
+        lambda numbers: law(numbers, constant),
     ),
     "falling f_s(0, δ)": Reading(
         "f_s(0, δ) falls with the force rate, and a climb ends at its value at the turn",
@@ -130,16 +144,27 @@ CALIBRATIONS: dict[str, Calibration] = {
     ),
 }
 
-#: Statements by the stage at which a candidate of the search is asked for them; the next stage needs all of one.
-STAGES: tuple[tuple[str, ...], ...] = (
+#: Statements on motions without sticks, by the stage at which a candidate is asked for them; the next needs all of one.
+SLIPPING: tuple[tuple[str, ...], ...] = (
     ("always-slipping", "amplitude-falls", "friction-falls"),
+    ("end-of-oscillation", "stable-slip"),
+    ("forced-0.40-two-periodic",),
+    ("forced-0.30-two-periodic",),
+    ("forced-0.30-non-periodic", "forced-0.30-one-amplitude"),
+    ("forced-0.40-non-periodic",),
+)
+
+#: Statements that sticks decide, likewise.
+STICKING: tuple[tuple[str, ...], ...] = (
+    ("end-of-stick-slip", "stick-slip-at-small-s"),
     ("passage", "first-break-away"),
-    ("forced-0.40-two-periodic", "forced-0.40-non-periodic"),
-    ("forced-0.30-two-periodic", "forced-0.30-non-periodic", "forced-0.30-one-amplitude"),
-    ("end-of-stick-slip", "end-of-oscillation", "turning-slip-velocity-grows", "single-limit-cycle"),
+    ("turning-slip-velocity-grows", "single-limit-cycle"),
 )
 
 _WORTH = {REPRODUCED: 1.0, PARTLY: 0.5, NOT: 0.0}
+
+#: How often the numbers felt in sticks alone are drawn for one candidate.
+DRAWS = 60
 
 
 def search(
@@ -153,8 +178,8 @@ def search(
     """Search the free numbers of a reading for those that make the paper's statements come out.
 
     Every third candidate is drawn from the bounds, the others near one of the five best so far. Its worth is the number of
-    statements of :data:`STAGES` reproduced, half for those partly so, and up to a fifth more for a forced statement that
-    holds at several forcing amplitudes.
+    statements of :data:`SLIPPING` and :data:`STICKING` reproduced, half for those partly so, and up to a fifth more for a
+    forced statement that holds at several forcing amplitudes.
 
     Parameters
     ----------
@@ -166,12 +191,12 @@ def search(
 
     Returns
     -------
-    DataFrame of all candidates, the best first: ``worth``, the numbers, ``damping`` and the verdict by statement.
+    DataFrame of all candidates, the best first: ``worth``, the numbers and the verdict by statement.
 
     Raises
     ------
     InputError
-        for an unknown reading, or a file of another reading or seed.
+        for an unknown reading, a file of another reading or seed, or one that cannot be written.
     """
     import pandas as pd
 
@@ -179,71 +204,87 @@ def search(
         raise InputError(
             f"search: reading must be one of {', '.join(READINGS)}, got {reading!r}{did_you_mean(reading, READINGS)}"
         )
+    if candidates < 1:
+        raise InputError(f"search: candidates must be at least 1, got {candidates}")
     path = Path(path)
     rows = _resume(path, reading, seed)
-    with path.open("a", encoding="utf-8") as file:
-        for index in range(len(rows), candidates):
-            row = {"reading": reading, "seed": seed, "index": index} | _candidate(READINGS[reading], rows, seed, index)
-            rows.append(row)
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-            if progress is not None:
-                best = max(row["worth"] for row in rows)
-                progress(f"best worth {best:.2f}", index + 1, candidates)
+    for index in range(len(rows), candidates):
+        row = {"reading": reading, "seed": seed, "index": index} | _candidate(READINGS[reading], rows, seed, index)
+        rows.append(row)
+        _append(path, row)
+        if progress is not None:
+            progress(f"best worth {max(row['worth'] for row in rows):.2f}", index + 1, candidates)
     return pd.DataFrame(rows).sort_values("worth", ascending=False, kind="stable")
 
 
 def _resume(path: Path, reading: str, seed: int) -> list[dict[str, Any]]:
     if not path.exists():
         return []
-    rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    for number, row in enumerate(rows, start=1):
-        if (row["reading"], row["seed"], row["index"]) != (reading, seed, number - 1):
+    rows = []
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+        try:
+            row = json.loads(line)
+            same = (row["reading"], row["seed"], row["index"]) == (reading, seed, number - 1)
+        except (ValueError, KeyError, TypeError):
+            raise InputError(
+                f"{path}: row {number} is no candidate; delete it and what follows, or choose another file"
+            ) from None
+        if not same:
             raise InputError(
                 f"{path}: row {number} is of another search; choose another file or the same reading and seed"
             )
+        rows.append(row)
     return rows
+
+
+def _append(path: Path, row: dict[str, Any]) -> None:
+    try:
+        with path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(row) + "\n")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another file") from None
 
 
 def _candidate(reading: Reading, rows: list[dict[str, Any]], seed: int, index: int) -> dict[str, Any]:
     random = np.random.default_rng([seed, index])
     best = sorted(rows, key=lambda row: -row["worth"])[:5]
     near = best[int(random.integers(len(best)))] if best and index % 3 else None
+    slipping = _drawn(reading.slipping, random, near)
+    try:
+        found = slipping | _drawn(_STICKING, random)
+        judged = _judge(reading.make(found), SLIPPING)
+        if judged["passed"]:
+            stuck = {"worth": -1.0}
+            for _ in range(DRAWS):
+                trial = slipping | _drawn(_STICKING, random)
+                also = _judge(reading.make(trial), STICKING)
+                if also["worth"] > stuck["worth"]:
+                    found, stuck = trial, also
+            judged = {
+                "worth": judged["worth"] + stuck["worth"],
+                "verdicts": judged["verdicts"] | stuck["verdicts"],
+            }
+    except InputError:
+        return {**slipping, "worth": 0.0, "verdicts": {}}
+    return {**found, "worth": round(judged["worth"], 6), "verdicts": judged["verdicts"]}
+
+
+def _drawn(
+    bounds: Mapping[str, tuple[float, float]], random: np.random.Generator, near: Numbers | None = None
+) -> dict[str, float]:
     numbers = {}
-    for name, (low, high) in reading.bounds.items():
+    for name, (low, high) in bounds.items():
         value = random.uniform(low, high) if near is None else random.normal(near[name], 0.04 * (high - low))
         numbers[name] = float(np.clip(value, low, high))
-    try:
-        law = reading.law(numbers)
-    except InputError:
-        return {**numbers, "damping": None, "worth": 0.0, "verdicts": {}}
-    calibration = Calibration("", fit_damping(law, numbers["end_of_stick_slip"]), law)
-    return {**numbers, "damping": calibration.damping, **worth(calibration.oscillator)}
+    return numbers
 
 
-def fit_damping(law: BogaczRyczek, end_of_stick_slip: float) -> float:
-    """The damping d at which stick-slip, from the stuck start, ends at a drive velocity; between 0.05 and 0.45, to 0.0004.
-
-    >>> from stickslip import paper
-    >>> abs(fit_damping(paper.oscillator(0.3).law, 0.2500) - paper.DAMPING) < 0.05
-    True
-    """
-    low, high = 0.05, 0.45
-    for _ in range(10):
-        damping = (low + high) / 2
-        system = Oscillator(damping=damping, drive_velocity=end_of_stick_slip, law=law)
-        sticks = simulate(system, 150 * system.natural_period).regime(transient=0.85) == "stick_slip"
-        low, high = (damping, high) if sticks else (low, damping)
-    return high
-
-
-def worth(make: Make) -> dict[str, Any]:
-    """The worth of a model for the search, and its verdicts at the stages it was taken to."""
-    study = Study(make, periods=150, tolerance=5e-4, forcing_periods=400, workers=1)
+def _judge(make: Make, stages: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
+    """The worth of a model for the search, its verdicts at the stages it was taken to, and whether it passed them all."""
+    study = Study(make, periods=120, tolerance=5e-4, forcing_periods=300, workers=1)
     by_id = {statement.id: statement for statement in STATEMENTS}
-    total, verdicts = 0.0, {}
-    for stage in STAGES:
-        passed = True
+    total, verdicts, passed = 0.0, {}, True
+    for stage in stages:
         for name in stage:
             seen = by_id[name].look(study)
             verdicts[name] = seen.verdict
@@ -253,4 +294,4 @@ def worth(make: Make) -> dict[str, Any]:
             passed &= seen.verdict == REPRODUCED
         if not passed:
             break
-    return {"worth": round(total, 6), "verdicts": verdicts}
+    return {"worth": total, "verdicts": verdicts, "passed": passed}

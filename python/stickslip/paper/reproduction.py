@@ -22,8 +22,8 @@ _COLUMNS = ["section", "statement", "seen", "basis", "verdict"]
 
 #: What the words of the table mean.
 LEGEND = (
-    "Every statement is a fact of the paper in our words. The basis says what a success rests on. Calibrated: a number that "
-    "the paper leaves open was chosen so that it comes out. Built in: our reading of the law says so by construction. "
+    "Every statement is a fact of the paper in our words. The basis says what a success rests on. Calibration: a number that "
+    "the paper leaves open was chosen so that it comes out. Reading: our reading of the law says so by construction. "
     "Follows: nothing was chosen for it."
 )
 

@@ -19,7 +19,7 @@ def statements() -> pd.DataFrame:
     Returns
     -------
     DataFrame indexed by id: section of the paper, statement, measured (what is looked at), threshold (when it counts as
-    reproduced) and basis (``calibrated: …``, ``built in``, ``follows``: what a success of our model rests on).
+    reproduced) and basis (``calibration: …``, ``reading: …``, ``follows``: what a success of our model rests on).
 
     >>> statements().loc["end-of-oscillation", "section"]
     '9'
@@ -65,7 +65,7 @@ def score(
     Returns
     -------
     DataFrame indexed by id: section, statement, measured, threshold, verdict (``reproduced``, ``partly``,
-    ``not reproduced``), value, seen, basis (``calibrated: …``, ``built in``, ``follows``).
+    ``not reproduced``), value, seen, basis (``calibration: …``, ``reading: …``, ``follows``).
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """A statement of the paper: a fact in our words, how it is measured, when it counts as reproduced.
 
-`basis` says what stands behind a success: ``calibrated`` (a free number was chosen so that this comes out), ``built in``
-(our reading of the law says so by construction) or ``follows`` (nothing was chosen for it).
+`basis` says what stands behind a success: ``calibration`` (a free number was chosen so that this comes out), ``reading`` (our
+reading of the law says so by construction) or ``follows`` (nothing was chosen for it).
 """
 
 from __future__ import annotations

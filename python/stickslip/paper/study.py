@@ -101,7 +101,12 @@ class Study:
             system = self.make(s, None)
             period = system.natural_period
             orbit = simulate(system, self.periods * period)
-            motion = orbit.to_xarray(np.linspace(orbit.t_end - 3 * period, orbit.t_end, 6001))
+            edges = orbit.segments["t"].to_numpy()
+            start = orbit.t_end - 3 * period
+            # With the corners of the law met exactly, from both sides.
+            edges = edges[edges > start]
+            times = [np.linspace(start, orbit.t_end, 6001), edges, np.nextafter(edges, -np.inf)]
+            motion = orbit.to_xarray(np.unique(np.concatenate(times)))
             w, force, a = (motion[name].to_numpy() for name in ("slip_velocity", "force", "a"))
             found.append((s, w, force, a < 0))
         return found

@@ -73,8 +73,8 @@ FIGURES: dict[str, Figure] = {
     "fig-03-displacement": Figure(
         measured_displacement,
         "Displacement over time at given drive velocities, measured.",
-        "Synthetic records of our model with noise, as there are none of the paper's: saw teeth in stick-slip, nearly a sine "
-        "without sticks, a damped approach in stable slip.",
+        "Synthetic records of our model with noise, as there are none of the paper's: saw teeth in stick-slip, rounded "
+        "ones without sticks, a damped approach in stable slip.",
     ),
     "fig-04-measured-friction": Figure(
         measured_friction,
@@ -86,7 +86,7 @@ FIGURES: dict[str, Figure] = {
         friction_over_drive_velocity,
         "The approximated loops over each other: with s friction falls and the slip velocities at ẇ = 0 rise.",
         "Highest and lowest friction fall as s grows, as stated; the smaller turning slip velocity rises, the larger one "
-        "falls.",
+        "soon falls.",
     ),
     "fig-06-friction-loops": Figure(
         friction_loops,

@@ -80,13 +80,12 @@ def stick_slip_geometry(law: BogaczRyczek | None = None, ax: Axes | None = None)
     w = np.array([0.22, 0.56])
     ax.plot(w, law.l[0] * w + law.l[1], color=_GREY, lw=0.9, ls="--")
     _note(ax, "l", (w[1], law.l[0] * w[1] + law.l[1]), (3, -2))
-    _point(ax, law.B, f"B ({law.B[0]:g}; {law.B[1]:g})".replace("-", "−"), (2, -12))
+    _point(ax, law.B, f"B ({law.B[0]:g}; {law.B[1]:g})".replace("-", "−"), (2, 5))
     first = _corner(law, (law.beta, held[0]))
     _note(ax, "corner (w*; f*)", first, (4, -12))
-    middle = _corner(law, (law.beta, held[1]))
     _note(ax, f"φ = {law.phi:g}°, ẇ > 0".replace("-", "−"), (0.17, held[1] - 0.19), (8, 8), color=_LINE["upper"])
-    _note(ax, f"ψ = {law.psi:g}°", (0.58, middle[1] + common * (0.58 - middle[0])), (-4, -14), color=_LINE["common"])
-    _note(ax, "through B, ẇ < 0", (-0.2, law.B[1]), (0, -44), ha="center", color=_LINE["lower"])
+    _note(ax, f"ψ = {law.psi:g}°", (0.46, first[1] + common * (0.46 - first[0])), (2, -12), color=_LINE["common"])
+    _note(ax, "through B, ẇ < 0", (-0.29, law.B[1]), (0, -62), ha="center", color=_LINE["lower"])
     ax.axvline(0, color=_GREY, lw=0.6, zorder=0)
     ax.set(xlabel="slip velocity w (dimensionless)", ylabel="friction f (dimensionless)", xlim=(-0.45, 0.66))
     return ax
@@ -121,8 +120,8 @@ def climbs(law: BogaczRyczek | None = None) -> list[Axes]:
             if law.D is not None and w[turn] < law.D[0]:
                 ax.plot([w[turn], law.D[0]], [force[turn], law.D[1]], color=_LINE["climb"], lw=0.7, ls=":")
         if law.D is not None:
-            _point(ax, law.D, f"D ({law.D[0]:g}; {law.D[1]:g})", (6, -3))
-        ax.legend(fontsize=7.5, frameon=False, loc="lower right")
+            _point(ax, law.D, f"D ({law.D[0]:g}; {law.D[1]:g})", (-72, -3))
+        ax.legend(fontsize=7.5, frameon=False, loc="upper right")
         ax.set(xlabel="slip velocity w (dimensionless)", ylabel="friction f (dimensionless)")
         ax.label_outer()
     return [left, right]
@@ -158,9 +157,9 @@ def steep_climbs(law: BogaczRyczek | None = None, ax: Axes | None = None) -> Axe
     _note(
         ax,
         f"η = {law.eta:g}°",
-        (float(w[turn]), float(force[turn]) + 1.6 * rise),
-        (-4, 0),
-        ha="right",
+        (float(w[turn]), float(force[turn]) + 2 * rise),
+        (0, 3),
+        ha="center",
         color=_LINE["climb"],
     )
     w = np.array([0.36, 0.46])
@@ -187,7 +186,7 @@ def fall_after_break_away(law: BogaczRyczek | None = None, ax: Axes | None = Non
         at = law.break_away_force(0.0, s)
         ax.axvline(at, color=_GREY, lw=0.7, ls=":")
         _note(ax, f"$f_s(0, {s:.2f})$", (at, ax.get_ylim()[1]), (-3, -4), ha="right", va="top", rotation=90)
-    ax.set(xlabel="static friction $f_s$ (dimensionless)", ylabel="α (dimensionless)")
+    ax.set(xlabel="static friction $f_s$ (dimensionless)", ylabel="fall α (dimensionless)", xlim=(low - 0.1, None))
     return ax
 
 

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from stickslip.measurement import Rig, measure
+from stickslip.measurement.sticks import turning_points
 from stickslip.paper import oscillator
 from stickslip.paper.figures.motion import TITLE
 from stickslip.show import BRANCH_COLOURS, OKABE_ITO, new_axes
@@ -46,8 +47,8 @@ def measured_friction(drive_velocities: Sequence[float] = (0.27, 0.30, 0.34)) ->
     ----------
     drive_velocities : of almost-harmonic vibration, one panel each.
     """
-    count = len(drive_velocities)
-    panels = new_axes(1, count, figsize=(3.3 * count, 3.0), sharex=True, sharey=True)
+    columns = len(drive_velocities)
+    panels = new_axes(1, columns, figsize=(3.3 * columns, 3.0), sharex=True, sharey=True)
     for ax, s in zip(panels, drive_velocities, strict=True):
         t, x, _ = _record(s, 100.0, 80.0)
         system = oscillator(s)
@@ -65,16 +66,26 @@ def measured_friction(drive_velocities: Sequence[float] = (0.27, 0.30, 0.34)) ->
         w, force = friction["slip_velocity"].to_numpy(), friction["force"].to_numpy()
         inner = slice(w.size // 20, -w.size // 20)
         w, force = w[inner], force[inner]
-        rising = np.gradient(w) > 0
-        for mask, name, label in ((rising, "upper", "ẇ > 0"), (~rising, "lower", "ẇ < 0")):
+        rising = _rising(w)
+        # Three lines up, the climb, the upper and the common one; two down.
+        for mask, count, name, label in ((rising, 4, "upper", "ẇ > 0"), (~rising, 3, "lower", "ẇ < 0")):
             ax.plot(w[mask], force[mask], ".", ms=1, color=OKABE_ITO["grey"], rasterized=True)
-            nodes, values = fit_lines(w[mask], force[mask], 4)
+            nodes, values = fit_lines(w[mask], force[mask], count)
             ax.plot(nodes, values, color=BRANCH_COLOURS[name], lw=1.6, label=label)
         ax.set_title(f"s = {s:.2f}, synthetic", **TITLE)
         ax.set(xlabel="slip velocity w (dimensionless)", ylabel="friction f (dimensionless)")
         ax.label_outer()
     panels[0].legend(fontsize=8, frameon=False)
     return panels
+
+
+def _rising(w: Array) -> NDArray[np.bool_]:
+    """Whether w goes from a valley to a peak: its slope at one sample has the sign of the noise near a turn."""
+    valleys, peaks = turning_points(w, 0.5 * float(np.ptp(w)))
+    turns = sorted(valleys + peaks)
+    first_rises = bool(turns) and turns[0] in peaks
+    rises: NDArray[np.bool_] = (np.searchsorted(turns, np.arange(w.size), side="right") % 2 == 0) == first_rises
+    return rises
 
 
 def fit_lines(w: Array, force: Array, nodes: int) -> tuple[Array, Array]:

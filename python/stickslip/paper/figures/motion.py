@@ -42,6 +42,7 @@ def friction_loops(drive_velocities: Sequence[float] = (0.20, 0.30, 0.45)) -> li
         orbit = simulate(oscillator(s), 150.0)
         friction_loop(orbit, ax, show_transient=True, transient=0.6)
         ax.set_title(f"s = {s:.2f}: {words(orbit.regime())}", **TITLE)
+        ax.set_ylabel("friction f (dimensionless)")
         ax.label_outer()
     return panels
 

@@ -25,7 +25,12 @@ def _threshold(found: float | None, stated: float, what: str) -> Seen:
 
 
 def _end_of_stick_slip(study: Study) -> Seen:
-    return _threshold(study.end_of_stick_slip, END_OF_STICK_SLIP, "end of stick-slip")
+    seen = _threshold(study.end_of_stick_slip, END_OF_STICK_SLIP, "end of stick-slip")
+    if study.end_of_stick_slip is None:
+        return seen
+    above = study.motion(study.end_of_stick_slip + 0.005)["regime"].replace("_", " ")
+    verdict = seen.verdict if above == "almost harmonic" else NOT
+    return Seen(verdict, seen.value, f"{seen.sentence}; {above} 0.005 above it")
 
 
 def _end_of_oscillation(study: Study) -> Seen:
@@ -45,8 +50,9 @@ def _hopf(study: Study) -> Seen:
         f"amplitude {amplitude[0]:.3f}, {amplitude[1]:.3f}, {amplitude[2]:.3f} at 0.04, 0.02, 0.01 below the end: "
     )
     sentence += f"grows as the distance to the power {exponent:.2f}"
-    if exponent < 0.2:
-        return Seen(NOT, exponent, sentence + ", a jump")
+    above = study.motion(round(end + 0.01, 6))["regime"].replace("_", " ")
+    if exponent < 0.2 or above != "stable slip":
+        return Seen(NOT, exponent, sentence + f"; {above} 0.01 above it")
     return Seen(REPRODUCED if abs(exponent - 0.5) < 0.15 else PARTLY, exponent, sentence)
 
 
@@ -64,7 +70,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "4, 9",
         "The limit cycle shrinks into a stable fixed point as in a supercritical Hopf bifurcation.",
         "exponent of the amplitude over the distance of s from the end of the limit cycle",
-        "0.5 ± 0.15, the square root of a smooth Hopf bifurcation; partly: continuous with another exponent",
+        "0.5 ± 0.15 as in a smooth Hopf bifurcation, and stable slip 0.01 above the end; partly: another one above 0.2",
         "follows",
         _hopf,
     ),
@@ -81,9 +87,9 @@ STATEMENTS: tuple[Statement, ...] = (
         "end-of-stick-slip",
         "9",
         "Above s ≈ 0.25 stick-slip gives way to almost-harmonic vibration.",
-        "drive velocity where stick-slip ends, from the stuck start, by bisection",
-        "0.25 ± 0.005; partly: ± 0.03",
-        "calibrated: d",
+        "drive velocity where stick-slip ends, from the stuck start, by bisection, and the regime 0.005 above it",
+        "0.25 ± 0.005 and almost-harmonic above it; partly: ± 0.03",
+        "calibration: d",
         _end_of_stick_slip,
     ),
     Statement(
@@ -92,7 +98,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "Above s ≈ 0.40 the self-excited vibration vanishes.",
         "drive velocity where the limit cycle ends, from the stuck start, by bisection",
         "0.40 ± 0.005; partly: ± 0.03",
-        "calibrated: f_s(0, δ)",
+        "calibration: f_s(0, δ)",
         _end_of_oscillation,
     ),
     Statement(

@@ -70,7 +70,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "s = 0.30, η = 0.35: two-periodic, nothing sticks.",
         "stroboscopic period and loops per forcing period over 80 forcing amplitudes u₀ ≤ 0.40",
         "period two without a stick at two or more; partly: at one, with sticks, or period one with two loops",
-        "calibrated: u₀, f_s(0, δ) and d",
+        "calibration: u₀, f_s(0, δ) and d",
         _two_periodic(0.30, 0.35),
     ),
     Statement(
@@ -79,7 +79,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "s = 0.30, η = 1.25: non-periodic, nothing sticks.",
         "stroboscopic period over 80 forcing amplitudes u₀ ≤ 0.40",
         "no period ≤ 32, no stick, also in runs five times as long, at two or more; partly: sticks, or period > 2",
-        "calibrated: u₀, f_s(0, δ) and d",
+        "calibration: u₀, f_s(0, δ) and d",
         _non_periodic(0.30, 1.25),
     ),
     Statement(
@@ -88,7 +88,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "Both of these at s = 0.30 with one forcing amplitude.",
         "u₀ ≤ 0.40 at which both hold",
         "there is one; partly: the slow one has period 4 or 8, or two loops, there",
-        "calibrated: u₀, f_s(0, δ) and d",
+        "calibration: u₀, f_s(0, δ) and d",
         _one_amplitude(0.30, 0.35, 1.25),
     ),
     Statement(
@@ -97,7 +97,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "s = 0.40, η = 0.40: two-periodic around the equilibrium.",
         "stroboscopic period and loops per forcing period over 80 forcing amplitudes u₀ ≤ 0.40",
         "period two without a stick at two or more; partly: at one, with sticks, or period one with two loops",
-        "calibrated: u₀, f_s(0, δ) and d",
+        "calibration: u₀, f_s(0, δ) and d",
         _two_periodic(0.40, 0.40),
     ),
     Statement(
@@ -106,7 +106,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "s = 0.40, η = 1.60: non-periodic around the equilibrium.",
         "stroboscopic period over 80 forcing amplitudes u₀ ≤ 0.40",
         "no period ≤ 32, no stick, also in runs five times as long, at two or more; partly: sticks, or period > 2",
-        "calibrated: u₀, f_s(0, δ) and d",
+        "calibration: u₀, f_s(0, δ) and d",
         _non_periodic(0.40, 1.60),
     ),
 )
