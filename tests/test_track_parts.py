@@ -9,7 +9,7 @@ from stickslip.errors import InputError
 from stickslip.tracking import Calibration, Film, Lens, read_calibration, read_osp, track
 from stickslip.tracking.blobs import find_blobs
 from stickslip.tracking.likeness import likeness
-from stickslip.tracking.links import choose, link
+from stickslip.tracking.links import find_markers
 from stickslip.tracking.ruler import find_marks
 from stickslip.tracking.sightings import Sightings
 
@@ -115,7 +115,7 @@ def test_identities_survive_a_common_jump_and_a_gap():
     shift = np.where(time % 2, 35.0, 0.0)
     paths = np.stack([np.stack([100.0 * i + 50 + shift, np.full(40, 50.0)], axis=1) for i in range(5)], axis=1)
     paths[10:14, 2] = np.nan
-    tracks = choose(link(film_of_points(paths), None), film_of_points(paths), 5)
+    tracks = find_markers(film_of_points(paths), 5)
     assert [len(track.frames) for track in tracks] == [40, 40, 36, 40, 40]
     sightings = film_of_points(paths)
     for number, found in enumerate(tracks):
@@ -130,10 +130,55 @@ def test_two_that_cross_keep_their_ways():
         axis=1,
     )
     sightings = film_of_points(paths)
-    tracks = choose(link(sightings), sightings, 2, start=((50, 50), (450, 55)))
+    tracks = find_markers(sightings, 2, start=((50, 50), (450, 55)))
     for number, found in enumerate(tracks):
         x = [sightings[frame].x[place] for frame, place in zip(found.frames, found.places, strict=True)]
         np.testing.assert_allclose(x, paths[:, number, 0])
+
+
+def way_of(kind, t, n, shake):
+    """Columns of marker `n` over the pictures t; each of them has 100 px of its own."""
+    return {
+        "swinging": 40 * np.sin(0.35 * t + n),
+        "jumping": 16.0 * (-1) ** (t // 9) + 0.3 * (t % 9),
+        "jumping once": 40.0 * (t > 40 + 5 * n) - 20,
+        "shaken": 15 * np.sin(0.3 * t + n) + shake,
+        "slow": 0.4 * t - 20,
+    }[kind]
+
+
+@pytest.mark.parametrize("masses", [2, 5])
+@pytest.mark.parametrize("size", [8.0, 20.0])
+@pytest.mark.parametrize("way", ["swinging", "jumping", "jumping once", "shaken", "slow"])
+def test_small_and_fast_markers_are_told_from_clutter_with_no_option_set(way, size, masses):
+    """Jumps of up to five diameters beside spots that rest, spots that flash up, and markers whose look changes."""
+    random = np.random.default_rng(7)
+    time = np.arange(100)
+    shake = 3 * np.cumsum(random.standard_normal(len(time)))  # a camera shakes all alike
+    truth = np.stack([150 + 100 * n + way_of(way, time, n, shake) for n in range(masses)], axis=1)
+    film = []
+    for row in truth:
+        rows = [(x, 100.0, size, 150.0) for x in row]
+        rows += [(60.0 + 130 * i, 30.0 + 140 * (i % 2), 14.0, 110.0) for i in range(4)]
+        flashes = random.uniform((0, 0), (masses * 100 + 200, 200), (random.poisson(2), 2))
+        rows += [(x, y, size * np.exp(0.5 * random.standard_normal()), 60.0) for x, y in flashes]
+        look = np.exp(0.06 * random.standard_normal((len(rows), 2)))
+        film.append(
+            Sightings.of(
+                [
+                    (x, y, 0.05, 0.05, wide * a, high * b, high * b * wide**0.25, -1, 0, 0)
+                    for (x, y, wide, high), (a, b) in zip(rows, look, strict=True)
+                ]
+            )
+        )
+    tracks = find_markers(film, masses)
+    assert len(tracks) == masses
+    wrong = 0
+    for number, found in enumerate(tracks):
+        seen = zip(found.frames, found.places, strict=True)
+        right = sum(film[frame].x[place] == truth[frame, number] for frame, place in seen)
+        wrong += len(time) - right
+    assert wrong <= 0.01 * masses * len(time)
 
 
 def test_two_points_give_scale_rotation_and_origin(tmp_path):

@@ -68,6 +68,8 @@ def test_28_markers_keep_their_identity(shared_data):
         design = np.stack([np.ones(7), bar - bar.mean(), (bar - bar.mean()) ** 2], axis=1)
         left = moved - moved @ np.linalg.pinv(design).T @ design.T
         assert left.std() < 0.1
+        rigid = moved - moved @ np.linalg.pinv(design[:, :2]).T @ design[:, :2].T
+        assert rigid.std() <= 0.25  # the finger's bend of it is in this
         # after the release, when no finger bends it, also as it is
         free = x[14:, floor] - x[14:, floor].mean(axis=0)
         assert (free - free.mean(axis=1, keepdims=True)).std() <= 0.25

@@ -39,6 +39,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("-o", "--output", metavar="MOTION.nc", help="the motion file; for many films a folder")
     command.add_argument("--check", metavar="FILM.avi", help="write the film with the tracks drawn in")
     command.add_argument("--plot", metavar="FILE.png", help="draw the tracks over the film")
+    command.add_argument("--free-fall", action="store_true", help="say what the fall of the mass tells of the scale")
     command.add_argument("--again", action="store_true", help="of many films track also those that are finished")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(run=run)
@@ -79,6 +80,11 @@ def _track_one(source: str | list[Path], options: argparse.Namespace, given: dic
 
         save_figure(tracks_over_film(motion, source).figure, options.plot)
     facts = _facts(motion)
+    if options.free_fall:
+        from stickslip.tracking.scale_check import free_fall
+
+        fall = free_fall(motion)
+        facts |= {"free_fall": fall.sentence, "drift": fall.drift, "residual": fall.residual}
     if options.json:
         say_json(facts)
         return

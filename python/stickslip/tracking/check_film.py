@@ -114,21 +114,30 @@ def tracks_over_film(
     -------
     The axes, in px.
     """
-    from stickslip.show.canvas import axes
+    from stickslip.show.canvas import OKABE_ITO, new_axes
 
-    ax = axes(ax)
     middle = motion.sizes["time"] // 2
     for index, (_, picture) in enumerate(Film(source, times=motion["time"].to_numpy())):
         if picture is not None and index >= middle:
             break
     else:
         raise InputError(f"{source}: the film ends before its middle; track it again")
+    high, wide = picture.shape[:2]
+    if ax is None:  # as wide or as high as the picture asks for
+        size = min(7.0, 6.0 * wide / high)
+        (ax,) = new_axes(figsize=(size + 1.2, size * high / wide + 0.8))
     ax.imshow(picture[..., ::-1])
+    colours = [OKABE_ITO[name] for name in ("vermilion", "sky", "yellow", "purple", "green", "orange", "blue")]
     for mass in range(motion.sizes["mass"]):
-        one = motion.isel(mass=mass)
-        style: dict[str, Any] = {"lw": 1.2, "label": f"mass {mass}"} | options
-        ax.plot(one["x_px"], one["y_px"], **style)
-    ax.set(xlabel="x (px)", ylabel="y (px)")
-    if motion.sizes["mass"] <= 8:
-        ax.legend()
+        x, y = motion["x_px"].to_numpy()[:, mass], motion["y_px"].to_numpy()[:, mass]
+        style: dict[str, Any] = {"lw": 1.2, "label": f"mass {mass}", "color": colours[mass % len(colours)]} | options
+        ax.plot(x, y, **style)
+        if math.isfinite(x[index]) and math.isfinite(y[index]):
+            ax.plot(x[index], y[index], "+", ms=7, mew=1.0, color=style["color"])
+    ax.set(
+        xlabel="x (px)", ylabel="y (px)", title=f"{float(motion['time'][index]):.3f} s, places then marked +",
+        xlim=(-0.5, wide - 0.5), ylim=(high - 0.5, -0.5),
+    )  # fmt: skip
+    if motion.sizes["mass"] <= 8:  # beside the picture, never over it
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return ax

@@ -14,7 +14,7 @@ from stickslip.tracking.blobs import find_blobs
 from stickslip.tracking.calibration import PIXELS, read_calibration
 from stickslip.tracking.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.likeness import likeness
-from stickslip.tracking.links import Track, choose, link
+from stickslip.tracking.links import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
 from stickslip.tracking.osp import PROJECTS, TEXTS, read_osp
 from stickslip.tracking.setup import Setup
@@ -78,6 +78,7 @@ def track(
     >>> motion.x.sel(mass=0).plot()  # doctest: +SKIP
     """
     path = Path(source) if not isinstance(source, list) else None
+    options = {name: value for name, value in options.items() if value is not None}
     if path is not None and path.suffix.lower() in (*PROJECTS, *TEXTS):
         if setup is not None or options:
             raise InputError(f"{path}: an OSP Tracker file holds its own tracks and scale; leave the setup out")
@@ -113,9 +114,7 @@ def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progres
             f"{film.name}: no {_describe(setup)} was seen in {len(seen.times)} pictures; look at the film and correct "
             "marker, size, threshold or region"
         )
-    tracks = choose(
-        link(seen.pictures, setup.max_jump), seen.pictures, setup.count, start=setup.start, moving=setup.moving
-    )
+    tracks = find_markers(seen.pictures, setup.count, max_jump=setup.max_jump, start=setup.start, moving=setup.moving)
     if setup.finder != "blob":
         tracks.sort(key=lambda track: track.label if setup.ids is None else setup.ids.index(track.label))
     if len(tracks) < setup.count:

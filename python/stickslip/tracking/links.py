@@ -10,8 +10,11 @@ import numpy.typing as npt
 
 from stickslip.tracking.sightings import Array, Sightings
 
-REACH = 4.0
-"""How far a marker may jump between two pictures, in its own diameters, where nothing else is said."""
+SURE = 2.0
+"""What is measured on the clearest tracks may be exceeded by this factor."""
+
+WHOLE = 0.995
+"""Of two reaches that keep the markers in sight equally well, to this share, the shorter is taken."""
 
 PATIENCE = 5
 """A track seen less often than this dies when it is missed three times; longer ones wait for their marker."""
@@ -60,28 +63,111 @@ class Track:
         self.places.append(place)
 
 
-def link(film: list[Sightings], max_jump: float | None = None) -> list[Track]:
+@dataclass(frozen=True)
+class Habits:
+    """How the markers of one film behave from picture to picture, as far as is known.
+
+    Attributes
+    ----------
+    reach : how far a marker may be from where it is expected, in px.
+    size, contrast : by how much the logarithms of its size and contrast may differ from what they were.
+    """
+
+    reach: float
+    size: float = math.log(2.0)
+    contrast: float = math.log(2.5)
+
+    @classmethod
+    def of(cls, tracks: list[Track], film: list[Sightings], reach: float) -> Habits:
+        """Those of these tracks: what they did in all but one step of a hundred, and as much again.
+
+        `reach` is the one with which they were followed.
+        """
+        rows = []
+        for track in tracks:
+            walker = Track()
+            for frame, place in zip(track.frames, track.places, strict=True):
+                seen = film[frame]
+                if walker.frames and not (seen.cut_x[place] or seen.cut_y[place]):
+                    rows.append(
+                        (
+                            abs(math.log(seen.size[place] / walker.size)),
+                            abs(math.log(seen.contrast[place] / walker.contrast)),
+                        )
+                    )
+                walker.add(frame, place, seen)
+        if len(rows) < 10:
+            return cls(reach)
+        found = 0.1 + SURE * np.percentile(np.array(rows), 99, axis=0)
+        return cls(reach, *(min(float(one), most) for one, most in zip(found, (cls.size, cls.contrast), strict=True)))
+
+
+def find_markers(
+    film: list[Sightings],
+    count: int,
+    *,
+    max_jump: float | None = None,
+    start: tuple[tuple[float, float], ...] | None = None,
+    moving: bool = False,
+) -> list[Track]:
+    """The tracks of `count` markers, with reach and likeness measured on the film itself.
+
+    The film is followed with reaches from two diameters to the whole field in which anything is seen; the shortest that
+    keeps the markers in sight as well as any is taken, and the film followed once more with the likeness that the markers
+    then kept (:class:`Habits`).
+
+    Parameters
+    ----------
+    film : the sightings of each picture.
+    count, start, moving : as for :func:`choose`.
+    max_jump : the reach in px, where it is known.
+
+    Returns
+    -------
+    At most `count` tracks, in the order of :func:`choose`.
+
+    Limits: markers that look alike must not jump by more than a third of their distance from one picture to the next
+    without having moved that way before; of markers that cross while one of them is hidden the identities are a guess.
+    """
+
+    def markers(habits: Habits) -> list[Track]:
+        return choose(link(film, habits), film, count, start=start, moving=moving)
+
+    if max_jump is not None:
+        return markers(Habits(max_jump))
+    tried = [(reach, markers(Habits(reach))) for reach in _reaches(film)]
+    scores = [sum(track.score for track in tracks) for _, tracks in tried]
+    for (reach, tracks), score in zip(tried, scores, strict=True):
+        if score >= WHOLE * max(scores):
+            return markers(Habits.of(tracks, film, reach))
+    return []
+
+
+def _reaches(film: list[Sightings]) -> list[float]:
+    """From two diameters of what is seen to the whole field in which anything is seen."""
+    seen = [sightings for sightings in film if len(sightings)]
+    if not seen:
+        return []
+    places = np.concatenate([np.stack([sightings.x, sightings.y], axis=1) for sightings in seen])
+    first = 2 * float(np.median(np.concatenate([sightings.size for sightings in seen])))
+    last = max(first, float(np.hypot(*np.ptp(places, axis=0))))
+    return list(np.geomspace(first, last, 1 + math.ceil(math.log(last / first, 1.6))))
+
+
+def link(film: list[Sightings], habits: Habits) -> list[Track]:
     """Follow everything that was seen through the film.
 
     In each picture tracks and sightings are paired so that the sum of the distances, over the reach and weighed by how
     clearly a track was seen so far, is least over all pairs at once (linear assignment). The distance is that to where
     the track would be at its last velocity, if that told its last step better than its last place did, else to its last
     place; or to the other of the two plus half the last step, so that a marker may stop dead or set off. Unlikeness adds to
-    it, the more the longer a track was not seen. Pairs farther apart than `max_jump`, or unlike in size or contrast (by
-    more than 2 and 2.5), or of another label, are never made: the track then waits, its reach growing by a quarter of
-    `max_jump` with each missed picture up to twice. What is not paired begins a new track.
-
-    Parameters
-    ----------
-    film : the sightings of each picture.
-    max_jump : in px between two pictures; default 4 diameters of the marker.
+    it, the more the longer a track was not seen. Pairs farther apart than the reach, or more unlike in size or contrast
+    than the habits say, or of another label, are never made: the track then waits, its reach growing by a quarter with
+    each missed picture up to twice. What is not paired begins a new track.
 
     Returns
     -------
     All tracks; :func:`choose` picks the wanted ones.
-
-    Limits: markers that look alike must not jump by more than a third of their distance from one picture to the next
-    without having moved that way before.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -90,7 +176,7 @@ def link(film: list[Sightings], max_jump: float | None = None) -> list[Track]:
     for frame, sightings in enumerate(film):
         taken: set[int] = set()
         if alive and len(sightings):
-            cost, allowed, worth = _distances(alive, sightings, frame, max_jump)
+            cost, allowed, worth = _distances(alive, sightings, frame, habits)
             # a column more for each track: what it costs to leave it waiting
             alone = np.where(np.eye(len(alive), dtype=bool), worth, np.inf)
             whole = np.hstack([np.where(allowed, cost, np.inf), alone])
@@ -110,7 +196,7 @@ def link(film: list[Sightings], max_jump: float | None = None) -> list[Track]:
 
 
 def _distances(
-    tracks: list[Track], sightings: Sightings, frame: int, max_jump: float | None
+    tracks: list[Track], sightings: Sightings, frame: int, habits: Habits
 ) -> tuple[Array, npt.NDArray[np.bool_], Array]:
     column = {name: np.array([getattr(track, name) for track in tracks])[:, None] for name in _TRAITS}
     gap = frame - np.array([track.frames[-1] for track in tracks])[:, None]
@@ -121,16 +207,15 @@ def _distances(
     # what flies is expected ahead, what jumps back and forth where it was; the other costs half the last step more
     step = 0.5 * ahead * np.hypot(column["vx"], column["vy"])
     cost = np.minimum(here + np.where(column["flies"], step, 0), there + np.where(column["flies"], 0, step))
-    reach = (REACH * column["size"] if max_jump is None else max_jump) * np.minimum(1 + 0.25 * (gap - 1), 2.0)
+    reach = habits.reach * np.minimum(1 + 0.25 * (gap - 1), 2.0)
     near = cost <= reach
     cut = sightings.cut_x | sightings.cut_y
     with np.errstate(divide="ignore"):
         size = np.abs(np.log(sightings.size / column["size"]))
         contrast = np.abs(np.log(sightings.contrast / column["contrast"]))
     fresh = gap <= 3  # a marker that was away for longer must prove itself: noise comes by all the time
-    alike = ((size < np.log(np.where(fresh, 2.0, 1.5))) & (contrast < np.log(np.where(fresh, 2.5, 1.8)))) | (
-        cut & fresh
-    )
+    patience = np.where(fresh, 1.0, 0.6)
+    alike = ((size < patience * habits.size) & (contrast < patience * habits.contrast)) | (cut & fresh)
     same = (sightings.label == column["label"]) | ((sightings.label < 0) & (column["label"] < 0))
     labelled = (sightings.label >= 0) & same
     # of two candidates at one place the one that looks like before
@@ -158,7 +243,7 @@ def choose(
     """The `count` tracks that are the wanted markers.
 
     Those with the greatest sum of scores, that is seen longest and most clearly; with `start`, the track that passes
-    nearest to each given place at its first sight; with `moving`, tracks that stay within 2 px come last. Pieces of one
+    nearest to each given place at its first sight; with `moving`, scores count times the way they went. Pieces of one
     marker that was out of sight for long are joined where their likeness allows it and no other track claims them.
 
     Returns
@@ -168,14 +253,7 @@ def choose(
     tracks = [track for track in tracks if len(track.frames) >= min(3, len(film))]
 
     def rank(track: Track) -> float:
-        if not moving:
-            return track.score
-        seen = [
-            (film[frame].x[place], film[frame].y[place])
-            for frame, place in zip(track.frames, track.places, strict=True)
-        ]
-        rests = np.ptp(np.array(seen), axis=0).max() <= 2
-        return track.score * (1e-6 if rests else 1.0)
+        return track.score * (_travel(track, film) if moving else 1.0)
 
     tracks.sort(key=rank, reverse=True)
     if start is None:
@@ -197,6 +275,16 @@ def choose(
     return chosen
 
 
+def _travel(track: Track, film: list[Sightings]) -> float:
+    """How far apart its places lie, in px; of a coordinate that an edge cuts off nothing is known."""
+    rows = [(film[frame], place) for frame, place in zip(track.frames, track.places, strict=True)]
+    spans = []
+    for axis in "xy":
+        whole = [getattr(seen, axis)[place] for seen, place in rows if not getattr(seen, f"cut_{axis}")[place]]
+        spans.append(float(np.ptp(np.percentile(whole, [5, 95]))) if whole else 0.0)
+    return math.hypot(*spans)
+
+
 def _continues(piece: Track, track: Track, chosen: list[Track], film: list[Sightings]) -> bool:
     """Whether a piece is the same marker before or after a gap: like it, in reach and nobody else's."""
     before, after = (piece, track) if piece.frames[-1] < track.frames[0] else (track, piece)
@@ -208,7 +296,7 @@ def _continues(piece: Track, track: Track, chosen: list[Track], film: list[Sight
         (float(film[one.frames[at]].x[one.places[at]]), float(film[one.frames[at]].y[one.places[at]]))
         for one, at in ((before, -1), (after, 0))
     )
-    if math.dist(last, first) > 3 * REACH * track.size:
+    if math.dist(last, first) > 12 * track.size + _travel(track, film):
         return False
     return not any(_same_thing(piece, other, film) for other in chosen if other is not track)
 

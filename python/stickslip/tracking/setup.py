@@ -35,7 +35,7 @@ class Setup:
     region : [x, y, width, height] in px: look only here.
     moving : prefer what moves to what rests.
     start : [[x, y], ...]: roughly where each marker is when it is first seen; gives their order too.
-    max_jump : px that a marker may jump between two pictures; default 4 of its diameters.
+    max_jump : px that a marker may jump between two pictures; default: measured on the film.
     templates : [[x, y, width, height], ...]: the pieces of the first picture to follow; for templates.
     dictionary : the ArUco dictionary; for fiducials.
     ids : the numbers of the markers wanted; default the `masses` seen most.
