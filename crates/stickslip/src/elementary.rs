@@ -122,6 +122,11 @@ const fn parts(x: Double) -> [f64; 3] {
 
 const ARC: [f64; 3] = parts(PI);
 const LOG: [f64; 3] = parts(LN_2);
+/// ln 2 as a double of which small multiples are exact, and the rest.
+const LOG_2: [f64; 2] = {
+    let short = f64::from_bits(LN_2.0.to_bits() & !((1 << 20) - 1));
+    [short, (LN_2.0 - short) + LN_2.1]
+};
 
 /// Added to a number below 2⁵¹ it leaves the nearest whole number in the low bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
@@ -177,6 +182,52 @@ pub fn exp_m1(x: f64) -> f64 {
     }
 }
 
+/// ln x for x > 0, to about an ulp of the larger of it and one.
+#[must_use]
+pub fn ln(x: f64) -> f64 {
+    if !(f64::MIN_POSITIVE..f64::INFINITY).contains(&x) {
+        return x.ln();
+    }
+    // x = 2^k m with √½ ≤ m < √2, and ln m = 2 artanh((m − 1)/(m + 1)).
+    let shifted = x
+        .to_bits()
+        .wrapping_sub(std::f64::consts::FRAC_1_SQRT_2.to_bits());
+    let k = shifted.cast_signed() >> 52;
+    let m = f64::from_bits(x.to_bits().wrapping_sub((k << 52).cast_unsigned()));
+    let s = (m - 1.0) / (m + 1.0);
+    let square = s * s;
+    let mut series = 0.0;
+    for n in (1..=11).rev() {
+        series = (series + 1.0 / f64::from(2 * n + 1)) * square;
+    }
+    let k = k as f64;
+    (k * LOG_2[0] + 2.0 * s) + (2.0 * s * series + k * LOG_2[1])
+}
+
+/// x^n for x ≥ 0; a whole n up to 64 by multiplications alone.
+#[inline]
+#[must_use]
+pub fn power(x: f64, n: f64) -> f64 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "other exponents are told from their rounded ones"
+    )]
+    let mut left = n.clamp(0.0, 64.0) as u32;
+    if f64::from(left) != n {
+        return if x == 0.0 { x.powf(n) } else { exp(n * ln(x)) };
+    }
+    let (mut result, mut square) = (1.0, x);
+    while left > 1 {
+        if left % 2 == 1 {
+            result *= square;
+        }
+        square *= square;
+        left /= 2;
+    }
+    if left == 1 { result * square } else { result }
+}
+
 /// sin x and cos x.
 #[inline]
 #[must_use]
@@ -195,6 +246,24 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
     }
 }
 
+/// The angle in [0, π] of the point (x, y), y ≥ 0, to 1e-5: a guess, from a polynomial fitted to the arctangent.
+#[inline]
+pub(crate) fn angle(x: f64, y: f64) -> f64 {
+    let steep = y > x.abs();
+    let z = if steep { x / y } else { y / x };
+    let w = z * z;
+    let arc = z
+        * (((0.999_995_6 - 0.332_994_6 * w) + (w * w) * (0.195_635_9 - 0.121_239 * w))
+            + (w * w) * (w * w) * (0.057_477_2 - 0.013_480_43 * w));
+    if steep {
+        0.5 * PI.0 - arc
+    } else if x < 0.0 {
+        PI.0 + arc
+    } else {
+        arc
+    }
+}
+
 /// x + low less the whole turns in it, in about (−π, π]; good to an ulp of π for any number of turns below 2⁵⁰.
 #[inline]
 #[must_use]
@@ -206,7 +275,7 @@ pub(crate) fn whole_turns_less(x: f64, low: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{exp, exp_m1, sin_cos, whole_turns_less};
+    use super::{angle, exp, exp_m1, ln, power, sin_cos, whole_turns_less};
 
     /// How many units in the last place of `expected` lie between the two.
     fn ulps(got: f64, expected: f64) -> u64 {
@@ -244,6 +313,28 @@ mod tests {
     }
 
     #[test]
+    fn logarithms_and_powers_are_those_of_the_platform() {
+        for i in 1..200_000 {
+            let x = 1e-6 * f64::from(i).powi(3);
+            let expected = x.ln();
+            assert!(
+                (ln(x) - expected).abs() <= 2.3e-16 * expected.abs().max(0.5),
+                "ln({x})"
+            );
+            for n in [0.0, 0.5, 1.0, 3.0, 4.7, 10.0] {
+                let expected = x.powf(n);
+                let apart = (power(x, n) - expected).abs();
+                assert!(apart <= 4e-16 * (1.0 + n * x.ln().abs()) * expected, "{x}^{n}");
+            }
+        }
+        assert_eq!(
+            (power(0.0, 0.5), power(0.0, 3.0), power(0.0, 0.0)),
+            (0.0, 0.0, 1.0)
+        );
+        assert_eq!((ln(0.0), ln(f64::INFINITY)), (f64::NEG_INFINITY, f64::INFINITY));
+    }
+
+    #[test]
     fn sine_and_cosine_are_those_of_the_platform() {
         for i in -400_000..400_000 {
             let x = f64::from(i) * 1e-3 * std::f64::consts::E;
@@ -256,6 +347,17 @@ mod tests {
             assert!((cos - expected.1).abs() <= 1.2e-16_f64.max(0.0), "cos {x}");
         }
         assert!(sin_cos(f64::INFINITY).0.is_nan());
+    }
+
+    #[test]
+    fn angles_are_good_guesses() {
+        for i in 0..=10_000 {
+            let (y, x) = (f64::from(i) * std::f64::consts::PI * 1e-4).sin_cos();
+            assert!(
+                (angle(x, y.max(0.0)) - y.max(0.0).atan2(x)).abs() < 1e-5,
+                "{x} {y}"
+            );
+        }
     }
 
     #[test]

@@ -5,9 +5,11 @@
 //! Taylor polynomial there; and the enclosure from the last clear sample up to that root says that it is the first. A guess
 //! is never a certificate: it may cost a sample, not an event.
 //!
-//! Where nothing forces the mass, slip is monotone between extrema known in closed form, and that is faster still.
+//! Where nothing forces the mass, slip is monotone between extrema known in closed form, and that is faster still: mostly its
+//! end follows from a guess in closed form, one evaluation there and the signs of the slip acceleration.
 
 mod adhesion;
+mod direct;
 mod free;
 mod slip;
 

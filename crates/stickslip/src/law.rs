@@ -60,6 +60,19 @@ pub struct Hold {
     pub force_rate: f64,
 }
 
+/// Static friction at one hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adhesion {
+    /// The largest force adhesion bears, f_s.
+    pub force: f64,
+    /// ∂f_s/∂t_s, or a bound of it.
+    pub growth: f64,
+    /// ∂²f_s/∂t_s²; infinite where the growth is a bound only.
+    pub bend: f64,
+    /// −∂f_s/∂δ.
+    pub softening: f64,
+}
+
 /// A linear piece of kinetic friction, valid for low ≤ u ≤ high: force = offset + slope · u.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
@@ -145,21 +158,31 @@ pub trait Friction {
         0.0
     }
 
+    /// What adhesion bears and, for the search for where it breaks, how that changes.
+    fn adhesion(&self, hold: Hold) -> Adhesion {
+        let growth = self.growth_bound(hold.stick_time);
+        Adhesion {
+            force: self.break_away(hold),
+            growth,
+            bend: if growth == 0.0 { 0.0 } else { f64::INFINITY },
+            softening: 0.0,
+        }
+    }
+
+    /// For a law that feels the force rate: an upper bound of −∂f_s/∂δ between two force rates, whatever the stick time.
+    fn softening_bound(&self, _rates: [f64; 2]) -> f64 {
+        f64::INFINITY
+    }
+
     /// Whether static friction depends on the force rate.
     fn feels_force_rate(&self) -> bool {
         false
     }
 
-    /// For a law whose kinetic friction is one smooth curve over all slip speeds instead of linear pieces: how far the slip
-    /// speed may move from `u` without passing over a feature of the force that its values at both ends do not show. Such a
-    /// law answers [`Friction::force`] and [`Friction::extend`]; its one piece holds nothing but the force at zero slip speed.
-    fn resolution(&self, _u: f64) -> Option<f64> {
-        None
-    }
-
-    /// Whether it is such a law.
+    /// Whether kinetic friction is one smooth curve over all slip speeds instead of linear pieces. Such a law answers
+    /// [`Friction::force`], [`Friction::extend`] and [`Friction::resolution`]; its one piece holds nothing but the force at zero slip speed.
     fn smooth(&self) -> bool {
-        self.resolution(0.0).is_some()
+        false
     }
 
     /// Kinetic friction on `piece` at slip speed `u`.
@@ -170,6 +193,12 @@ pub trait Friction {
     /// For a smooth law: coefficient `k` of F(u(h)) from the coefficients of u up to `k`; called for k = 0, 1, 2, … in turn.
     fn extend(&self, _u: &Series, _k: usize, _grown: &mut Grown) -> f64 {
         f64::NAN
+    }
+
+    /// For a smooth law: how far the slip speed may move from `u` without passing over a feature of the force that values
+    /// at both ends do not show.
+    fn resolution(&self, _u: f64) -> f64 {
+        f64::INFINITY
     }
 
     /// For a law with branches by the sign of the slip acceleration that do not meet: its force at slip speed `u` while u
@@ -205,12 +234,16 @@ macro_rules! laws {
             #[inline]
             fn break_away(&self, hold: Hold) -> f64 { match self { $(Self::$name(law) => law.break_away(hold)),+ } }
             fn growth_bound(&self, stick_time: f64) -> f64 { match self { $(Self::$name(law) => law.growth_bound(stick_time)),+ } }
+            #[inline]
+            fn adhesion(&self, hold: Hold) -> Adhesion { match self { $(Self::$name(law) => law.adhesion(hold)),+ } }
+            fn softening_bound(&self, rates: [f64; 2]) -> f64 { match self { $(Self::$name(law) => law.softening_bound(rates)),+ } }
             fn feels_force_rate(&self) -> bool { match self { $(Self::$name(law) => law.feels_force_rate()),+ } }
+            fn smooth(&self) -> bool { match self { $(Self::$name(law) => law.smooth()),+ } }
             #[inline]
             fn force(&self, piece: &Piece, u: f64) -> f64 { match self { $(Self::$name(law) => law.force(piece, u)),+ } }
             #[inline]
             fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 { match self { $(Self::$name(law) => law.extend(u, k, grown)),+ } }
-            fn resolution(&self, u: f64) -> Option<f64> { match self { $(Self::$name(law) => law.resolution(u)),+ } }
+            fn resolution(&self, u: f64) -> f64 { match self { $(Self::$name(law) => law.resolution(u)),+ } }
             fn branches(&self, u: f64) -> Option<[f64; 2]> { match self { $(Self::$name(law) => law.branches(u)),+ } }
             #[inline]
             fn leave(&self, force: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.leave(force, memory)),+ } }

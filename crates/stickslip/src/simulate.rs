@@ -3,8 +3,8 @@
 use crate::drive::Clock;
 use crate::error::{Error, finite, positive};
 use crate::event::{Start, Work, end_of_hold, end_of_slip, end_of_stick};
-use crate::flow::exact::Frame;
-use crate::law::{End, Friction, Hold, Law, Memory};
+use crate::flow::exact::{Frame, Response, Slip, Stick};
+use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::orbit::{Event, Orbit, Record, Segment, While};
 use crate::place::Place;
@@ -145,11 +145,11 @@ pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> R
         });
     }
     match oscillator.forcing.len() {
-        0 => Loop::<0>::new(oscillator, run).go(run, record),
-        1 => Loop::<1>::new(oscillator, run).go(run, record),
-        2 => Loop::<2>::new(oscillator, run).go(run, record),
-        3 => Loop::<3>::new(oscillator, run).go(run, record),
-        _ => Loop::<4>::new(oscillator, run).go(run, record),
+        0 => Loop::<0>::new(oscillator, run, Clock::default()).go(run, record),
+        1 => Loop::<1>::new(oscillator, run, Clock::default()).go(run, record),
+        2 => Loop::<2>::new(oscillator, run, Clock::default()).go(run, record),
+        3 => Loop::<3>::new(oscillator, run, Clock::default()).go(run, record),
+        _ => Loop::<4>::new(oscillator, run, Clock::default()).go(run, record),
     }
 }
 
@@ -169,8 +169,8 @@ pub fn resume(
         place: Place,
         record: &mut impl Record,
     ) -> Result<(Stop, Work), Error> {
-        let mut state = Loop::<H>::new(oscillator, run);
-        (state.clock, state.memory) = (place.clock, place.memory);
+        let mut state = Loop::<H>::new(oscillator, run, place.clock);
+        state.memory = place.memory;
         state.go_from(place.mode, run, record)
     }
     match oscillator.forcing.len() {
@@ -187,10 +187,18 @@ const ACCUMULATION: u64 = 1000;
 /// A state beyond this has left the numbers: its square would overflow.
 const HUGE: f64 = 1e150;
 
+/// So many pieces, between which a motion goes to and fro, are not worked out anew.
+const KEPT: usize = 4;
+
 struct Loop<'a, const H: usize> {
     law: &'a Law,
+    /// What adhesion bears, if that never changes.
+    bears: Option<f64>,
     frame: Frame<H>,
+    responses: [Response<H>; KEPT],
     clock: Clock,
+    /// The harmonic forces counted from the clock.
+    forces: [[f64; 2]; H],
     x: f64,
     v: f64,
     memory: Memory,
@@ -198,11 +206,20 @@ struct Loop<'a, const H: usize> {
 }
 
 impl<'a, const H: usize> Loop<'a, H> {
-    fn new(oscillator: &'a Oscillator, run: Run) -> Self {
+    fn new(oscillator: &'a Oscillator, run: Run, clock: Clock) -> Self {
+        let (law, frame) = (&oscillator.law, Frame::of(oscillator));
+        let steady = law.growth_bound(0.0) == 0.0 && (H == 0 || !law.feels_force_rate());
+        let hold = Hold {
+            stick_time: 0.0,
+            force_rate: (frame.stiffness * frame.drive_velocity).abs(),
+        };
         Self {
-            law: &oscillator.law,
-            frame: Frame::of(oscillator),
-            clock: Clock::default(),
+            law,
+            bears: steady.then(|| law.break_away(hold)),
+            responses: [frame.response(f64::NAN); KEPT],
+            clock,
+            forces: frame.forces(clock),
+            frame,
             x: run.x0,
             v: run.v0.unwrap_or(oscillator.drive_velocity),
             memory: Memory::default(),
@@ -211,7 +228,7 @@ impl<'a, const H: usize> Loop<'a, H> {
     }
 
     fn go(mut self, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
-        let (holding, rate, _) = self.frame.stick(self.clock, self.x).at(0.0);
+        let (holding, rate, _) = self.at_rest().at(0.0);
         let mode = mode::first(&self.frame, self.law, (self.v, holding, rate), &mut self.memory);
         self.go_from(mode, run, record)
     }
@@ -232,7 +249,7 @@ impl<'a, const H: usize> Loop<'a, H> {
                     piece,
                     start,
                 } => {
-                    let slip = self.frame.slip(self.clock, self.x, self.v, direction, &piece)?;
+                    let slip = self.slip(direction, &piece)?;
                     end_of_slip(
                         &slip,
                         direction,
@@ -244,7 +261,7 @@ impl<'a, const H: usize> Loop<'a, H> {
                     )
                     .map(|arrival| {
                         (self.x, self.v) = (arrival.x, arrival.v);
-                        self.clock = self.clock.after(arrival.t);
+                        self.wait(arrival.t);
                         self.slipped(direction, &piece, arrival.end, record)
                     })
                 }
@@ -276,17 +293,39 @@ impl<'a, const H: usize> Loop<'a, H> {
         }
     }
 
+    /// Adhesion from the present state.
+    fn at_rest(&self) -> Stick<H> {
+        self.frame
+            .held_against(&self.forces, self.x, self.frame.drive_velocity)
+    }
+
+    fn wait(&mut self, t: f64) {
+        self.clock = self.clock.after(t);
+        self.forces = self.frame.forces(self.clock);
+    }
+
+    /// Slip from the present state.
+    fn slip(&mut self, direction: f64, piece: &Piece) -> Result<Slip<H>, Error> {
+        let response = &mut self.responses[piece.branch as usize % KEPT];
+        if response.slope != piece.slope {
+            self.frame.bounded(piece.slope)?;
+            *response = self.frame.response(piece.slope);
+        }
+        Ok(response.from(&self.frame, &self.forces, (self.x, self.v), direction, piece))
+    }
+
     /// Adhesion until it breaks; the mode after that.
     fn stick(&mut self, horizon: f64, record: &mut impl Record) -> Option<Mode> {
-        let stick = self.frame.stick(self.clock, self.x);
-        let t = end_of_stick(&stick, self.law, horizon, &mut self.work)?;
-        let (holding, rate, _) = stick.at(t);
+        let t = end_of_stick(&self.at_rest(), self.law, self.bears, horizon, &mut self.work)?;
         self.x += self.frame.drive_velocity * t;
         self.v = self.frame.drive_velocity;
-        self.clock = self.clock.after(t);
-        let force = self.law.break_away(Hold {
-            stick_time: t,
-            force_rate: rate.abs(),
+        self.wait(t);
+        let (holding, rate, _) = self.at_rest().at(0.0);
+        let force = self.bears.unwrap_or_else(|| {
+            self.law.break_away(Hold {
+                stick_time: t,
+                force_rate: rate.abs(),
+            })
         });
         // The exact limit rather than the holding force computed beside it.
         let pull = force.copysign(holding);
@@ -310,24 +349,18 @@ impl<'a, const H: usize> Loop<'a, H> {
         record: &mut impl Record,
     ) -> Option<Mode> {
         let v = self.frame.drive_velocity - direction * u;
-        let reaction = self.frame.held(self.clock, self.x, v);
+        let reaction = self.frame.held_against(&self.forces, self.x, v);
         let (t, end) = end_of_hold(&reaction, direction, between, start, horizon, &mut self.work)?;
         self.x += v * t;
         self.v = v;
-        self.clock = self.clock.after(t);
+        self.wait(t);
         let force = if end == End::High { between[1] } else { between[0] };
         record.event(self.event(Kind::Reversal, direction * force));
         Some(mode::after_hold(self.law, direction, u, end, &mut self.memory))
     }
 
     /// What follows where slip along `piece` ended at the present state.
-    fn slipped(
-        &mut self,
-        direction: f64,
-        piece: &crate::law::Piece,
-        end: End,
-        record: &mut impl Record,
-    ) -> Mode {
+    fn slipped(&mut self, direction: f64, piece: &Piece, end: End, record: &mut impl Record) -> Mode {
         let speed = match end {
             End::Low => piece.low,
             End::High => piece.high,
@@ -339,7 +372,7 @@ impl<'a, const H: usize> Loop<'a, H> {
             self.v = self.frame.drive_velocity - direction * speed;
         }
         if end == (End::Turn { rising: true }) {
-            self.memory.force_rate = self.frame.stick(self.clock, self.x).at(0.0).1.abs();
+            self.memory.force_rate = self.at_rest().at(0.0).1.abs();
         }
         if speed > 0.0 || end == (End::Turn { rising: true }) {
             let next = mode::after(self.law, direction, piece, end, speed, &mut self.memory);
@@ -351,7 +384,7 @@ impl<'a, const H: usize> Loop<'a, H> {
             record.event(self.event(kind, force));
             return next;
         }
-        let (holding, rate, _) = self.frame.stick(self.clock, self.x).at(0.0);
+        let (holding, rate, _) = self.at_rest().at(0.0);
         let mode = mode::at_zero(self.law, holding, rate, &mut self.memory);
         let kind = if mode == Mode::Stick {
             Kind::Capture

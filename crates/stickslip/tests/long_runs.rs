@@ -3,10 +3,10 @@
 mod support;
 
 use stickslip::drive::Harmonic;
-use stickslip::law::{Coulomb, Law, PiecewiseLinear, StaticKinetic};
+use stickslip::law::{BogaczRyczek, Coulomb, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
 use stickslip::orbit::Orbit;
-use stickslip::simulate::{Run, simulate};
+use stickslip::simulate::{Run, Stop, simulate};
 use stickslip::structure::Oscillator;
 use support::{close, oscillator};
 
@@ -119,4 +119,23 @@ fn a_touch_is_no_event() {
     assert_eq!(last.kind, Kind::Release, "{last:?}");
     assert!(orbit.events.len() < 20, "{}", orbit.events.len());
     assert!(orbit.work.grazes > 0);
+}
+
+/// The paper's law climbs between its branches and is left amid the next one: every mode begins where the one before ended.
+#[test]
+fn modes_join_without_a_jump() {
+    for amplitude in [0.1, 0.2, 0.3] {
+        let oscillator = forced(BogaczRyczek::default(), 0.35, 0.3, amplitude, 0.35);
+        let orbit = simulate(&oscillator, Run::stuck(12_000.0)).unwrap();
+        assert_eq!(orbit.stop, Stop::End);
+        let begins = &orbit.segments[1..];
+        let before: Vec<f64> = begins
+            .iter()
+            .map(|segment| segment.clock.high.next_down())
+            .collect();
+        for (state, segment) in orbit.states(&before).iter().zip(begins) {
+            assert!((state.x - segment.x).abs() < 1e-10, "{segment:?}");
+            assert!((state.v - segment.v).abs() < 1e-10, "{segment:?}");
+        }
+    }
 }

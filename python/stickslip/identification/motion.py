@@ -66,11 +66,10 @@ class Motion:
         for (first, last), turn in zip(compact.slips, turns, strict=True):
             start = first
             if issubclass(law, WITH_MEMORY) and not _known_start(compact, first):
-                # The first climb begins on a branch that is not known; where it has ended the memory is.
-                ends = [int(b) for a, b in pairwise(turn) if _is_minimum(w, int(a), first, last)]
-                if not ends:
+                minima = [int(i) for i in turn if _is_minimum(w, int(i), first, last)]
+                if not minima:
                     continue
-                start = ends[0]
+                start = minima[0]
             if issubclass(law, WITHOUT_SHAPE):
                 # A long slip is cut at its slowest points: one number for each cycle.
                 cuts = [int(i) for i in turn if _is_minimum(w, int(i), first, last)]
@@ -269,15 +268,11 @@ def _known_start(record: FrictionRecord, first: int) -> bool:
 
 
 def _force_rate(record: FrictionRecord, compact: FrictionRecord) -> Array:
-    """D(force)/dt of each stick: from the table of break-aways, else k V, else the slope of the force.
-
-    While the mass slips it is what adhesion would feel, k V, on which static friction without rest may depend; 0 where that
-    is not known.
-    """
+    """D(force)/dt of each stick: from the table of break-aways, else k V, else the slope of the force."""
     known = record.constants
     usual = known.get("stiffness", math.nan) * known.get("drive_velocity", math.nan)
     table = record.break_away
-    rate = np.full(len(compact.time), usual if math.isfinite(usual) else 0.0)
+    rate = np.zeros(len(compact.time))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], compact.stuck, [False]]).astype(int)))
     for a, b in zip(edges[::2], edges[1::2], strict=True):
         value = usual

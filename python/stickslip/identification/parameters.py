@@ -46,9 +46,6 @@ LIMITS = {
     "length": (0.0, math.inf),
     "force_rate_scale": (0.0, math.inf),
     "force_rate_exponent": (0.05, 10.0),
-    "drop": (0.0, math.inf),
-    "drop_scale": (0.0, math.inf),
-    "drop_exponent": (0.05, 100.0),
     "phi": (-89.99, 89.99),
     "psi": (-89.99, 89.99),
     "eta": (0.01, 89.99),
@@ -59,7 +56,7 @@ LIMITS = {
 }
 
 #: Positive numbers known by their ratio: their intervals are symmetric in the logarithm.
-BY_RATIO = ("rate", "force_rate_scale", "drop_scale", "drop_exponent")
+BY_RATIO = ("rate", "force_rate_scale")
 
 Place = tuple[str | int, ...]
 

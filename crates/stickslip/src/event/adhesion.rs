@@ -97,27 +97,24 @@ fn constant_limit<const H: usize>(
     end_of_hold(stick, 1.0, [-bears, bears], Start::Inside, horizon, work).map(|(t, _)| t)
 }
 
-/// When adhesion breaks within `horizon`, if it does.
+/// When adhesion breaks within `horizon`, if it does; `bears` is its limit, if that stays whatever the hold.
 #[must_use]
 pub fn end_of_stick<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
+    bears: Option<f64>,
     horizon: f64,
     work: &mut Work,
 ) -> Option<f64> {
-    if law.growth_bound(0.0) == 0.0 && (H == 0 || !law.feels_force_rate()) {
-        let bears = law.break_away(Hold {
-            stick_time: 0.0,
-            force_rate: stick.rate.abs(),
-        });
+    if let Some(bears) = bears {
         return constant_limit(stick, bears, horizon, work);
     }
     if H == 0 && stick.rate == 0.0 {
         return None;
     }
     let mut t = 0.0;
-    let curvature = stick.curvature();
-    let feels_rate = law.feels_force_rate();
+    let feels_rate = law.feels_force_rate() && H > 0;
+    let curvature = stick.derivative_bound(2);
     let reach = if H == 0 {
         f64::INFINITY
     } else {
@@ -140,17 +137,17 @@ pub fn end_of_stick<const H: usize>(
             // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches. A limit
             // that falls with the force rate can also fall below a force that retreats.
             let inward = -bend * force.signum();
-            let passed = feels_rate && H > 0 && margin < -rounding;
+            let passed = feels_rate && margin < -rounding;
             if passed || inward <= 0.0 || (outward > 0.0 && outward * outward > 2.0 * inward * rounding) {
                 return Some(t);
             }
             t += outward.max(0.0) / inward + (16.0 * rounding / inward).sqrt();
             continue;
         }
-        let growth = law.growth_bound(t);
         // As the limit does not fall while the contact rests, its value now, at the worst force rate ahead, is a lower bound.
         let mut step = margin_time(bears, force, rate, curvature).min(reach);
-        if feels_rate && H > 0 {
+        let mut growth = law.growth_bound(t);
+        if feels_rate {
             while step > 0.0
                 && limit(t, rate.abs() + curvature * step)
                     - force.abs()
@@ -163,10 +160,21 @@ pub fn end_of_stick<const H: usize>(
                     return Some(t);
                 }
             }
+            // Where the force rate falls, the limit grows with it.
+            let window = 2.0 * step;
+            let (swing, size) = (curvature * window, rate.abs());
+            let mut relief = -bend * rate.signum() + stick.derivative_bound(3) * window;
+            if swing >= size {
+                relief = curvature;
+            }
+            if relief > 0.0 {
+                growth +=
+                    relief.min(curvature) * law.softening_bound([(size - swing).max(0.0), size + swing]);
+            }
         }
-        if (!feels_rate || H == 0) && force != 0.0 && growth < outward - curvature * (2.0 * step) {
+        if force != 0.0 && growth < outward - curvature * (2.0 * step) {
             // The margin falls from here to twice the step: at most one root, close it.
-            match close(stick, &limit, law, (t, t + 2.0 * step), work) {
+            match close(stick, law, (t, t + 2.0 * step), work) {
                 Ok(root) => return (root < horizon).then_some(root),
                 Err(free) => step = free - t,
             }
@@ -189,21 +197,24 @@ fn margin_time(bears: f64, force: f64, rate: f64, curvature: f64) -> f64 {
 /// The root of the falling margin in (low, high], or `high` where it is still positive there: Halley inside the bracket.
 fn close<const H: usize>(
     stick: &Stick<H>,
-    limit: &impl Fn(f64, f64) -> f64,
     law: &Law,
     (mut low, high): (f64, f64),
     work: &mut Work,
 ) -> Result<f64, f64> {
     let (mut t, mut above) = (low, high);
-    // From a step this short the next one is below rounding, as Halley's error is cubic; with a limit that grows it is not.
-    let grows = law.growth_bound(low) > 0.0;
-    let settled = if grows { 0.0 } else { 1e-5 * (high - low) };
+    // From a step this short the next one is below rounding: Halley's error is cubic, Newton's, which it is where the change
+    // of the force rate counts, quadratic.
+    let moves = law.feels_force_rate() && H > 0;
+    let settled = if moves { 1e-9 } else { 1e-5 } * (high - low);
     for _ in 0..100 {
         work.evaluations += 1;
         let (force, rate, bend) = stick.at(t);
-        let bears = limit(t, rate);
-        let margin = bears - force.abs();
-        if margin.abs() <= f64::EPSILON * bears {
+        let limit = law.adhesion(Hold {
+            stick_time: t,
+            force_rate: rate.abs(),
+        });
+        let margin = limit.force - force.abs();
+        if margin.abs() <= f64::EPSILON * limit.force {
             return Ok(t);
         }
         if margin > 0.0 {
@@ -214,11 +225,18 @@ fn close<const H: usize>(
         } else {
             above = t;
         }
-        let fall = rate * force.signum() - law.growth_bound(t);
+        let mut fall = rate * force.signum() - limit.growth;
+        let mut hastens = bend * force.signum();
+        if moves {
+            fall += limit.softening * bend * rate.signum();
+        } else if limit.bend.is_finite() {
+            hastens -= limit.bend;
+        }
         let newton = margin / fall;
-        let halley = newton / (1.0 + 0.5 * newton * bend * force.signum() / fall).max(0.5);
-        let mut next = t + halley;
-        if halley.abs() <= settled.max(f64::EPSILON * t) {
+        let step = newton / (1.0 + 0.5 * newton * hastens / fall).max(0.5);
+        let mut next = t + step;
+        let steady = (step * limit.bend).abs() <= 1e-5 * limit.growth;
+        if step.abs() <= f64::EPSILON * t || (step.abs() <= settled && steady) {
             return Ok(next.max(low).min(above));
         }
         if !(next > low && next < above) {

@@ -1,6 +1,7 @@
 //! When unforced slip ends: between two extrema of the slip speed, whose times are known in closed form, it is monotone, so
 //! an end of the piece is crossed there exactly once or not at all.
 
+use super::direct::Direct;
 use super::{Arrival, Start, Work};
 use crate::elementary::exp;
 use crate::flow::exact::{Basis, Signal, Slip};
@@ -26,23 +27,28 @@ pub(super) fn end_of_free_slip<const H: usize>(
     horizon: f64,
     work: &mut Work,
 ) -> Option<Arrival> {
-    let u = slip.speed(direction, drive_velocity);
-    let du = u.derivative(&slip.decay, &slip.frequency);
-    let ddu = du.derivative(&slip.decay, &slip.frequency);
-    let mut search = Search {
-        slip,
-        direction,
-        u,
-        du,
-        ddu,
-        work,
-    };
-    search
+    if let Some(arrival) = Direct::new(slip, direction, start).end(drive_velocity, piece, start, work) {
+        return (arrival.t < horizon).then_some(arrival);
+    }
+    Search::new(slip, direction, drive_velocity, work)
         .between_extrema(piece, start, horizon)
         .filter(|arrival| arrival.t < horizon)
 }
 
-impl<const H: usize> Search<'_, H> {
+impl<'a, const H: usize> Search<'a, H> {
+    fn new(slip: &'a Slip<H>, direction: f64, drive_velocity: f64, work: &'a mut Work) -> Self {
+        let u = slip.speed(direction, drive_velocity);
+        let du = u.derivative(&slip.decay, &slip.frequency);
+        Self {
+            slip,
+            direction,
+            u,
+            du,
+            ddu: du.derivative(&slip.decay, &slip.frequency),
+            work,
+        }
+    }
+
     fn basis(&mut self, t: f64) -> Basis<H> {
         self.work.evaluations += 1;
         self.slip.basis(t)
@@ -96,7 +102,7 @@ impl<const H: usize> Search<'_, H> {
     fn extreme(&self, t: f64, rising: bool) -> f64 {
         let decay = &self.slip.decay;
         let sine = self.du.b / decay.omega;
-        let swing = (self.du.a * self.du.a + sine * sine).sqrt() * decay.omega / decay.natural_squared();
+        let swing = (self.du.a * self.du.a + sine * sine).sqrt() * decay.omega / decay.natural_squared;
         let size = swing * exp(-decay.gamma * t);
         self.u.constant + if rising { size } else { -size }
     }
@@ -236,5 +242,92 @@ impl<const H: usize> Search<'_, H> {
             }
         }
         self.arrive_at(t, end)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Search;
+    use crate::drive::Clock;
+    use crate::event::direct::Direct;
+    use crate::event::{Start, Work};
+    use crate::flow::exact::Frame;
+    use crate::law::Piece;
+
+    /// Slips of all kinds of damping, to ends near and far: what is found at once is what the search between extrema finds.
+    #[test]
+    fn an_end_found_at_once_is_the_first() {
+        let mut seed: u64 = 1;
+        let mut random = |low: f64, high: f64| {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            low + (high - low) * (seed >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut found = 0;
+        for case in 0..200_000 {
+            let frame = Frame::<0> {
+                mass: 1.0,
+                stiffness: random(0.2, 2.0),
+                damping: random(-0.1, 0.3),
+                drive_velocity: random(0.05, 1.0),
+                forcing: [],
+            };
+            let low = if case % 2 == 0 { 0.0 } else { random(0.0, 0.5) };
+            let high = if case % 3 == 0 {
+                f64::INFINITY
+            } else {
+                low + random(0.01, 1.0)
+            };
+            let slope = if case % 5 == 0 {
+                random(-60.0, 60.0)
+            } else {
+                random(-2.0, 1.0)
+            };
+            let piece = Piece {
+                turns: case % 7 == 0,
+                ..Piece::line([low, 0.5], slope, low, high, 0)
+            };
+            let direction = if case % 11 == 0 { -1.0 } else { 1.0 };
+            let (start, u) = match case % 4 {
+                0 => (Start::Low, low),
+                1 if high.is_finite() => (Start::High, high),
+                _ => (
+                    Start::Inside,
+                    low + random(0.0, 1.0) * (high.min(low + 1.0) - low),
+                ),
+            };
+            let v = frame.drive_velocity - direction * u;
+            let slip = frame.closed(Clock::default(), random(-1.5, 1.5), v, direction, &piece);
+            let mut work = Work::default();
+            let Some(direct) =
+                Direct::new(&slip, direction, start).end(frame.drive_velocity, &piece, start, &mut work)
+            else {
+                continue;
+            };
+            let searched = Search::new(&slip, direction, frame.drive_velocity, &mut work)
+                .between_extrema(&piece, start, 2.0 * direct.t + 1.0)
+                .expect("an end was found at once");
+            // A root is as good as rounding divided by the rate there.
+            let rate = slip
+                .v
+                .derivative(&slip.decay, &[])
+                .at(&slip.basis(direct.t))
+                .abs();
+            let close = 1e-14
+                * (1.0 + slip.x.a.abs() + slip.x.b.abs())
+                * (1.0 + 1.0 / rate)
+                * slip.decay.growth(direct.t);
+            assert!(
+                direct.end == searched.end && (direct.t - searched.t).abs() < close,
+                "{case}: {direct:?} {searched:?}"
+            );
+            assert!(
+                (direct.x - searched.x).abs() < close,
+                "{case}: {direct:?} {searched:?}"
+            );
+            found += 1;
+        }
+        assert!(found > 50_000, "{found}");
     }
 }

@@ -92,7 +92,7 @@ impl<'a, const H: usize> Speed<'a, H> {
             direction,
             u,
             du,
-            natural: slip.decay.natural_squared(),
+            natural: slip.decay.natural_squared,
             powers: exponents.map(sixth_and_seventh),
             waves: bounds(&u.p, &u.q, &slip.frequency),
             fastest,

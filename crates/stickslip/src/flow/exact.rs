@@ -11,9 +11,13 @@ use crate::structure::Oscillator;
 pub struct Decay {
     /// γ = c/2m.
     pub gamma: f64,
-    kappa: f64,
+    pub(crate) kappa: f64,
     /// ω = √|γ² − k/m|.
     pub omega: f64,
+    /// 1/ω.
+    pub(crate) per_omega: f64,
+    /// k/m.
+    pub(crate) natural_squared: f64,
 }
 
 /// Below this ratio of ω to γ the two exponents count as one.
@@ -24,11 +28,15 @@ impl Decay {
     #[must_use]
     pub fn new(mass: f64, damping: f64, stiffness: f64) -> Self {
         let gamma = 0.5 * damping / mass;
-        let kappa = gamma * gamma - stiffness / mass;
+        let natural_squared = stiffness / mass;
+        let kappa = gamma * gamma - natural_squared;
+        let omega = kappa.abs().sqrt();
         Self {
             gamma,
             kappa,
-            omega: kappa.abs().sqrt(),
+            omega,
+            per_omega: 1.0 / omega,
+            natural_squared,
         }
     }
 
@@ -43,15 +51,16 @@ impl Decay {
         1.0 / self.omega.max(self.gamma.abs())
     }
 
-    /// k/m.
-    pub(crate) fn natural_squared(&self) -> f64 {
-        self.gamma * self.gamma - self.kappa
+    /// No exponent of the free motion is larger in size.
+    #[inline]
+    pub(crate) fn fastest(&self) -> f64 {
+        self.omega + self.gamma.abs()
     }
 
     /// The sizes of the exponents −γ ± √κ.
     pub(crate) fn exponents(&self) -> [f64; 2] {
         if self.omega < NEARLY * self.gamma.abs() || self.oscillates() {
-            [self.natural_squared().sqrt(); 2]
+            [self.natural_squared.sqrt(); 2]
         } else {
             let (one, two) = self.roots();
             [one.abs(), two.abs()]
@@ -67,7 +76,7 @@ impl Decay {
             return [1.1 * amplitude, 0.0];
         }
         if self.oscillates() {
-            return [value.abs(), ((rate + self.gamma * value) / self.omega).abs()];
+            return [value.abs(), ((rate + self.gamma * value) * self.per_omega).abs()];
         }
         let (one, two) = self.roots();
         let first = (rate - two * value) / (one - two);
@@ -87,9 +96,8 @@ impl Decay {
 
     /// The two real exponents of a motion that does not oscillate, the smaller in size first.
     fn roots(&self) -> (f64, f64) {
-        let natural = self.natural_squared();
         let fast = -(self.gamma + self.omega.copysign(self.gamma));
-        (natural / fast, fast)
+        (self.natural_squared / fast, fast)
     }
 
     /// e^{−γτ} C(τ) and e^{−γτ} S(τ), where C, S = cos ωτ, sin(ωτ)/ω or their hyperbolic or linear counterparts.
@@ -98,13 +106,13 @@ impl Decay {
         if self.oscillates() {
             let decay = exp(-self.gamma * t);
             let (sin, cos) = sin_cos(self.omega * t);
-            (decay * cos, decay * sin / self.omega)
+            (decay * cos, decay * sin * self.per_omega)
         } else {
             let (slow, fast) = self.roots();
             let (slow, fast) = if slow > fast { (slow, fast) } else { (fast, slow) };
             let (upper, spread) = (exp(slow * t), 2.0 * self.omega * t);
             let s = if spread > 1e-8 {
-                -exp_m1(-spread) / (2.0 * self.omega)
+                -exp_m1(-spread) * (0.5 * self.per_omega)
             } else {
                 t
             };
@@ -131,8 +139,8 @@ pub struct Signal<const H: usize> {
 /// The functions of time a [`Signal`] is made of, at one time.
 #[derive(Clone, Copy, Debug)]
 pub struct Basis<const H: usize> {
-    c: f64,
-    s: f64,
+    pub(crate) c: f64,
+    pub(crate) s: f64,
     cos: [f64; H],
     sin: [f64; H],
 }
@@ -246,37 +254,111 @@ impl<const H: usize> Frame<H> {
         direction: f64,
         piece: &Piece,
     ) -> Result<Slip<H>, Error> {
+        self.bounded(piece.slope)?;
+        Ok(self.closed(clock, x, v, direction, piece))
+    }
+
+    /// Refuse friction of this slope if a harmonic meets an undamped resonance there.
+    pub(crate) fn bounded(&self, slope: f64) -> Result<(), Error> {
         for harmonic in &self.forcing {
             let real = 1.0 - self.mass / self.stiffness * harmonic.frequency * harmonic.frequency;
-            let imaginary = (self.damping + piece.slope) * harmonic.frequency / self.stiffness;
+            let imaginary = (self.damping + slope) * harmonic.frequency / self.stiffness;
             if real.hypot(imaginary) < 1e-9 {
                 return Err(Error::Resonance {
                     frequency: harmonic.frequency,
                 });
             }
         }
-        Ok(self.closed(clock, x, v, direction, piece))
+        Ok(())
     }
 
     /// [`Frame::slip`] for a mode known to have a bounded forced response.
     #[must_use]
     pub(crate) fn closed(&self, clock: Clock, x: f64, v: f64, direction: f64, piece: &Piece) -> Slip<H> {
-        let damping = self.damping + piece.slope;
-        let decay = Decay::new(self.mass, damping, self.stiffness);
-        let frequency = self.forcing.map(|harmonic| harmonic.frequency);
+        self.response(piece.slope)
+            .from(self, &self.forces(clock), (x, v), direction, piece)
+    }
+
+    /// The harmonic forces in and out of phase, (P, Q) of P cos Ωτ + Q sin Ωτ for τ counted from `clock`.
+    pub(crate) fn forces(&self, clock: Clock) -> [[f64; 2]; H] {
+        std::array::from_fn(|j| self.forcing[j].quadratures(clock).into())
+    }
+
+    /// How the oscillator answers along friction of this slope.
+    pub(crate) fn response(&self, slope: f64) -> Response<H> {
+        let damping = self.damping + slope;
+        Response {
+            slope,
+            decay: Decay::new(self.mass, damping, self.stiffness),
+            gain: std::array::from_fn(|j| {
+                // (k − mΩ² + icΩ) X = F for x = Re X e^{iΩτ}.
+                let frequency = self.forcing[j].frequency;
+                let (real, imaginary) = (
+                    self.stiffness - self.mass * frequency * frequency,
+                    damping * frequency,
+                );
+                let size = real * real + imaginary * imaginary;
+                [real / size, imaginary / size]
+            }),
+        }
+    }
+
+    /// The friction force that holds the mass on the drive, from position `x` at `clock`.
+    #[must_use]
+    pub fn stick(&self, clock: Clock, x: f64) -> Stick<H> {
+        self.held(clock, x, self.drive_velocity)
+    }
+
+    /// The friction force that holds the mass at the velocity `v`, from position `x` at `clock`.
+    #[must_use]
+    pub fn held(&self, clock: Clock, x: f64, v: f64) -> Stick<H> {
+        self.held_against(&self.forces(clock), x, v)
+    }
+
+    /// [`Frame::held`] from where the harmonic forces are known.
+    pub(crate) fn held_against(&self, forces: &[[f64; 2]; H], x: f64, v: f64) -> Stick<H> {
+        Stick {
+            frequency: self.frequency(),
+            start: self.damping * v + self.stiffness * x,
+            rate: self.stiffness * v,
+            p: forces.map(|force| -force[0]),
+            q: forces.map(|force| -force[1]),
+        }
+    }
+
+    fn frequency(&self) -> [f64; H] {
+        std::array::from_fn(|j| self.forcing[j].frequency)
+    }
+}
+
+/// All of a motion along a piece of friction that depends on its slope alone.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Response<const H: usize> {
+    pub(crate) slope: f64,
+    decay: Decay,
+    /// What a unit of each force displaces in and behind its phase.
+    gain: [[f64; 2]; H],
+}
+
+impl<const H: usize> Response<H> {
+    /// The motion from (x, v) under `forces`.
+    #[inline]
+    pub(crate) fn from(
+        &self,
+        frame: &Frame<H>,
+        forces: &[[f64; 2]; H],
+        (x, v): (f64, f64),
+        direction: f64,
+        piece: &Piece,
+    ) -> Slip<H> {
+        let (decay, frequency) = (self.decay, frame.frequency());
         let (mut p, mut q) = ([0.0; H], [0.0; H]);
         for j in 0..H {
-            let (force_cos, force_sin) = self.forcing[j].quadratures(clock);
-            // (k − mΩ² + icΩ) X = F for x = Re X e^{iΩτ}, F = force_cos − i force_sin.
-            let (real, imaginary) = (
-                self.stiffness - self.mass * frequency[j] * frequency[j],
-                damping * frequency[j],
-            );
-            let size = real * real + imaginary * imaginary;
-            p[j] = (force_cos * real - force_sin * imaginary) / size;
-            q[j] = (force_sin * real + force_cos * imaginary) / size;
+            let ([force_cos, force_sin], [within, behind]) = (forces[j], self.gain[j]);
+            p[j] = force_cos * within - force_sin * behind;
+            q[j] = force_sin * within + force_cos * behind;
         }
-        let constant = (direction * piece.offset + piece.slope * self.drive_velocity) / self.stiffness;
+        let constant = (direction * piece.offset + piece.slope * frame.drive_velocity) / frame.stiffness;
         let a = x - constant - p.iter().sum::<f64>();
         let free_velocity = v - (0..H).map(|j| frequency[j] * q[j]).sum::<f64>();
         let x = Signal {
@@ -293,32 +375,13 @@ impl<const H: usize> Frame<H> {
             v: x.derivative(&decay, &frequency),
         }
     }
-
-    /// The friction force that holds the mass on the drive, from position `x` at `clock`.
-    #[must_use]
-    pub fn stick(&self, clock: Clock, x: f64) -> Stick<H> {
-        self.held(clock, x, self.drive_velocity)
-    }
-
-    /// The friction force that holds the mass at the velocity `v`, from position `x` at `clock`.
-    #[must_use]
-    pub fn held(&self, clock: Clock, x: f64, v: f64) -> Stick<H> {
-        let (mut p, mut q) = ([0.0; H], [0.0; H]);
-        for j in 0..H {
-            let (force_cos, force_sin) = self.forcing[j].quadratures(clock);
-            (p[j], q[j]) = (-force_cos, -force_sin);
-        }
-        Stick {
-            frequency: self.forcing.map(|harmonic| harmonic.frequency),
-            start: self.damping * v + self.stiffness * x,
-            rate: self.stiffness * v,
-            p,
-            q,
-        }
-    }
 }
 
+#[inline]
 fn waves<const H: usize>(frequency: &[f64; H], t: f64) -> ([f64; H], [f64; H]) {
+    if t == 0.0 {
+        return ([1.0; H], [0.0; H]);
+    }
     let (mut cos, mut sin) = ([0.0; H], [0.0; H]);
     for j in 0..H {
         (sin[j], cos[j]) = sin_cos(frequency[j] * t);
@@ -359,9 +422,10 @@ impl<const H: usize> Slip<H> {
 
 impl<const H: usize> Stick<H> {
     /// The holding force, its rate and its second derivative.
+    #[inline]
     #[must_use]
     pub fn at(&self, t: f64) -> (f64, f64, f64) {
-        let (cos, sin) = waves(&self.frequency, t);
+        let (cos, sin) = self.waves(t);
         let (mut force, mut rate, mut bend) = (self.start + self.rate * t, self.rate, 0.0);
         for j in 0..H {
             let wave = self.p[j] * cos[j] + self.q[j] * sin[j];
@@ -373,15 +437,15 @@ impl<const H: usize> Stick<H> {
     }
 
     /// cos Ωτ and sin Ωτ at τ = t.
+    #[inline]
     pub(crate) fn waves(&self, t: f64) -> ([f64; H], [f64; H]) {
         waves(&self.frequency, t)
     }
 
-    /// A bound of the second derivative of the holding force.
-    #[must_use]
-    pub fn curvature(&self) -> f64 {
+    /// A bound of the second or third derivative of the holding force.
+    pub(crate) fn derivative_bound(&self, order: i32) -> f64 {
         (0..H)
-            .map(|j| self.frequency[j] * self.frequency[j] * self.p[j].hypot(self.q[j]))
+            .map(|j| self.frequency[j].powi(order) * (self.p[j] * self.p[j] + self.q[j] * self.q[j]).sqrt())
             .sum()
     }
 }

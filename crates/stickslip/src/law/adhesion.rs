@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Hold;
+use super::{Adhesion, Hold};
+use crate::elementary::{exp, exp_m1, power};
 use crate::error::{Error, not_negative, positive};
 
 /// f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
@@ -76,12 +77,32 @@ impl StaticFriction {
         if self.limit == 0.0 || hold.stick_time <= 0.0 {
             return initial;
         }
-        let grown = -(-self.rate * self.power(hold.stick_time)).exp_m1();
-        let softened = match self.force_rate_scale {
-            None => 1.0,
-            Some(scale) => 1.0 + (hold.force_rate / scale).powf(self.force_rate_exponent),
+        let grown = -exp_m1(-self.rate * power(hold.stick_time, self.exponent));
+        initial + self.limit * grown * self.softened(hold.force_rate)[0]
+    }
+
+    /// The force and its derivatives.
+    pub(super) fn at(&self, hold: Hold) -> Adhesion {
+        let [share, falls] = fall(hold.force_rate, self.drop_scale, self.drop_exponent);
+        let mut at = Adhesion {
+            force: self.initial + self.drop * share,
+            growth: 0.0,
+            bend: 0.0,
+            softening: self.drop * falls,
         };
-        initial + self.limit * grown / softened
+        if self.limit > 0.0 && hold.stick_time > 0.0 {
+            let [share, falls] = self.softened(hold.force_rate);
+            let (m, t) = (self.exponent, hold.stick_time);
+            let aged = self.rate * power(t, m);
+            let (grown, slope) = (-exp_m1(-aged), m * aged / t);
+            at.force += self.limit * grown * share;
+            at.softening += self.limit * grown * falls;
+            at.growth = self.limit * slope * (1.0 - grown) * share;
+            at.bend = at.growth * ((m - 1.0) / t - slope);
+        } else if self.limit > 0.0 {
+            (at.growth, at.bend) = (self.growth_bound(0.0), f64::INFINITY);
+        }
+        at
     }
 
     /// f_s(0, δ).
@@ -89,7 +110,23 @@ impl StaticFriction {
         if self.drop == 0.0 {
             return self.initial;
         }
-        self.initial + self.drop / (1.0 + (force_rate / self.drop_scale).powf(self.drop_exponent))
+        self.initial + self.drop * fall(force_rate, self.drop_scale, self.drop_exponent)[0]
+    }
+
+    /// The part of the growth with rest that is left at a force rate, and how fast it falls with that.
+    fn softened(&self, force_rate: f64) -> [f64; 2] {
+        self.force_rate_scale.map_or([1.0, 0.0], |scale| {
+            fall(force_rate, scale, self.force_rate_exponent)
+        })
+    }
+
+    /// sup of −∂f_s/∂δ between two force rates, whatever the rest.
+    pub(super) fn softening_bound(&self, rates: [f64; 2]) -> f64 {
+        let drop = self.drop * steepest(rates, self.drop_scale, self.drop_exponent);
+        let growth = self.force_rate_scale.map_or(0.0, |scale| {
+            self.limit * steepest(rates, scale, self.force_rate_exponent)
+        });
+        drop + growth
     }
 
     /// sup of ∂f_s/∂t_s from `stick_time` on. With z = γ t^m the derivative is Δ∞ m z^(1 − 1/m) γ^(1/m) e^(−z); it falls
@@ -100,7 +137,7 @@ impl StaticFriction {
         }
         let m = self.exponent;
         let peak = if m > 1.0 {
-            ((1.0 - 1.0 / m) / self.rate).powf(1.0 / m)
+            power((1.0 - 1.0 / m) / self.rate, 1.0 / m)
         } else {
             0.0
         };
@@ -108,16 +145,30 @@ impl StaticFriction {
         if t <= 0.0 && m < 1.0 {
             return f64::INFINITY;
         }
-        let power = self.power(t);
+        let power = power(t, m);
         let slope = if m == 1.0 { 1.0 } else { m * power / t };
-        self.limit * self.rate * slope * (-self.rate * power).exp()
+        self.limit * self.rate * slope * exp(-self.rate * power)
     }
+}
 
-    fn power(&self, t: f64) -> f64 {
-        if self.exponent == 1.0 {
-            t
-        } else {
-            t.powf(self.exponent)
-        }
+/// 1/(1 + (δ/scale)^exponent) and minus its derivative.
+fn fall(force_rate: f64, scale: f64, exponent: f64) -> [f64; 2] {
+    let raised = power(force_rate / scale, exponent);
+    let share = 1.0 / (1.0 + raised);
+    if raised == 0.0 || raised.is_infinite() {
+        return [share, 0.0];
     }
+    [share, exponent * raised * share * share / force_rate]
+}
+
+/// sup of minus that derivative, p z^(p−1)/(1 + z^p)²/scale, between two force rates.
+fn steepest([low, high]: [f64; 2], scale: f64, p: f64) -> f64 {
+    let (low, high) = (low / scale, high / scale);
+    let least = 1.0 + power(low, p);
+    let most = if p == 1.0 {
+        1.0
+    } else {
+        power(if p > 1.0 { high } else { low }, p - 1.0)
+    };
+    p * most / (least * least * scale)
 }

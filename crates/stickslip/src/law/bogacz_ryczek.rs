@@ -14,7 +14,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::table::Table;
-use super::{End, Friction, Hold, Memory, Piece, Point, StaticFriction};
+use super::{Adhesion, End, Friction, Hold, Memory, Piece, Point, StaticFriction};
 use crate::error::{Error, finite, not_negative};
 
 /// The friction law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
@@ -309,6 +309,14 @@ impl Friction for BogaczRyczek {
 
     fn break_away(&self, hold: Hold) -> f64 {
         self.static_friction.force(hold)
+    }
+
+    fn adhesion(&self, hold: Hold) -> Adhesion {
+        self.static_friction.at(hold)
+    }
+
+    fn softening_bound(&self, rates: [f64; 2]) -> f64 {
+        self.static_friction.softening_bound(rates)
     }
 
     fn growth_bound(&self, stick_time: f64) -> f64 {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Friction, Hold, Memory, Piece, StaticFriction};
+use super::{Adhesion, Friction, Hold, Memory, Piece, StaticFriction};
 use crate::error::{Error, not_negative, positive};
 
 /// f_s(t_s) = f_k + Δ∞ (1 − exp(−γ t_s^m)), F = f_k sgn w in motion (Kato, Sato & Matsubayashi, Wear 20 (1972) 315).
@@ -41,6 +41,10 @@ impl Friction for DwellTime {
 
     fn break_away(&self, hold: Hold) -> f64 {
         self.static_friction().force(hold)
+    }
+
+    fn adhesion(&self, hold: Hold) -> Adhesion {
+        self.static_friction().at(hold)
     }
 
     fn growth_bound(&self, stick_time: f64) -> f64 {

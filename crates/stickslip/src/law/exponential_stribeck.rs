@@ -47,6 +47,10 @@ impl Friction for ExponentialStribeck {
         self.break_away
     }
 
+    fn smooth(&self) -> bool {
+        true
+    }
+
     fn force(&self, _piece: &Piece, u: f64) -> f64 {
         let speed = u / self.scale;
         let fall = if self.exponent == 2.0 {
@@ -69,10 +73,10 @@ impl Friction for ExponentialStribeck {
         rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
     }
 
-    fn resolution(&self, u: f64) -> Option<f64> {
+    fn resolution(&self, u: f64) -> f64 {
         // So far out the exponential is below rounding.
         let gone = if self.exponent == 2.0 { 6.0 } else { 36.0 };
-        Some((u.abs() - gone * self.scale).max(self.scale))
+        (u.abs() - gone * self.scale).max(self.scale)
     }
 
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Friction, Hold, Memory, Piece, StaticFriction};
+use super::{Adhesion, Friction, Hold, Memory, Piece, StaticFriction};
 use crate::error::{Error, not_negative, positive};
 
 /// f_s(t_s, δ) = f_k + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q), F = f_k sgn w in motion.
@@ -53,6 +53,14 @@ impl Friction for ForceRate {
 
     fn break_away(&self, hold: Hold) -> f64 {
         self.static_friction().force(hold)
+    }
+
+    fn adhesion(&self, hold: Hold) -> Adhesion {
+        self.static_friction().at(hold)
+    }
+
+    fn softening_bound(&self, rates: [f64; 2]) -> f64 {
+        self.static_friction().softening_bound(rates)
     }
 
     fn growth_bound(&self, stick_time: f64) -> f64 {

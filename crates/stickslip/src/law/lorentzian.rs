@@ -34,6 +34,10 @@ impl Friction for Lorentzian {
         self.break_away
     }
 
+    fn smooth(&self) -> bool {
+        true
+    }
+
     fn force(&self, _piece: &Piece, u: f64) -> f64 {
         let speed = u / self.scale;
         self.kinetic + (self.break_away - self.kinetic) / (1.0 + speed * speed) + self.viscous * u
@@ -45,10 +49,6 @@ impl Friction for Lorentzian {
         first[k] = reciprocal(1.0 / (self.scale * self.scale), second, first, k);
         let rest = if k == 0 { self.kinetic } else { 0.0 };
         rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
-    }
-
-    fn resolution(&self, u: f64) -> Option<f64> {
-        Some(0.5 * (u.abs() + self.scale))
     }
 
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {

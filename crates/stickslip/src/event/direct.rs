@@ -1,0 +1,228 @@
+//! The end of unforced slip from at most one evaluation of the motion, where a guess in closed form is good enough.
+//!
+//! The slip acceleration vanishes every half period, or at most once where the motion does not oscillate. So its signs at
+//! the start and at a root say how often it vanished between: if not at all or once, the root is the first. What is not
+//! decided so is left to the search between extrema.
+
+use std::f64::consts::PI;
+
+use super::{Arrival, Start, Work, polynomial};
+use crate::elementary::angle;
+use crate::flow::exact::{Decay, Slip};
+use crate::law::{End, Piece};
+use crate::series::INVERSE;
+
+/// Degree of the Taylor polynomial at the start of slip, and at a sample beside the root.
+const DEGREE: usize = 12;
+const BESIDE: usize = 8;
+/// In units of the time in which the motion changes: how far the first is good to rounding, how far it is a good guess.
+const EXACT: f64 = 0.3;
+const GUESS: f64 = 2.0;
+/// How far the second is good to rounding, and how far Householder's step is.
+const NEAR: f64 = 0.05;
+const NEXT: f64 = 1e-4;
+/// A motion whose amplitude changes by less than this in a radian is nearly a cosine.
+const SLOW: f64 = 0.3;
+
+/// The slip speed about its rest value, e^{−γτ} (a C + b S).
+pub(super) struct Direct<'a, const H: usize> {
+    slip: &'a Slip<H>,
+    decay: &'a Decay,
+    direction: f64,
+    a: f64,
+    b: f64,
+    rate: f64,
+}
+
+/// Taylor coefficients of a free motion from its value and rate.
+fn coefficients<const N: usize>(decay: &Decay, value: f64, rate: f64) -> [f64; N] {
+    let mut coefficients = [0.0; N];
+    (coefficients[0], coefficients[1]) = (value, rate);
+    for k in 2..N {
+        let damped = 2.0 * decay.gamma * coefficients[k - 1];
+        coefficients[k] =
+            -(damped + decay.natural_squared * coefficients[k - 2] * INVERSE[k - 1]) * INVERSE[k];
+    }
+    coefficients
+}
+
+/// Newton's step from `step` and the slope there, until it is below `settled`.
+fn root(coefficients: &[f64], target: f64, mut step: f64, settled: f64) -> Option<(f64, f64)> {
+    for _ in 0..5 {
+        let [value, slope, _] = polynomial(coefficients, step);
+        let newton = (target - value) / slope;
+        step += newton;
+        if newton.abs() <= settled {
+            return Some((step, slope));
+        }
+    }
+    None
+}
+
+/// ∫ of the polynomial from 0 to `h`.
+fn integral(coefficients: &[f64], h: f64) -> f64 {
+    let terms = coefficients.iter().zip(&INVERSE[1..]);
+    h * terms
+        .rev()
+        .fold(0.0, |sum, (coefficient, inverse)| sum * h + coefficient * inverse)
+}
+
+impl<'a, const H: usize> Direct<'a, H> {
+    pub(super) fn new(slip: &'a Slip<H>, direction: f64, start: Start) -> Self {
+        let decay = &slip.decay;
+        let a = -direction * slip.v.a;
+        let b = if start == Start::Turning {
+            decay.gamma * a
+        } else {
+            -direction * slip.v.b
+        };
+        Self {
+            slip,
+            decay,
+            direction,
+            a,
+            b,
+            rate: b - decay.gamma * a,
+        }
+    }
+
+    /// When and how slip along `piece` ends, if that is found at once.
+    pub(super) fn end(
+        &self,
+        drive_velocity: f64,
+        piece: &Piece,
+        start: Start,
+        work: &mut Work,
+    ) -> Option<Arrival> {
+        let rest = self.direction * drive_velocity;
+        let (low, high) = (piece.low - rest, piece.high - rest);
+        let bend = -2.0 * self.decay.gamma * self.rate - self.decay.natural_squared * self.a;
+        let sense = if start == Start::Turning { bend } else { self.rate }.signum();
+        let contrary = (start == Start::Low && sense < 0.0) || (start == Start::High && sense > 0.0);
+        let ends = [(low, End::Low), (high, End::High)];
+        let (ahead, behind) = (ends[usize::from(sense > 0.0)], ends[usize::from(sense < 0.0)]);
+        let way = sense * (ahead.0 - self.a);
+        if contrary || way <= 0.0 {
+            return None;
+        }
+        if way.is_finite()
+            && let Some(arrival) = self.ahead(sense, bend, ahead, work)
+        {
+            return Some(arrival);
+        }
+        let passes = way.is_finite() && self.decay.gamma < 0.0;
+        if piece.turns || passes || !behind.0.is_finite() {
+            return None;
+        }
+        self.behind(sense, ahead.0, behind, work)
+    }
+
+    /// The end towards which the slip speed goes, before it turns.
+    fn ahead(&self, sense: f64, bend: f64, (target, end): (f64, End), work: &mut Work) -> Option<Arrival> {
+        let way = target - self.a;
+        let discriminant = self.rate * self.rate + 2.0 * bend * way;
+        if discriminant < 0.0 {
+            return None;
+        }
+        let guess = 2.0 * way / (self.rate + discriminant.sqrt().copysign(sense));
+        let unit = 1.0 / self.decay.fastest();
+        if guess.is_nan() || guess >= GUESS * unit {
+            return None;
+        }
+        let polynomial: [f64; DEGREE + 1] = coefficients(self.decay, self.a, self.rate);
+        let near = guess < EXACT * unit;
+        let settled = if near { 1e-8 * guess } else { 1e-4 * unit };
+        let (t, slope) = root(&polynomial, target, guess, settled)?;
+        if t <= 0.0 || slope * sense <= 0.0 {
+            return None;
+        }
+        if t < EXACT * unit && near {
+            let start = self.slip.x.start();
+            return Some(self.arrive(t, end, start - self.direction * integral(&polynomial, t), target));
+        }
+        let (arrival, slope) = self.beside(t, target, end, work)?;
+        let turned = self.decay.oscillates() && arrival.t * self.decay.omega >= PI;
+        (slope * sense > 0.0 && !turned).then_some(arrival)
+    }
+
+    /// The other end, after the slip speed turned once at a distance from the first.
+    fn behind(&self, sense: f64, ahead: f64, (target, end): (f64, End), work: &mut Work) -> Option<Arrival> {
+        let decay = self.decay;
+        let slow = decay.gamma * decay.per_omega;
+        if !(decay.oscillates() && slow.abs() < SLOW) {
+            return None;
+        }
+        // sense · u = e^{−γτ} amplitude cos(ωτ − phase), and at the root ωτ − phase is beyond 0.
+        let (cosine, sine) = (sense * self.a, sense * self.b * decay.per_omega);
+        let square = cosine * cosine + sine * sine;
+        let share = sense * target;
+        let rest = square - share * share;
+        if rest <= 0.0 || square >= ahead * ahead || sine <= 0.0 {
+            return None;
+        }
+        let height = rest.sqrt();
+        let mut turn = angle(cosine, sine) + angle(share, height);
+        // That is the root without decay; Halley's step for e^{−γτ} cos(ωτ − phase) = share with it.
+        let grown = slow * turn;
+        let grown = 1.0 + grown * (1.0 + grown * (0.5 + grown * (1.0 / 6.0)));
+        let (value, first) = (share * (1.0 - grown), -(slow * share + height));
+        let newton = value / first;
+        let second = (slow * slow - 1.0) * share + 2.0 * slow * height;
+        turn -= newton / (1.0 - 0.5 * newton * second / first);
+        let (arrival, slope) = self.beside(turn * decay.per_omega, target, end, work)?;
+        (slope * sense < 0.0 && arrival.t * decay.omega < 2.0 * PI).then_some(arrival)
+    }
+
+    /// The root beside `t` and the slope there.
+    fn beside(&self, mut t: f64, target: f64, end: End, work: &mut Work) -> Option<(Arrival, f64)> {
+        let decay = self.decay;
+        let fastest = decay.fastest();
+        let second = decay.kappa * self.a - decay.gamma * self.b;
+        for _ in 0..3 {
+            if t.is_nan() || t <= 0.0 {
+                return None;
+            }
+            work.evaluations += 1;
+            let basis = self.slip.basis(t);
+            let value = self.a * basis.c + self.b * basis.s;
+            let rate = self.rate * basis.c + second * basis.s;
+            let bend = -2.0 * decay.gamma * rate - decay.natural_squared * value;
+            let jerk = -2.0 * decay.gamma * bend - decay.natural_squared * rate;
+            // Householder's method of the third order.
+            let newton = (target - value) / rate;
+            let (half, third) = (newton * bend, newton * newton * jerk);
+            let step = newton * (rate + 0.5 * half) / (rate + half + third * (1.0 / 6.0));
+            let far = step.abs() * fastest;
+            let x = self.slip.x.at(&basis);
+            if far < NEXT {
+                let travel = step * (value + step * (0.5 * rate + step * (1.0 / 6.0) * bend));
+                let slope = rate + step * bend;
+                return Some((
+                    self.arrive(t + step, end, x - self.direction * travel, target),
+                    slope,
+                ));
+            }
+            if far < NEAR {
+                let polynomial: [f64; BESIDE + 1] = coefficients(decay, value, rate);
+                let (step, slope) = root(&polynomial, target, step, 1e-8 * step.abs())?;
+                let travel = integral(&polynomial, step);
+                return Some((
+                    self.arrive(t + step, end, x - self.direction * travel, target),
+                    slope,
+                ));
+            }
+            t += step;
+        }
+        None
+    }
+
+    /// v = −σ (u less its rest value).
+    fn arrive(&self, t: f64, end: End, x: f64, speed: f64) -> Arrival {
+        Arrival {
+            t,
+            end,
+            x,
+            v: -self.direction * speed,
+        }
+    }
+}
