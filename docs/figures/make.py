@@ -87,6 +87,17 @@ def velocity_steps() -> plt.Axes:
     return ax
 
 
+def branches() -> None:
+    """Cycles over the drive velocity, followed through their sliding bifurcations, of two calibrations of the paper's law."""
+    panels = show.new_axes(1, 2, figsize=(10.5, 3.8))
+    for name, ax in zip(("one f_s(0)", "default"), panels, strict=True):
+        oscillator = ss.paper.calibration.CALIBRATIONS[name].oscillator(0.2)
+        show.branches_plot(ss.continuation(oscillator, "drive_velocity", (0.1, 0.5), seeds=4), ax)
+        ax.legend(fontsize=8, frameon=False, loc="upper right")
+        ax.set_title(f"calibration: {name}", fontsize=10)
+    save(panels[0], "branches.png")
+
+
 def paper() -> None:
     """The paper's page with its figures, and the overview of the README."""
     save(figures.overview()[0], "overview.png")
@@ -99,4 +110,5 @@ def paper() -> None:
 if __name__ == "__main__":
     laws()
     if "laws" not in sys.argv:
+        branches()
         paper()
