@@ -79,7 +79,7 @@ def test_state_along_a_motion_obeys_its_rate(law):
         (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), -1), "t_end must be greater than 0, got -1"),
         (lambda: ss.integrate(ss.Oscillator(0, 0.1, LUGRE), 10, max_evaluations=99), "Radau came to t = .* in 99"),
         (lambda: ss.simulate(ss.Oscillator(0, 0.1, LUGRE), 1).at(2), r"t must lie in \[0, 1\]"),
-        (lambda: ss.simulate(ss.Oscillator(0, 0.1, LUGRE), 1).segments, "motion under LuGre is smooth"),
+        (lambda: ss.simulate(ss.Oscillator(0, 0.1, LUGRE), 1).segments, "under a law with an internal state is smooth"),
     ],
 )  # fmt: skip
 def test_what_makes_no_sense_is_refused_in_one_sentence(make, sentence):

@@ -14,7 +14,6 @@ from stickslip import _core
 from stickslip.documents import did_you_mean, number
 from stickslip.errors import InputError
 from stickslip.parameters import path_in
-from stickslip.state_laws import StateLaw
 from stickslip.system import Oscillator, System
 
 if TYPE_CHECKING:
@@ -70,8 +69,7 @@ def simulate_many(
     """
     import xarray as xr
 
-    laws = [contact.law for contact in system.contacts] if isinstance(system, System) else [system.law]
-    if any(isinstance(law, StateLaw) for law in laws):
+    if system.integrated:
         raise InputError("simulate_many: laws with an internal state are integrated one by one; run simulate in a loop")
     if not over:
         raise InputError("simulate_many: over is empty; name at least one parameter or start to vary")

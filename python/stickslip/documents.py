@@ -49,6 +49,23 @@ def number(name: str, value: object, where: str) -> float:
     return result
 
 
+def numbers(name: str, value: Any, count: int, where: str, one_a: str) -> list[float]:
+    """`value` as `count` floats, a single number where one is enough; `one_a` says what each belongs to.
+
+    >>> numbers("x0", 0.5, 1, "simulate", "mass")
+    [0.5]
+    """
+    import numpy as np
+
+    try:
+        values = np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{where}: {name} must be numbers, got {value!r}") from None
+    if values.shape not in [(count,), *([()] if count == 1 else [])]:
+        raise InputError(f"{where}: {name} must have the shape ({count},), one number a {one_a}, got {values.shape}")
+    return [number(name, item, where) for item in values.ravel().tolist()]
+
+
 def read_toml(path: str | Path) -> dict[str, Any]:
     """The table of a TOML file."""
     path = Path(path)

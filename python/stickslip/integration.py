@@ -2,52 +2,54 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import solve_ivp
+from scipy.integrate import OdeSolution, solve_ivp
 from scipy.optimize import brentq
 
 from stickslip import _core
-from stickslip.documents import did_you_mean, number
+from stickslip.documents import did_you_mean, number, numbers
 from stickslip.errors import InputError
 from stickslip.orbit import Work
 from stickslip.state_laws import StateLaw
-from stickslip.state_orbit import StateOrbit
-from stickslip.system import Oscillator
+from stickslip.state_orbit import Mark, StateOrbit, masses_of, state_laws_of
+from stickslip.system import Drive, Oscillator, System
 
 METHODS = ("LSODA", "Radau", "BDF", "DOP853", "RK45")
 
 
 def integrate(
-    system: Oscillator,
+    system: Oscillator | System,
     t_end: float,
     x0: ArrayLike | None = None,
     v0: ArrayLike | None = None,
     max_events: int = 10_000_000,
     *,
-    state: float | None = None,
+    state: ArrayLike | None = None,
     tolerance: float = 1e-10,
     method: str | None = None,
     max_evaluations: int = 2_000_000,
     max_seconds: float | None = None,
 ) -> StateOrbit:
-    """Integrate an oscillator whose law has an internal state, or a smooth sign.
+    """Integrate an oscillator or a system of masses whose laws have an internal state, or a smooth sign.
 
     Parameters
     ----------
-    system : the oscillator; its law is one of :mod:`stickslip.state_laws`.
+    system : the oscillator or system; its laws are of :mod:`stickslip.state_laws`.
     t_end : time to run > 0.
-    x0 : position at t = 0; default 0.
-    v0 : velocity at t = 0; default that of the drive.
-    max_events : the run ends at so many events of one kind, with ``orbit.stop == "max_events"``.
-    state : the law's state at t = 0; default that of steady slip at the slip velocity of the start, and for no slip that
-        of a contact that was never loaded.
+    x0 : position at t = 0, for a system shape (masses,); default 0.
+    v0 : velocity at t = 0, same shape; default that of the drive.
+    max_events : the run ends at so many events of one kind at a contact, with ``orbit.stop == "max_events"``.
+    state : the law's state at t = 0, for a system shape (contacts,); default that of steady slip at the slip velocity of
+        the start, and for no slip that of a contact that was never loaded.
     tolerance : relative error a step, in [1e-13, 1e-2]; absolute errors are scaled with the drive velocity and the law.
     method : ``"LSODA"``, ``"Radau"``, ``"BDF"`` (stiff), ``"DOP853"``, ``"RK45"`` (where the law is not stiff); default
         LSODA, and Radau where that fails or stalls.
@@ -72,9 +74,7 @@ def integrate(
     >>> orbit.regime()
     'stick_slip'
     """
-    law = system.law
-    if not isinstance(law, StateLaw):
-        raise InputError(f"integrate: {type(law).__name__} has no internal state; use stickslip.simulate")
+    laws = state_laws_of(system)
     if method is not None and method not in METHODS:
         raise InputError(f"integrate: method must be one of {', '.join(METHODS)}{did_you_mean(method, METHODS)}")
     if not 1e-13 <= number("tolerance", tolerance, "integrate") <= 1e-2:
@@ -84,23 +84,34 @@ def integrate(
     end = number("t_end", t_end, "integrate")
     if end <= 0:
         raise InputError(f"integrate: t_end must be greater than 0, got {end:g}")
-    x = 0.0 if x0 is None else number("x0", x0, "integrate")
-    v = system.drive_velocity if v0 is None else number("v0", v0, "integrate")
-    z = law.steady_state(system.drive_velocity - v) if state is None else number("state", state, "integrate")
-
-    core = _core.StateOscillator(system.to_json())
-    with_state = law.has_state
-    rates = core.rates
+    whole = system.to_system() if isinstance(system, Oscillator) else system
+    x = np.zeros(whole.masses) if x0 is None else np.array(numbers("x0", x0, whole.masses, "integrate", "mass"))
+    v = None if v0 is None else numbers("v0", v0, whole.masses, "integrate", "mass")
+    core = _core.StateSystem(whole.to_json())
+    begin, slip = core.start(x, v)
+    if state is None:
+        z = [law.steady_state(w) for law, w in zip(laws, slip, strict=True)]
+    else:
+        z = numbers("state", state, len(laws), "integrate", "contact")
+    scale = _scales(whole, laws, np.concatenate([begin, slip]))
+    bends = [
+        node[0]
+        for item in whole.contacts
+        if isinstance(item.drive_velocity, Drive)
+        for node in item.drive_velocity.nodes
+    ]
+    edges = [0.0, *sorted({t for t in bends if 0 < t < end}), end]
     spent = 0
     allowed = max_evaluations
+    before = end
 
-    def slope(t: float, y: NDArray[np.float64]) -> list[float]:
+    def slope(t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
         nonlocal spent
         spent += 1
         if spent > allowed:
             raise _Stalled(t)
-        values = rates(t, y[0], y[1], y[2] if with_state else 0.0)
-        return list(values if with_state else values[:2])
+        # At a node of a drive the next piece of its table counts, which the step to the node must not see.
+        return core.rates(min(t, before), np.ascontiguousarray(y))
 
     up = math.inf
     deadline = math.inf if max_seconds is None else time.monotonic() + max_seconds
@@ -114,29 +125,31 @@ def integrate(
 
     time_left.terminal = True  # type: ignore[attr-defined]
 
-    drive = system.drive_velocity
-    # The slip velocity is the variable: a stiff law multiplies the rounding of s − v.
-    start = [x, drive - v, z] if with_state else [x, drive - v]
-    scale = _scales(system, law, x, v)[: len(start)]
-    solution: Any = None
+    pieces: list[Any] = []
     # LSODA is the fastest by far, but may fail at the first step or crawl in its non-stiff half; Radau does neither.
     attempts = ("LSODA", "Radau") if method is None else (method,)
     for attempt in attempts:
         allowed = max_evaluations if attempt == attempts[-1] else max_evaluations // 2
+        pieces = []
         try:
-            with warnings.catch_warnings():
-                # LSODA reports its failures as warnings; they come back as the reason of the stop.
-                warnings.simplefilter("ignore")
-                solution = solve_ivp(
-                    slope,
-                    (0.0, end),
-                    start,
-                    method=attempt,
-                    dense_output=True,
-                    events=time_left,
-                    rtol=tolerance,
-                    atol=tolerance * scale,
-                )  # type: ignore[call-overload, unused-ignore]
+            for low, high in itertools.pairwise(edges):
+                before = np.nextafter(high, low)
+                with warnings.catch_warnings():
+                    # LSODA reports its failures as warnings; they come back as the reason of the stop.
+                    warnings.simplefilter("ignore")
+                    piece = solve_ivp(
+                        slope,
+                        (low, high),
+                        pieces[-1].y[:, -1] if pieces else np.concatenate([begin, z]),
+                        method=attempt,
+                        dense_output=True,
+                        events=time_left,
+                        rtol=tolerance,
+                        atol=tolerance * scale,
+                    )  # type: ignore[call-overload, unused-ignore]
+                pieces.append(piece)
+                if piece.status != 0:
+                    break
         except _Stalled as stalled:
             if attempt == attempts[-1]:
                 raise InputError(
@@ -144,21 +157,21 @@ def integrate(
                     "a looser tolerance, or raise max_evaluations"
                 ) from None
             continue
-        if solution.status >= 0:
+        if pieces[-1].status >= 0:
             break
-    if len(solution.t) < 2:
+    if len(pieces[0].t) < 2:
         raise InputError(
             f"integrate: {attempts[-1]} could not take its first step: take another method or tolerance, or check the units"
         )
-    crossings = _roots(solution, lambda y: y[1])
-    turns = _roots(solution, lambda y: drive - y[1])
-    last, stop = float(solution.t[-1]), {0: "t_end", 1: "max_seconds"}.get(solution.status, "solver")
-    for times in (crossings, turns):
-        if len(times) >= max_events and times[max_events - 1] < last:
-            last, stop = float(times[max_events - 1]), "max_events"
-    marks = tuple(times[times <= last] for times in (crossings, turns))
-    work = Work(events=sum(map(len, marks)), evaluations=spent)
-    return StateOrbit(system, solution.sol, marks, last, stop, work)
+    solution = _joined(pieces, attempt)
+    last, stop = float(solution.ts[-1]), {0: "t_end", 1: "max_seconds"}.get(pieces[-1].status, "solver")
+    marks = _marks(core, solution, masses_of(system))
+    for mark in marks:
+        if len(mark.times) >= max_events and mark.times[max_events - 1] < last:
+            last, stop = float(mark.times[max_events - 1]), "max_events"
+    marks = [replace(mark, times=mark.times[mark.times <= last]) for mark in marks]
+    work = Work(events=sum(len(mark.times) for mark in marks), evaluations=spent)
+    return StateOrbit(system, core, solution, marks, last, stop, work)
 
 
 class _Stalled(Exception):
@@ -168,23 +181,50 @@ class _Stalled(Exception):
         self.t = t
 
 
-def _roots(solution: Any, guard: Callable[[NDArray[np.float64]], Any]) -> NDArray[np.float64]:
-    """The times at which a guard changes its sign between steps; two changes within one step are not seen."""
-    signs = np.sign(guard(solution.y))
-    found = []
-    for i in np.flatnonzero(signs[:-1] * signs[1:] < 0):
-        low, high = solution.t[i], solution.t[i + 1]
-        try:
-            found.append(brentq(lambda t: guard(solution.sol(t)), low, high, xtol=1e-15 * high))
-        except ValueError:
-            # The interpolant misses the step's end by the tolerance, and the sign with it.
-            found.append(high)
-    return np.array(found)
+def _joined(pieces: Sequence[Any], method: str) -> OdeSolution:
+    """The dense output of runs that follow each other as one."""
+    pieces = [piece for piece in pieces if len(piece.t) > 1]
+    times = np.concatenate([pieces[0].t[:1], *(piece.t[1:] for piece in pieces)])
+    return OdeSolution(
+        times, [step for piece in pieces for step in piece.sol.interpolants], alt_segment=method in ("BDF", "LSODA")
+    )
 
 
-def _scales(system: Oscillator, law: StateLaw, x: float, v: float) -> NDArray[np.float64]:
-    """What counts as small in x, v and the state."""
-    speed = max(abs(system.drive_velocity), abs(v), abs(x) * math.sqrt(system.stiffness / system.mass) * 1e-3) or 1.0
-    length = max(speed * math.sqrt(system.mass / system.stiffness), 1e-9 * abs(x))
-    state = 1.0 if type(law).__name__ == "RateState" else abs(law.steady_state(speed))
-    return np.array([length, speed, state])
+def _marks(core: _core.StateSystem, solution: OdeSolution, masses: Sequence[int]) -> list[Mark]:
+    """The times at which slip velocities and velocities change their sign; two changes within one step are not seen."""
+
+    def guards(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Slip velocity of each contact and velocity of its mass, shape (times, 2, contacts)."""
+        v, _, w, _ = core.states(t, np.ascontiguousarray(solution(t).T).ravel())
+        return np.stack([w.reshape(t.size, -1), v.reshape(t.size, -1)[:, masses]], axis=1)
+
+    marks = []
+    signs = np.sign(guards(solution.ts))
+    for kind, name in enumerate(("crossing", "turn")):
+        for contact in range(len(masses)):
+            sign = signs[:, kind, contact]
+            found = []
+            for i in np.flatnonzero(sign[:-1] * sign[1:] < 0):
+                low, high = solution.ts[i], solution.ts[i + 1]
+                try:
+                    found.append(
+                        brentq(
+                            lambda t, k=kind, c=contact: guards(np.array([t]))[0, k, c], low, high, xtol=1e-15 * high
+                        )
+                    )
+                except ValueError:
+                    # The interpolant misses the step's end by the tolerance, and the sign with it.
+                    found.append(high)
+            marks.append(Mark(name, contact, np.array(found)))
+    return marks
+
+
+def _scales(system: System, laws: Sequence[StateLaw], start: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What counts as small in positions, velocities and states, from the positions and velocities of the start."""
+    n, frequency = system.masses, 2 * math.pi / system.natural_period
+    drives = [item.drive_velocity for item in system.contacts]
+    driven = max(drive.fastest if isinstance(drive, Drive) else abs(drive) for drive in drives)
+    far, fast = (float(np.abs(part).max()) for part in (start[:n], start[n:]))
+    speed = max(driven, fast, far * frequency * 1e-3) or 1.0
+    length = max(speed / frequency, 1e-9 * far)
+    return np.array([length] * n + [speed] * n + [law.state_scale(speed) for law in laws])

@@ -15,7 +15,7 @@ from stickslip import _core
 from stickslip.documents import write_whole
 from stickslip.errors import InputError
 from stickslip.regimes import regime_of
-from stickslip.system import Oscillator
+from stickslip.system import Oscillator, System
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,11 +47,19 @@ class Orbit:
     """
 
     def __init__(self, system: Oscillator, core: _core.Orbit) -> None:
-        self.system = system
+        self.system: Any = system
         self._core = core
         self._stop, self.stop, self.stop_sentence = core.stop
         self.work = Work(*core.work)
         self.t_end = core.t_last
+
+    @property
+    def _masses(self) -> int:
+        return self.system.masses if isinstance(self.system, System) else 1
+
+    @property
+    def _contacts(self) -> int:
+        return len(self.system.contacts) if isinstance(self.system, System) else 1
 
     def __repr__(self) -> str:
         return f"<Orbit of {self.work.events} events to t = {self.t_end:g}, stop: {self.stop}>"
@@ -106,18 +114,24 @@ class Orbit:
         InputError
             for a time outside the orbit.
         """
-        x, v, *_ = self._states(t)
-        return x, v
+        values = self._all(t)
+        return tuple(column if column.ndim else column.item() for column in (values["x"], values["v"]))  # type: ignore[return-value]
 
-    def _states(self, t: ArrayLike) -> tuple[Any, ...]:
+    def _all(self, t: ArrayLike) -> dict[str, NDArray[Any]]:
+        """What :meth:`to_xarray` gives, by name."""
         times = np.asarray(t, float)
         # A grid may overshoot its end by rounding; the last mode goes on that far.
         if times.size and not (times.min() >= 0 and times.max() <= self.t_end * (1 + 1e-12)):
             raise InputError(
                 f"orbit: t must lie in [0, {self.t_end:g}], got [{times.min():g}, {times.max():g}]: simulate longer"
             )
-        columns = self._core.states(np.ascontiguousarray(times.ravel()))
-        return tuple(column.reshape(times.shape) if times.ndim else column[0].item() for column in columns)
+        columns = self._columns(np.ascontiguousarray(times.ravel()))
+        return {name: column.reshape(times.shape + column.shape[1:]) for name, column in columns.items()}
+
+    def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+        x, v, a, force, stuck = self._core.states(times)
+        w = np.where(stuck, 0.0, self.system.drive_velocity - v)
+        return {"x": x, "v": v, "a": a, "slip_velocity": w, "force": force, "stuck": stuck}
 
     def times(self, per_period: int = 200, most: int = 200_000) -> NDArray[np.float64]:
         """A regular grid over the orbit, `per_period` points a natural period but no more than `most`."""
@@ -129,26 +143,26 @@ class Orbit:
 
         Returns
         -------
-        Dataset with the dimension ``time`` and x, v, a, slip_velocity, force (friction on the mass) and stuck.
+        Dataset with the dimension ``time``, for a system of masses also ``mass`` and ``contact``: x, v, a; slip_velocity,
+        force (friction on the mass), stuck and, under laws that have one, the internal state.
         """
         import xarray as xr
 
         times = self.times() if t is None else np.asarray(t, float)
-        x, v, a, force, stuck = self._states(times)
-        w = self.system.drive_velocity - v
-        columns = {"x": x, "v": v, "a": a, "slip_velocity": np.where(stuck, 0.0, w), "force": force, "stuck": stuck}
+        dims = {True: ("time", "mass"), False: ("time", "contact")}
         return xr.Dataset(
-            {name: ("time", values) for name, values in columns.items()},
+            {name: (dims[name in ("x", "v", "a")][: values.ndim], values) for name, values in self._all(times).items()},
             coords={"time": times},
             attrs={"title": "stickslip orbit", "system": json.dumps(self.system.to_dict())},
         )
 
-    def regime(self, transient: float = 0.5) -> str:
+    def regime(self, transient: float = 0.5, contact: int = 0) -> str:
         """The kind of motion after a transient.
 
         Parameters
         ----------
         transient : the fraction of the orbit that is left out, in [0, 1).
+        contact : of a system of masses, the contact.
 
         Returns
         -------
@@ -160,13 +174,20 @@ class Orbit:
         """
         if not 0 <= transient < 1:
             raise InputError(f"regime: transient must lie in [0, 1), got {transient}")
+        if not 0 <= contact < self._contacts:
+            raise InputError(f"regime: contact must lie from 0 to {self._contacts - 1}, got {contact}")
         start = transient * self.t_end
         times = self.times()
-        late = self.to_xarray(times[times >= start])
-        kinds = self.events["kind"][self.events["t"] >= start]
-        stuck, w = late["stuck"].to_numpy(), late["slip_velocity"].to_numpy()
-        sticks = bool((kinds == "release").any() or stuck.any())
-        return regime_of(float(stuck.mean()), sticks, float(w.min()), float(w.max()))
+        late = self._all(times[times >= start])
+        w = late["slip_velocity"].reshape(-1, self._contacts)[:, contact]
+        share, sticks = self._adhesion(late, start, contact)
+        return regime_of(share, sticks, float(w.min()), float(w.max()))
+
+    def _adhesion(self, late: dict[str, NDArray[Any]], start: float, contact: int) -> tuple[float, bool]:
+        """The share of the time in which a contact sticks, and whether adhesion held or broke at any time."""
+        stuck = late["stuck"].reshape(-1, self._contacts)[:, contact]
+        events = self.events[(self.events["t"] >= start) & (self.events["contact"] == contact)]
+        return float(stuck.mean()), bool((events["kind"] == "release").any() or stuck.any())
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file: the sampled motion at the root, the groups ``events`` and ``segments``.

@@ -8,7 +8,6 @@ from stickslip import _core
 from stickslip.documents import number
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit
-from stickslip.state_laws import StateLaw
 from stickslip.system import Oscillator, System
 
 
@@ -52,7 +51,7 @@ def simulate(
         raise InputError(f"simulate: max_events must be a whole number from 1 to 2⁶³, got {max_events!r}")
     if max_seconds is not None and number("max_seconds", max_seconds, "simulate") <= 0:
         raise InputError(f"simulate: max_seconds must be greater than 0, got {max_seconds:g}")
-    if isinstance(system, Oscillator) and isinstance(system.law, StateLaw):
+    if system.integrated:
         from stickslip.integration import integrate
 
         return integrate(system, t_end, x0, v0, max_events, max_seconds=max_seconds)

@@ -7,7 +7,7 @@ has these right-hand sides; the motion is integrated by :func:`stickslip.integra
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -63,6 +63,10 @@ class StateLaw(Law, family=True):
         slip = np.asarray(w, float)
         state = self._read.steady(np.ascontiguousarray(slip.ravel())).reshape(slip.shape)
         return state if slip.ndim else float(state)
+
+    def state_scale(self, speed: float) -> float:
+        """The size of the state in slip at that speed, by which an integrator measures its errors."""
+        return abs(self.steady_state(speed)) or 1.0
 
     def kinetic_force(self, w: ArrayLike) -> Any:
         """Friction in steady slip at velocity w, with the sign of w.
@@ -156,7 +160,28 @@ class Dahl(StateLaw):
 
 
 @dataclass(frozen=True)
-class LuGre(StateLaw):
+class Bristles(StateLaw, family=True):
+    """The parameters of laws whose contacts are bristles; :class:`LuGre` says what they are."""
+
+    EXAMPLE: ClassVar[dict[str, Any]] = {
+        "stiffness": 100.0, "damping": 2.0, "viscous": 0.1, "kinetic": 1.0, "break_away": 1.5, "scale": 0.1,
+    }  # fmt: skip
+    UNITS: ClassVar[dict[str, str]] = {
+        "stiffness": "stiffness", "damping": "damping", "viscous": "damping", "kinetic": "force", "break_away": "force",
+        "scale": "velocity", "exponent": "",
+    }  # fmt: skip
+
+    stiffness: float
+    damping: float
+    viscous: float
+    kinetic: float
+    break_away: float
+    scale: float
+    exponent: float = 2.0
+
+
+@dataclass(frozen=True)
+class LuGre(Bristles):
     """ż = w − σ₀ |w| z/g(w), F = σ₀ z + σ₁ ż + σ₂ w, g(w) = f_k + (f_s − f_k) exp(−|w/w_s|^n).
 
     Parameters
@@ -179,31 +204,15 @@ class LuGre(StateLaw):
     (1.5, 1.04)
     """
 
-    EXAMPLE: ClassVar[dict[str, Any]] = {
-        "stiffness": 100.0, "damping": 2.0, "viscous": 0.1, "kinetic": 1.0, "break_away": 1.5, "scale": 0.1,
-    }  # fmt: skip
-    UNITS: ClassVar[dict[str, str]] = {
-        "stiffness": "stiffness", "damping": "damping", "viscous": "damping", "kinetic": "force", "break_away": "force",
-        "scale": "velocity", "exponent": "",
-    }  # fmt: skip
-
-    stiffness: float
-    damping: float
-    viscous: float
-    kinetic: float
-    break_away: float
-    scale: float
-    exponent: float = 2.0
-
 
 @dataclass(frozen=True)
-class ElastoPlastic(StateLaw):
+class ElastoPlastic(Bristles):
     """ż = w (1 − α z/z∞), F = σ₀ z + σ₁ ż + σ₂ w: LuGre's bristles, purely elastic below a force.
 
     Parameters
     ----------
     stiffness, damping, viscous, kinetic, break_away, scale, exponent : as for :class:`LuGre`; z∞ = g(w) sgn w/σ₀.
-    elastic : the force σ₀ z_e up to which the contact is purely elastic, 0 ≤ elastic < min(f_k, f_s).
+    elastic : by name, the force σ₀ z_e up to which the contact is purely elastic, 0 ≤ elastic < min(f_k, f_s).
 
     α = 0 where |z| ≤ z_e or z and w differ in sign, 1 where |z| ≥ |z∞|, half a sine wave between.
 
@@ -214,17 +223,10 @@ class ElastoPlastic(StateLaw):
     array(0.0001)
     """
 
-    EXAMPLE: ClassVar[dict[str, Any]] = LuGre.EXAMPLE | {"elastic": 0.8}
-    UNITS: ClassVar[dict[str, str]] = LuGre.UNITS | {"elastic": "force"}
+    EXAMPLE: ClassVar[dict[str, Any]] = Bristles.EXAMPLE | {"elastic": 0.8}
+    UNITS: ClassVar[dict[str, str]] = Bristles.UNITS | {"elastic": "force"}
 
-    stiffness: float
-    damping: float
-    viscous: float
-    kinetic: float
-    break_away: float
-    scale: float
-    elastic: float
-    exponent: float = 2.0
+    elastic: float = field(kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -305,6 +307,11 @@ class RateState(StateLaw):
     reference_velocity: float
     reference_friction: float = 0.6
     law: str = "aging"
+
+    def state_scale(self, speed: float) -> float:
+        """1, as the state is a logarithm."""
+        del speed
+        return 1.0
 
     def __post_init__(self) -> None:
         _one_of(self, "law", ("aging", "slip"))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,13 +15,11 @@ from stickslip import _core
 from stickslip.documents import write_whole
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit, Work
-from stickslip.regimes import regime_of
 from stickslip.state_laws import StateLaw
-from stickslip.system import Oscillator
+from stickslip.system import Oscillator, System
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
 #: Slip slower than this fraction of the fastest is called stuck, as these laws creep where others stick.
 CREEP = 1e-2
@@ -35,12 +33,21 @@ _SENTENCES = {
 }
 
 
+@dataclass(frozen=True)
+class Mark:
+    """Where the slip velocity of a contact (``"crossing"``) or the velocity of its mass (``"turn"``) changes its sign."""
+
+    kind: str
+    contact: int
+    times: NDArray[np.float64]
+
+
 class StateOrbit(Orbit):
-    """The motion of an oscillator whose friction law has an internal state.
+    """The motion of an oscillator or a system of masses whose friction laws have an internal state.
 
     Attributes
     ----------
-    system : the oscillator.
+    system : the oscillator or system.
     stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"`` or ``"solver"``; `stop_sentence` says what it means.
     work : events and evaluations of the right-hand side.
     t_end : the time up to which the orbit is known.
@@ -50,17 +57,19 @@ class StateOrbit(Orbit):
 
     def __init__(
         self,
-        system: Oscillator,
+        system: Oscillator | System,
+        core: _core.StateSystem,
         solution: Callable[[Any], NDArray[np.float64]],
-        event_times: tuple[NDArray[np.float64], ...],
+        marks: Sequence[Mark],
         t_end: float,
         stop: str,
         work: Work,
     ) -> None:
         # No super().__init__: it wants the core of an orbit in closed form.
         self.system = system
+        self._right_hand_side = core
         self._solution = solution
-        self._event_times = event_times
+        self._marks = marks
         self.t_end = t_end
         self.stop = stop
         self.stop_sentence = _SENTENCES[stop]
@@ -71,120 +80,69 @@ class StateOrbit(Orbit):
 
     @cached_property
     def events(self) -> pd.DataFrame:
-        """The table of pseudo-events: t, kind, contact, x, v, force, stick_time, force_rate, state.
+        """The table of pseudo-events: t, kind, contact, x, v (of the contact's mass), force, stick_time, force_rate, state.
 
-        kind is crossing (the slip velocity changes its sign) or turn (the velocity does). Nothing happens there to a
-        smooth motion: they mark it, and stick_time and force_rate are missing throughout.
+        kind is crossing (the slip velocity changes its sign) or turn (the velocity of the contact's mass does). Nothing
+        happens there to a smooth motion: they mark it, and stick_time and force_rate are missing throughout.
         """
         import pandas as pd
 
-        times = np.concatenate(self._event_times)
-        kinds = np.repeat(["crossing", "turn"], [len(part) for part in self._event_times])
+        times = np.concatenate([mark.times for mark in self._marks])
+        sizes = [mark.times.size for mark in self._marks]
+        contacts = np.repeat([mark.contact for mark in self._marks], sizes)
+        kinds = np.repeat([mark.kind for mark in self._marks], sizes)
         order = np.argsort(times, kind="stable")
-        x, w, z = self._states(times[order])
-        _, force = self._accelerations(times[order], x, w, z)
+        times, contacts, kinds = times[order], contacts[order], kinds[order]
+        values = {name: column.reshape(times.size, -1) for name, column in self._all(times).items()}
+        rows, masses = np.arange(times.size), np.array(masses_of(self.system))[contacts]
+        state = values.get("state", np.zeros((times.size, self._contacts)))
         return pd.DataFrame(
             {
-                "t": times[order],
-                "kind": pd.Categorical(kinds[order], categories=["crossing", "turn"]),
-                "contact": np.zeros(len(times), dtype=int),
-                "x": x,
-                "v": self.system.drive_velocity - w,
-                "force": force,
-                "stick_time": np.full(len(times), np.nan),
-                "force_rate": np.full(len(times), np.nan),
-                "state": z,
+                "t": times,
+                "kind": pd.Categorical(kinds, categories=["crossing", "turn"]),
+                "contact": contacts,
+                "x": values["x"][rows, masses],
+                "v": values["v"][rows, masses],
+                "force": values["force"][rows, contacts],
+                "stick_time": np.full(times.size, np.nan),
+                "force_rate": np.full(times.size, np.nan),
+                "state": state[rows, contacts],
             }
         )
 
     @property
     def segments(self) -> pd.DataFrame:
         """Refused: a smooth motion has no segments."""
-        raise InputError(
-            f"segments: the motion under {type(self.system.law).__name__} is smooth; sample it with to_xarray"
-        )
-
-    def at(self, t: ArrayLike) -> tuple[Any, Any]:
-        """Position and velocity at any time up to `t_end`.
-
-        Parameters
-        ----------
-        t : time, any shape.
-
-        Returns
-        -------
-        x, v : arrays of that shape (numbers for a number).
-
-        Raises
-        ------
-        InputError
-            for a time outside the orbit.
-        """
-        x, w, _ = self._states(t)
-        v = self.system.drive_velocity - w
-        return (x, v) if np.ndim(t) else (x.item(), v.item())
+        raise InputError("segments: the motion under a law with an internal state is smooth; sample it with to_xarray")
 
     def state(self, t: ArrayLike) -> Any:
-        """The law's internal state at any time up to `t_end`."""
-        z = self._states(t)[2]
-        return z if np.ndim(t) else z.item()
+        """The laws' internal states at any time up to `t_end`, for a system of masses shape (..., contacts)."""
+        z = self._all(t).get("state")
+        if z is None:
+            raise InputError("state: no law of this system has an internal state")
+        return z if z.ndim else z.item()
 
-    def _states(self, t: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        times = np.asarray(t, float)
-        if times.size and not (times.min() >= 0 and times.max() <= self.t_end * (1 + 1e-12)):
-            raise InputError(
-                f"orbit: t must lie in [0, {self.t_end:g}], got [{times.min():g}, {times.max():g}]: simulate longer"
-            )
-        if times.size == 0:
-            return np.empty(times.shape), np.empty(times.shape), np.empty(times.shape)
-        columns = self._solution(times.ravel())
-        state = columns[2] if len(columns) > 2 else np.zeros(times.size)
-        return columns[0].reshape(times.shape), columns[1].reshape(times.shape), state.reshape(times.shape)
+    def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+        n, c = self._masses, self._contacts
+        y = np.ascontiguousarray(self._solution(times).T) if times.size else np.empty((0, 2 * n + c))
+        v, a, w, force = self._right_hand_side.states(times, y.ravel())
+        columns: dict[str, NDArray[Any]] = {
+            "x": y[:, :n], "v": v.reshape(-1, n), "a": a.reshape(-1, n),
+            "slip_velocity": (w := w.reshape(-1, c)), "force": force.reshape(-1, c),
+            "stuck": np.abs(w) <= CREEP * np.abs(w).max(axis=0, initial=0.0),
+        }  # fmt: skip
+        if any(law.has_state for law in state_laws_of(self.system)):
+            columns["state"] = y[:, 2 * n :]
+        if isinstance(self.system, Oscillator):
+            columns = {name: column[:, 0] for name, column in columns.items()}
+        return columns
 
-    def _accelerations(
-        self, t: NDArray[np.float64], x: NDArray[np.float64], w: NDArray[np.float64], z: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        core = _core.StateOscillator(self.system.to_json())
-        a, force = core.states(*(np.ascontiguousarray(column.ravel()) for column in (t, x, w, z)))
-        return a.reshape(x.shape), force.reshape(x.shape)
-
-    def to_xarray(self, t: ArrayLike | None = None) -> xr.Dataset:
-        """The motion sampled at times `t` (default :meth:`times`).
-
-        Returns
-        -------
-        Dataset with the dimension ``time`` and x, v, a, slip_velocity, force (friction on the mass), stuck (slip slower
-        than 1 % of the fastest in these samples) and state.
-        """
-        import xarray as xr
-
-        times = self.times() if t is None else np.asarray(t, float)
-        x, w, z = self._states(times)
-        a, force = self._accelerations(times, x, w, z)
-        v, stuck = self.system.drive_velocity - w, _creeps(w)
-        columns = {"x": x, "v": v, "a": a, "slip_velocity": w, "force": force, "stuck": stuck}
-        if isinstance(self.system.law, StateLaw) and self.system.law.has_state:
-            columns["state"] = z
-        return xr.Dataset(
-            {name: ("time", values) for name, values in columns.items()},
-            coords={"time": times},
-            attrs={"title": "stickslip orbit", "system": json.dumps(self.system.to_dict())},
-        )
-
-    def regime(self, transient: float = 0.5) -> str:
-        """The kind of motion after a transient, in the words of :meth:`stickslip.Orbit.regime`.
-
-        ``"at_rest"``: no slip faster than 1e-6 of the drive velocity; ``"stable_slip"``: slip velocity constant within
-        0.1 %; ``"stick_slip"``: slip slower than 1 % of the fastest for 1 % of the time; ``"almost_harmonic"``: the slip
-        velocity keeps its sign; else ``"back_and_forth"``.
-        """
-        if not 0 <= transient < 1:
-            raise InputError(f"regime: transient must lie in [0, 1), got {transient}")
-        times = self.times()
-        w = self._states(times[times >= transient * self.t_end])[1]
-        rests = np.abs(w).max() <= 1e-6 * abs(self.system.drive_velocity)
-        creeps = bool(_creeps(w).mean() > 0.01)
-        return regime_of(float(rests), creeps, float(w.min()), float(w.max()))
+    def _adhesion(self, late: dict[str, NDArray[Any]], start: float, contact: int) -> tuple[float, bool]:
+        """At rest: slip never faster than 1e-6 of the fastest mass; sticking: `stuck` for more than 1 % of the time."""
+        del start
+        w = np.abs(late["slip_velocity"].reshape(-1, self._contacts)[:, contact])
+        rests = w.max() <= 1e-6 * np.abs(late["v"]).max()
+        return float(rests), bool(late["stuck"].reshape(-1, self._contacts)[:, contact].mean() > 0.01)
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file with the sampled motion and the group ``events``; the steps of the integrator are not kept."""
@@ -197,6 +155,21 @@ class StateOrbit(Orbit):
         return write_whole(path, lambda draft: tree.to_netcdf(draft, engine="h5netcdf"))
 
 
-def _creeps(w: NDArray[np.float64]) -> NDArray[np.bool_]:
-    slow: NDArray[np.bool_] = np.abs(w) <= CREEP * np.abs(w).max(initial=0.0)
-    return slow
+def state_laws_of(system: Oscillator | System) -> list[StateLaw]:
+    """The laws of the contacts, all with an internal state.
+
+    Raises
+    ------
+    InputError
+        where one has none.
+    """
+    laws = [contact.law for contact in system.contacts] if isinstance(system, System) else [system.law]
+    for law in laws:
+        if not isinstance(law, StateLaw):
+            raise InputError(f"integrate: {type(law).__name__} has no internal state; use stickslip.simulate")
+    return [law for law in laws if isinstance(law, StateLaw)]
+
+
+def masses_of(system: Oscillator | System) -> list[int]:
+    """The mass of every contact."""
+    return [contact.mass for contact in system.contacts] if isinstance(system, System) else [0]

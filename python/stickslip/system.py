@@ -16,6 +16,7 @@ from stickslip import _core
 from stickslip.documents import check_keys, number, read_toml
 from stickslip.errors import InputError
 from stickslip.law import Law, Point, Table, load_law
+from stickslip.state_laws import StateLaw
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,12 @@ class Drive(Table):
         if times.ndim != 1 or times.shape != values.shape:
             raise InputError(f"Drive: t and velocity must have one length, got {times.shape} and {values.shape}")
         return cls(nodes=tuple(zip(times.tolist(), values.tolist(), strict=True)))
+
+    @property
+    def fastest(self) -> float:
+        """A bound of |s|."""
+        waves = sum(abs(wave.amplitude) for wave in self.harmonics)
+        return abs(self.velocity) + waves + max((abs(node[1]) for node in self.nodes), default=0.0)
 
     def at(self, t: ArrayLike) -> Any:
         """The drive velocity at times.
@@ -188,6 +195,11 @@ class Oscillator:
         if self.forcing is None:
             return ()
         return self.forcing if isinstance(self.forcing, tuple) else (self.forcing,)
+
+    @property
+    def integrated(self) -> bool:
+        """Whether the law has an internal state or a smooth sign, so that nothing sticks and the motion is integrated."""
+        return isinstance(self.law, StateLaw)
 
     @property
     def closed_form(self) -> bool:
@@ -407,6 +419,14 @@ class System:
             if not isinstance(contact, Contact):
                 raise InputError(f"System: contacts must be Contact objects, got {contact!r}")
         object.__setattr__(self, "contacts", contacts)
+        sticking = [contact.law for contact in contacts if not isinstance(contact.law, StateLaw)]
+        if 0 < len(sticking) < len(contacts):
+            name = type(sticking[0]).__name__
+            raise InputError(
+                "System: contacts that stick truly and contacts under laws with an internal state cannot be run together, "
+                f"got {name} beside {next(type(c.law).__name__ for c in contacts if c.law not in sticking)}: give every "
+                f"contact a law of one kind, such as Regularised({name}(...), width)"
+            )
         forcing = self.forcing if isinstance(self.forcing, Sequence) else (self.forcing,)
         forces = []
         for force in (item for item in forcing if item is not None):
@@ -420,6 +440,11 @@ class System:
             _core.check_system(self.to_json())
         except ValueError as error:
             raise InputError(f"System: {error}") from None
+
+    @property
+    def integrated(self) -> bool:
+        """Whether the laws have an internal state or a smooth sign, so that nothing sticks and the motion is integrated."""
+        return any(isinstance(contact.law, StateLaw) for contact in self.contacts)
 
     @property
     def masses(self) -> int:

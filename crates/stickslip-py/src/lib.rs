@@ -18,7 +18,7 @@ use stickslip::mode::Kind;
 use stickslip::orbit::{self, Segment};
 use stickslip::regime::Regime;
 use stickslip::simulate::{self, Run, Stop};
-use stickslip::state_oscillator::StateOscillator;
+use stickslip::state_law::StateLaw;
 use stickslip::structure::Oscillator;
 
 use crate::watch::Watch;
@@ -232,11 +232,11 @@ impl Orbit {
 #[pyfunction]
 fn check_oscillator(document: &str) -> PyResult<()> {
     if state::has_state(document) {
-        return StateOscillator::from_json(document)
+        return Oscillator::<StateLaw>::from_json(document)
             .map(drop)
             .map_err(|error| refused(&error));
     }
-    Oscillator::from_json(document)
+    Oscillator::<Law>::from_json(document)
         .map(drop)
         .map_err(|error| refused(&error))
 }
@@ -328,7 +328,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(stability::trail_from, module)?)?;
     module.add_function(wrap_pyfunction!(stability::follow, module)?)?;
     module.add_class::<state::Law>()?;
-    module.add_class::<state::Oscillator>()?;
+    module.add_class::<state::Masses>()?;
     module.add_function(wrap_pyfunction!(check_oscillator, module)?)?;
     module.add_function(wrap_pyfunction!(check_law, module)?)?;
     module.add_function(wrap_pyfunction!(break_away, module)?)?;

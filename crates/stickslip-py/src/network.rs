@@ -4,13 +4,15 @@ use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stickslip::event::Work;
+use stickslip::law::Law;
 use stickslip::mode::Kind;
 use stickslip::network::{self, Event, Run};
 use stickslip::simulate::Stop;
+use stickslip::state_law::StateLaw;
 use stickslip::system::System;
 
 use crate::watch::Watch;
-use crate::{Array, refused};
+use crate::{Array, refused, state};
 
 /// A whole run of a system, kept in the core.
 #[pyclass(frozen, module = "stickslip._core")]
@@ -175,7 +177,12 @@ impl Network {
 /// Check the JSON document of a system.
 #[pyfunction]
 pub(crate) fn check_system(document: &str) -> PyResult<()> {
-    System::from_json(document)
+    if state::has_state(document) {
+        return System::<StateLaw>::from_json(document)
+            .map(drop)
+            .map_err(|error| refused(&error));
+    }
+    System::<Law>::from_json(document)
         .map(drop)
         .map_err(|error| refused(&error))
 }

@@ -4,17 +4,22 @@ use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stickslip::state_law::{self, StateFriction, StateLaw};
-use stickslip::state_oscillator::StateOscillator;
+use stickslip::state_system::{Motion, StateSystem};
+use stickslip::system::System;
 
 use crate::{Array, refused};
 
-/// Whether the law of a JSON document, or of the oscillator in it, has an internal state.
+/// Whether the law of a JSON document, or of the oscillator or system in it, has an internal state.
 pub(crate) fn has_state(document: &str) -> bool {
-    let tag = |value: &serde_json::Value| value.get("type").and_then(|tag| tag.as_str().map(str::to_owned));
-    serde_json::from_str::<serde_json::Value>(document)
-        .ok()
-        .and_then(|value| tag(&value).or_else(|| value.get("law").and_then(tag)))
-        .is_some_and(|name| StateLaw::NAMES.contains(&name.as_str()))
+    let named = |law: &serde_json::Value| {
+        let name = law.get("type").and_then(|name| name.as_str());
+        name.is_some_and(|name| StateLaw::NAMES.contains(&name))
+    };
+    let rubs = |value: &serde_json::Value| value.get("law").is_some_and(named);
+    serde_json::from_str::<serde_json::Value>(document).is_ok_and(|value| {
+        let contacts = value.get("contacts").and_then(|contacts| contacts.as_array());
+        named(&value) || rubs(&value) || contacts.is_some_and(|contacts| contacts.iter().any(rubs))
+    })
 }
 
 /// A law with an internal state, read once.
@@ -80,26 +85,50 @@ impl Law {
     }
 }
 
-/// An oscillator under such a law, read once.
-#[pyclass(frozen, name = "StateOscillator", module = "stickslip._core")]
-pub struct Oscillator(StateOscillator);
+/// Masses under such laws, read once.
+#[pyclass(frozen, name = "StateSystem", module = "stickslip._core")]
+pub struct Masses(StateSystem);
 
 #[pymethods]
-impl Oscillator {
+impl Masses {
     #[new]
     fn new(document: &str) -> PyResult<Self> {
-        StateOscillator::from_json(document)
+        System::from_json(document)
+            .and_then(StateSystem::new)
             .map(Self)
             .map_err(|error| refused(&error))
     }
 
-    /// d/dt of x, w and the state.
-    fn rates(&self, t: f64, x: f64, w: f64, z: f64) -> (f64, f64, f64) {
-        let ([x, w, z], _) = self.0.rates(t, [x, w, z]);
-        (x, w, z)
+    /// Positions and velocity variables of a start, and the slip velocities there.
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "that is how arrays cross the border"
+    )]
+    fn start<'py>(
+        &self,
+        py: Python<'py>,
+        x: PyReadonlyArray1<'py, f64>,
+        v: Option<Vec<f64>>,
+    ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
+        let (y, w) = self.0.start(x.as_slice()?, v);
+        Ok((y.into_pyarray(py), w.into_pyarray(py)))
     }
 
-    /// Acceleration and friction force at times.
+    /// d/dt of the variables.
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "that is how arrays cross the border"
+    )]
+    fn rates<'py>(
+        &self,
+        py: Python<'py>,
+        t: f64,
+        y: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Array<'py, f64>> {
+        Ok(self.0.rates(t, y.as_slice()?).into_pyarray(py))
+    }
+
+    /// Velocities and accelerations mass by mass, slip velocities and forces contact by contact, at times.
     #[expect(
         clippy::needless_pass_by_value,
         reason = "that is how arrays cross the border"
@@ -108,17 +137,16 @@ impl Oscillator {
         &self,
         py: Python<'py>,
         t: PyReadonlyArray1<'py, f64>,
-        x: PyReadonlyArray1<'py, f64>,
-        w: PyReadonlyArray1<'py, f64>,
-        z: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
-        let (t, x, w, z) = (t.as_slice()?, x.as_slice()?, w.as_slice()?, z.as_slice()?);
-        let (a, force): (Vec<f64>, Vec<f64>) = (0..t.len())
-            .map(|i| {
-                let (rates, force) = self.0.rates(t[i], [x[i], w[i], z[i]]);
-                (-rates[1], force)
-            })
-            .unzip();
-        Ok((a.into_pyarray(py), force.into_pyarray(py)))
+        y: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<[Array<'py, f64>; 4]> {
+        let rows = y.as_slice()?.chunks_exact(self.0.width());
+        let mut columns: [Vec<f64>; 4] = Default::default();
+        for (&t, y) in t.as_slice()?.iter().zip(rows) {
+            let Motion { v, a, w, force, .. } = self.0.motion(t, y);
+            for (column, values) in columns.iter_mut().zip([v, a, w, force]) {
+                column.extend(values);
+            }
+        }
+        Ok(columns.map(|column| column.into_pyarray(py)))
     }
 }

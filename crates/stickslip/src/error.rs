@@ -116,6 +116,13 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
+/// What a JSON document says.
+pub(crate) fn read<T: serde::de::DeserializeOwned>(document: &str) -> Result<T, Error> {
+    serde_json::from_str(document).map_err(|error| Error::Document {
+        reason: error.to_string(),
+    })
+}
+
 /// `value` if it is finite.
 pub(crate) fn finite(name: &'static str, value: f64) -> Result<f64, Error> {
     if value.is_finite() {

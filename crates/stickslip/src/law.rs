@@ -142,6 +142,21 @@ pub struct Memory {
     pub force_rate: f64,
 }
 
+/// What can be checked before it runs: laws of either kind, with adhesion or with an internal state.
+pub trait Checked {
+    /// Check the parameters.
+    ///
+    /// # Errors
+    /// The first parameter that makes no sense.
+    fn check(&self) -> Result<(), Error>;
+}
+
+impl Checked for Law {
+    fn check(&self) -> Result<(), Error> {
+        self.validate()
+    }
+}
+
 /// The answers every law gives. To add a law: one file with this trait, one line in [`Law`], and the same in Python.
 pub trait Friction {
     /// Check the parameters.

@@ -25,7 +25,7 @@
 //! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
 //! | [`series`] | Taylor coefficients, their recursions, the certified first root |
 //! | [`state_law`] | friction laws with an internal state, one file a law |
-//! | [`state_oscillator`] | the right-hand side of an oscillator under such a law |
+//! | [`state_system`] | the right-hand side of masses under such laws |
 //! | [`elementary`] | exponential, sine and cosine with the same bits on every machine |
 //! | [`error`] | everything a user can get wrong, one sentence each |
 //!
@@ -62,7 +62,7 @@ pub mod section;
 pub mod series;
 pub mod simulate;
 pub mod state_law;
-pub mod state_oscillator;
+pub mod state_system;
 pub mod structure;
 pub mod sweep;
 pub mod system;

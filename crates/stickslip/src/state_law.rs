@@ -9,7 +9,6 @@ mod elasto_plastic;
 mod lu_gre;
 mod rate_state;
 mod regularised;
-mod stribeck;
 
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +20,13 @@ pub use rate_state::{Evolution, RateState};
 pub use regularised::{Regularised, Shape};
 
 use crate::error::Error;
+use crate::law::Checked;
+
+impl Checked for StateLaw {
+    fn check(&self) -> Result<(), Error> {
+        self.validate()
+    }
+}
 
 /// The answers every law with a state gives. To add one: a file with this trait, one line in [`StateLaw`], and the same in
 /// Python.

@@ -1,15 +1,16 @@
 //! The oscillator: one mass on a spring and a damper, rubbing on a drive.
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::drive::{Harmonic, MOST_HARMONICS};
-use crate::error::{Error, finite, not_negative, positive};
-use crate::law::{Friction, Law};
+use crate::error::{Error, finite, not_negative, positive, read};
+use crate::law::{Checked, Law};
 
 /// m ẍ + D ẋ + k x = F(w, memory) + Σ A cos(Ω t + φ), w = s − ẋ; x is measured from the equilibrium of the moving drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Oscillator {
+pub struct Oscillator<L = Law> {
     /// Mass m.
     pub mass: f64,
     /// Spring stiffness k.
@@ -19,21 +20,19 @@ pub struct Oscillator {
     /// Drive velocity s.
     pub drive_velocity: f64,
     /// Friction between the mass and the drive.
-    pub law: Law,
+    pub law: L,
     /// Harmonic forces on the mass.
     #[serde(default)]
     pub forcing: Vec<Harmonic>,
 }
 
-impl Oscillator {
+impl<L: Checked + DeserializeOwned> Oscillator<L> {
     /// An oscillator from its JSON document.
     ///
     /// # Errors
     /// What the document lacks, what it has too much, or the first value that makes no sense.
     pub fn from_json(document: &str) -> Result<Self, Error> {
-        let oscillator: Self = serde_json::from_str(document).map_err(|error| Error::Document {
-            reason: error.to_string(),
-        })?;
+        let oscillator: Self = read(document)?;
         oscillator.validate()?;
         Ok(oscillator)
     }
@@ -56,6 +55,6 @@ impl Oscillator {
         for harmonic in &self.forcing {
             harmonic.validate()?;
         }
-        self.law.validate()
+        self.law.check()
     }
 }

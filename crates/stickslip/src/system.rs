@@ -1,10 +1,11 @@
 //! Any number of masses that rub on drives and on each other.
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::drive::{Clock, Harmonic};
-use crate::error::{Error, finite};
-use crate::law::{Friction, Law, Point};
+use crate::error::{Error, finite, read};
+use crate::law::{Checked, Law, Point};
 use crate::matrix::Matrix;
 use crate::series::Series;
 use crate::structure::Oscillator;
@@ -12,7 +13,7 @@ use crate::structure::Oscillator;
 /// M ẍ + D ẋ + K x = Σ b_c F_c + Σ e_i A cos(Ω t + φ), w_c = s_c(t) − b_c·ẋ, with b_c = e_mass − e_other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct System {
+pub struct System<L = Law> {
     /// The mass matrix M, symmetric and positive definite.
     pub mass: Vec<Vec<f64>>,
     /// The stiffness matrix K.
@@ -20,7 +21,7 @@ pub struct System {
     /// The damping matrix D.
     pub damping: Vec<Vec<f64>>,
     /// Where there is friction.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<Contact<L>>,
     /// Harmonic forces.
     #[serde(default)]
     pub forcing: Vec<Force>,
@@ -29,7 +30,7 @@ pub struct System {
 /// A contact of a mass with a drive, or with another mass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Contact {
+pub struct Contact<L = Law> {
     /// The mass.
     pub mass: usize,
     /// The other mass; none: the drive itself.
@@ -39,7 +40,7 @@ pub struct Contact {
     #[serde(default)]
     pub drive_velocity: Drive,
     /// Friction of this contact.
-    pub law: Law,
+    pub law: L,
 }
 
 /// A harmonic force on one mass.
@@ -229,15 +230,13 @@ impl From<&Oscillator> for System {
     }
 }
 
-impl System {
+impl<L: Checked + DeserializeOwned> System<L> {
     /// A system from its JSON document.
     ///
     /// # Errors
     /// What the document lacks, what it has too much, or the first value that makes no sense.
     pub fn from_json(document: &str) -> Result<Self, Error> {
-        let system: Self = serde_json::from_str(document).map_err(|error| Error::Document {
-            reason: error.to_string(),
-        })?;
+        let system: Self = read(document)?;
         system.validate()?;
         Ok(system)
     }
@@ -295,7 +294,7 @@ impl System {
                 ));
             }
             contact.drive_velocity.validate()?;
-            contact.law.validate()?;
+            contact.law.check()?;
         }
         for force in &self.forcing {
             if force.mass >= n {

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{StateFriction, stribeck};
-use crate::error::{Error, not_negative, positive};
+use super::{LuGre, StateFriction};
+use crate::error::{Error, not_negative};
 
 /// ż = w (1 − α(z, w) z/z∞(w)), F = σ₀ z + σ₁ ż + σ₂ w, z∞ = g(w) sgn w/σ₀, g as for [`super::LuGre`].
 ///
@@ -12,34 +12,14 @@ use crate::error::{Error, not_negative, positive};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ElastoPlastic {
-    /// Stiffness of the bristles, σ₀.
-    pub stiffness: f64,
-    /// Damping of the bristles, σ₁.
-    pub damping: f64,
-    /// Viscous friction, σ₂.
-    pub viscous: f64,
-    /// Friction f_k of fast steady slip.
-    pub kinetic: f64,
-    /// Friction f_s of vanishing steady slip.
-    pub break_away: f64,
-    /// Velocity w_s over which friction falls.
-    pub scale: f64,
+    /// The bristles, whose parameters stand beside `elastic` in a document.
+    #[serde(flatten)]
+    pub bristles: LuGre,
     /// The force up to which the contact is purely elastic, σ₀ z_e.
     pub elastic: f64,
-    /// Exponent n of the fall, 2 as a rule.
-    #[serde(default = "two")]
-    pub exponent: f64,
-}
-
-fn two() -> f64 {
-    2.0
 }
 
 impl ElastoPlastic {
-    fn curve(&self, w: f64) -> f64 {
-        stribeck::curve(w, self.break_away, self.kinetic, self.scale, self.exponent)
-    }
-
     /// α for a bristle force σ₀ |z|.
     fn plastic(&self, force: f64, bears: f64) -> f64 {
         if force <= self.elastic {
@@ -55,15 +35,9 @@ impl ElastoPlastic {
 
 impl StateFriction for ElastoPlastic {
     fn validate(&self) -> Result<(), Error> {
-        positive("stiffness", self.stiffness)?;
-        not_negative("damping", self.damping)?;
-        not_negative("viscous", self.viscous)?;
-        positive("kinetic", self.kinetic)?;
-        positive("break_away", self.break_away)?;
-        positive("scale", self.scale)?;
-        positive("exponent", self.exponent)?;
+        self.bristles.validate()?;
         not_negative("elastic", self.elastic)?;
-        let weakest = self.kinetic.min(self.break_away);
+        let weakest = self.bristles.kinetic.min(self.bristles.break_away);
         if self.elastic >= weakest {
             return Err(Error::ElasticBeyondSlip {
                 elastic: self.elastic,
@@ -74,28 +48,43 @@ impl StateFriction for ElastoPlastic {
     }
 
     fn rates(&self, w: f64, z: f64) -> (f64, f64) {
-        let bears = self.curve(w);
-        let force = self.stiffness * z;
+        let bears = self.bristles.curve(w);
+        let force = self.bristles.stiffness * z;
         let yielding = if z * w > 0.0 {
             self.plastic(force.abs(), bears)
         } else {
             0.0
         };
         let rate = w * (1.0 - yielding * force.abs() / bears);
-        (force + self.damping * rate + self.viscous * w, rate)
+        (
+            force + self.bristles.damping * rate + self.bristles.viscous * w,
+            rate,
+        )
     }
 
     fn steady(&self, w: f64) -> f64 {
-        if w == 0.0 {
-            0.0
-        } else {
-            self.curve(w).copysign(w) / self.stiffness
-        }
+        self.bristles.steady(w)
     }
 
     fn pace(&self, w: f64) -> f64 {
-        let bears = self.curve(w);
+        let bears = self.bristles.curve(w);
         let slope = 0.5 * std::f64::consts::PI / (bears - self.elastic) + 1.0 / bears;
-        self.stiffness * w.abs() * slope
+        self.bristles.stiffness * w.abs() * slope
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::state_law::StateLaw;
+
+    #[test]
+    fn the_bristles_of_a_document_stand_beside_it_and_nothing_else_does() {
+        let document = r#"{"type": "ElastoPlastic", "stiffness": 1e5, "damping": 316.0, "viscous": 0.4, "kinetic": 1.0,
+            "break_away": 1.5, "scale": 1e-3, "elastic": 0.9}"#;
+        let law: StateLaw = serde_json::from_str(document).unwrap();
+        let again = serde_json::to_string(&law).unwrap();
+        assert_eq!(serde_json::from_str::<StateLaw>(&again).unwrap(), law);
+        let other = document.replace("0.9}", "0.9, \"elastik\": 1.0}");
+        assert!(serde_json::from_str::<StateLaw>(&other).is_err());
     }
 }

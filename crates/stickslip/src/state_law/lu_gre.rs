@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{StateFriction, stribeck};
+use super::StateFriction;
 use crate::error::{Error, not_negative, positive};
 
 /// ż = w − σ₀ |w| z/g(w), F = σ₀ z + σ₁ ż + σ₂ w, g(w) = f_k + (f_s − f_k) exp(−|w/w_s|^n).
@@ -33,8 +33,15 @@ fn two() -> f64 {
 }
 
 impl LuGre {
-    fn curve(&self, w: f64) -> f64 {
-        stribeck::curve(w, self.break_away, self.kinetic, self.scale, self.exponent)
+    /// g(w), the curve of steady slip that the bristles approach.
+    pub(super) fn curve(&self, w: f64) -> f64 {
+        let ratio = (w / self.scale).abs();
+        let power = if self.exponent == 2.0 {
+            ratio * ratio
+        } else {
+            ratio.powf(self.exponent)
+        };
+        self.kinetic + (self.break_away - self.kinetic) * (-power).exp()
     }
 }
 

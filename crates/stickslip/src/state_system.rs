@@ -1,0 +1,212 @@
+//! Masses under laws with an internal state: the right-hand side that an integrator asks for.
+
+use crate::drive::Clock;
+use crate::error::Error;
+use crate::matrix::Matrix;
+use crate::series::ZERO;
+use crate::state_law::{StateFriction, StateLaw};
+use crate::system::System;
+
+/// M ẍ + D ẋ + K x = Σ b_c F_c(w_c, z_c) + Σ e_i A cos(Ω t + φ), ż_c = g_c(w_c, z_c), in the variables [x, q, z].
+///
+/// Of the velocities q as many as can be are slip velocities, one for each contact that joins what was not joined; the rest
+/// are velocities of masses. A stiff law multiplies the rounding of s − ẋ, which a variable of its own does not have.
+#[derive(Clone, Debug)]
+pub struct StateSystem {
+    system: System<StateLaw>,
+    inverse: Matrix,
+    links: Vec<Link>,
+}
+
+/// One velocity variable, and the mass whose velocity follows from it and from those before.
+#[derive(Clone, Copy, Debug)]
+enum Link {
+    /// The velocity of the mass itself.
+    Mass(usize),
+    /// The slip velocity of the contact; its first mass follows.
+    Forward(usize),
+    /// The same; its other mass follows.
+    Backward(usize),
+}
+
+/// What follows from the variables.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    /// Velocities, mass by mass.
+    pub v: Vec<f64>,
+    /// Accelerations, mass by mass.
+    pub a: Vec<f64>,
+    /// Slip velocities, contact by contact.
+    pub w: Vec<f64>,
+    /// Friction forces, contact by contact.
+    pub force: Vec<f64>,
+    /// dz/dt, contact by contact.
+    pub rate: Vec<f64>,
+}
+
+impl StateSystem {
+    /// The right-hand side of a system.
+    ///
+    /// # Errors
+    /// The first value that makes no sense.
+    ///
+    /// # Panics
+    /// Never: a system whose mass matrix has no inverse makes no sense.
+    pub fn new(system: System<StateLaw>) -> Result<Self, Error> {
+        system.validate()?;
+        Ok(Self {
+            inverse: Matrix::from_rows(&system.mass)
+                .inverse()
+                .expect("a validated mass matrix"),
+            links: links(&system),
+            system,
+        })
+    }
+
+    /// The number of masses.
+    #[must_use]
+    pub fn masses(&self) -> usize {
+        self.links.len()
+    }
+
+    /// The number of variables.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        2 * self.masses() + self.system.contacts.len()
+    }
+
+    /// The variables x and q at t = 0, and the slip velocities there; where no velocity is given, that of the drives.
+    #[must_use]
+    pub fn start(&self, x: &[f64], v: Option<Vec<f64>>) -> (Vec<f64>, Vec<f64>) {
+        let v = v.unwrap_or_else(|| self.system.driven_velocities());
+        let drives = self.drives(0.0);
+        let w: Vec<f64> = (0..drives.len())
+            .map(|c| self.across(c, drives[c][0], &v))
+            .collect();
+        let q = self.links.iter().map(|link| match *link {
+            Link::Mass(mass) => v[mass],
+            Link::Forward(c) | Link::Backward(c) => w[c],
+        });
+        (x.iter().copied().chain(q).collect(), w)
+    }
+
+    /// The time derivative of the variables `y`.
+    #[must_use]
+    pub fn rates(&self, t: f64, y: &[f64]) -> Vec<f64> {
+        let drives = self.drives(t);
+        let Motion { v, a, rate, .. } = self.motion_on(&drives, t, y);
+        let q = self.links.iter().map(|link| match *link {
+            Link::Mass(mass) => a[mass],
+            Link::Forward(c) | Link::Backward(c) => self.across(c, drives[c][1], &a),
+        });
+        v.iter().copied().chain(q).chain(rate).collect()
+    }
+
+    /// What follows from the variables `y` at `t`.
+    #[must_use]
+    pub fn motion(&self, t: f64, y: &[f64]) -> Motion {
+        self.motion_on(&self.drives(t), t, y)
+    }
+
+    fn motion_on(&self, drives: &[[f64; 2]], t: f64, y: &[f64]) -> Motion {
+        let n = self.masses();
+        let (x, q, z) = (&y[..n], &y[n..2 * n], &y[2 * n..]);
+        let contacts = &self.system.contacts;
+        let (mut v, mut own) = (vec![0.0; n], vec![None; contacts.len()]);
+        for (link, &q) in self.links.iter().zip(q) {
+            let slipping = |c: usize| drives[c][0] - q;
+            match *link {
+                Link::Mass(mass) => v[mass] = q,
+                Link::Forward(c) => {
+                    v[contacts[c].mass] = contacts[c].other.map_or(0.0, |i| v[i]) + slipping(c);
+                }
+                Link::Backward(c) => {
+                    if let Some(other) = contacts[c].other {
+                        v[other] = v[contacts[c].mass] - slipping(c);
+                    }
+                }
+            }
+            if let Link::Forward(c) | Link::Backward(c) = *link {
+                own[c] = Some(q);
+            }
+        }
+        let w: Vec<f64> = (0..contacts.len())
+            .map(|c| own[c].unwrap_or_else(|| self.across(c, drives[c][0], &v)))
+            .collect();
+        let (force, rate): (Vec<f64>, Vec<f64>) = contacts
+            .iter()
+            .zip(w.iter().zip(z))
+            .map(|(contact, (&w, &z))| contact.law.rates(w, z))
+            .unzip();
+        let clock = Clock { high: t, low: 0.0 };
+        let mut load = vec![0.0; n];
+        for push in &self.system.forcing {
+            load[push.mass] += push.harmonic().quadratures(clock).0;
+        }
+        for (contact, force) in contacts.iter().zip(&force) {
+            load[contact.mass] += force;
+            if let Some(other) = contact.other {
+                load[other] -= force;
+            }
+        }
+        for (i, load) in load.iter_mut().enumerate() {
+            *load -= dot(&self.system.damping[i], &v) + dot(&self.system.stiffness[i], x);
+        }
+        let a = (0..n).map(|i| dot(self.inverse.row(i), &load)).collect();
+        Motion { v, a, w, force, rate }
+    }
+
+    /// Value and slope of the drive velocities.
+    fn drives(&self, t: f64) -> Vec<[f64; 2]> {
+        let mut series = ZERO;
+        let clock = Clock { high: t, low: 0.0 };
+        let contacts = self.system.contacts.iter();
+        contacts
+            .map(|contact| {
+                contact.drive_velocity.expand(clock, &mut series);
+                [series[0], series[1]]
+            })
+            .collect()
+    }
+
+    /// drive − b_c · v.
+    fn across(&self, c: usize, drive: f64, v: &[f64]) -> f64 {
+        let contact = &self.system.contacts[c];
+        drive + contact.other.map_or(0.0, |other| v[other]) - v[contact.mass]
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// A velocity variable for every mass, in an order in which each follows from those before. The ground is known.
+fn links(system: &System<StateLaw>) -> Vec<Link> {
+    let mut known = vec![false; system.masses()];
+    let mut links = Vec::with_capacity(known.len());
+    while links.len() < known.len() {
+        let next = system.contacts.iter().enumerate().find_map(|(c, contact)| {
+            match (
+                known[contact.mass],
+                contact.other.is_none_or(|other| known[other]),
+            ) {
+                (false, true) => Some((Link::Forward(c), contact.mass)),
+                (true, false) => contact.other.map(|other| (Link::Backward(c), other)),
+                _ => None,
+            }
+        });
+        // Masses that rub on no drive: one of them is a variable itself.
+        let free = || {
+            known
+                .iter()
+                .position(|known| !known)
+                .map(|mass| (Link::Mass(mass), mass))
+        };
+        let Some((link, mass)) = next.or_else(free) else {
+            break;
+        };
+        known[mass] = true;
+        links.push(link);
+    }
+    links
+}
