@@ -119,3 +119,47 @@ def test_each_mass_of_a_film_gives_the_friction_of_its_contact(tmp_path):
         time = motion["time"].to_numpy() + SETTLED
         friction = measure(motion.assign_coords(time=time), one, mass=mass)
         check(friction, time, alone.to_xarray(time)["force"].to_numpy(), alone.events, f"mass {mass}")
+
+
+def chain_on_film(path, damping, rate, periods):
+    """Masses of a chain whose springs and one damper pull on each other, filmed, tracked, and measured together."""
+    n = len(damping)
+    links = np.diff(np.eye(n), axis=0)
+    stiffness = np.eye(n) + 0.5 * links.T @ links
+    dampers = np.diag(damping) + 0.02 * links.T @ links
+    law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+    system = ss.System(
+        mass=[1.0] * n,
+        stiffness=stiffness,
+        damping=dampers,
+        contacts=[ss.Contact(mass=i, law=law, drive_velocity=0.1) for i in range(n)],
+    )
+    orbit, truth, motion = on_film(path, system, periods, rate, width=200 * n, height=84, marker=14.0)
+    assert (motion["lost"] == "").all()
+    time = motion["time"].to_numpy() + SETTLED
+    table = {
+        "gauge": "displacement",
+        "column": "x",
+        "unit": "1",
+        "mass": 1.0,
+        "drive_velocity": 0.1,
+        "stiffness": stiffness.tolist(),
+        "damping": dampers.tolist(),
+        # the places in which the springs are slack, as a film of the rig at rest would show them
+        "rest": np.median(motion["x"].values - truth["position"].values, axis=0).tolist(),
+    }
+    friction = measure(motion.assign_coords(time=time), table)
+    force = orbit.to_xarray(time)["force"].to_numpy()
+    for mass in range(n):
+        events = orbit.events[orbit.events["contact"] == mass]
+        assert (events["kind"] == "release").any()
+        check(friction[f"mass_{mass}"], time, force[:, mass], events, f"mass {mass}")
+
+
+def test_masses_that_pull_on_each_other_give_the_friction_on_each(tmp_path):
+    chain_on_film(tmp_path / "film.avi", (0.1, 0.25), 60, 4.0)
+
+
+@pytest.mark.slow
+def test_three_masses_that_pull_on_each_other_give_the_friction_on_each(tmp_path):
+    chain_on_film(tmp_path / "film.avi", (0.05, 0.1, 0.2), 80, 4.8)

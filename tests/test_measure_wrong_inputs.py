@@ -8,6 +8,8 @@ import pytest
 from scipy.io import savemat
 
 from stickslip.cli import main
+from stickslip.errors import InputError
+from stickslip.measurement import load_rig, measure
 
 N = 200
 T = np.arange(N) / 100
@@ -187,3 +189,29 @@ def test_a_friction_file_that_is_none_is_refused(tmp_path, capsys, content: byte
     assert words in capsys.readouterr().err
     assert main(["identify", str(tmp_path)]) == 2
     assert "this is a folder" in capsys.readouterr().err
+
+
+CHAIN = {"gauge": "displacement", "column": "x", "unit": "1", "mass": 1, "drive_velocity": 0.2}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"stiffness": [[2, -1], [-1]]}, "a square matrix"),
+        ({"stiffness": [[2, -1], [-0.5, 2]]}, "must be symmetric"),
+        ({"stiffness": [[2, -1], [-1, 2]], "damping": [[0.1]]}, "a 2 x 2 matrix like stiffness"),
+        ({"stiffness": [[2, -1], [-1, 2]], "rest": [0, 1, 2]}, "rest must be one number or 2"),
+        ({"stiffness": [[2, -1], [-1, 2]], "gauge": "spring_force"}, 'needs gauge = "displacement"'),
+        ({"stiffness": [[2, -1], [-1, 2]], "mass": [1, 0]}, "mass must be a positive number"),
+    ],
+)
+def test_a_rig_of_several_masses_that_cannot_be_is_refused(change, said):
+    with pytest.raises(InputError, match=said):
+        load_rig(CHAIN | change)
+
+
+def test_a_rig_of_several_masses_needs_the_motion_of_all_of_them():
+    time = np.linspace(0, 40, 400)
+    rig = CHAIN | {"stiffness": [[2, -1], [-1, 2]]}
+    with pytest.raises(InputError, match="the rig has 2 masses that pull on each other, got a record of one"):
+        measure({"t": time, "x": np.sin(time)}, rig)

@@ -13,6 +13,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.measurement.break_away import break_aways
+from stickslip.measurement.chain import Chain, pull_together
 from stickslip.measurement.force import Friction, fit_pieces, friction_force, likeliest_inertia
 from stickslip.measurement.gauges import GAUGES, Bench
 from stickslip.measurement.limits import LimitSearch, refine_sticks
@@ -51,7 +52,7 @@ FACTS = ["regime", "slips", "stuck_share", "slow_share", "main_line", "main_line
 
 
 def measure(
-    record: Any, rig: Rig | Bench | str | Path | dict[str, Any], *, mass: int | str | None = None
+    record: Any, rig: Rig | Chain | Bench | str | Path | dict[str, Any], *, mass: int | str | None = None
 ) -> xr.DataTree:
     """Friction force, slip velocity and break-aways of a record.
 
@@ -64,7 +65,8 @@ def measure(
     record : path of a MATLAB (v5), CSV/text, JSON, look or netCDF file, or an xarray Dataset, a pandas DataFrame or a
         dict of (n,) arrays that holds the rig's columns. A motion file or Dataset with a dimension `mass` holds several
         records. For gauges that compare runs, a list of these.
-    rig : a `Rig`, a `Bench`, the path of a rig TOML, or its table.
+    rig : a `Rig`, a `Bench`, the path of a rig TOML, or its table. Where its stiffness is a matrix, the masses pull on
+        each other, and the friction on each is taken from the motion of all.
     mass : number (from 0) or label of the mass of a motion file; default: all of them.
 
     Returns
@@ -108,13 +110,16 @@ def measure(
         if not records:
             raise InputError("measure: a record or a list of records was expected, got an empty list")
         return gauge.measure([gauge.read(one, rig) for one in records], rig)
+    spring = rig.rigs[0] if isinstance(rig, Chain) else rig
     if isinstance(record, list | tuple):
         if len(record) != 1:
             raise InputError(
-                f"measure: a {rig.gauge} rig measures one record at a time, got {len(record)}; measure them one by one"
+                f"measure: a {spring.gauge} rig measures one record at a time, got {len(record)}; measure them one by one"
             )
         record = record[0]
     record = opened(record)
+    if isinstance(rig, Chain):
+        return _measure_chain(record, rig, mass)
     masses = masses_of(record, mass)
     if masses is not None:
         trees = {f"mass_{label}": measure(one, rig) for label, one in masses.items()}
@@ -128,6 +133,22 @@ def measure(
     recorded = as_record(record, rig)
     found = _measure(recorded, rig)
     return _tree(recorded, rig, found)
+
+
+def _measure_chain(record: Any, chain: Chain, mass: int | str | None) -> xr.DataTree:
+    wanted = masses_of(record, mass)
+    masses = masses_of(record)
+    if wanted is None or masses is None or len(masses) != len(chain.rigs):
+        count = "a record of one" if masses is None else f"a motion of {len(masses)}"
+        raise InputError(f"measure: the rig has {len(chain.rigs)} masses that pull on each other, got {count}")
+    trees = {}
+    for (label, one), rig in zip(masses.items(), chain.rigs, strict=True):
+        recorded = as_record(one, rig)
+        trees[f"mass_{label}"] = _tree(recorded, rig, _measure(recorded, rig, alone=False))
+    trees = pull_together(trees, chain)
+    if mass is not None:
+        return trees[f"mass_{next(iter(wanted))}"]
+    return xr.DataTree.from_dict({f"/{name}": tree for name, tree in trees.items()})
 
 
 def measure_record(record: Record, rig: Rig) -> tuple[Friction, list[str]]:
@@ -149,7 +170,7 @@ class _Found:
     notes: list[str]
 
 
-def _measure(record: Record, rig: Rig) -> _Found:
+def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     notes = list(record.notes)
     signal = (_without_mains(record, rig, notes) - rig.rest) * rig.force_unit
     o = Oscillator(rig.inertia, rig.damping, rig.stiffness, rig.drive_velocity)
@@ -238,7 +259,8 @@ def _measure(record: Record, rig: Rig) -> _Found:
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)
     line = main_line(friction.slip_acceleration, record.step)
-    _inertia_notes(friction, rig, slow, line, notes)
+    if alone:  # the pull of other masses has its own lines
+        _inertia_notes(friction, rig, slow, line, notes)
     return _Found(friction, sticks, rigid, slow, line, word, notes)
 
 

@@ -12,6 +12,7 @@ import xarray as xr
 
 from stickslip.documents import did_you_mean
 from stickslip.errors import InputError
+from stickslip.measurement.chain import Chain
 from stickslip.measurement.friction import measure_record
 from stickslip.measurement.gauges import Bench
 from stickslip.measurement.masses import masses_of, opened
@@ -37,7 +38,7 @@ class _Moved:
 
 def motion(
     record: Any,
-    rig: Rig | str | Path | dict[str, Any],
+    rig: Rig | Chain | str | Path | dict[str, Any],
     *,
     method: str = "pieces",
     cutoff: float | None = None,
@@ -90,9 +91,19 @@ def motion(
         raise InputError(f"motion: a rig with a spring was expected, got the gauge {spring.gauge!r}; see ss.measure")
     record = opened(record)
     masses = masses_of(record, mass)
+    if isinstance(spring, Chain):
+        labels = list(masses_of(record) or {})
+        if masses is None or len(labels) != len(spring.rigs):
+            raise InputError(f"motion: the rig has {len(spring.rigs)} masses, the record {max(len(labels), 1)}")
+        rigs = [spring.rigs[labels.index(label)] for label in masses]
+    else:
+        rigs = [spring] * len(masses or {})
     if masses is None:
+        assert isinstance(spring, Rig)
         return _data(_move(record, spring, method, cutoff), spring, method)
-    parts = [_data(_move(one, spring, method, cutoff), spring, method) for one in masses.values()]
+    parts = [
+        _data(_move(one, own, method, cutoff), own, method) for one, own in zip(masses.values(), rigs, strict=True)
+    ]
     if len(parts) == 1:
         return parts[0]
     label = xr.DataArray(list(masses), dims="mass", name="mass")

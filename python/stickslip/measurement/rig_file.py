@@ -7,13 +7,16 @@ from typing import Any
 
 from stickslip.documents import did_you_mean, read_toml
 from stickslip.errors import InputError
+from stickslip.measurement.chain import Chain
 from stickslip.measurement.gauges import GAUGES as OTHERS
 from stickslip.measurement.gauges import Bench
 from stickslip.measurement.rig import GAUGES, Rig
 
 
-def load_rig(rig: Rig | Bench | str | Path | dict[str, Any]) -> Rig | Bench:
-    """The rig of a TOML file or of its table; a `Rig` for the spring gauges, a `Bench` for all others.
+def load_rig(rig: Rig | Chain | Bench | str | Path | dict[str, Any]) -> Rig | Chain | Bench:
+    """The rig of a TOML file or of its table: a `Rig` for the spring gauges, a `Bench` for all others.
+
+    Where the stiffness is a matrix, masses pull on each other, and the rig is a `Chain`.
 
     Raises
     ------
@@ -25,7 +28,7 @@ def load_rig(rig: Rig | Bench | str | Path | dict[str, Any]) -> Rig | Bench:
     >>> load_rig({"gauge": "force_log", "least_drop": 0.3, "sampling_rate": 4, "columns": {"force": 1}}).gauge
     'force_log'
     """
-    if isinstance(rig, Rig | Bench):
+    if isinstance(rig, Rig | Chain | Bench):
         return rig
     where = "rig" if isinstance(rig, dict) else str(rig)
     table = rig if isinstance(rig, dict) else read_toml(rig)
@@ -39,4 +42,4 @@ def load_rig(rig: Rig | Bench | str | Path | dict[str, Any]) -> Rig | Bench:
         raise InputError(
             f"{where}: gauge must be one of {', '.join(known)}, got {gauge!r}{did_you_mean(str(gauge), known)}"
         )
-    return Rig.from_table(table, where)
+    return Chain.from_table(table, where) if Chain.describes(table) else Rig.from_table(table, where)
