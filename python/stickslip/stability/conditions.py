@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.stability.cycles import Return, multipliers_of
-from stickslip.stability.shooting import Lost, Point
-from stickslip.stability.trail import STATE
+from stickslip.stability.cycles import Return, moved, multipliers_of, size_of, turn
+from stickslip.stability.trail import STATE, Floats, read, with_number
+
+if TYPE_CHECKING:
+    from stickslip.stability.shooting import Point
 
 _PARAMETER = len(STATE)
+#: Kinds of special points that :func:`determinant` knows.
+BY_MULTIPLIERS = ("fold", "flip", "neimark_sacker")
+#: Steps of the difference, relative to the size of a number.
+_STEP = 1e-5
 
 
 def nontrivial(here: Return) -> Any:
@@ -36,35 +43,6 @@ TESTS: dict[str, Callable[[Point], float]] = {
 }
 
 
-def located(at: Callable[[float], Point], kind: str, before: float, after: float) -> Point:
-    """The point at(fraction) of a piece of a branch, 0 < fraction < 1, where a test function vanishes.
-
-    Raises
-    ------
-    Lost
-        where a point in between has no orbit.
-    """
-    return at(_root(lambda fraction: TESTS[kind](at(fraction)), before, after))
-
-
-def _root(function: Callable[[float], float], before: float, after: float) -> float:
-    """A zero in (0, 1) (Illinois)."""
-    a, fa, b, fb = 0.0, before, 1.0, after
-    for _ in range(60):
-        c = (a * fb - b * fa) / (fb - fa)
-        fc = function(c)
-        if not math.isfinite(fc):
-            raise Lost("the test function is gone")
-        if fc == 0 or abs(b - a) < 1e-13 or abs(c - b) < 1e-14:
-            return c
-        if fc * fb < 0:
-            a, fa = b, fb
-        else:
-            fa /= 2
-        b, fb = c, fc
-    return b
-
-
 def determinant(kind: str, here: Return) -> float:
     """What vanishes on a curve of folds, flips or Neimark–Sacker points, smooth in the state and the parameters.
 
@@ -78,5 +56,24 @@ def determinant(kind: str, here: Return) -> float:
     return float(np.prod(values[first] * values[second] - 1).real)
 
 
-#: Kinds of special points that :func:`determinant` knows.
-BY_MULTIPLIERS = ("fold", "branch_point", "flip", "neimark_sacker")
+
+def gradient(kind: str, here: Return, paths: Sequence[str], scales: Sequence[float]) -> Floats:
+    """The derivatives of :func:`determinant` over the lanes of the return map and the parameters, by central differences.
+
+    They steer Newton's method only: what it converges to is as exact as the determinant.
+    """
+    sizes = size_of(here.trail.system, here.trail.start, here.lanes)
+    slopes = []
+    for lane, size in enumerate(sizes):
+        step = np.zeros(len(sizes))
+        step[lane] = _STEP * size
+        ends = [determinant(kind, turn(moved(here, sign * step), here.turns)) for sign in (-1.0, 1.0)]
+        slopes.append((ends[1] - ends[0]) / (2 * step[lane]))
+    for path, scale in zip(paths, scales, strict=True):
+        value, width = read(here.trail.system, path), _STEP * scale
+        ends = []
+        for sign in (-1.0, 1.0):
+            system = with_number(here.trail.system, path, value + sign * width)
+            ends.append(determinant(kind, turn(replace(here.trail, system=system), here.turns)))
+        slopes.append((ends[1] - ends[0]) / (2 * width))
+    return np.array(slopes)

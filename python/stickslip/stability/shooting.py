@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import InputError
+from stickslip.stability.conditions import determinant, gradient
 from stickslip.stability.cycles import Return, inconsistency, moved, size_of, turn
 from stickslip.stability.trail import STATE, Floats, Trail, with_number
 
 #: Border, arc, and which of that kind on the arc: a test function along a trail.
 Label = tuple[int, int, int]
+#: What vanishes on a curve in two parameters: a test function along the trail, or a condition on the multipliers by its name.
+Condition = Label | str
 
 
 class Lost(Exception):
@@ -44,7 +47,7 @@ class Point:
     here: Return
     values: Floats
     direction: Floats
-    border: Label | None = None
+    border: Condition | None = None
 
 
 def labels(here: Return) -> dict[Label, int]:
@@ -57,14 +60,14 @@ def labels(here: Return) -> dict[Label, int]:
 
 
 def evaluate(
-    trail: Trail, turns: int, family: Family, values: Floats, border: Label | None
+    trail: Trail, turns: int, family: Family, values: Floats, border: Condition | None
 ) -> tuple[Return, Floats, Floats, Floats]:
     """The turn, what has to vanish, its derivative over the lanes and the parameters, and that of what the orbit writes."""
     system = trail.system
-    for path, value in zip(family.paths, values, strict=True):
-        system = with_number(system, path, float(value))
-    trail = replace(trail, system=system)
     try:
+        for path, value in zip(family.paths, values, strict=True):
+            system = with_number(system, path, float(value))
+        trail = replace(trail, system=system)
         heres = [turn(trail, turns, path, tests=True) for path in family.paths]
     except InputError as error:
         raise Lost(str(error)) from None
@@ -72,16 +75,27 @@ def evaluate(
     residual = here.defect
     jacobian = np.column_stack([here.map_jacobian - np.eye(len(here.lanes)), *(item.parameter for item in heres)])
     if border is not None:
-        row = labels(here).get(border)
-        if row is None:
-            raise Lost("the test function is gone")
-        value = here.tests[row, 4]
-        gradient = np.concatenate([here.test_rates[row, :-1], [item.test_rates[row, -1] for item in heres]])
+        value, slopes = _vanishing(heres, border, family, values)
         residual = np.append(residual, value)
-        jacobian = np.vstack([jacobian, gradient])
+        jacobian = np.vstack([jacobian, slopes])
     if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
         raise Lost("the motion leaves the numbers")
     return here, residual, jacobian, np.column_stack([item.fixed_parameter for item in heres])
+
+
+def _vanishing(heres: list[Return], border: Condition, family: Family, values: Floats) -> tuple[float, Floats]:
+    """What vanishes beside the defect, and its derivatives over the lanes and the parameters."""
+    here = heres[0]
+    if isinstance(border, str):
+        try:
+            return determinant(border, here), gradient(border, here, family.paths, list(family.scales(values)))
+        except (InputError, ValueError):
+            raise Lost("no orbit beside this one has its event sequence") from None
+    row = labels(here).get(border)
+    if row is None:
+        raise Lost("the test function is gone")
+    slopes = np.concatenate([here.test_rates[row, :-1], [item.test_rates[row, -1] for item in heres]])
+    return float(here.tests[row, 4]), slopes
 
 
 def _scales(here: Return, family: Family, values: Floats) -> Floats:
@@ -110,7 +124,7 @@ def corrected(
     family: Family,
     values: Floats,
     direction: Floats | None,
-    border: Label | None = None,
+    border: Condition | None = None,
     rounds: int = 25,
 ) -> Point:
     """Newton's method: across `direction`, or, where there are as many unknowns as equations, as it is.

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.errors import InputError
 from stickslip.stability import borders
 from stickslip.stability.branch import Branch, SpecialPoint, range_of
-from stickslip.stability.conditions import TESTS, located
+from stickslip.stability.conditions import TESTS
 from stickslip.stability.cycles import finished
 from stickslip.stability.shooting import Family, Label, Lost, Point, consistent, corrected, stepped
 from stickslip.stability.trail import STATE
@@ -133,7 +133,7 @@ class Walk:
             if kind == "branch_point" and TESTS["fold"](point) * TESTS["fold"](ahead) < 0:
                 continue
             try:
-                self._special(kind, located(at, kind, before, after))
+                self._special(kind, _located(at, kind, before, after))
             except Lost:
                 continue
 
@@ -151,3 +151,32 @@ class Walk:
                 SpecialPoint(kind, value, "", (x[0], x[1]), smallest.here.trail.system, smallest)
             )
         return True
+
+
+def _located(at: Callable[[float], Point], kind: str, before: float, after: float) -> Point:
+    """The point at(fraction) of a piece of a branch, 0 < fraction < 1, where a test function vanishes.
+
+    Raises
+    ------
+    Lost
+        where a point in between has no orbit.
+    """
+    return at(_root(lambda fraction: TESTS[kind](at(fraction)), before, after))
+
+
+def _root(function: Callable[[float], float], before: float, after: float) -> float:
+    """A zero in (0, 1) (Illinois)."""
+    a, fa, b, fb = 0.0, before, 1.0, after
+    for _ in range(60):
+        c = (a * fb - b * fa) / (fb - fa)
+        fc = function(c)
+        if not math.isfinite(fc):
+            raise Lost("the test function is gone")
+        if fc == 0 or abs(b - a) < 1e-13 or abs(c - b) < 1e-14:
+            return c
+        if fc * fb < 0:
+            a, fa = b, fb
+        else:
+            fa /= 2
+        b, fb = c, fc
+    return b
