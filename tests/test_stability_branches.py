@@ -29,17 +29,6 @@ def kinds(result: object) -> dict[str, float]:
     return {item.kind: item.parameter for item in result.special_points}  # type: ignore[attr-defined]
 
 
-def test_hopf_and_grazing_of_the_cubic_law() -> None:
-    # Validation case S8: 12 digits.
-    result = ss.continuation(thomsen_fidlin(0.05, 0.43), "drive_velocity", (0.39, 0.45), seeds=0)
-    found = kinds(result)
-    assert found["hopf"] == pytest.approx(0.440958551844098, abs=1e-12)
-    assert found["grazing_sliding"] == pytest.approx(0.395790288797834, abs=1e-11)
-    cycles = result.branches[1]
-    assert cycles.stable[-1]
-    assert any(cycles.sticks)
-
-
 @pytest.mark.slow
 def test_critical_velocities_of_the_exponential_law() -> None:
     # Validation case S7: closed form of the Hopf speed, v0 ln(μ_d (μ_sd − 1)/(2 ξ v0)).
@@ -67,26 +56,6 @@ def test_critical_velocities_of_the_paper(calibration: str, bounds: tuple[float,
     for velocity, sticks in ((end - 1e-6, True), (end + 1e-6, False)):
         orbit = ss.simulate(paper.oscillator(velocity), 12_000.0)
         assert bool((orbit.events["kind"][orbit.events["t"] > 11_900] == "release").any()) is sticks
-
-
-def test_end_of_motion_without_stops_is_crossing_sliding() -> None:
-    # Validation case S10: the boundary A Ω² = S of Den Hartog's motion without stops.
-    for omega, friction in ((0.7, 0.7220709759221043), (2.0, 0.5962847939999439)):
-        bounds = (friction - 0.1, friction + 0.1)
-        result = ss.continuation(den_hartog(omega, friction - 0.05), "law.kinetic", bounds, seeds=0)
-        assert kinds(result)["crossing_sliding"] == pytest.approx(friction, abs=1e-11)
-        branch = result.branches[0]
-        assert [branch.sticks[0], branch.sticks[-1]] == [False, True]
-
-
-def test_a_stick_that_touches_its_limit_is_adding_sliding() -> None:
-    # The forced Coulomb oscillator with two stops a half period and one: found over S at Ω = 0.2.
-    result = ss.continuation(den_hartog(0.2, 0.4), "law.kinetic", (0.3, 0.6), seeds=0)
-    values = [item.parameter for item in result.special_points if item.border or item.kind.endswith("sliding")]
-    assert values
-    for value in values:
-        below, above = (ss.periodic_orbit(den_hartog(0.2, value + shift)) for shift in (-1e-5, 1e-5))
-        assert below.events.count("release") != above.events.count("release")
 
 
 def test_branches_can_be_saved_and_drawn() -> None:

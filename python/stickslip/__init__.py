@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from stickslip.stability.critical import critical_velocities
     from stickslip.stability.cycles import periodic_orbit
     from stickslip.stability.exponents import lyapunov
+    from stickslip.stability.loci import locus
+    from stickslip.stability.switching import switch_branch
     from stickslip.system import Contact, Drive, Force, Harmonic, Oscillator, System, chain, load_system
     from stickslip.tracking import film, track
 
@@ -45,6 +47,8 @@ _HOME = {
     "chain": "system",
     "continuation": "stability.branches",
     "critical_velocities": "stability.critical",
+    "locus": "stability.loci",
+    "switch_branch": "stability.switching",
     "dimensionless": "scaling",
     "force_along": "law",
     "identify": "identification",
@@ -95,6 +99,7 @@ __all__ = [
     "load",
     "load_law",
     "load_system",
+    "locus",
     "lyapunov",
     "measure",
     "measurement",
@@ -108,6 +113,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "stability",
+    "switch_branch",
     "track",
 ]
 

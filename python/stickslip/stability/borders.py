@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Iterator
@@ -34,20 +35,26 @@ def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> t
     low, high = family.ranges[0]
     span = float(family.scales(point.values)[0])
     found: list[tuple[float, Point, Label]] = []
-    for label in dict.fromkeys([*passed, *(small if ahead is None else [])]):
-        try:
-            border = on_border(point, family, label)
-        except Lost:
-            continue
+
+    def consider(border: Point, label: Label) -> None:
         distance = abs(border.values[0] - point.values[0]) / span
         inside = low <= border.values[0] <= high and (border.here.durations > -1e-8).all()
         if inside and distance < 4 * step and min(worst(border.here).values(), default=0.0) > -1e-8:
-            found.append((distance, border, border.border or label))
+            found.append((distance, border, label))
+
+    # A short slip between two sticks is hard to follow to its end; the stick that takes over is not.
+    whole = _merged(point, family, 0.02)
+    if whole is not None:
+        consider(*whole)
+    for label in dict.fromkeys([*passed, *(small if ahead is None else [])]) if not found else ():
+        with contextlib.suppress(Lost):
+            border = on_border(point, family, label)
+            consider(border, border.border if isinstance(border.border, tuple) else label)
     if not found:
         return None
     # Of test functions that vanish together the tangency is named.
     _, border, label = min(found, key=lambda item: (round(item[0], 9), item[2][0]))
-    return _merged(border, family) or (border, label)
+    return _merged(border, family, 1e-3) or (border, label)
 
 
 def on_border(point: Point, family: Family, border: Label) -> Point:
@@ -68,12 +75,12 @@ def on_border(point: Point, family: Family, border: Label) -> Point:
     return corrected(trail, turns, family, point.values, None, border)
 
 
-def _merged(border: Point, family: Family) -> tuple[Point, Label] | None:
-    """The same border seen as one stick that touches its limit, where slips between two sticks have vanished."""
+def _merged(border: Point, family: Family, share: float) -> tuple[Point, Label] | None:
+    """The border seen as one stick that touches its limit, where slips of less than `share` of a period part two sticks."""
     here = border.here
     arcs = here.trail.arcs
     stuck = arcs[:, 0] == 0
-    short = ~stuck & (here.durations < 1e-3 * here.period) & np.roll(stuck, 1) & np.roll(stuck, -1)
+    short = ~stuck & (here.durations < share * here.period) & np.roll(stuck, 1) & np.roll(stuck, -1)
     if not short.any() or stuck.sum() <= short.sum():
         return None
     # It starts with a stick before a slip that has vanished, so that no stick is cut.

@@ -56,7 +56,6 @@ def determinant(kind: str, here: Return) -> float:
     return float(np.prod(values[first] * values[second] - 1).real)
 
 
-
 def gradient(kind: str, here: Return, paths: Sequence[str], scales: Sequence[float]) -> Floats:
     """The derivatives of :func:`determinant` over the lanes of the return map and the parameters, by central differences.
 

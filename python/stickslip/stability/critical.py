@@ -22,7 +22,7 @@ from stickslip.system import Oscillator
 _PATH = "/drive_velocity"
 _BORDERS = ("grazing_sliding", "crossing_sliding", "switching_sliding", "adding_sliding", "nonsmooth_fold", "fold")
 #: Speeds from low to high at which the motion from rest is looked at.
-_STARTS = 30
+_STARTS = 24
 
 
 @dataclass(frozen=True)

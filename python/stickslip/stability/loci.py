@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _PARAMETERS = len(STATE)
-_SMALLEST, _LARGEST = 1e-5, 0.03
+_SMALLEST, _LARGEST = 1e-5, 0.1
 
 
 @dataclass
@@ -46,14 +47,6 @@ class Locus:
     values: Floats = field(default_factory=lambda: np.empty((0, 2)))
     x_min: Floats = field(default_factory=lambda: np.empty(0))
     x_max: Floats = field(default_factory=lambda: np.empty(0))
-
-    def at(self, name: str, value: float) -> list[float]:
-        """The other parameter where the curve passes a value of one, linear between its points; for a look, not for digits."""
-        first = self.parameters.index(name)
-        one, other = self.values[:, first], self.values[:, 1 - first]
-        passes = np.flatnonzero((one[:-1] - value) * (one[1:] - value) <= 0)
-        shares = (value - one[passes]) / np.where(one[passes + 1] == one[passes], 1.0, one[passes + 1] - one[passes])
-        return [float(item) for item in other[passes] + shares * (other[passes + 1] - other[passes])]
 
     def to_xarray(self) -> xr.Dataset:
         """Both parameters and the range of the position over ``point``."""
@@ -122,7 +115,9 @@ def locus(
     here = [read(system, path) for path in paths]
     for name, value, (low, high) in zip(names, here, ranges, strict=True):
         if not low <= value <= high:
-            raise InputError(f"locus: the bounds of {name} must hold the value of the point, {value:g}, got {low:g}:{high:g}")
+            raise InputError(
+                f"locus: the bounds of {name} must hold the value of the point, {value:g}, got {low:g}:{high:g}"
+            )
     family = Family(paths, ranges)
     curve = Locus(system, point.kind, names, (ranges[0], ranges[1]))
     if point.kind == "hopf":
@@ -130,7 +125,9 @@ def locus(
     else:
         condition = point.kind if point.kind in BY_MULTIPLIERS else None if point.point is None else point.point.border
         if condition is None or point.point is None:
-            raise InputError(f"locus: a {point.kind} is not followed in two parameters; locate it at several values instead")
+            raise InputError(
+                f"locus: a {point.kind} is not followed in two parameters; locate it at several values instead"
+            )
         trail, turns = point.point.here.trail, point.point.here.turns
         try:
             start = corrected(trail, turns, family, np.array(here), None, condition)
@@ -176,10 +173,9 @@ def _half(point: Point, family: Family, most: int, told: Callable[[int], None]) 
                 (bound - point.values[axis]) / (ahead.values[axis] - point.values[axis])
             )
             values[axis] = bound
-            try:
-                rows.append(_row(corrected(point.here.trail, point.here.turns, family, values, direction, point.border)))
-            except Lost:
-                pass
+            with contextlib.suppress(Lost):
+                end = corrected(point.here.trail, point.here.turns, family, values, direction, point.border)
+                rows.append(_row(end))
             break
         point = ahead
         rows.append(_row(point))

@@ -79,9 +79,17 @@ class Walk:
             if not low <= ahead.values[0] <= high:
                 self._finish(point, low if ahead.values[0] < low else high)
                 break
+            try:
+                self._add(ahead)
+            except InputError:
+                # Beside a tangency even the orbit that was just closed may not be followed again.
+                step /= 2
+                if step < _SMALLEST:
+                    break
+                continue
             point = ahead
-            self._add(point)
-            if self._size() < 0.02 * largest and self._shrunk(point):
+            if point.here.turns == 0 and self._size() < 0.02 * largest:
+                self._shrunk(point)
                 break
             largest = max(largest, self._size())
             step = min(step * 1.4, _LARGEST)
