@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,9 @@ import stickslip as ss
         lambda w: np.abs(w - 0.3) + 0.2,
         lambda w: np.full_like(w, 0.7),
         lambda w: 0.5 + 0.3 * np.exp(-(((w - 0.61) / 0.003) ** 2)),
+        lambda w: 0.5 + 0.3 * np.exp(-(((w - 0.5123) / 1e-4) ** 2)),
+        lambda w: 0.5 + 0.5 * np.exp(-w / 1e-3),
+        lambda w: 1 + 0.2 * np.sin(40 * w) * np.exp(-w),
     ],
 )
 def test_function_is_met_within_the_stated_error(f, error):
@@ -24,6 +29,16 @@ def test_function_is_met_within_the_stated_error(f, error):
     # A chord can do no better than √(8 error/|f″|) a piece; the greedy choice comes near it.
     bend = np.sqrt(np.abs(np.gradient(np.gradient(f(w), w), w))[2:-2]).mean()
     assert len(law.nodes) <= 2 + 1.6 * bend / np.sqrt(8 * error) + 40
+
+
+@pytest.mark.parametrize("waves", [256, 1024, 4096])
+def test_no_wave_hides_between_the_samples(waves):
+    def f(w):
+        return 1 + 0.1 * np.sin(np.pi * waves * w) ** 2
+
+    law = ss.laws.from_function(f, 1.0, error=0.02)
+    w = np.linspace(0, 1, 200_001)
+    assert np.abs(law.kinetic_force(w[1:]) - f(w[1:])).max() <= 0.02
 
 
 def test_nodes_are_few_where_the_function_is_linear():
@@ -65,6 +80,10 @@ def test_s5_from_a_function():
         (lambda: ss.laws.from_function(lambda w: np.where(w > 0.5, 1.0, 2.0), 1), "out of reach near w = 0.5, where f jumps"),
         (lambda: ss.laws.from_function(lambda w: w * np.nan, 1), r"f must be finite on \[0, w_max\], got nan at w = 0"),
         (lambda: ss.laws.from_function(lambda w: 1 / w if w else np.inf, 1), "got inf at w = 0"),
+        (lambda: ss.laws.from_function(lambda w: np.sqrt(0.5 - w), 1), "got nan at w = 0.5"),
+        (lambda: ss.laws.from_function(lambda w: math.exp(-1 / w), 1), "got the error: float division by zero at w = 0"),
+        (lambda: ss.laws.from_function(lambda w: {}[w], 1), "got the error: .* at w = 0"),
+        (lambda: ss.laws.from_function(lambda w: 1 + 1j * w, 1), "got the error: complex numbers"),
         (lambda: ss.laws.from_function(3, 1), "f must be a function of the slip speed, or a table .*, got int"),
         (lambda: ss.laws.from_function("law", 1), "f must be a function of the slip speed, or a table .*, got str"),
         (lambda: ss.laws.from_function(lambda w, v: w + v, 1), "f must give a number for a number, got the error"),
@@ -79,7 +98,6 @@ def test_s5_from_a_function():
         (lambda: ss.laws.from_function(np.cos, 1, break_away=0.5), "at least the kinetic force"),
     ],
 )  # fmt: skip
-@pytest.mark.filterwarnings("ignore:divide by zero")
 def test_what_makes_no_sense_is_refused_in_one_sentence(make, sentence):
     with pytest.raises(ss.InputError, match=sentence) as caught:
         make()

@@ -78,7 +78,7 @@ def _tidy(name: str, value: Any, annotation: str, where: str) -> Any:
 def _pair(name: str, value: Any, where: str) -> Point:
     if isinstance(value, str | bytes) or not isinstance(value, Sequence) or len(value) != 2:
         raise InputError(f"{where}: {name} must be {_SHAPES['Point']}, got {value!r}")
-    return number(name, value[0], where), number(name, value[1], where)
+    return number(f"the first of {name}", value[0], where), number(f"the second of {name}", value[1], where)
 
 
 def _plain(value: Any) -> Any:

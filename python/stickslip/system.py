@@ -355,7 +355,7 @@ class Contact:
 
 
 def _index(name: str, value: object, where: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= value < 2**31:
         raise InputError(f"{where}: {name} must be the number of a mass, counted from 0, got {value!r}")
     return int(value)
 
@@ -367,8 +367,10 @@ def _matrix(name: str, value: Any, size: int | None) -> Rows:
     """Rows of a matrix; a number or a list of numbers is its diagonal."""
     try:
         array = np.asarray(value, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"System: {name} must be a matrix or the list of its diagonal, got {value!r}") from None
+    if not np.isfinite(array).all():
+        raise InputError(f"System: {name} must be finite numbers throughout, got {value!r}")
     if array.ndim == 0 and size is not None:
         array = np.full(size, array)
     if array.ndim == 1:
