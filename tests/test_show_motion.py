@@ -1,12 +1,15 @@
 """Pictures of measured motions and of gauges: they draw what is there and refuse what is not."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import xarray as xr
 
 import stickslip as ss
+from stickslip.cli import main
 from stickslip.measurement import Rig, measure, motion
 
 T = np.arange(0, 40, 0.05)
@@ -30,11 +33,33 @@ def test_motion_is_drawn_with_its_bands() -> None:
     assert len(axes[0].lines[0].get_xdata()) == 300
     assert ss.show.motion_phase(moved()).get_xlabel() == "displacement x"
     total, actual = ss.show.spectra_plot(moved()["a"])
-    assert (total.get_title(), actual.get_title()) == ("total", "actual")
+    assert (total.get_title(), actual.get_title()) == ("spectrum, total", "spectrum, actual")
+    assert (total.get_xlabel(), actual.get_xlabel()) == ("frequency", "time")  # the record has no units
     with pytest.raises(ss.InputError, match="holds no samples"):
         ss.show.motion_plot(moved(), window=(50, 60))
     with pytest.raises(ss.InputError, match="one mass was expected, got 1"):
         ss.show.motion_phase(moved().expand_dims("mass"))
+
+
+def test_a_motion_is_drawn_on_one_page() -> None:
+    axes = ss.show.motion_figure(moved())
+    assert len({ax.figure for ax in axes}) == 1
+    assert [ax.get_ylabel() for ax in axes[:4]] == ["displacement x", "velocity v", "acceleration a", "velocity v"]
+    short = moved().isel(time=slice(0, 10))
+    assert "16 samples" in ss.show.motion_figure(short)[-1].texts[0].get_text()
+
+
+def test_measure_writes_and_draws_the_motion(tmp_path: Path) -> None:
+    np.savetxt(
+        tmp_path / "record.csv", np.stack([T, 0.4 * np.sin(T)], axis=1), delimiter=",", header="t,x", comments=""
+    )
+    (tmp_path / "rig.toml").write_text(RIG.to_toml())
+    argv = ["measure", tmp_path / "record.csv", "--rig", tmp_path / "rig.toml", "--method", "spline"]
+    argv += ["--motion", tmp_path / "motion.nc", "--plot-motion", tmp_path / "motion.png"]
+    assert main([str(word) for word in argv]) == 0
+    with xr.open_dataset(tmp_path / "motion.nc", engine="h5netcdf") as found:
+        np.testing.assert_allclose(found["a"][50:-50], -0.4 * np.sin(T)[50:-50], atol=0.01)
+    assert (tmp_path / "motion.png").stat().st_size > 20_000
 
 
 def test_gauges_without_velocity_are_drawn_as_tables() -> None:

@@ -54,6 +54,20 @@ def test_a_film_cut_short_keeps_what_is_there(tmp_path, good):
     assert (tmp_path / "motion.nc").exists()
 
 
+def test_pictures_damaged_in_the_middle_are_told_and_the_film_goes_on(tmp_path, good):
+    data = bytearray(good.read_bytes())
+    middle, size = len(data) // 2, len(data) // 8  # more than one picture of ten
+    data[middle : middle + size] = np.random.default_rng(0).bytes(size)
+    (tmp_path / "scratched.avi").write_bytes(bytes(data))
+    motion = track(tmp_path / "scratched.avi")
+    lost = motion["lost"].values[:, 0]
+    assert {"", "picture cannot be read"} <= set(lost) <= {"", "picture cannot be read", "not found"}
+    assert lost[0] == lost[-1] == ""
+    assert (lost == "").sum() >= 5
+    np.testing.assert_allclose(np.diff(motion["time"]), 0.05)
+    assert any("in the middle cannot be decoded" in note for note in motion.attrs["notes"])
+
+
 def test_a_damaged_image_is_told_and_the_others_kept(tmp_path):
     film(ss.simulate(ss.paper.oscillator(0.2), 10.0), tmp_path / "pictures", duration=0.5, frame_rate=20.0)
     (tmp_path / "pictures" / "000003.png").write_bytes(b"no image")

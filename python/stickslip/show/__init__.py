@@ -16,7 +16,7 @@ from stickslip.show.diagram import orbit_diagram_plot
 from stickslip.show.law import break_away_plot, law_plot
 from stickslip.show.loop import BRANCH_COLOURS, friction_loop
 from stickslip.show.maps import basins_plot, regime_map_plot
-from stickslip.show.motion import motion_phase, motion_plot, spectra_plot
+from stickslip.show.motion import motion_figure, motion_phase, motion_plot, spectra_plot
 from stickslip.show.phase import phase_plane
 from stickslip.show.record import friction_record
 from stickslip.show.section import return_map_plot, section_plot
@@ -34,6 +34,7 @@ __all__ = [
     "friction_loop",
     "friction_record",
     "law_plot",
+    "motion_figure",
     "motion_phase",
     "motion_plot",
     "multipliers_plot",

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import OKABE_ITO, axes, new_axes
+from stickslip.show.canvas import OKABE_ITO, STYLE, axes, new_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,19 +99,49 @@ def spectra_plot(
         power = np.cumsum(amplitude**2)
         highest = float(min(1.3 * frequency[np.searchsorted(power, 0.97 * power[-1])], frequency[-1]))
     seen = frequency <= highest
+    # a dimensionless record has dimensionless time
+    dimensionless = getattr(signal, "coords", {}).get("time", total["frequency"]).attrs.get("units") == "1"
+    hertz, seconds = ("", "") if dimensionless else (" (Hz)", " (s)")
     places[0].plot(frequency[seen], amplitude[seen], lw=0.8)
-    places[0].set(
-        xlabel="frequency (Hz)", ylabel="amplitude" + _unit(total["amplitude"]), title="total", xlim=(0, highest)
-    )
+    places[0].set(xlabel="frequency" + hertz, ylabel="amplitude" + _unit(total["amplitude"]), xlim=(0, highest))
+    places[0].set_title("spectrum, total", fontsize=9)
     rows = actual["frequency"].to_numpy() <= highest
     image = places[1].pcolormesh(
         actual["time"].to_numpy(), actual["frequency"].to_numpy()[rows], actual["amplitude"].to_numpy()[rows],
         shading="auto", cmap="viridis", rasterized=True,
     )  # fmt: skip
-    places[1].set(xlabel="time (s)", ylabel="frequency (Hz)", title="actual")
+    places[1].set(xlabel="time" + seconds, ylabel="frequency" + hertz)
+    places[1].set_title("spectrum, actual", fontsize=9)
     figure = places[1].figure
     figure.colorbar(image, ax=places[1], label="amplitude" + _unit(total["amplitude"]))
     return places
+
+
+def motion_figure(motion: xr.Dataset) -> list[Axes]:
+    """Draw a measured motion on one page: x, v and a over time, the phase plane, the spectra of the acceleration.
+
+    Parameters
+    ----------
+    motion : from :func:`stickslip.measurement.motion`, of one mass.
+
+    Returns
+    -------
+    The six axes of a new figure. Spectra are left out of a record with gaps or fewer than 16 samples.
+    """
+    with plt.rc_context(STYLE):
+        figure = plt.figure(figsize=(11, 7.5))
+        grid = figure.add_gridspec(1, 2, width_ratios=(1.3, 1))
+        over_time = grid[0, 0].subgridspec(3, 1).subplots(sharex=True, squeeze=False).ravel()
+        beside = grid[0, 1].subgridspec(3, 1).subplots(squeeze=False).ravel()
+    motion_plot(motion, list(over_time))
+    motion_phase(motion, beside[0])
+    try:
+        spectra_plot(_one_mass(motion)["a"], list(beside[1:]))
+    except InputError as error:
+        beside[1].set_axis_off()
+        beside[2].text(0.5, 0.5, str(error), ha="center", va="center", wrap=True, fontsize=8)
+        beside[2].set_axis_off()
+    return [*over_time, *beside]
 
 
 def _one_mass(motion: xr.Dataset) -> xr.Dataset:

@@ -25,7 +25,7 @@ class Film:
     """Pictures in the order of time.
 
     Iterating gives (time in s, picture of shape (height, width, 3) in blue-green-red), again and again if wanted; an image
-    file that cannot be read gives None for its picture.
+    file or a picture of a video that cannot be read gives None for its picture.
     A video's time stamps are those of the file, also where they are not evenly spaced.
 
     Parameters
@@ -128,34 +128,40 @@ class Film:
         if unreadable:
             self.notes.append(f"{len(unreadable)} image(s) cannot be read: {', '.join(unreadable[:5])}.")
 
-    def _frames(self, path: Path) -> Iterator[tuple[float, Picture]]:
+    def _frames(self, path: Path) -> Iterator[tuple[float, Picture | None]]:
         cv2 = vision()
         capture = self._open(path)
         announced = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
         file_rate = capture.get(cv2.CAP_PROP_FPS)
         stretch = file_rate / self.frame_rate if self.frame_rate is not None else 1.0
-        index, last = 0, -math.inf
+        index, last, damaged, damaged_in_all = 0, -math.inf, 0, 0
         while True:
             seen, picture = capture.read()
-            if not seen:
-                break
+            if not seen:  # a damaged picture, or the end
+                damaged += 1
+                if index == 0 or index + damaged >= announced:
+                    break
+                continue
             if self._times is not None:
-                if index >= len(self._times):
+                if index + damaged >= len(self._times):
                     raise InputError(f"{path}: {len(self._times)} times, but more pictures; give one for each")
-                time = float(self._times[index])
+                time = float(self._times[index + damaged])
             else:
                 time = 1e-3 * capture.get(cv2.CAP_PROP_POS_MSEC) * stretch
             if not time > last:
                 raise InputError(
-                    f"{path}: the time stamp of picture {index} ({time:g} s) does not follow that of the one before "
-                    f"({last:g} s); give the times yourself with `times`"
+                    f"{path}: the time stamp of picture {index + damaged} ({time:g} s) does not follow that of the one "
+                    f"before ({last:g} s); give the times yourself with `times`"
                 )
-            last = time
+            for number in range(damaged):  # its stamp is lost with it
+                yield last + (time - last) * (number + 1) / (damaged + 1), None
+            index, last, damaged, damaged_in_all = index + damaged + 1, time, 0, damaged_in_all + damaged
             yield time, picture
-            index += 1
         capture.release()
         if index == 0:
             raise InputError(f"{path}: no picture could be decoded, the file seems damaged; copy it again")
+        if damaged_in_all:
+            self.notes.append(f"{damaged_in_all} picture(s) in the middle cannot be decoded.")
         if index < announced - 1:
             self.notes.append(f"The film ends after {index} of {announced} pictures: the rest cannot be decoded.")
 
