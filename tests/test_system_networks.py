@@ -113,7 +113,7 @@ def test_ramp_and_table() -> None:
     assert x == pytest.approx(0.1, abs=1e-15)
     assert v == pytest.approx(0.1, abs=1e-15)
     # A table that starts faster than friction can accelerate the mass: it slips from the start, until it has caught up.
-    table = ss.Drive.table([0.0, 0.5, 1.0], [0.0, 0.5, 0.5])
+    table = ss.Drive.table([0.0, 0.5, 1.0], [0.0, 0.45, 0.45])
     jerked = ss.simulate(ss.Oscillator(damping=0.0, drive_velocity=table, law=law), 20.0)
     assert not jerked.to_xarray([0.1])["stuck"].item()
     assert jerked.events["kind"][0] == "capture"
@@ -273,3 +273,54 @@ def test_an_exponential_that_no_coefficient_shows_is_seen_at_the_end_of_the_step
     orbit = ss.simulate(ss.Oscillator(0.001, -0.00995875, law, mass=0.5, stiffness=5.0), 3.0, x0=-1.533080867520737)
     motion = orbit.to_xarray(np.linspace(0.01, 0.97, 500))
     assert law.kinetic_force(motion["slip_velocity"]) == pytest.approx(motion["force"].to_numpy(), abs=1e-12)
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_a_touch_of_zero_slip_is_a_graze_for_one_mass_and_for_many(n: int) -> None:
+    # With f_s = f_k and no damping slip goes round x = f_k on a circle of radius s: it meets w = 0 every 2π, tangentially.
+    law = ss.laws.Coulomb(0.5)
+    chain = ss.simulate(ss.chain(n, law, 0.2), 100.0)
+    touches = int((100.0 - 0.5 / 0.2) / (2 * np.pi))
+    assert list(chain.events["kind"]) == ["release"] * n
+    assert chain.work.grazes == n * touches
+    single = ss.simulate(ss.Oscillator(0.0, 0.2, law), 100.0)
+    assert list(single.events["kind"]) == ["release"]
+    assert single.work.grazes > 0
+    np.testing.assert_allclose(chain.at(90.0)[0], np.full(n, single.at(90.0)[0]), atol=1e-12)
+
+
+def test_a_long_stick_is_one_step_whatever_its_length() -> None:
+    # A drive so slow that a stick lasts 10⁶ natural times: nothing happens on the way, and nothing is done.
+    law = ss.laws.ExponentialStribeck(1.0, 0.6, 0.1)
+    chain = ss.chain(3, law, 1e-6)
+    orbit = ss.simulate(chain, 1e7)
+    assert (orbit.events["kind"] == "release").sum() > 20
+    assert orbit.work.evaluations < 60 * len(orbit.events)
+    assert orbit.events["t"][0] == pytest.approx(1e6, rel=1e-12)
+
+
+def stack() -> ss.System:
+    """Three blocks on one another, shaken from below."""
+    contacts = [ss.Contact(0, ss.laws.Coulomb(0.5), ss.Drive.shaken(0.0, 1.0, 1.0))]
+    contacts += [ss.Contact(i, ss.laws.Coulomb(0.05), 0.0, i - 1) for i in (1, 2)]
+    return ss.System([1.0] * 3, np.diag([1.0, 0.0, 0.0]), 0.0, contacts)
+
+
+def between_belts(law: ss.laws.Law) -> ss.System:
+    """A mass between two belts that move apart: held by both, or by one at the limit of the other."""
+    return ss.System([1.0], [1.0], 0.0, [ss.Contact(0, law, 0.2), ss.Contact(0, law, -0.2)])
+
+
+@pytest.mark.parametrize(
+    "system",
+    [stack(), between_belts(ss.laws.Coulomb(0.5)), between_belts(ss.laws.Rational(1.0, 3.0)),
+     ss.chain(3, ss.laws.TwoBranch([(0, 1.0), (1, 0.5)], [(0, 0.9), (1, 0.4)], 1.0), 0.3),
+     ss.chain(3, ss.laws.TwoBranch([(0, 0.9), (1, 0.4)], [(0, 1.0), (1, 0.5)], 1.0), 0.3)],
+    ids=["stack", "two belts", "two belts, weakening", "branches that switch", "branches that hold"],
+)  # fmt: skip
+def test_contacts_that_take_turns_do_not_chatter_without_end(system: ss.System) -> None:
+    for amplitude in (0.1, 0.3, 1.5, 3.0):
+        start = amplitude * np.cos(np.arange(system.masses))
+        orbit = ss.simulate(system, 200.0, x0=start, v0=0.1 * start, max_seconds=60)
+        assert orbit.stop == "t_end", orbit.stop_sentence
+        assert orbit.work.evaluations < 5000

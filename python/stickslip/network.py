@@ -112,7 +112,7 @@ class NetworkOrbit(Orbit):
             "stickslip": "orbit",
             "engine": "network",
             "run": json.dumps([*self._network.run, self._stop]),
-            "work": [self.work.events, self.work.evaluations],
+            "work": [self.work.events, self.work.evaluations, self.work.grazes],
             "stop": self.stop,
         }
         root = self.to_xarray().assign_attrs(attrs)
@@ -133,7 +133,7 @@ def restore(tree: xr.DataTree) -> NetworkOrbit:
     """The orbit of an open file that :meth:`NetworkOrbit.save` wrote."""
     x0, v0, t_end, max_events, stop = json.loads(tree.attrs["run"])
     system = system_from_dict(json.loads(tree.attrs["system"]))
-    events, evaluations = (int(value) for value in tree.attrs["work"])
+    events, evaluations, grazes = (int(value) for value in (*tree.attrs["work"], 0)[:3])
     tables = [
         np.stack([column.to_numpy().astype(float) for column in tree[name].to_dataset().data_vars.values()], axis=-1)
         for name in ("segments", "events")
@@ -142,7 +142,7 @@ def restore(tree: xr.DataTree) -> NetworkOrbit:
         _document(system),
         (x0, v0, t_end, max_events),
         stop,
-        (events, evaluations),
+        (events, evaluations, grazes),
         *(np.ascontiguousarray(table.ravel()) for table in tables),
     )
     return NetworkOrbit(system, core)

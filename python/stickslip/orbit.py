@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class Work:
     """What a run cost: events that occurred and evaluations of the closed-form motion to find them.
 
-    grazes are touches of the end of a mode within rounding that turned back: no events (counted for one closed-form mass).
+    grazes are touches of the end of a mode within rounding that turned back: no events.
     """
 
     events: int

@@ -51,7 +51,7 @@ impl Network {
         document: &str,
         run: Start,
         stop: usize,
-        work: (u64, u64),
+        work: (u64, u64, u64),
         steps: PyReadonlyArray1<'_, f64>,
         events: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
@@ -89,7 +89,7 @@ impl Network {
             work: Work {
                 events: work.0,
                 evaluations: work.1,
-                ..Work::default()
+                grazes: work.2,
             },
             system,
         };
@@ -169,8 +169,9 @@ impl Network {
     }
 
     #[getter]
-    fn work(&self) -> (u64, u64) {
-        (self.0.work.events, self.0.work.evaluations)
+    fn work(&self) -> (u64, u64, u64) {
+        let work = self.0.work;
+        (work.events, work.evaluations, work.grazes)
     }
 }
 

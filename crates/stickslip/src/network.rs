@@ -258,20 +258,21 @@ impl<'a> Loop<'a> {
                 asked = self.work.evaluations;
             }
             let step = self.motion.reach(&self.frame, &self.rubs, self.scale);
-            let step = self
-                .motion
-                .agreed(&self.frame, &self.laws, &self.rubs, self.scale, step);
             self.record_step();
+            let end = self.clock.until(run.t_end);
+            let bend = self.frame.drives.iter().map(|drive| drive.bend_after(self.clock));
+            let bend = bend.fold(f64::INFINITY, f64::min);
+            let whole = step.min(end).min(bend);
+            let horizon = self
+                .motion
+                .agreed(&self.frame, &self.laws, &self.rubs, self.scale, whole);
+            let step = if horizon < whole { horizon } else { step };
             if step.is_nan()
                 || step < f64::EPSILON * (1.0 / self.frame.rate).min(1.0) * 1e-3
                 || !self.scale.is_finite()
             {
                 return Stop::Diverged;
             }
-            let end = self.clock.until(run.t_end);
-            let bend = self.frame.drives.iter().map(|drive| drive.bend_after(self.clock));
-            let bend = bend.fold(f64::INFINITY, f64::min);
-            let horizon = step.min(end).min(bend);
             let Some((h, contact, cause)) = self.next(horizon) else {
                 if horizon == end {
                     return Stop::End;
@@ -477,17 +478,18 @@ impl<'a> Loop<'a> {
     }
 
     /// The first event within `horizon`.
-    fn next(&self, horizon: f64) -> Option<(f64, usize, Cause)> {
+    fn next(&mut self, horizon: f64) -> Option<(f64, usize, Cause)> {
         let rounding = ROUNDING * self.scale;
         let mut found = None;
         let mut reach = horizon;
+        let grazes = &mut Vec::new();
         for (c, contact) in self.contacts.iter().enumerate() {
             if contact.direction == 0.0 {
                 if contact.pinned != 0.0 {
                     continue;
                 }
                 let rested = self.rested(c);
-                if let Some(h) = end_of_adhesion(self.laws[c], &self.motion.force[c], rested, reach)
+                if let Some(h) = end_of_adhesion(self.laws[c], &self.motion.force[c], rested, reach, grazes)
                     && (h < reach || found.is_none())
                 {
                     (found, reach) = (Some((h, c, Cause::Release)), h);
@@ -499,7 +501,7 @@ impl<'a> Loop<'a> {
                 for (end, sign, bound) in [(End::Low, 1.0, -falling), (End::High, -1.0, rising)] {
                     let mut guard = self.motion.force[c].map(|term| sign * contact.direction * term);
                     guard[0] += bound;
-                    if let Some(h) = first_root(&guard, rounding, false, reach)
+                    if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
                         && (h < reach || found.is_none())
                     {
                         (found, reach) = (Some((h, c, Cause::End(end))), h);
@@ -511,7 +513,7 @@ impl<'a> Loop<'a> {
             let piece = &contact.piece;
             let mut guard = *u;
             guard[0] -= piece.low;
-            if let Some(h) = first_root(&guard, rounding, contact.turning, reach)
+            if let Some(h) = first_root(&guard, rounding, contact.turning, reach, grazes)
                 && (h < reach || found.is_none())
             {
                 (found, reach) = (Some((h, c, Cause::End(End::Low))), h);
@@ -519,7 +521,7 @@ impl<'a> Loop<'a> {
             if piece.high.is_finite() {
                 let mut guard = u.map(|term| -term);
                 guard[0] += piece.high;
-                if let Some(h) = first_root(&guard, rounding, contact.turning, reach)
+                if let Some(h) = first_root(&guard, rounding, contact.turning, reach, grazes)
                     && (h < reach || found.is_none())
                 {
                     (found, reach) = (Some((h, c, Cause::End(End::High))), h);
@@ -533,13 +535,14 @@ impl<'a> Loop<'a> {
                 let end = End::Turn {
                     rising: contact.sense < 0.0,
                 };
-                if let Some(h) = first_root(&guard, self.frame.rate * rounding, false, reach)
+                if let Some(h) = first_root(&guard, self.frame.rate * rounding, false, reach, grazes)
                     && (h < reach || found.is_none())
                 {
                     (found, reach) = (Some((h, c, Cause::End(end))), h);
                 }
             }
         }
+        self.work.grazes += grazes.iter().filter(|&&h| h < reach).count() as u64;
         found
     }
 

@@ -152,9 +152,16 @@ pub(crate) const PASSED: f64 = 1e6;
 ///
 /// A guard that starts within `rounding` of zero and rises is armed: its root at 0 is divided out. `turning` says that its
 /// slope is zero by what is known of the mode; then both are. The march advances by the largest step in which a bound of
-/// the curvature excludes a root, so none is jumped over; it closes in on the first one from below, quadratically.
+/// the curvature excludes a root, so none is jumped over; it closes in on the first one from below, quadratically. A touch,
+/// where the guard turns back within `rounding` of zero, is no root: it is told to `grazes`.
 #[must_use]
-pub fn first_root(guard: &Series, rounding: f64, turning: bool, reach: f64) -> Option<f64> {
+pub fn first_root(
+    guard: &Series,
+    rounding: f64,
+    turning: bool,
+    reach: f64,
+    grazes: &mut Vec<f64>,
+) -> Option<f64> {
     let mut series = *guard;
     if turning {
         series[1] = 0.0;
@@ -162,6 +169,7 @@ pub fn first_root(guard: &Series, rounding: f64, turning: bool, reach: f64) -> O
     if series[0] < -PASSED * rounding {
         return Some(0.0);
     }
+    let (mut armed, mut left) = (0, false);
     if series[0] <= rounding {
         // A guard that stays within rounding of zero throughout says nothing: two bodies that move on together.
         if series[1..]
@@ -176,6 +184,7 @@ pub fn first_root(guard: &Series, rounding: f64, turning: bool, reach: f64) -> O
         if series[order] <= 0.0 {
             return Some(0.0);
         }
+        armed = i32::from(turning) + 1;
         series.copy_within(order.., 0);
         series[ORDER + 1 - order..].fill(0.0);
     }
@@ -191,6 +200,20 @@ pub fn first_root(guard: &Series, rounding: f64, turning: bool, reach: f64) -> O
     // Quadratic convergence needs a few dozen; a guard that touches zero within rounding is given up there.
     for _ in 0..10_000 {
         let (value, slope) = slope_at(&series, t);
+        // Of the guard itself; one that was armed has to rise before it can touch.
+        let rounding = rounding / t.powi(armed);
+        left |= value > rounding;
+        if left
+            && value <= rounding
+            && let Some(passed) = touch(&series, t, (value, slope), rounding)
+        {
+            grazes.push(t);
+            t += passed.max(tiny);
+            if t > reach {
+                return None;
+            }
+            continue;
+        }
         if value <= 0.0 {
             return Some(t);
         }
@@ -211,6 +234,14 @@ pub fn first_root(guard: &Series, rounding: f64, turning: bool, reach: f64) -> O
     Some(t)
 }
 
+/// The time after which a guard that meets zero at `t` is clear of it again, if it turns back before it is below `rounding`.
+fn touch(series: &Series, t: f64, (value, slope): (f64, f64), rounding: f64) -> Option<f64> {
+    let bend = slope_at(&derivative(series), t).1;
+    let deepest = value - 0.5 * slope * slope / bend;
+    (bend > 0.0 && deepest > -rounding)
+        .then(|| (2.0 * (2.0 * rounding - deepest) / bend).sqrt() - slope / bend)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Grown, ORDER, ZERO, at, exponential, first_root, product, reciprocal};
@@ -224,20 +255,40 @@ mod tests {
 
     #[test]
     fn two_close_roots_do_not_hide() {
-        let root = first_root(&parabola(0.5, 0.5 + 1e-7, 0.0), 0.0, false, 1.0).unwrap();
+        let grazes = &mut Vec::new();
+        let root = first_root(&parabola(0.5, 0.5 + 1e-7, 0.0), 0.0, false, 1.0, grazes).unwrap();
         assert!((root - 0.5).abs() < 1e-9, "{root}");
-        assert_eq!(first_root(&parabola(0.5, 0.5, 1e-15), 0.0, false, 1.0), None);
+        assert_eq!(
+            first_root(&parabola(0.5, 0.5, 1e-15), 0.0, false, 1.0, grazes),
+            None
+        );
+        assert!(grazes.is_empty());
+    }
+
+    #[test]
+    fn a_touch_within_rounding_is_no_root() {
+        for gap in [-1e-15, 0.0, 1e-15] {
+            let grazes = &mut Vec::new();
+            // (h − 0.5)² (1 − h), but for the gap: what is met after the touch is a root.
+            let mut series = parabola(0.5, 0.5, gap);
+            for k in (0..3).rev() {
+                series[k + 1] -= series[k];
+            }
+            let root = first_root(&series, 1e-14, false, 2.0, grazes).unwrap();
+            assert!((root - 1.0).abs() < 1e-12, "{gap}: {root}");
+            assert!(grazes.len() == 1 && (grazes[0] - 0.5).abs() < 1e-6, "{grazes:?}");
+        }
     }
 
     #[test]
     fn a_guard_that_starts_at_zero_is_armed_by_its_slope() {
         let mut series = ZERO;
         (series[0], series[1], series[2]) = (1e-17, 1.0, -2.0);
-        assert!((first_root(&series, 1e-16, false, 1.0).unwrap() - 0.5).abs() < 1e-15);
+        assert!((first_root(&series, 1e-16, false, 1.0, &mut Vec::new()).unwrap() - 0.5).abs() < 1e-15);
         series[1] = -1.0;
-        assert_eq!(first_root(&series, 1e-16, false, 1.0), Some(0.0));
+        assert_eq!(first_root(&series, 1e-16, false, 1.0, &mut Vec::new()), Some(0.0));
         (series[1], series[2], series[3]) = (1e-18, 1.0, -1.0);
-        assert!((first_root(&series, 1e-16, true, 2.0).unwrap() - 1.0).abs() < 1e-15);
+        assert!((first_root(&series, 1e-16, true, 2.0, &mut Vec::new()).unwrap() - 1.0).abs() < 1e-15);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! an end of the piece is crossed there exactly once or not at all.
 
 use super::direct::Direct;
-use super::{Arrival, Start, Work};
+use super::{Arrival, ROUNDING, Start, Work};
 use crate::elementary::exp;
 use crate::flow::exact::{Basis, Signal, Slip};
 use crate::law::{End, Piece};
@@ -140,7 +140,10 @@ impl<'a, const H: usize> Search<'a, H> {
                         let basis = self.basis(extremum);
                         self.u.at(&basis)
                     };
-                    if beyond(value) {
+                    let rounding = ROUNDING * (self.u.constant.abs() + (value - self.u.constant).abs());
+                    if (value - target).abs() <= rounding {
+                        self.work.grazes += 1;
+                    } else if beyond(value) {
                         return Some(self.crossing(target, from, extremum, end, Some(value)));
                     }
                 } else {

@@ -64,6 +64,8 @@ pub(crate) struct Frame {
     smooth: Vec<bool>,
     /// L without friction.
     pub(crate) rate: f64,
+    /// The highest frequency of drives and forces.
+    fastest: f64,
     /// The speed that drives and forces can give.
     pub(crate) push: f64,
     /// Whether the contacts can close a loop.
@@ -136,6 +138,7 @@ impl Frame {
             masses: n,
             loops,
             rate,
+            fastest,
             push: pushed.fold(driven, f64::max),
             inverse,
             spring,
@@ -311,6 +314,8 @@ impl Motion {
         for i in 0..frame.masses {
             (self.x[i][0], self.v[i][0]) = (x[i], v[i]);
         }
+        // Adhesion leaves no mass any freedom.
+        let ridden = held.contacts.len() == frame.masses && !frame.loops;
         for k in 0..ORDER {
             self.free(frame, k);
             for (c, rub) in rubs.iter().enumerate() {
@@ -359,6 +364,10 @@ impl Motion {
                 for (a, response) in self.acceleration.iter_mut().zip(&frame.response[c]) {
                     *a += response * force;
                 }
+            }
+            if ridden && held.contacts.iter().all(|&c| self.drive[c][k + 1] == 0.0) {
+                // Every mass keeps its speed, without rounding.
+                self.acceleration.fill(0.0);
             }
             let share = INVERSE[k + 1];
             for i in 0..frame.masses {
@@ -442,6 +451,10 @@ impl Motion {
             let power = 1.0 / f64::from(k as i32);
             (bound / self.size(frame.rate, k)).powf(power)
         };
+        if self.size(rate, ORDER) == 0.0 && self.size(rate, ORDER - 1) == 0.0 {
+            // The series has come to its end, as that of a mass on a constant drive: only waves go on.
+            rate = frame.fastest;
+        }
         let mut shortest = reach(ORDER).min(reach(ORDER - 1)).min(LONGEST / rate);
         for (c, rub) in rubs.iter().enumerate() {
             // What holds a stuck contact may vary while the masses do not.

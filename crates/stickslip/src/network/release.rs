@@ -4,7 +4,13 @@ use crate::law::{Friction, Hold, Law};
 use crate::series::{PASSED, Series, curvature, first_root, free_time, slope_at};
 
 /// When adhesion under `force` breaks within `reach`, for a contact that has rested for `rested`.
-pub(super) fn end_of_adhesion(law: &Law, force: &Series, rested: f64, reach: f64) -> Option<f64> {
+pub(super) fn end_of_adhesion(
+    law: &Law,
+    force: &Series,
+    rested: f64,
+    reach: f64,
+    grazes: &mut Vec<f64>,
+) -> Option<f64> {
     let limit = |t: f64, rate: f64| {
         law.break_away(Hold {
             stick_time: rested + t,
@@ -19,8 +25,8 @@ pub(super) fn end_of_adhesion(law: &Law, force: &Series, rested: f64, reach: f64
         let mut lower = *force;
         upper[0] += bears;
         lower[0] += bears;
-        let first = first_root(&upper, rounding, false, reach);
-        let second = first_root(&lower, rounding, false, first.unwrap_or(reach));
+        let first = first_root(&upper, rounding, false, reach, grazes);
+        let second = first_root(&lower, rounding, false, first.unwrap_or(reach), grazes);
         return second.or(first);
     }
     let bend = curvature(force, reach);
