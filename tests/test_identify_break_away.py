@@ -176,6 +176,31 @@ def test_a_bent_surface_is_chosen_where_no_form_fits():
     assert found.best.parameters.loc["ab", "value"] == pytest.approx(0.05, abs=0.004)
 
 
+def test_a_fall_of_f_s_without_rest_is_recovered_with_growth_beside_it_and_without():
+    # The shape of the paper's law: 0.68 + 1.24/(1 + (δ/0.3695)^10), twelve break-aways at each of seven drive velocities.
+    random = np.random.default_rng(3)
+    rate = np.repeat([0.1, 0.2, 0.28, 0.33, 0.37, 0.42, 0.5], 12)
+    t_s = 10 ** random.uniform(-0.5, 1, rate.size)
+    fall = 0.68 + 1.24 / (1 + (rate / 0.3695) ** 10) + 0.01 * random.standard_normal(rate.size)
+    for growth, form in ((0.0, "fall with force rate"), (0.3, "exponential and fall with force rate")):
+        force = fall + growth * (1 - np.exp(-0.4 * t_s))
+        found = fit_static_friction(friction(t_s, force, rate, level=0.68))
+        assert found.chosen == form
+        table = found.best.parameters
+        for name, true in {"drop": 1.24, "scale": 0.3695, "exponent": 10.0}.items():
+            assert abs(table.loc[name, "value"] - true) < 3 * table.loc[name, "error"], name
+        assert table.loc["scale", "error"] < 0.003
+
+
+def test_a_fall_is_not_looked_for_where_stick_time_and_force_rate_are_tied():
+    random = np.random.default_rng(4)
+    rate = np.repeat([0.1, 0.2, 0.28, 0.33, 0.37, 0.42, 0.5], 12)
+    t_s = 0.5 / rate * np.exp(0.05 * random.standard_normal(rate.size))
+    found = fit_static_friction(friction(t_s, 0.68 + 1.24 / (1 + (rate / 0.3695) ** 10), rate, level=0.68))
+    assert not any("force rate" in form for form in found.fits)
+    assert "may be an effect of the force rate; vary the stiffness as well" in " ".join(found.notes)
+
+
 def test_forms_with_a_force_rate_need_rates_that_are_free():
     random, t_s = scattered(15)
     found = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size)))

@@ -11,7 +11,7 @@ import xarray as xr
 import stickslip as ss
 from stickslip.cli import main
 from stickslip.errors import InputError
-from stickslip.identification import compare_laws, friction_of_orbit, identify
+from stickslip.identification import compare_laws, first_guess, friction_of_orbit, identify
 from stickslip.identification.parameters import value
 
 
@@ -88,7 +88,8 @@ def test_steady_slip_at_one_speed_is_refused_for_a_curve():
         identify(xr.DataTree(data), law="ExponentialStribeck")
 
 
-def test_a_law_without_a_first_guess_asks_for_numbers():
+def test_a_law_without_a_first_guess_asks_for_numbers(monkeypatch):
+    monkeypatch.delitem(first_guess.GUESSES, ss.laws.BoucWen)
     with pytest.raises(InputError, match=r"no first guess for BoucWen: give a law of it with numbers"):
         identify(swept(ss.laws.Coulomb(0.5)), law="BoucWen")
 

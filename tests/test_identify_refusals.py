@@ -118,3 +118,49 @@ def test_two_numbers_that_act_alike_are_named(friction):
     tree = xr.DataTree.from_dict({"/": friction.to_dataset(inherit=False), "/break_away": same})
     with pytest.raises(InputError, match="limit and rate of DwellTime cannot be told apart"):
         identify(tree, law=start, free=["kinetic", "limit", "rate"])
+
+
+def measured(noise=0.005, change=lambda x: x):
+    system = ss.Oscillator(damping=0.1, drive_velocity=0.2, law=ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6))
+    t = np.arange(0, 200, 0.05)
+    x = ss.simulate(system, 200).at(t)[0]
+    x = change(x + noise * np.std(x) * np.random.default_rng(0).standard_normal(t.size))
+    rig = {"gauge": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "mass": 1.0}
+    return ss.measure({"t": t, "x": x}, {**rig, "damping": 0.1, "drive_velocity": 0.2})
+
+
+def test_noise_as_large_as_the_falls_is_refused():
+    with pytest.raises(
+        InputError, match=r"the noise of the gauge is .* in force, and a break-away falls by .* less noise"
+    ):
+        identify(measured(noise=1.5), law="StaticKinetic")
+
+
+def test_a_clipped_gauge_is_refused_with_the_reading_at_which_it_was():
+    with pytest.raises(InputError, match=r"readings of the displacement are exactly 0\.8, so the gauge was clipped"):
+        identify(measured(change=lambda x: np.minimum(x, 0.8)), law="StaticKinetic")
+    # A gauge of few steps is not clipped.
+    coarse = identify(measured(change=lambda x: np.round(x, 2)), law="StaticKinetic")
+    assert coarse.law.kinetic == pytest.approx(0.6, abs=0.01)
+
+
+def test_slip_that_settles_to_one_speed_is_refused_for_linear_pieces():
+    system = ss.Oscillator(damping=0.5, drive_velocity=0.2, law=ss.laws.Coulomb(0.5))
+    friction = friction_of_orbit(ss.simulate(system, 200, x0=0.5, v0=0.2), np.arange(0, 200, 0.1), 0.01)
+    with pytest.raises(
+        InputError, match="PiecewiseLinear is a curve over the slip velocity, and nearly all slip is between"
+    ):
+        identify(friction, law="PiecewiseLinear")
+
+
+def test_where_no_law_is_asked_for_the_break_aways_choose_it(friction):
+    equal = identify(friction)
+    assert type(equal.law) is ss.laws.StaticKinetic
+    assert "StaticKinetic was taken: static friction over stick time has the constant form" in equal.notes[0]
+    # Three drive velocities and one stiffness: growth with stick time may be an effect of the force rate.
+    growth = ss.laws.DwellTime(kinetic=0.5, limit=0.5, rate=0.3)
+    orbits = [ss.simulate(ss.Oscillator(damping=0.05, drive_velocity=s, law=growth), 200) for s in (0.08, 0.12, 0.16)]
+    several = [friction_of_orbit(orbit, np.arange(0, 200, 0.1), 0.002, seed=1) for orbit in orbits]
+    assert "cannot be told from an effect of the force rate" in identify(several).notes[0]
+    slides = record(ss.laws.Coulomb(0.5), t_end=60.0)
+    assert type(identify(slides).law) is ss.laws.Coulomb

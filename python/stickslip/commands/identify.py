@@ -18,7 +18,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Declare the options."""
     command = commands.add_parser("identify", help="fit a friction law to friction files, and simulate with it")
     command.add_argument("friction", nargs="+", metavar="FRICTION.nc")
-    command.add_argument("--law", metavar="NAME", help="law to fit; default DwellTime, or the form that predicts best")
+    command.add_argument("--law", metavar="NAME", help="law to fit; default what the records can tell")
     command.add_argument(
         "--free", nargs="+", metavar="NAME", help="numbers of the law to fit; default what the records tell"
     )
@@ -77,7 +77,7 @@ def run(options: argparse.Namespace) -> None:
         return
     result = identify(
         options.friction,
-        law=options.law or "DwellTime",
+        law=options.law,
         free=options.free,
         fixed=dict(map(_assignment, options.fixed)),
         pieces=options.pieces,
@@ -158,13 +158,23 @@ def _tables(options: argparse.Namespace) -> Any:
     from stickslip.identification.records import opened
 
     trees = [opened(Path(path)) for path in options.friction]
-    if options.law == "RateState" and len(trees) == 1 and "step" in trees[0].children:
+    steps = len(trees) == 1 and "step" in trees[0].children
+    if options.law == "RateState" and steps:
         return fit_velocity_step(options.friction[0])
     if options.steady or all("time" not in tree.coords and "steady" in tree.children for tree in trees):
         return fit_steady(options.friction, options.law)
-    if options.law is None and all("slip_velocity" not in tree.variables for tree in trees):
+    if options.law is not None:
+        return None
+    if all("steady" in tree.children and not tree["break_away"].sizes["event"] for tree in trees):
+        # Motion without sticks: friction over slip velocity is all there is, or how it settles after one step of the speed.
+        return fit_velocity_step(options.friction[0]) if steps and _one_step(trees[0]) else fit_steady(options.friction)
+    if all("slip_velocity" not in tree.variables for tree in trees):
         return fit_static_friction(options.friction)
     return None
+
+
+def _one_step(tree: Any) -> bool:
+    return bool(tree["step"].sizes["step"] == 1)
 
 
 def _say_tables(found: Any, options: argparse.Namespace) -> None:

@@ -28,6 +28,8 @@ SHOWN = 3
 """Forms that a picture shows."""
 TOGETHER = 0.5
 """Correlation of stick time with time beyond which a drift may pass for growth."""
+EQUAL = 0.01
+"""Stick times that scatter by less than that many decades within each record are of one length."""
 CROWDED = 1.25
 """Falls within this ratio of the smallest lie at the edge of what is seen."""
 OF_STICK_TIME = ("constant", "logarithmic", "exponential", "power", "Kato")
@@ -158,7 +160,8 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     """Fit static friction over stick time to the break-aways of one or more records.
 
     The forms are those of :func:`stickslip.identification.static_forms.forms`: constant, logarithmic, exponential, power and
-    Kato's in t_s; and where the force rate varies freely one in δ, two in both, and a smooth surface. Each is a robust
+    Kato's in t_s; and where the force rate varies freely one in δ, a fall of f_s(0, δ) with it, three in both, and a smooth
+    surface. Each is a robust
     least-squares fit; its covariance is scaled by the scatter of the rows and their correlation from one to the next. Of
     the forms whose Akaike criterion is within 4 of the lowest the one with the fewest numbers is chosen.
 
@@ -212,7 +215,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     notes = [
         *notes,
         sentence,
-        *unlike(rows, min((fits[name] for name in OF_STICK_TIME if name in fits), key=lambda fit: fit.criterion)),
+        *_unlike(rows, fits),
         *ties,
         *loading_line(rows, fits),
         *drift(rows, fits),
@@ -248,11 +251,17 @@ def is_relative(rows: pd.DataFrame) -> tuple[bool, list[str]]:
     ]
 
 
-def unlike(rows: pd.DataFrame, fit: StaticFit) -> list[str]:
+def unlike(static: StaticFriction) -> bool:
+    """Whether the records lie further from every law of stick time than the scatter within each lets expect."""
+    return bool(_unlike(static.rows, static.fits))
+
+
+def _unlike(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
     """A sentence where the records lie further from the fit to all of them than the scatter within each lets expect.
 
     Such a fit is a compromise; its intervals hold the scatter within the records and not what sets them apart.
     """
+    fit = min((fits[name] for name in OF_STICK_TIME if name in fits), key=lambda fit: fit.criterion)
     rest = pd.Series(fit.residuals, index=rows.index)
     parts = [part.to_numpy() for _, part in rest.groupby(rows["record"]) if len(part) >= FEWEST_ROWS]
     if len(parts) < 2:
@@ -312,7 +321,8 @@ def drift(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
     found = fits["logarithmic"]
     time, log = rows["t"] - rows.groupby("record")["t"].transform("mean"), np.log10(rows["stick_time"])
     log = log - log.groupby(rows["record"]).transform("mean")
-    if min(time.std(), log.std()) == 0 or abs(float(np.corrcoef(time, log)[0, 1])) < TOGETHER:
+    # Sticks of one length in each record show no growth within it.
+    if time.std() == 0 or log.std() < EQUAL or abs(float(np.corrcoef(time, log)[0, 1])) < TOGETHER:
         return []
     slope, error = (float(found.parameters[column]["slope"]) for column in ("value", "error"))
     whole = found.residuals + slope * log
@@ -365,14 +375,15 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     time, force = rows["stick_time"].to_numpy(), rows["used"].to_numpy()
     rate = rows["force_rate"].abs().to_numpy()
     stated = rows["force_error"].fillna(0.0).to_numpy()
-    best = np.array(form.start)
+    starts = [np.array(start) for start in (form.start, *form.others)]
     sigma = np.full(len(force), max(robust_scale(force - np.median(force)), 1e-12 * float(np.abs(force).max()), 1e-300))
     jacobian = np.zeros((len(force), len(form.names)))
     for _ in range(4):
-        found = least_squares(
-            _Scaled(form.at, time, rate, force, sigma), best, loss="soft_l1", f_scale=3.0, x_scale="jac"
-        )
+        misfit = _Scaled(form.at, time, rate, force, sigma)
+        ways = [least_squares(misfit, start, loss="soft_l1", f_scale=3.0, x_scale="jac") for start in starts]
+        found = min(ways, key=lambda way: float(way.cost))
         best, jacobian = found.x, np.asarray(found.jac, dtype=float)
+        starts = [best]
         residuals = force - form.at(best, time, rate)
         inner = math.sqrt(max(robust_scale(residuals) ** 2 - float(np.median(stated**2)), 0.0))
         sigma = np.maximum(np.hypot(stated, inner), 1e-12 * float(np.abs(force).max()) + 1e-300)
@@ -386,7 +397,8 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     swell = max(chi, 1e-12) ** 2 * count / max(count - free, 1)
     covariance = np.asarray(inverse * swell * np.sqrt(np.outer(tau, tau)), dtype=float)
     freedom = max(count / float(tau.max()) - free, 1.0)
-    errors = np.sqrt(np.diag(covariance))
+    # A variance below zero is rounding where the form has a number too many: nothing is known of that one.
+    errors = np.sqrt(np.where(np.diag(covariance) < 0, math.inf, np.diag(covariance)))
     columns = ["value", "error", "low", "high"]
     table = pd.DataFrame(index=pd.Index(form.names, name="parameter"), columns=columns, dtype=float)
     for name, value, error in zip(form.names, best, errors, strict=True):

@@ -18,7 +18,7 @@ from stickslip.identification.break_away import break_away_rows, is_relative
 from stickslip.identification.first_guess import GUESSES
 from stickslip.identification.fit import Identification, identify
 from stickslip.identification.records import FrictionRecord, read_records
-from stickslip.laws import Coulomb, Law
+from stickslip.laws import BoucWen, Coulomb, Law, RateState, Regularised, Tabulated
 from stickslip.state_laws import StateLaw
 
 Array = npt.NDArray[np.float64]
@@ -31,6 +31,9 @@ INNER = 4
 """Blocks into which a held-back part is cut again where there are few, for the error of a difference."""
 LEAST = 0.01
 """Predictions whose errors differ by less than this part are alike."""
+BY_NAME_ONLY = (BoucWen, RateState, Regularised, Tabulated)
+"""Laws that are compared where they are asked for: for what a record tells they are others (Dahl, a logarithm, a curve with a
+width that is no number of the contact, linear pieces), and they would crowd the table."""
 STATES = tuple(kind.__name__ for kind in GUESSES if issubclass(kind, StateLaw))
 """Laws that have no break-away force of their own."""
 SAMPLES = 6000
@@ -78,7 +81,7 @@ def compare_laws(
     Parameters
     ----------
     friction : as for :func:`stickslip.identify`.
-    laws : names or classes; default all that have a first guess, the piecewise-linear law with one to `pieces` pieces.
+    laws : names or classes; default all but those in `BY_NAME_ONLY`, the piecewise-linear law with one to `pieces` pieces.
     pieces : linear pieces.
     progress : called as ``progress(what, done, of)`` before each law.
 
@@ -141,7 +144,8 @@ def compare_laws(
 
 
 def _candidates(laws: Iterable[str | type[Law]] | None, pieces: int) -> list[tuple[str, str, int]]:
-    asked: Sequence[str | type[Law]] = [*GUESSES] if laws is None else [laws] if isinstance(laws, str) else [*laws]
+    usual = [law for law in GUESSES if law not in BY_NAME_ONLY]
+    asked: Sequence[str | type[Law]] = usual if laws is None else [laws] if isinstance(laws, str) else [*laws]
     found: list[tuple[str, str, int]] = []
     for name in [law if isinstance(law, str) else law.__name__ for law in asked]:
         counts = range(1, pieces + 1) if name == "PiecewiseLinear" else [pieces]

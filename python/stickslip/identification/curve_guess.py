@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import lsq_linear
 
 from stickslip.errors import InputError
 from stickslip.identification.motion import without_wiggles
 from stickslip.identification.seen import Guess, Seen
 from stickslip.laws import (
     Cubic,
-    Dahl,
-    ElastoPlastic,
     ExponentialStribeck,
     Law,
-    LuGre,
+    Lorentzian,
     PoppStelter,
     Rational,
+    Tabulated,
     TwoBranch,
 )
 
@@ -26,10 +26,12 @@ Array = npt.NDArray[np.float64]
 
 NARROW_RANGE = 0.1
 """A range of slip speeds (5th to 95th percentile) within this part of the highest shows no curve."""
+NARROW_TIMES = 1.25
+"""Stick times (10th to 90th percentile) within this ratio are one."""
+LEAST_DROP = 0.01
+"""Friction is first taken to fall with the speed by at least that part of the highest."""
 SHAPES = np.geomspace(0.02, 3.0, 25)
 """Slip speeds, relative to the highest, over which a curve may bend."""
-STIFF = 0.01
-"""Bristles are first taken to bend by this part of the range of motion."""
 
 
 def curve_of(seen: Seen, kind: str) -> tuple[Array, Array]:
@@ -44,45 +46,59 @@ def curve_of(seen: Seen, kind: str) -> tuple[Array, Array]:
     return speed, force
 
 
-def _least(speed: Array, force: Array, basis: Callable[[float], list[Array]]) -> tuple[float, Array]:
-    """The shape on the grid and the numbers with the least squares."""
-    best: tuple[float, float, Array] | None = None
+def _least(
+    speed: Array, force: Array, basis: Callable[[float], list[Array]], low: Sequence[float]
+) -> tuple[float, list[float]]:
+    """The shape on the grid and the numbers, none below its `low`, with the least squares."""
+    best: tuple[float, float, list[float]] | None = None
     for shape in SHAPES * float(speed.max()):
-        columns = np.stack(basis(float(shape)), axis=1)
-        numbers = np.asarray(np.linalg.lstsq(columns, force, rcond=None)[0], float)
-        misfit = float(np.sum((force - columns @ numbers) ** 2))
-        if best is None or misfit < best[0]:
-            best = (misfit, float(shape), numbers)
+        turned, triangle = np.linalg.qr(np.stack(basis(float(shape)), axis=1))
+        found = lsq_linear(triangle, turned.T @ force, bounds=(np.array(low, float), np.inf))
+        if best is None or found.cost < best[0]:
+            best = (float(found.cost), float(shape), [float(number) for number in found.x])
     assert best is not None
     return best[1], best[2]
 
 
-def _stribeck(seen: Seen, kind: str, exponent: float) -> tuple[float, float, float, float]:
+def stribeck(
+    seen: Seen, kind: str, exponent: float, least_viscous: float = -np.inf
+) -> tuple[float, float, float, float]:
     """Break-away, kinetic, scale and viscous of f_k + (f_s − f_k) exp(−(w/w_s)^exponent) + b w."""
     w, force = curve_of(seen, kind)
-    scale, (kinetic, drop, viscous) = _least(w, force, lambda s: [np.ones_like(w), np.exp(-((w / s) ** exponent)), w])
-    kinetic = max(float(kinetic), 0.0)
-    return kinetic + max(float(drop), 0.01 * float(np.abs(force).max())), kinetic, scale, float(viscous)
+    low = [0.0, LEAST_DROP * float(np.abs(force).max()), least_viscous]
+    scale, (kinetic, drop, viscous) = _least(
+        w, force, lambda s: [np.ones_like(w), np.exp(-((w / s) ** exponent)), w], low
+    )
+    return kinetic + drop, kinetic, scale, viscous
 
 
-def _exponential(seen: Seen) -> Guess:
-    break_away, kinetic, scale, viscous = _stribeck(seen, "ExponentialStribeck", 1.0)
+def exponential(seen: Seen) -> Guess:
+    """An exponential fall and a line."""
+    break_away, kinetic, scale, viscous = stribeck(seen, "ExponentialStribeck", 1.0)
     law = ExponentialStribeck(break_away, kinetic, scale, viscous)
+    return Guess(law, ["break_away", "kinetic", "scale", "viscous"])
+
+
+def _lorentzian(seen: Seen) -> Guess:
+    w, force = curve_of(seen, "Lorentzian")
+    low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
+    scale, (kinetic, drop, viscous) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + (w / s) ** 2), w], low)
+    law = Lorentzian(kinetic + drop, kinetic, scale, viscous)
     return Guess(law, ["break_away", "kinetic", "scale", "viscous"])
 
 
 def _popp_stelter(seen: Seen) -> Guess:
     w, force = curve_of(seen, "PoppStelter")
-    scale, (kinetic, drop, square) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + w / s), w**2])
-    kinetic = max(float(kinetic), 0.0)
-    law = PoppStelter(kinetic + max(float(drop), 0.0), kinetic, 1 / scale, float(square))
+    low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
+    scale, (kinetic, drop, square) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + w / s), w**2], low)
+    law = PoppStelter(kinetic + drop, kinetic, 1 / scale, square)
     return Guess(law, ["break_away", "kinetic", "weakening", "square"])
 
 
 def _rational(seen: Seen) -> Guess:
     w, force = curve_of(seen, "Rational")
-    scale, (break_away,) = _least(w, force, lambda s: [1 / (1 + w / s)])
-    return Guess(Rational(max(float(break_away), 0.0), 1 / scale), ["break_away", "weakening"])
+    scale, (break_away,) = _least(w, force, lambda s: [1 / (1 + w / s)], [0.0])
+    return Guess(Rational(break_away, 1 / scale), ["break_away", "weakening"])
 
 
 def _cubic(seen: Seen) -> Guess:
@@ -92,40 +108,35 @@ def _cubic(seen: Seen) -> Guess:
     return Guess(Cubic(max(static, 0.0), linear, cubic), ["static", "linear", "cubic"])
 
 
-def _bristles(seen: Seen, force: float) -> tuple[float, float, str]:
-    """Stiffness and damping of bristles that are too stiff to be seen, and the sentence that says so."""
-    paths = [record.slip_velocity * record.step for record in seen.records]
-    reach = float(np.median([np.ptp(np.cumsum(path - path.mean())) for path in paths]))
-    stiffness = max(force, 1e-12) / (STIFF * max(reach, 1e-12))
-    mass = float(np.median([record.constants.get("mass", 1.0) for record in seen.records]))
-    note = (
-        f"The stiffness of the bristles is held at {stiffness:.3g}, at which they bend by {STIFF:g} of the range of motion; "
-        "give it as free where the record shows the rise of force at a reversal."
-    )
-    return stiffness, float(np.sqrt(stiffness * mass)), note
-
-
-def _dahl(seen: Seen) -> Guess:
-    kinetic = max(seen.kinetic, 1e-12)
-    stiffness, _, note = _bristles(seen, kinetic)
-    return Guess(Dahl(stiffness=stiffness, kinetic=kinetic), ["kinetic"], notes=[note])
-
-
-def _lugre(seen: Seen) -> Guess:
-    break_away, kinetic, scale, viscous = _stribeck(seen, "LuGre", 2.0)
-    stiffness, damping, note = _bristles(seen, break_away)
-    law = LuGre(stiffness, damping, viscous, max(kinetic, 1e-12), break_away, scale)
-    return Guess(law, ["kinetic", "break_away", "scale", "viscous"], notes=[note])
-
-
-def _elasto_plastic(seen: Seen) -> Guess:
-    start = _lugre(seen)
-    law = start.law
-    assert isinstance(law, LuGre)
-    numbers = (law.stiffness, law.damping, law.viscous, law.kinetic, law.break_away, law.scale)
-    whole = ElastoPlastic(*numbers, elastic=0.5 * law.kinetic / law.stiffness)
+def _tabulated(seen: Seen) -> Guess:
+    w, force = curve_of(seen, "Tabulated")
+    nodes = np.linspace(0.0, float(np.quantile(w, 0.95)), seen.pieces + 1)
+    hats = np.stack([np.interp(w, nodes, unit) for unit in np.eye(nodes.size)], axis=1)
+    values = np.maximum(np.linalg.lstsq(hats, force, rcond=None)[0], 0.0)
+    kinetic = tuple((float(a), float(b)) for a, b in zip(nodes, values, strict=True))
+    free = [f"kinetic[{i}].force" for i in range(nodes.size)]
+    if len(seen.rows) < 2:
+        note = "The records hold no break-away, so static friction is the kinetic force at w = 0, an extrapolation."
+        law = Tabulated(kinetic, kinetic[0][1])
+        return Guess(law, free, ties={"break_away": "kinetic[0].force"}, notes=[note])
+    time = seen.rows["stick_time"].to_numpy()
+    bears = seen.rows["force"].to_numpy()
+    low, high = np.quantile(time, [0.1, 0.9])
+    if len(seen.rows) < 5 or high < NARROW_TIMES * low:
+        top = max(seen.break_away, 1.001 * kinetic[0][1])
+        return Guess(Tabulated(kinetic, top), [*free, "break_away"])
+    # A node at the middle of each third of the stick times, unless it is that of the one before; none below that.
+    static = [(0.0, kinetic[0][1])]
+    for part in np.array_split(np.argsort(time), 3):
+        at, force_there = float(np.median(time[part])), float(np.median(bears[part]))
+        if at > NARROW_TIMES * static[-1][0]:
+            static.append((at, max(force_there, static[-1][1])))
+    note = "The break-away force at stick time 0 was set to the kinetic force at w = 0, which is an extrapolation."
     return Guess(
-        whole, start.free, notes=[*start.notes, "The elastic reach of the bristles is held at half their bend."]
+        Tabulated(kinetic, tuple(static)),
+        [*free, *(f"break_away[{i}].force" for i in range(1, len(static)))],
+        ties={"break_away[0].force": "kinetic[0].force"},
+        notes=[note],
     )
 
 
@@ -161,12 +172,11 @@ def _two_branch(seen: Seen) -> Guess:
 
 
 CURVES: dict[type[Law], Callable[[Seen], Guess]] = {
-    ExponentialStribeck: _exponential,
+    ExponentialStribeck: exponential,
     PoppStelter: _popp_stelter,
     Rational: _rational,
     Cubic: _cubic,
     TwoBranch: _two_branch,
-    Dahl: _dahl,
-    LuGre: _lugre,
-    ElastoPlastic: _elasto_plastic,
+    Lorentzian: _lorentzian,
+    Tabulated: _tabulated,
 }

@@ -10,10 +10,20 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.identification.break_away import NARROW
-from stickslip.identification.curve_guess import CURVES
+from stickslip.identification.curve_guess import CURVES, curve_of
 from stickslip.identification.loops import bogacz_ryczek
 from stickslip.identification.seen import Guess, Seen, need_rows
-from stickslip.laws import BogaczRyczek, Coulomb, DwellTime, ForceRate, Law, PiecewiseLinear, StaticKinetic
+from stickslip.identification.state_guess import STATES
+from stickslip.laws import (
+    BogaczRyczek,
+    Coulomb,
+    DwellTime,
+    ForceRate,
+    Law,
+    LogarithmicDwell,
+    PiecewiseLinear,
+    StaticKinetic,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -55,23 +65,29 @@ def _static_kinetic(seen: Seen) -> Guess:
     return Guess(StaticKinetic(break_away=seen.break_away, kinetic=kinetic), ["break_away", "kinetic"])
 
 
-def _dwell_time(seen: Seen) -> Guess:
-    need_rows(seen, "DwellTime", 5)
+def _grown(seen: Seen, kind: str) -> tuple[float, float, float]:
+    """Kinetic force, usual growth of static friction and usual stick time; refused where none of it is seen to differ."""
+    need_rows(seen, kind, 5)
     time = seen.rows["stick_time"].to_numpy()
     low, high = np.quantile(time, [0.1, 0.9])
     if high < NARROW * low:
         raise InputError(
-            f"identify: DwellTime needs stick times that differ, here they lie between {low:.4g} and {high:.4g}: add records "
+            f"identify: {kind} needs stick times that differ, here they lie between {low:.4g} and {high:.4g}: add records "
             "at other drive velocities, or ask for StaticKinetic"
         )
     kinetic = max(seen.kinetic, 0.0)
     grown = seen.break_away - kinetic
     if grown <= 0:
         raise InputError(
-            f"identify: DwellTime needs break-away forces above the kinetic force, got {seen.break_away:.4g} and "
+            f"identify: {kind} needs break-away forces above the kinetic force, got {seen.break_away:.4g} and "
             f"{kinetic:.4g}: check the rig's mass and stiffness, or ask for Coulomb"
         )
-    rate = 1 / float(np.median(time))
+    return kinetic, grown, float(np.median(time))
+
+
+def _dwell_time(seen: Seen, kind: str = "DwellTime") -> Guess:
+    kinetic, grown, usual = _grown(seen, kind)
+    rate = 1 / usual
     laws: list[Law] = [
         DwellTime(kinetic=kinetic, limit=grown / (1 - math.exp(-c)), rate=c * rate) for c in (0.3, 1.0, 3.0)
     ]
@@ -83,8 +99,17 @@ def _dwell_time(seen: Seen) -> Guess:
     return Guess(laws[0], ["kinetic", "limit", "rate"], rivals=laws[1:], notes=["The exponent of growth is held at 1."])
 
 
+def _logarithmic_dwell(seen: Seen) -> Guess:
+    kinetic, grown, usual = _grown(seen, "LogarithmicDwell")
+    laws: list[Law] = [
+        LogarithmicDwell(kinetic, growth=grown / math.log1p(1 / share), onset=share * usual)
+        for share in (0.1, 1.0, 10.0)
+    ]
+    return Guess(laws[0], ["kinetic", "growth", "onset"], rivals=laws[1:])
+
+
 def _force_rate(seen: Seen) -> Guess:
-    start = _dwell_time(seen)
+    start = _dwell_time(seen, "ForceRate")
     rate = seen.rows["force_rate"].abs().dropna().to_numpy()
     if rate.size < 5:
         raise InputError(
@@ -109,12 +134,7 @@ def _force_rate(seen: Seen) -> Guess:
 
 
 def _piecewise_linear(seen: Seen) -> Guess:
-    speed, force = seen.curve
-    if float(np.ptp(speed)) <= 1e-6 * float(speed.max()):
-        raise InputError(
-            "identify: PiecewiseLinear needs slip at different slip velocities, here it is constant; take a record that "
-            "oscillates, or several drive velocities"
-        )
+    speed, force = curve_of(seen, "PiecewiseLinear")
     inner = np.quantile(speed, np.arange(1, seen.pieces) / seen.pieces)
     nodes = np.array([0.0, *inner, float(speed.max())])
     if not (np.diff(nodes) > 0).all():
@@ -142,8 +162,10 @@ GUESSES: dict[type[Law], Callable[[Seen], Guess]] = {
     Coulomb: _coulomb,
     StaticKinetic: _static_kinetic,
     DwellTime: _dwell_time,
+    LogarithmicDwell: _logarithmic_dwell,
     PiecewiseLinear: _piecewise_linear,
     ForceRate: _force_rate,
     BogaczRyczek: bogacz_ryczek,
     **CURVES,
+    **STATES,
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,15 +20,25 @@ from stickslip.identification.break_away import (
     break_away_rows,
     fit_static_friction,
     is_relative,
+    tied,
+    unlike,
 )
 from stickslip.identification.first_guess import GUESSES, first_guess
 from stickslip.identification.motion import Motion
 from stickslip.identification.parameters import check_names, maybe, places, with_values
 from stickslip.identification.records import FrictionRecord, read_records
-from stickslip.identification.seen import Guess, Seen
-from stickslip.laws import Coulomb, DwellTime, Law
+from stickslip.identification.seen import Guess, Seen, refuse_unreadable
+from stickslip.laws import Coulomb, DwellTime, ForceRate, Law, LogarithmicDwell, StaticKinetic
 
 CORRELATED = 0.98
+BY_FORM: dict[str, type[Law]] = {
+    "constant": StaticKinetic,
+    "logarithmic": LogarithmicDwell,
+    "force rate": ForceRate,
+    "stick time and force rate": ForceRate,
+    "exponential over force rate": ForceRate,
+}
+"""The law that is taken where none is asked for, by the form of static friction; `DwellTime` for all others."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +165,7 @@ class Identification:
 
 def identify(
     friction: Any,
-    law: str | type[Law] | Law = "DwellTime",
+    law: str | type[Law] | Law | None = None,
     free: Iterable[str] | None = None,
     fixed: Mapping[str, float] | None = None,
     pieces: int = 3,
@@ -169,7 +179,8 @@ def identify(
     Parameters
     ----------
     friction : a DataTree from :func:`stickslip.measure`, the path of a friction file, or a list of either.
-    law : name or class of a law (the first guess then comes from the data), or a law as first guess.
+    law : name or class of a law (the first guess then comes from the data), or a law as first guess; default the law whose
+        static friction has the form that the break-aways show, `StaticKinetic` where they cannot tell; `notes` says which.
     free : names of the numbers to fit, such as ``"kinetic"``, ``"nodes[1].force"``, ``"static_friction.initial"``,
         ``"l.slope"``, ``"B.w"``; default: what the records can tell. For a law given as first guess: default as for its
         class.
@@ -213,6 +224,8 @@ def identify(
     {'break_away': 1.0, 'kinetic': 0.6}
     """
     records = read_records(friction)
+    if law is None:
+        return _by_default(records, free, fixed, pieces, offset)
     kind, start = _kind(law)
     if not any(record.slips for record in records):
         raise InputError(
@@ -226,6 +239,8 @@ def identify(
             "identify: an offset can be told from friction only where a record slips in both senses, and none does: add one, "
             "or leave the offset out"
         )
+    for record in records:
+        refuse_unreadable(record)
     rows = break_away_rows(records)
     static = fit_static_friction(records) if len(rows) >= FEWEST_ROWS and kind is not Coulomb else None
     relative, drift = is_relative(rows) if kind is not Coulomb else (False, [])
@@ -255,6 +270,39 @@ def identify(
         within=guess.within,
         offset=found.offset,
     )
+
+
+def _by_default(
+    records: list[FrictionRecord],
+    free: Iterable[str] | None,
+    fixed: Mapping[str, float] | None,
+    pieces: int,
+    offset: bool,
+) -> Identification:
+    """The law whose static friction has the form that the break-aways show; a simpler one where they show none."""
+    rows = break_away_rows(records)
+    kinds: list[type[Law]] = [StaticKinetic, Coulomb]
+    why = "the break-aways are too few to show growth with stick time"
+    if len(rows) >= FEWEST_ROWS:
+        static = fit_static_friction(records)
+        why = f"static friction over stick time has the {static.chosen} form"
+        if unlike(static):
+            why = "the records differ from any one law of stick time"
+        elif tied(static.rows) and static.chosen != "constant":
+            # Growth that may be an effect of the force rate foretells nothing at another one.
+            why = "growth with stick time cannot be told from an effect of the force rate in these records"
+        else:
+            kinds.insert(0, BY_FORM.get(static.chosen, DwellTime))
+    refused: list[str] = []
+    for kind in dict.fromkeys(kinds):
+        try:
+            found = identify(records, kind, free, fixed, pieces, offset)
+        except InputError as error:
+            refused.append(str(error))
+            continue
+        reason = refused[-1].removeprefix("identify: ") if refused else why
+        return replace(found, notes=[f"No law was asked for; {kind.__name__} was taken: {reason}.", *found.notes])
+    raise InputError(refused[0])
 
 
 def _kind(law: str | type[Law] | Law) -> tuple[type[Law], Law | None]:

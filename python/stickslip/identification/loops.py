@@ -21,9 +21,18 @@ Array = npt.NDArray[np.float64]
 Samples = npt.NDArray[np.int_]
 
 
+FALLS = 0.03
+"""A range of the peaks beyond that part of the highest is a fall of f_s(0, δ) with the force rate δ."""
+SHARP = (1.0, 2.0, 4.0, 8.0, 16.0)
+"""Exponents of that fall that are tried."""
+
+
 @dataclass(frozen=True)
 class _Loop:
-    """Lines of one record's loop: the corner, slopes below and above it, and the climb from the turning point."""
+    """Lines of one record's loop: the corner, slopes below and above it, and the climb from the turning point.
+
+    The peak is f_s(0, δ) where nothing sticks, with the force rate δ = k V that adhesion would feel (NaN: k is not known).
+    """
 
     corner: tuple[float, float]
     lower: float
@@ -32,6 +41,7 @@ class _Loop:
     turn: tuple[float, float] | None
     peak: tuple[float, float]
     least_climb: float
+    force_rate: float
 
 
 def bogacz_ryczek(seen: Seen) -> Guess:
@@ -51,7 +61,8 @@ def bogacz_ryczek(seen: Seen) -> Guess:
         )
     corners = np.array([loop.corner for loop in loops])
     width, height = float(corners[:, 0].mean()), float(corners[:, 1].mean())
-    initial = float(np.median([loop.peak[1] for loop in climbing]))
+    surface, falling, fall_notes = _fall(climbing)
+    initial = surface.initial
     upper = float(np.median([loop.upper for loop in loops]))
     common = float(np.median([loop.common for loop in loops]))
     slopes = [height / width * c for c in (1.0, 2.0)]
@@ -59,12 +70,12 @@ def bogacz_ryczek(seen: Seen) -> Guess:
         measured = float(np.polyfit(corners[:, 0], corners[:, 1], 1)[0])
         slopes.insert(0, measured)
     lower = float(np.median([loop.lower for loop in loops]))
-    grown = seen.break_away - initial if len(seen.rows) else 0.0
-    surface = StaticSurface(initial=initial)
-    free = ["static_friction.initial", "phi", "psi", "l.slope", "l.intercept", "B.w", "B.f"]
-    notes = ["Held fixed: beta, eta and alpha of the law."]
+    free = [*falling, "phi", "psi", "l.slope", "l.intercept", "B.w", "B.f"]
+    notes = ["Held fixed: beta, eta and alpha of the law.", *fall_notes]
     if len(seen.rows) >= 2:
         time = seen.rows["stick_time"].to_numpy()
+        rates = seen.rows["force_rate"].abs().fillna(0.0).to_numpy()
+        grown = seen.break_away - float(np.median(_at_once(surface, rates)))
         typical = float(np.median(time))
         surface = replace(surface, limit=max(grown, 0.01 * initial) / (1 - math.exp(-1.0)), rate=1 / typical)
         free.append("static_friction.limit")
@@ -113,10 +124,51 @@ def bogacz_ryczek(seen: Seen) -> Guess:
             "identify: the loops of friction over slip velocity do not look like those of BogaczRyczek (a falling upper and "
             "lower branch that meet, then a rising one): ask for PiecewiseLinear"
         )
-    # At a turning point beyond D the climb is no longer D's.
-    beyond = max(loop.turn[0] for loop in climbing if loop.turn is not None)
+    # At a turning point beyond D the climb is no longer D's; a climb too narrow to be seen says nothing of that.
+    beyond = max(starts, default=min(loop.turn[0] for loop in climbing if loop.turn is not None))
     within = {"D.w": (beyond, 3 * width)}
     return Guess(candidates[0], free, notes=notes, rivals=candidates[1:], within=within)
+
+
+def _at_once(surface: StaticSurface, rate: Array) -> Array:
+    """f_s(0, δ) of a surface."""
+    return np.asarray(surface.initial + surface.drop / (1 + (rate / surface.drop_scale) ** surface.drop_exponent))
+
+
+def _fall(loops: Sequence[_Loop]) -> tuple[StaticSurface, list[str], list[str]]:
+    """f_s(0, δ) from the peaks of loops without sticks, the names of its numbers that these tell, and what is assumed.
+
+    Each force rate gives one point of the curve, so that many numbers are free.
+    """
+    peaks = np.array([loop.peak[1] for loop in loops])
+    rate = np.array([loop.force_rate for loop in loops])
+    flat = StaticSurface(initial=float(np.median(peaks)))
+    count = len(set(rate.round(12)))
+    # It falls, if at all: peaks that rise with the rate are something else.
+    falls = np.isfinite(rate).all() and count > 1 and float(np.polyfit(rate, peaks, 1)[0]) < 0
+    if not falls or float(np.ptp(peaks)) < FALLS * float(peaks.max()):
+        return flat, ["static_friction.initial"], []
+    best: tuple[float, StaticSurface] | None = None
+    for exponent in SHARP:
+        for scale in np.geomspace(0.7 * rate.min(), 1.4 * rate.max(), 29):
+            gone = 1 / (1 + (rate / scale) ** exponent)
+            columns = np.stack([np.ones_like(gone), gone], axis=1)
+            initial, drop = (float(part) for part in np.linalg.lstsq(columns, peaks, rcond=None)[0])
+            misfit = float(np.sum((peaks - initial - drop * gone) ** 2))
+            if initial > 0 and 0 < drop < 2 * float(peaks.max()) and (best is None or misfit < best[0]):
+                best = (
+                    misfit,
+                    replace(flat, initial=initial, drop=drop, drop_scale=float(scale), drop_exponent=exponent),
+                )
+    if best is None:
+        return flat, ["static_friction.initial"], []
+    names = [f"static_friction.{name}" for name in ("initial", "drop", "drop_scale", "drop_exponent")]
+    ends = f"from {peaks.max():.3g} to {peaks.min():.3g}"
+    said = f"f_s(0, delta) falls with the force rate, {ends} over the motions without sticks"
+    if count >= len(names):
+        return best[1], names, [f"{said}."]
+    held = ", ".join(f"{name} = {getattr(best[1], name.rpartition('.')[2]):.3g}" for name in names[count:])
+    return best[1], names[:count], [f"{said}; these hold {count} force rates, so held at a guess is {held}."]
 
 
 def _climb_points(loops: Sequence[_Loop], initial: float) -> list[tuple[float, float]]:
@@ -175,6 +227,7 @@ def _loop(record: FrictionRecord) -> _Loop | None:
         turn=None if turn is None else (float(turn[0]), float(turn[1])),
         peak=(float(mean[0]), float(mean[1])),
         least_climb=least_climb(velocity_noise(record), [float(w[whole].max() - w[whole].min())]),
+        force_rate=abs(record.constants.get("stiffness", math.nan) * record.constants.get("drive_velocity", math.nan)),
     )
 
 

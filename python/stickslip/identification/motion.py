@@ -13,7 +13,7 @@ from scipy.optimize import isotonic_regression
 from scipy.signal import cont2discrete, find_peaks, lfilter, ss2tf
 
 from stickslip.identification.records import FrictionRecord
-from stickslip.laws import BogaczRyczek, Coulomb, DwellTime, Law, StaticKinetic, force_along
+from stickslip.laws import BogaczRyczek, Coulomb, DwellTime, Law, LogarithmicDwell, StaticKinetic, force_along
 
 Array = npt.NDArray[np.float64]
 Samples = npt.NDArray[np.int_]
@@ -30,7 +30,7 @@ REVERSAL = 0.1
 WITH_MEMORY = (BogaczRyczek,)
 
 #: Laws whose kinetic force is one number: the work of each slip says all there is to know about it.
-WITHOUT_SHAPE = (Coulomb, StaticKinetic, DwellTime)
+WITHOUT_SHAPE = (Coulomb, StaticKinetic, DwellTime, LogarithmicDwell)
 
 
 @dataclass
@@ -66,10 +66,11 @@ class Motion:
         for (first, last), turn in zip(compact.slips, turns, strict=True):
             start = first
             if issubclass(law, WITH_MEMORY) and not _known_start(compact, first):
-                minima = [int(i) for i in turn if _is_minimum(w, int(i), first, last)]
-                if not minima:
+                # The first climb begins on a branch that is not known; where it has ended the memory is.
+                ends = [int(b) for a, b in pairwise(turn) if _is_minimum(w, int(a), first, last)]
+                if not ends:
                     continue
-                start = minima[0]
+                start = ends[0]
             if issubclass(law, WITHOUT_SHAPE):
                 # A long slip is cut at its slowest points: one number for each cycle.
                 cuts = [int(i) for i in turn if _is_minimum(w, int(i), first, last)]
@@ -268,11 +269,15 @@ def _known_start(record: FrictionRecord, first: int) -> bool:
 
 
 def _force_rate(record: FrictionRecord, compact: FrictionRecord) -> Array:
-    """D(force)/dt of each stick: from the table of break-aways, else k V, else the slope of the force."""
+    """D(force)/dt of each stick: from the table of break-aways, else k V, else the slope of the force.
+
+    While the mass slips it is what adhesion would feel, k V, on which static friction without rest may depend; 0 where that
+    is not known.
+    """
     known = record.constants
     usual = known.get("stiffness", math.nan) * known.get("drive_velocity", math.nan)
     table = record.break_away
-    rate = np.zeros(len(compact.time))
+    rate = np.full(len(compact.time), usual if math.isfinite(usual) else 0.0)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], compact.stuck, [False]]).astype(int)))
     for a, b in zip(edges[::2], edges[1::2], strict=True):
         value = usual

@@ -29,6 +29,8 @@ PAIRS = {
     "nodes": ("slip_velocity", "force"),
     "rising": ("slip_velocity", "force"),
     "falling": ("slip_velocity", "force"),
+    "kinetic": ("slip_velocity", "force"),
+    "break_away": ("stick_time", "force"),
 }
 
 #: Limits by the last part of the name; what is not here is free.
@@ -46,17 +48,26 @@ LIMITS = {
     "length": (0.0, math.inf),
     "force_rate_scale": (0.0, math.inf),
     "force_rate_exponent": (0.05, 10.0),
+    "drop": (0.0, math.inf),
+    "drop_scale": (0.0, math.inf),
+    "drop_exponent": (0.05, 100.0),
     "phi": (-89.99, 89.99),
     "psi": (-89.99, 89.99),
     "eta": (0.01, 89.99),
     "alpha": (0.0, math.inf),
     "beta": (0.0, math.inf),
+    "growth": (0.0, math.inf),
+    "onset": (0.0, math.inf),
+    "a": (0.0, math.inf),
+    "b": (0.0, math.inf),
+    "reference_friction": (0.0, math.inf),
+    "stick_time": (0.0, math.inf),
     "B.w": (-math.inf, 0.0),
     "slip_velocity": (0.0, math.inf),
 }
 
 #: Positive numbers known by their ratio: their intervals are symmetric in the logarithm.
-BY_RATIO = ("rate", "force_rate_scale")
+BY_RATIO = ("rate", "onset", "force_rate_scale", "drop_scale", "drop_exponent")
 
 Place = tuple[str | int, ...]
 

@@ -16,6 +16,11 @@ from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
 
+DROWNED = 0.5
+"""Noise of the gauge beyond that part of the usual fall at a break-away hides where sticks begin and end."""
+CLIPPED = 0.02
+"""More than this part of the samples at the last reading, ten times as many as at the one before, is a clipped gauge."""
+
 
 @dataclass(frozen=True)
 class Seen:
@@ -88,4 +93,23 @@ def need_rows(seen: Seen, kind: str, fewest: int) -> None:
         raise InputError(
             f"identify: {kind} needs at least {fewest} break-aways with a known stick time, the records hold {got}: take "
             "a record in which the mass sticks (a lower drive velocity), or ask for Coulomb"
+        )
+
+
+def refuse_unreadable(record: FrictionRecord) -> None:
+    """Refuse a record whose gauge was clipped, or whose noise is as large as the falls of its break-aways."""
+    if record.recorded is not None:
+        levels, counts = np.unique(record.recorded[np.isfinite(record.recorded)], return_counts=True)
+        for end, beside in ((0, 1), (-1, -2)) if levels.size > 2 else ():
+            if counts[end] > CLIPPED * counts.sum() and counts[end] > 10 * counts[beside]:
+                raise InputError(
+                    f"{record.name}: {100 * counts[end] / counts.sum():.0f} % of the readings of the displacement are "
+                    f"exactly {levels[end]:.4g}, so the gauge was clipped there: record with a wider range"
+                )
+    noise = record.constants.get("noise", 0.0) * record.constants.get("stiffness", 0.0)
+    drop = record.break_away["drop"].dropna().to_numpy()
+    if drop.size and noise > DROWNED * float(np.median(drop)):
+        raise InputError(
+            f"{record.name}: the noise of the gauge is {noise:.3g} in force, and a break-away falls by "
+            f"{np.median(drop):.3g}: where sticks begin and end cannot be told; record with less noise"
         )

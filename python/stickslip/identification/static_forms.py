@@ -24,6 +24,7 @@ class Form:
     name : what it is called.
     formula : written out, in t_s and delta.
     names, start : of its numbers, and where their fit begins (ratios by their logarithm).
+    others : further places where it may begin; the best of all is taken.
     at : force from the numbers, t and δ.
     """
 
@@ -32,6 +33,7 @@ class Form:
     names: tuple[str, ...]
     start: tuple[float, ...]
     at: Callable[[Array, Array, Array], Array]
+    others: tuple[tuple[float, ...], ...] = ()
 
 
 def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bool) -> list[Form]:
@@ -52,9 +54,6 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
     start_rate = -math.log(typical / 1.5)
     base = f"{level:.6g}"
 
-    def growth(p: Array, t: Array, exponent: float | Array = 1.0) -> Array:
-        return np.asarray(-p[0] * np.expm1(-np.exp(np.clip(p[1], -50, 50)) * t**exponent))
-
     found = [
         Form("constant", "f0", ("f0",), (middle,), lambda p, t, _: np.full(len(t), p[0])),
         Form(
@@ -69,7 +68,7 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
             f"{base} + limit * (1 - exp(-rate * t_s))",
             ("limit", "rate"),
             (1.3 * grown, start_rate),
-            lambda p, t, _: level + growth(p, t),
+            lambda p, t, _: level + _growth(p, t),
         ),
     ]
     if len(time) >= 8:
@@ -86,7 +85,7 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
                 f"{base} + limit * (1 - exp(-rate * t_s^exponent))",
                 ("limit", "rate", "exponent"),
                 (1.3 * grown, start_rate, 0.0),
-                lambda p, t, _: level + growth(p, t, np.exp(np.clip(p[2], -20, 3))),
+                lambda p, t, _: level + _growth(p, t, np.exp(np.clip(p[2], -20, 3))),
             ),
         ]
     if not rates_differ or len(time) < 12:
@@ -113,8 +112,9 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
             f"{base} + limit * (1 - exp(-rate * t_s)) / (1 + delta / scale)",
             ("limit", "rate", "scale"),
             (2.0 * grown, start_rate, typical_rate),
-            lambda p, t, d: level + growth(p, t) / (1 + d / np.exp(np.clip(p[2], -50, 50))),
+            lambda p, t, d: level + _growth(p, t) / (1 + d / np.exp(np.clip(p[2], -50, 50))),
         ),
+        *_falls(level, rate, grown, start_rate),
         Form(
             "surface",
             "f0 + a * T + b * D + aa * T^2 + ab * T * D + bb * D^2, T = log10(t_s), D = log10(delta)",
@@ -123,6 +123,43 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
             _surface,
         ),
     ]
+
+
+def _falls(level: float, rate: Array, grown: float, start_rate: float) -> list[Form]:
+    """Forms in which f_s(0, δ) itself falls with the force rate, as in the paper's law."""
+    # Where and how sharply it falls has several nearly good answers: the fit begins at each of them.
+    scales = np.log(np.quantile(rate, [0.5, 0.25, 0.75]))
+    begins = [(float(scale), math.log(sharp)) for sharp in (2.0, 8.0) for scale in scales]
+
+    def fall(p: Array, d: Array) -> Array:
+        steep = np.exp(np.clip(p[2], -3, 5)) * (np.log(d) - p[1])
+        return np.asarray(p[0] / (1 + np.exp(np.clip(steep, -500, 500))))
+
+    plain = [(grown, grown, *begin) for begin in begins]
+    both = [(grown, *begin, grown, start_rate) for begin in begins]
+    return [
+        Form(
+            "fall with force rate",
+            "f0 + drop / (1 + (delta / scale)^exponent)",
+            ("f0", "drop", "scale", "exponent"),
+            plain[0],
+            lambda p, _, d: p[0] + fall(p[1:], d),
+            tuple(plain[1:]),
+        ),
+        Form(
+            "exponential and fall with force rate",
+            f"{level:.6g} + drop / (1 + (delta / scale)^exponent) + limit * (1 - exp(-rate * t_s))",
+            ("drop", "scale", "exponent", "limit", "rate"),
+            both[0],
+            lambda p, t, d: level + fall(p, d) + _growth(p[3:], t),
+            tuple(both[1:]),
+        ),
+    ]
+
+
+def _growth(p: Array, t: Array, exponent: float | Array = 1.0) -> Array:
+    """Δ∞ (1 − exp(−γ t^m)), with γ by its logarithm."""
+    return np.asarray(-p[0] * np.expm1(-np.exp(np.clip(p[1], -50, 50)) * t**exponent))
 
 
 def _surface(p: Array, time: Array, rate: Array) -> Array:
