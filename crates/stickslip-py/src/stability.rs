@@ -1,21 +1,21 @@
-//! Trails and their derivatives at the border. A state is 16 numbers (13 of the core, branch, turns, released), an arc is
-//! (direction, hold, ending, duration).
+//! Trails and their derivatives at the border. Per contact a state has 10 numbers after time, positions and velocities, and
+//! at its end three flags (branch, turns, released); an arc is (direction, hold) of every contact, ending and contact as one
+//! number, duration.
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stickslip::law::End;
+use stickslip::network::{self, sequence as of_system};
 use stickslip::simulate::Run;
 use stickslip::structure::Oscillator;
-use stickslip::trail::{self as sequence, Trail};
-use stickslip::variation::{self, Arc, Ending, LANES, Phase, State, Varied, WIDTH};
+use stickslip::system::System;
+use stickslip::trail::{self as of_oscillator, Trail};
+use stickslip::variation::{self, Arc, Ending, Flags, Layout, Phase, State, Varied};
 
 use crate::{Array, refused};
 
-/// Numbers of a state at the border.
-const STATE: usize = WIDTH + 3;
-
-/// Endings by their number.
+/// Endings by their number; that of contact c is c times their count more.
 const ENDINGS: [Ending; 7] = [
     Ending::Release,
     Ending::Line(End::Low),
@@ -28,50 +28,100 @@ const ENDINGS: [Ending; 7] = [
 
 /// Their names.
 pub(crate) const ENDING_NAMES: [&str; 7] = ["release", "low", "high", "falling", "rising", "section", "time"];
+/// Names of the test functions by their number; that of contact c is c times their count more.
+pub(crate) const BORDER_NAMES: [&str; 6] = ["low", "high", "entry", "crossing", "stick", "arrival"];
 
-fn phase_of(direction: f64, hold: f64) -> Phase {
-    if direction == 0.0 {
-        Phase::Stick
-    } else if hold == 0.0 {
-        Phase::Slip(direction)
-    } else {
-        Phase::Hold(direction)
-    }
+/// Numbers of the flags of a contact.
+const FLAGS: usize = 3;
+
+fn broken(what: &str, count: usize) -> PyErr {
+    PyValueError::new_err(format!("{what} does not fit the system: it has {count} numbers"))
 }
 
-fn plain(phase: Phase) -> [f64; 2] {
-    match phase {
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a small whole number"
+)]
+fn whole(value: f64) -> usize {
+    value as usize
+}
+
+fn phases_from(row: &[f64]) -> Vec<Phase> {
+    row.chunks_exact(2)
+        .map(|pair| match pair {
+            [0.0, _] => Phase::Stick,
+            [direction, 0.0] => Phase::Slip(*direction),
+            _ => Phase::Hold(pair[0]),
+        })
+        .collect()
+}
+
+fn plain(phase: &Phase) -> [f64; 2] {
+    match *phase {
         Phase::Stick => [0.0, 0.0],
         Phase::Slip(direction) => [direction, 0.0],
         Phase::Hold(direction) => [direction, 1.0],
     }
 }
 
-fn state_from(row: &[f64]) -> PyResult<State<LANES>> {
-    let broken = || PyValueError::new_err(format!("a state has {STATE} numbers, got {}", row.len()));
-    let values: &[f64; WIDTH] = row
-        .get(..WIDTH)
-        .and_then(|row| row.try_into().ok())
-        .ok_or_else(broken)?;
-    let &[branch, turns, released] = row.get(WIDTH..).unwrap_or_default() else {
-        return Err(broken());
-    };
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a small whole number"
-    )]
-    let branch = branch as u32;
-    Ok(variation::state_of(values, branch, turns != 0.0, released != 0.0))
+/// The system of a document, and what it is made of: of an oscillator the one mass and contact.
+struct Document {
+    oscillator: Option<Oscillator>,
+    system: System,
+    layout: Layout,
 }
 
-fn row_of(state: &State<LANES>) -> impl Iterator<Item = f64> {
-    let flags = [
-        f64::from(state.branch),
-        f64::from(u8::from(state.turns)),
-        f64::from(u8::from(state.released)),
-    ];
-    state.numbers.map(|number| number.value).into_iter().chain(flags)
+impl Document {
+    fn read(text: &str) -> PyResult<Self> {
+        let (oscillator, system) = if is_system(text) {
+            (None, System::from_json(text).map_err(|error| refused(&error))?)
+        } else {
+            let oscillator = Oscillator::from_json(text).map_err(|error| refused(&error))?;
+            let system = System::from(&oscillator);
+            (Some(oscillator), system)
+        };
+        let layout = Layout {
+            masses: system.masses(),
+            contacts: system.contacts.len(),
+        };
+        Ok(Self {
+            oscillator,
+            system,
+            layout,
+        })
+    }
+
+    fn state(&self, row: &[f64]) -> PyResult<State> {
+        let width = self.layout.width();
+        if row.len() != width + FLAGS * self.layout.contacts {
+            return Err(broken("a state", row.len()));
+        }
+        let flags = row[width..].chunks_exact(FLAGS).map(|flags| Flags {
+            branch: u32::try_from(whole(flags[0])).unwrap_or_default(),
+            turns: flags[1] != 0.0,
+            released: flags[2] != 0.0,
+        });
+        Ok(State {
+            numbers: row[..width].to_vec(),
+            flags: flags.collect(),
+        })
+    }
+}
+
+fn is_system(text: &str) -> bool {
+    serde_json::from_str::<serde_json::Value>(text).is_ok_and(|table| table.get("contacts").is_some())
+}
+
+fn row_of(state: &State) -> impl Iterator<Item = f64> {
+    let flags = state.flags.iter().flat_map(|flags| {
+        [
+            f64::from(flags.branch),
+            f64::from(u8::from(flags.turns)),
+            f64::from(u8::from(flags.released)),
+        ]
+    });
+    state.numbers.iter().copied().chain(flags)
 }
 
 /// Start, arcs, kinds of their events, why it ended.
@@ -79,12 +129,12 @@ type Trailed<'py> = (Array<'py, f64>, Array<'py, f64>, Vec<&'static str>, &'stat
 
 fn columns<'py>(py: Python<'py>, trail: &Trail) -> Trailed<'py> {
     let arcs = trail.arcs.iter().flat_map(|arc| {
-        let [direction, hold] = plain(arc.phase);
         let ending = ENDINGS
             .iter()
             .position(|ending| *ending == arc.ending)
             .unwrap_or_default();
-        [direction, hold, ending as f64, arc.duration]
+        let tail = [(ending + ENDINGS.len() * arc.contact) as f64, arc.duration];
+        arc.phases.iter().flat_map(plain).chain(tail)
     });
     (
         row_of(&trail.start).collect::<Vec<_>>().into_pyarray(py),
@@ -99,22 +149,34 @@ fn columns<'py>(py: Python<'py>, trail: &Trail) -> Trailed<'py> {
 pub(crate) fn trail<'py>(
     py: Python<'py>,
     document: &str,
-    x0: f64,
-    v0: Option<f64>,
+    x0: Option<Vec<f64>>,
+    v0: Option<Vec<f64>>,
     t_end: f64,
     max_events: u64,
 ) -> PyResult<Trailed<'py>> {
-    let oscillator = Oscillator::from_json(document).map_err(|error| refused(&error))?;
-    let run = Run {
-        x0,
-        v0,
-        t_end,
-        max_events,
-    };
-    let trail = py
-        .detach(|| sequence::run(&oscillator, run))
-        .map_err(|error| refused(&error))?;
-    Ok(columns(py, &trail))
+    let document = Document::read(document)?;
+    let one = |values: &Option<Vec<f64>>| values.as_ref().and_then(|values| values.first().copied());
+    let trail = py.detach(|| match &document.oscillator {
+        Some(oscillator) => {
+            let run = Run {
+                x0: one(&x0).unwrap_or_default(),
+                v0: one(&v0),
+                t_end,
+                max_events,
+            };
+            of_oscillator::run(oscillator, run)
+        }
+        None => {
+            let run = network::Run {
+                x0,
+                v0,
+                t_end,
+                max_events,
+            };
+            of_system::run(&document.system, run)
+        }
+    });
+    Ok(columns(py, &trail.map_err(|error| refused(&error))?))
 }
 
 /// The trail from a state in a phase.
@@ -127,21 +189,25 @@ pub(crate) fn trail_from<'py>(
     py: Python<'py>,
     document: &str,
     state: PyReadonlyArray1<'py, f64>,
-    phase: (f64, f64),
+    phases: PyReadonlyArray1<'py, f64>,
     duration: f64,
     max_events: u64,
 ) -> PyResult<Trailed<'py>> {
-    let oscillator = Oscillator::from_json(document).map_err(|error| refused(&error))?;
-    let state = state_from(state.as_slice()?)?;
-    let phase = phase_of(phase.0, phase.1);
-    let trail = py
-        .detach(|| sequence::from(&oscillator, &state, phase, duration, max_events))
-        .map_err(|error| refused(&error))?;
-    Ok(columns(py, &trail))
+    let document = Document::read(document)?;
+    let state = document.state(state.as_slice()?)?;
+    let phases = phases_from(phases.as_slice()?);
+    if phases.len() != document.layout.contacts {
+        return Err(broken("phases", phases.len()));
+    }
+    let trail = py.detach(|| match &document.oscillator {
+        Some(oscillator) => of_oscillator::from(oscillator, &state, phases[0], duration, max_events),
+        None => of_system::from(&document.system, &state, &phases, duration, max_events),
+    });
+    Ok(columns(py, &trail.map_err(|error| refused(&error))?))
 }
 
-/// Follow a trail. Returns the states after the arcs (16 numbers each), their derivatives (13 × 14 each), the durations, and
-/// the test functions (border, arc, tau, detail, value, 14 derivatives each).
+/// Follow a trail. Returns the states after the arcs, their derivatives (numbers × (numbers + 1) each), the durations, and
+/// the test functions (border and contact, arc, tau, detail, value, derivatives each).
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a thing")]
 #[expect(
@@ -155,52 +221,54 @@ pub(crate) fn follow<'py>(
     path: Option<&str>,
     state: PyReadonlyArray1<'py, f64>,
     arcs: PyReadonlyArray1<'py, f64>,
-    last: (f64, f64),
+    last: PyReadonlyArray1<'py, f64>,
     reseed: bool,
     tests: bool,
 ) -> PyResult<(Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, f64>)> {
-    let varied = Varied::new(document, path).map_err(|error| refused(&error))?;
-    let start = state_from(state.as_slice()?)?;
+    let varied = if is_system(document) {
+        Varied::of_system(document, path)
+    } else {
+        Varied::of_oscillator(document, path)
+    };
+    let varied = varied.map_err(|error| refused(&error))?;
+    let document = Document::read(document)?;
+    let start = document.state(state.as_slice()?)?;
+    let contacts = document.layout.contacts;
     let arcs = arcs
         .as_slice()?
-        .chunks_exact(4)
+        .chunks_exact(2 * contacts + 2)
         .map(|row| {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a small whole number"
-            )]
-            let ending = ENDINGS.get(row[2] as usize);
-            Ok(Arc {
-                phase: phase_of(row[0], row[1]),
-                ending: *ending.ok_or_else(|| PyValueError::new_err("no such ending of an arc"))?,
-                duration: row[3],
-            })
+            let code = whole(row[2 * contacts]);
+            Arc {
+                phases: phases_from(&row[..2 * contacts]),
+                contact: code / ENDINGS.len(),
+                ending: ENDINGS[code % ENDINGS.len()],
+                duration: row[2 * contacts + 1],
+            }
         })
-        .collect::<PyResult<Vec<_>>>()?;
-    let last = phase_of(last.0, last.1);
+        .collect::<Vec<_>>();
+    let last = phases_from(last.as_slice()?);
+    if last.len() != contacts || arcs.iter().any(|arc| arc.contact >= contacts) {
+        return Err(broken("an arc", last.len()));
+    }
     let followed = py
-        .detach(|| variation::follow(&varied, &start, &arcs, last, reseed, tests))
+        .detach(|| variation::follow(&varied, &start, &arcs, &last, reseed, tests))
         .map_err(|error| refused(&error))?;
     let states = followed.states.iter().flat_map(row_of).collect::<Vec<_>>();
-    let rates = followed
-        .states
-        .iter()
-        .flat_map(|state| state.numbers.into_iter().flat_map(|number| number.rates));
-    let rates = rates.collect::<Vec<_>>();
+    let lanes = document.layout.lanes();
     let tests = followed.tests.iter().flat_map(|test| {
         let head = [
-            test.border as usize as f64,
+            (test.border as usize + BORDER_NAMES.len() * test.contact) as f64,
             test.arc as f64,
             test.tau,
             test.detail,
             test.value.value,
         ];
-        head.into_iter().chain(test.value.rates)
+        head.into_iter().chain(test.value.rates[..lanes].iter().copied())
     });
     Ok((
         states.into_pyarray(py),
-        rates.into_pyarray(py),
+        followed.rates.concat().into_pyarray(py),
         followed.durations.into_pyarray(py),
         tests.collect::<Vec<_>>().into_pyarray(py),
     ))

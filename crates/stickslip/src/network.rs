@@ -9,6 +9,7 @@
 mod grip;
 mod orbit;
 mod release;
+pub mod sequence;
 
 pub use orbit::{Event, Orbit, States};
 
@@ -66,6 +67,7 @@ pub fn simulate(system: &System, run: Run) -> Result<Orbit, Error> {
 pub fn simulate_while(system: &System, run: Run, mut go_on: impl FnMut() -> bool) -> Result<Orbit, Error> {
     check(system, &run)?;
     let mut state = Loop::new(system, &run);
+    state.start();
     let mut events = Vec::new();
     let stop = state.go(&run, true, &mut |event| events.push(event), &mut go_on);
     Ok(Orbit {
@@ -91,6 +93,7 @@ pub fn observe(
 ) -> Result<(Vec<f64>, Vec<f64>, Stop), Error> {
     check(system, run)?;
     let mut state = Loop::new(system, run);
+    state.start();
     let stop = state.go(run, false, &mut tell, &mut go_on);
     if stop == Stop::End {
         state.advance(state.clock.until(run.t_end));
@@ -227,7 +230,6 @@ impl<'a> Loop<'a> {
         tell: &mut dyn FnMut(Event),
         go_on: &mut dyn FnMut() -> bool,
     ) -> Stop {
-        self.start();
         let mut asked = 0;
         let (mut mark, mut counted) = (self.clock, 0);
         let (mut stage, mut stepped) = (self.clock, 0);

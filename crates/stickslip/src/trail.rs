@@ -6,19 +6,19 @@ use crate::event::Start;
 use crate::flow::exact::Frame;
 use crate::law::{End, Friction, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
-use crate::network;
+use crate::network::{self, sequence};
 use crate::orbit::{Orbit, Segment};
 use crate::place::Place;
 use crate::simulate::{self, Run, Stop};
 use crate::structure::Oscillator;
 use crate::system::System;
-use crate::variation::{Arc, Ending, LANES, Phase, State, WIDTH, state_of};
+use crate::variation::{Arc, CONTACT, Ending, Flags, Phase, State};
 
-/// A start, what follows, and what the contact does in the end.
+/// A start, what follows, and why the run ended.
 #[derive(Clone, Debug)]
 pub struct Trail {
     /// Where it starts.
-    pub start: State<LANES>,
+    pub start: State,
     /// Arcs between events; the last one ends by time.
     pub arcs: Vec<Arc>,
     /// The event at the end of each arc but the last.
@@ -33,7 +33,13 @@ pub struct Trail {
 /// What makes no sense in the oscillator or the run.
 pub fn run(oscillator: &Oscillator, run: Run) -> Result<Trail, Error> {
     if oscillator.law.smooth() {
-        return smooth(oscillator, run);
+        let run = network::Run {
+            x0: Some(vec![run.x0]),
+            v0: run.v0.map(|v| vec![v]),
+            t_end: run.t_end,
+            max_events: run.max_events,
+        };
+        return sequence::run(&System::from(oscillator), run);
     }
     let orbit = simulate::simulate(oscillator, run)?;
     let v0 = run.v0.unwrap_or(oscillator.drive_velocity);
@@ -68,45 +74,39 @@ fn first<const H: usize>(oscillator: &Oscillator, (x, v): (f64, f64), memory: &m
 /// What makes no sense in the oscillator.
 pub fn from(
     oscillator: &Oscillator,
-    state: &State<LANES>,
+    state: &State,
     phase: Phase,
     duration: f64,
     max_events: u64,
 ) -> Result<Trail, Error> {
-    let [t, x, v] = [0, 1, 2].map(|i| state.numbers[i].value);
-    let mut run = Run {
+    if oscillator.law.smooth() {
+        return sequence::from(&System::from(oscillator), state, &[phase], duration, max_events);
+    }
+    let number = |i: usize| state.numbers[i];
+    let [t, x, v] = [0, 1, 2].map(number);
+    let run = Run {
         x0: x,
         v0: Some(if phase == Phase::Stick {
             oscillator.drive_velocity
         } else {
             v
         }),
-        t_end: duration,
+        t_end: t + duration,
         max_events,
     };
-    if oscillator.law.smooth() {
-        // No law of this kind remembers; the clock is the phase of the forcing.
-        let mut shifted = oscillator.clone();
-        for harmonic in &mut shifted.forcing {
-            harmonic.phase += harmonic.frequency * t;
-        }
-        let mut trail = smooth(&shifted, run)?;
-        trail.start = *state;
-        return Ok(trail);
-    }
-    let number = |i: usize| state.numbers[i].value;
+    let flags = state.flags[0];
     let piece = Piece {
         offset: number(3),
         slope: number(4),
         low: number(5),
         high: number(6),
-        branch: state.branch,
-        turns: state.turns,
+        branch: flags.branch,
+        turns: flags.turns,
     };
     let memory = Memory {
         anchor: [number(7), number(8)],
         corner: [number(9), number(10)],
-        released_at: state.released.then_some(number(11)),
+        released_at: flags.released.then_some(number(11)),
         ..Memory::default()
     };
     let mode = match phase {
@@ -150,19 +150,23 @@ pub fn from(
         mode,
         memory,
     };
-    run.t_end = t + duration;
     let mut orbit = Orbit::new(oscillator.clone(), run);
     let (stop, _) = simulate::resume(oscillator, run, place, &mut orbit)?;
     orbit.stop = stop;
     Ok(of_orbit(&orbit, state, t + duration))
 }
 
-fn start((t, x, v): (f64, f64, f64), piece: &Piece, memory: &Memory) -> State<LANES> {
-    let released = memory.released_at;
-    let values: [f64; WIDTH] = [
-        t,
-        x,
-        v,
+fn start((t, x, v): (f64, f64, f64), piece: &Piece, memory: &Memory) -> State {
+    let (line, flags) = contact_of(piece, memory, 0.0);
+    State {
+        numbers: [t, x, v].into_iter().chain(line).collect(),
+        flags: vec![flags],
+    }
+}
+
+/// What of a contact belongs to a state.
+pub(crate) fn contact_of(piece: &Piece, memory: &Memory, age: f64) -> ([f64; CONTACT], Flags) {
+    let numbers = [
         piece.offset,
         piece.slope,
         piece.low,
@@ -171,10 +175,15 @@ fn start((t, x, v): (f64, f64, f64), piece: &Piece, memory: &Memory) -> State<LA
         memory.anchor[1],
         memory.corner[0],
         memory.corner[1],
-        released.unwrap_or(0.0),
-        t,
+        memory.released_at.unwrap_or(0.0),
+        age,
     ];
-    state_of(&values, piece.branch, piece.turns, released.is_some())
+    let flags = Flags {
+        branch: piece.branch,
+        turns: piece.turns,
+        released: memory.released_at.is_some(),
+    };
+    (numbers, flags)
 }
 
 fn phase_of(segment: &Segment) -> Phase {
@@ -187,7 +196,7 @@ fn phase_of(segment: &Segment) -> Phase {
     }
 }
 
-fn of_orbit(orbit: &Orbit, start: &State<LANES>, end: f64) -> Trail {
+fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> Trail {
     let oscillator = &orbit.oscillator;
     let speed = |direction: f64, v: f64| direction * (oscillator.drive_velocity - v);
     let mut arcs = Vec::with_capacity(orbit.segments.len());
@@ -195,7 +204,8 @@ fn of_orbit(orbit: &Orbit, start: &State<LANES>, end: f64) -> Trail {
         let phase = phase_of(segment);
         let Some(event) = orbit.events.get(index) else {
             arcs.push(Arc {
-                phase,
+                phases: vec![phase],
+                contact: 0,
                 ending: Ending::Time,
                 duration: segment.clock.until(end),
             });
@@ -224,66 +234,16 @@ fn of_orbit(orbit: &Orbit, start: &State<LANES>, end: f64) -> Trail {
             .get(index + 1)
             .map_or(segment.clock, |next| next.clock);
         arcs.push(Arc {
-            phase,
+            phases: vec![phase],
+            contact: 0,
             ending,
             duration: (next.high - segment.clock.high) + (next.low - segment.clock.low),
         });
     }
     Trail {
-        start: *start,
+        start: start.clone(),
         arcs,
         kinds: orbit.events.iter().map(|event| event.kind).collect(),
         stop: orbit.stop,
     }
-}
-
-/// The trail of an oscillator under a smooth law, as a system of one mass.
-fn smooth(oscillator: &Oscillator, run: Run) -> Result<Trail, Error> {
-    let orbit = network::simulate(
-        &System::from(oscillator),
-        network::Run {
-            x0: Some(vec![run.x0]),
-            v0: run.v0.map(|v| vec![v]),
-            t_end: run.t_end,
-            max_events: run.max_events,
-        },
-    )?;
-    let width = orbit.width();
-    let rows: Vec<&[f64]> = orbit.steps.chunks_exact(width).collect();
-    let phase_at = |t: f64| {
-        let row = rows[rows.partition_point(|row| row[0] <= t).max(1) - 1];
-        if row[4] == 0.0 {
-            Phase::Stick
-        } else {
-            Phase::Slip(row[4])
-        }
-    };
-    let (mut arcs, mut from) = (Vec::new(), 0.0);
-    for event in &orbit.events {
-        let release = event.kind == Kind::Release;
-        arcs.push(Arc {
-            phase: phase_at(from),
-            ending: if release {
-                Ending::Release
-            } else {
-                Ending::Line(End::Low)
-            },
-            duration: event.t - from,
-        });
-        from = event.t;
-    }
-    if orbit.stop == Stop::End {
-        arcs.push(Arc {
-            phase: phase_at(from),
-            ending: Ending::Time,
-            duration: run.t_end - from,
-        });
-    }
-    let v0 = run.v0.unwrap_or(oscillator.drive_velocity);
-    Ok(Trail {
-        start: start((0.0, run.x0, v0), &Piece::constant(0.0), &Memory::default()),
-        arcs,
-        kinds: orbit.events.iter().map(|event| event.kind).collect(),
-        stop: orbit.stop,
-    })
 }

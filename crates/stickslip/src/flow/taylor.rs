@@ -6,6 +6,8 @@
 //! give an estimate instead of a bound, so the law itself is compared with its series along the step, at slip speeds so close
 //! that no feature of the law hides between two of them, and the step ends where they still agree.
 
+pub(crate) mod tangent;
+
 use crate::drive::Clock;
 use crate::law::{Friction, Law, Piece};
 use crate::matrix::Matrix;

@@ -1,7 +1,8 @@
 //! The borders of an event sequence: test functions that vanish where the real motion would take another one.
 
-use super::segment::Frame;
-use super::state::{Arc, Ending, LANES, LINE, Phase, State};
+use super::saltation::settle;
+use super::segment::{Course, Moment, Place};
+use super::state::{Arc, Ending, HIGH, LOW, Moving, Phase};
 use crate::dual::Dual;
 use crate::law::End;
 
@@ -24,178 +25,195 @@ pub enum Border {
 }
 
 /// A test function along a trail.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Test {
     /// Which.
     pub border: Border,
+    /// At which contact.
+    pub contact: usize,
     /// On which arc.
     pub arc: usize,
     /// When, counted from the start of the arc.
     pub tau: f64,
     /// Its value and derivatives.
-    pub value: Dual<LANES>,
+    pub value: Dual,
     /// What tells borders apart: for `Low` and `High` the speed at the end of the line; for `Entry` and `Crossing` the rate
     /// at which the size of the force that would hold the mass grows.
     pub detail: f64,
 }
 
-impl Frame<'_, LANES> {
+/// One arc of a trail, with its number, and what is known of it.
+pub(super) struct Traced<'a> {
+    pub(super) index: usize,
+    pub(super) arc: &'a Arc,
+    pub(super) start: &'a Moving,
+    pub(super) tau: f64,
+}
+
+impl Course<'_> {
     /// The test functions inside an arc.
-    pub(super) fn borders(
-        &self,
-        state: &State<LANES>,
-        arc: &Arc,
-        index: usize,
-        end: f64,
-        tests: &mut Vec<Test>,
-    ) {
-        let timed = Frame::<1>::new(self.varied);
-        let plain: State<1> = state.as_seeds();
-        // What has an extremum where its rate vanishes.
-        let watched = |tau: f64| match arc.phase {
-            Phase::Slip(direction) => -direction * timed.motion(&plain, arc.phase, Dual::fixed(tau))[2].value,
-            Phase::Stick => {
-                let tau = Dual::along(tau, 0);
-                let [x, ..] = timed.motion(&plain, arc.phase, tau);
-                timed.margin(&plain, plain.numbers[0] + tau, x).rates[0]
-            }
-            Phase::Hold(_) => 1.0,
-        };
-        if end <= 0.0 {
+    pub(super) fn borders(&self, traced: &Traced, tests: &mut Vec<Test>) {
+        if traced.tau <= 0.0 {
             return;
         }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a few hundred"
-        )]
-        let count = (end * timed.rate / 0.1).ceil().clamp(8.0, 1e5) as usize;
-        let at = |i: usize| end * i as f64 / count as f64;
-        let mut before = watched(at(1) * 0.5);
-        let mut low = at(1) * 0.5;
-        for i in 1..=count {
-            let high = if i == count { end * (1.0 - 1e-9) } else { at(i) };
-            let after = watched(high);
-            if before * after < 0.0 {
-                let rising = after > 0.0;
-                let tau = root(&watched, (low, before), (high, after));
-                self.extremum(state, arc, index, tau, rising, tests);
+        let plain = traced.start.values().still(1);
+        let mut places: Vec<Place> = Vec::new();
+        let last = self.walk(&plain, &traced.arc.phases, traced.tau, &mut |place| places.push(place));
+        places.push(last);
+        for c in 0..self.layout.contacts {
+            let mut before: Option<(f64, f64)> = None;
+            for place in &mut places {
+                // The last one ends where the arc does.
+                let length = if place.begin + place.reach < traced.tau {
+                    place.reach
+                } else {
+                    (traced.tau - place.begin) * (1.0 - 1e-9)
+                };
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "a few dozen"
+                )]
+                let count = (length * self.frame.rate / 0.1).ceil().clamp(8.0, 1e4) as usize;
+                for i in 0..=count {
+                    // Where it begins an arc may have its extremum: that is not inside.
+                    let share = if i == 0 && place.begin == 0.0 { 0.5 } else { i as f64 };
+                    let h = length * share / count as f64;
+                    let mut watched = |h: f64| self.watched(&plain, traced.arc.phases[c], c, place, h);
+                    let now = (h, watched(h));
+                    if let Some(earlier) = before.filter(|earlier| i > 0 && earlier.1 * now.1 < 0.0) {
+                        let tau = root(&mut watched, earlier, now);
+                        self.extremum(traced, c, place.begin + tau, now.1 > 0.0, tests);
+                    }
+                    before = Some(now);
+                }
             }
-            (low, before) = (high, after);
         }
     }
 
-    fn extremum(
-        &self,
-        state: &State<LANES>,
-        arc: &Arc,
-        index: usize,
-        tau: f64,
-        least: bool,
-        tests: &mut Vec<Test>,
-    ) {
-        let [x, v, _] = self.motion(state, arc.phase, Dual::fixed(tau));
-        match arc.phase {
-            Phase::Slip(direction) => {
-                both_ends(state, (index, tau), self.speed(direction, v), least, tests);
+    /// What vanishes where a slip speed or a margin has an extremum.
+    fn watched(&self, start: &Moving, phase: Phase, c: usize, place: &mut Place, h: f64) -> f64 {
+        place.h = h;
+        match phase {
+            Phase::Slip(_) => place.turn(c),
+            Phase::Stick => {
+                let moment = self.moment(place, start);
+                self.margin(start, c, place.begin + h, &moment).rates[0]
             }
+            Phase::Hold(_) => 1.0,
+        }
+    }
+
+    fn extremum(&self, traced: &Traced, c: usize, tau: f64, least: bool, tests: &mut Vec<Test>) {
+        let place = self.go(traced.start, &traced.arc.phases, tau);
+        let moment = self.moment(&place, traced.start);
+        match traced.arc.phases[c] {
+            Phase::Slip(_) => self.both_ends(traced, c, tau, &still(&moment.u[c]), least, tests),
             _ if least => tests.push(Test {
                 border: Border::Stick,
-                arc: index,
+                contact: c,
+                arc: traced.index,
                 tau,
-                value: self.margin(state, state.numbers[0] + Dual::fixed(tau), x),
+                value: still(&self.margin(traced.start, c, tau, &moment)),
                 detail: 0.0,
             }),
             _ => {}
         }
     }
 
-    /// The test functions where the slip velocity reaches zero.
-    #[expect(clippy::too_many_arguments, reason = "the arc and what lies at both its ends")]
+    /// The test functions where a slip velocity reaches zero; the end moves by `moves`, `next` is what the contact does then.
     pub(super) fn entry(
         &self,
-        before: &State<LANES>,
-        after: &State<LANES>,
-        arc: &Arc,
-        index: usize,
-        tau: Dual<LANES>,
+        traced: &Traced,
+        moment: &Moment,
+        moves: &Dual,
         next: Phase,
         tests: &mut Vec<Test>,
     ) {
-        let Phase::Slip(direction) = arc.phase else { return };
-        if let Ending::Line(End::Turn { rising }) = arc.ending {
-            let u = self.speed(direction, after.numbers[2]);
-            both_ends(before, (index, tau.value), u, rising, tests);
+        let (arc, tau) = (traced.arc, traced.tau);
+        let c = arc.contact;
+        let Some(Phase::Slip(_)) = arc.phases.get(c) else {
             return;
-        }
-        if arc.ending == Ending::Section && next == Phase::Stick {
-            let u = self.speed(direction, self.motion(before, arc.phase, tau)[1]);
-            tests.push(Test {
-                border: Border::Low,
-                arc: index,
-                tau: tau.value,
-                value: u,
-                detail: 0.0,
-            });
-        }
-        let at_rest = self.speed(direction, after.numbers[2]).value == 0.0;
-        if arc.ending != Ending::Line(End::Low) || !at_rest {
-            return;
-        }
-        let (force, rate) = self.holding(after.numbers[0], after.numbers[1], self.drive);
-        let margin = self.bears(Dual::fixed(0.0), rate) - force.abs();
-        let (border, value) = if next == Phase::Stick {
-            (Border::Entry, margin)
-        } else {
-            (Border::Crossing, -margin)
         };
-        let detail = rate.value * force.value.signum();
-        let falls = self.motion(before, arc.phase, tau)[2] * direction;
-        for (border, value) in [(border, value), (Border::Arrival, falls)] {
+        let settled = |number: &Dual| {
+            let mut number = number.clone();
+            settle(&mut number, moves);
+            number
+        };
+        let mut push = |border, value: &Dual, detail| {
             tests.push(Test {
                 border,
-                arc: index,
-                tau: tau.value,
-                value,
+                contact: c,
+                arc: traced.index,
+                tau,
+                value: settled(value),
                 detail,
             });
+        };
+        match arc.ending {
+            Ending::Line(End::Turn { rising }) => {
+                self.both_ends(traced, c, tau, &settled(&moment.u[c]), rising, tests);
+            }
+            Ending::Section if next == Phase::Stick => push(Border::Low, &moment.u[c], 0.0),
+            Ending::Line(End::Low) if traced.start.numbers[self.layout.contact(c) + LOW].value <= 0.0 => {
+                let [force, rate] = self.if_stuck(traced.start, &arc.phases, c, tau, moment);
+                let detail = rate.value * force.value.signum();
+                let at_once = Dual::fixed(0.0, moves.rates.len());
+                let margin = self.bears(c, &at_once, &rate) - &force.abs();
+                if next == Phase::Stick {
+                    push(Border::Entry, &margin, detail);
+                } else {
+                    push(Border::Crossing, &-margin, detail);
+                }
+                push(Border::Arrival, &-moment.turn[c].clone(), detail);
+            }
+            _ => {}
+        }
+    }
+
+    /// How far an extremum of a slip speed lies from both ends of its line: from the one it may reach, and from the one
+    /// behind it, where the arc itself may vanish.
+    fn both_ends(&self, traced: &Traced, c: usize, tau: f64, u: &Dual, least: bool, tests: &mut Vec<Test>) {
+        let at = self.layout.contact(c);
+        let (low, high) = (&traced.start.numbers[at + LOW], &traced.start.numbers[at + HIGH]);
+        let mut push = |border, value, end: &Dual| {
+            tests.push(Test {
+                border,
+                contact: c,
+                arc: traced.index,
+                tau,
+                value,
+                detail: end.value,
+            });
+        };
+        // The end it may reach comes first.
+        if least {
+            push(Border::Low, u.clone() - low, low);
+            push(Border::High, high.clone() - u, high);
+        } else {
+            push(Border::High, high.clone() - u, high);
+            if low.value > 0.0 {
+                push(Border::Low, u.clone() - low, low);
+            }
         }
     }
 }
 
-/// How far an extremum of the slip speed lies from both ends of its line: from the one it may reach, and from the one
-/// behind it, where the arc itself may vanish.
-fn both_ends(
-    state: &State<LANES>,
-    (arc, tau): (usize, f64),
-    u: Dual<LANES>,
-    least: bool,
-    tests: &mut Vec<Test>,
-) {
-    let (low, high) = (state.numbers[LINE + 2], state.numbers[LINE + 3]);
-    let mut push = |border, value, end: Dual<LANES>| {
-        tests.push(Test {
-            border,
-            arc,
-            tau,
-            value,
-            detail: end.value,
-        });
-    };
-    // The end it may reach comes first.
-    if least {
-        push(Border::Low, u - low, low);
-        push(Border::High, high - u, high);
-    } else {
-        push(Border::High, high - u, high);
-        if low.value > 0.0 {
-            push(Border::Low, u - low, low);
-        }
+/// A number at an extremum, where time does not count.
+fn still(number: &Dual) -> Dual {
+    let mut number = number.clone();
+    if let Some(along) = number.rates.last_mut() {
+        *along = 0.0;
     }
+    number
 }
 
 /// The root of `function` in a bracket (Illinois).
-fn root(function: &impl Fn(f64) -> f64, (mut a, mut fa): (f64, f64), (mut b, mut fb): (f64, f64)) -> f64 {
+fn root(
+    function: &mut impl FnMut(f64) -> f64,
+    (mut a, mut fa): (f64, f64),
+    (mut b, mut fb): (f64, f64),
+) -> f64 {
     for _ in 0..100 {
         let c = (a * fb - b * fa) / (fb - fa);
         let fc = function(c);

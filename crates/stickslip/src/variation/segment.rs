@@ -1,234 +1,380 @@
-//! The derivative of a segment: the motion between two events with the derivatives of its numbers.
-//!
-//! Along a line of friction it is the closed form, under a smooth law extrapolation (Gragg 1965; Bulirsch & Stoer 1966) of the
-//! variational equation.
+//! The derivative of a segment: the motion between two events with the derivatives of its numbers, by Taylor steps.
 
-use super::state::{LINE, Phase, State};
-use super::varied::Varied;
+use super::state::{Layout, Moving, Phase};
+use super::varied::{Varied, difference};
+use crate::drive::Clock;
 use crate::dual::Dual;
-use crate::law::Friction;
+use crate::flow::taylor::tangent::{Given, Tangent, stiffening};
+use crate::flow::taylor::{Frame, Held, Motion, Rub};
+use crate::law::Law;
+use crate::series::{Series, ZERO, at, derivative, slope_at};
+use crate::system::System;
 
-/// The numbers of the oscillator with their derivatives.
-pub(super) struct Frame<'a, const N: usize> {
+/// A system ready to be expanded, and those beside it.
+pub(super) struct Course<'a> {
     pub(super) varied: &'a Varied,
-    mass: Dual<N>,
-    damping: Dual<N>,
-    stiffness: Dual<N>,
-    pub(super) drive: Dual<N>,
-    forcing: Vec<[Dual<N>; 3]>,
-    smooth: bool,
-    /// The fastest rate at which anything moves.
-    pub(super) rate: f64,
+    pub(super) frame: Frame,
+    pub(super) laws: Vec<&'a Law>,
+    pub(super) layout: Layout,
+    beside: Vec<(Frame, Vec<&'a Law>)>,
 }
 
-/// Position, velocity and acceleration.
-pub(super) type Motion<const N: usize> = [Dual<N>; 3];
+/// A Taylor expansion with its derivatives, and the time into it. The last lane is the time along the arc.
+pub(super) struct Place {
+    motion: Motion,
+    tangents: Vec<(usize, Tangent)>,
+    lanes: usize,
+    /// When the expansion begins, from the start of the arc.
+    pub(super) begin: f64,
+    pub(super) h: f64,
+    /// How far it is good.
+    pub(super) reach: f64,
+}
 
-impl<'a, const N: usize> Frame<'a, N> {
+fn laws(system: &System) -> Vec<&Law> {
+    system.contacts.iter().map(|contact| &contact.law).collect()
+}
+
+/// What the flow needs to know of every contact.
+pub(super) fn rubs(phases: &[Phase], line: impl Fn(usize) -> [f64; 2]) -> Vec<Rub> {
+    let rub = |(c, phase): (usize, &Phase)| match *phase {
+        Phase::Stick => Rub {
+            direction: 0.0,
+            offset: 0.0,
+            slope: 0.0,
+        },
+        Phase::Hold(direction) => Rub {
+            direction,
+            offset: 0.0,
+            slope: f64::INFINITY,
+        },
+        Phase::Slip(direction) => {
+            let [offset, slope] = line(c);
+            Rub {
+                direction,
+                offset,
+                slope,
+            }
+        }
+    };
+    phases.iter().enumerate().map(rub).collect()
+}
+
+impl<'a> Course<'a> {
     pub(super) fn new(varied: &'a Varied) -> Self {
         let base = &varied.base;
-        let harmonics = 0..base.forcing.len();
-        let natural = (base.stiffness / base.mass).sqrt();
+        let beside = varied.around.iter().flat_map(|(systems, _)| systems);
         Self {
-            mass: varied.number(|o| o.mass),
-            damping: varied.number(|o| o.damping),
-            stiffness: varied.number(|o| o.stiffness),
-            drive: varied.number(|o| o.drive_velocity),
-            forcing: harmonics
-                .map(|j| {
-                    [
-                        varied.number(|o| o.forcing[j].amplitude),
-                        varied.number(|o| o.forcing[j].frequency),
-                        varied.number(|o| o.forcing[j].phase),
-                    ]
-                })
-                .collect(),
-            smooth: base.law.smooth(),
-            rate: base.forcing.iter().map(|f| f.frequency).fold(natural, f64::max),
             varied,
+            frame: Frame::of(base),
+            laws: laws(base),
+            layout: Layout {
+                masses: base.masses(),
+                contacts: base.contacts.len(),
+            },
+            beside: beside.map(|system| (Frame::of(system), laws(system))).collect(),
         }
     }
 
-    /// The forcing and its rate at `t`.
-    fn force(&self, t: Dual<N>) -> (Dual<N>, Dual<N>) {
-        let (mut force, mut rate) = (Dual::fixed(0.0), Dual::fixed(0.0));
-        for [amplitude, frequency, phase] in &self.forcing {
-            let (sin, cos) = (*frequency * t + *phase).sin_cos();
-            force = force + *amplitude * cos;
-            rate = rate - *amplitude * *frequency * sin;
-        }
-        (force, rate)
+    /// Lanes of a state that carries all derivatives: its numbers, the parameter, the time along the arc.
+    pub(super) fn all_lanes(&self) -> usize {
+        self.layout.lanes() + 1
     }
 
-    /// The friction that holds the mass at the velocity `v`, and its rate.
-    pub(super) fn holding(&self, t: Dual<N>, x: Dual<N>, v: Dual<N>) -> (Dual<N>, Dual<N>) {
-        let (force, rate) = self.force(t);
-        (
-            self.damping * v + self.stiffness * x - force,
-            self.stiffness * v - rate,
-        )
+    /// The lane of the parameter among `lanes`; none where only time counts.
+    pub(super) fn parameter(&self, lanes: usize) -> Option<usize> {
+        (lanes > 1).then(|| self.layout.width())
     }
 
-    /// The slip speed.
-    pub(super) fn speed(&self, direction: f64, v: Dual<N>) -> Dual<N> {
-        (self.drive - v) * direction
+    pub(super) fn held(&self, rubs: &[Rub]) -> Held {
+        self.frame.held((0..rubs.len()).filter(|&c| rubs[c].holds()).collect())
     }
 
-    fn acceleration(&self, state: &State<N>, direction: f64, t: Dual<N>, [x, v]: [Dual<N>; 2]) -> Dual<N> {
-        let u = self.speed(direction, v);
-        let friction = if self.smooth {
-            self.varied.smooth_force(u)
-        } else {
-            state.numbers[LINE] + state.numbers[LINE + 1] * u
+    /// The motion `tau` from the start of an arc.
+    pub(super) fn go(&self, start: &Moving, phases: &[Phase], tau: f64) -> Place {
+        self.walk(start, phases, tau, &mut |_| {})
+    }
+
+    /// The same; `pass` sees every expansion on the way but the last.
+    pub(super) fn walk(
+        &self,
+        start: &Moving,
+        phases: &[Phase],
+        tau: f64,
+        pass: &mut dyn FnMut(Place),
+    ) -> Place {
+        let mut here = start.clone();
+        let mut gone = 0.0;
+        let mut clock = Clock {
+            high: start.numbers[0].value,
+            low: 0.0,
         };
-        (friction * direction + self.force(t).0 - self.damping * v - self.stiffness * x) / self.mass
-    }
-
-    /// The motion at `tau` from the start of the arc.
-    pub(super) fn motion(&self, state: &State<N>, phase: Phase, tau: Dual<N>) -> Motion<N> {
-        let [t, x, v] = [state.numbers[0], state.numbers[1], state.numbers[2]];
-        let (x, v, direction) = match phase {
-            Phase::Stick => return [x + self.drive * tau, self.drive, Dual::fixed(0.0)],
-            Phase::Hold(_) => return [x + v * tau, v, Dual::fixed(0.0)],
-            Phase::Slip(direction) if self.smooth => {
-                let [x, v] = self.extrapolated(state, direction, tau.value);
-                let a = self.acceleration(state, direction, t + Dual::fixed(tau.value), [x, v]);
-                (x.shifted(v.value, &tau), v.shifted(a.value, &tau), direction)
+        self.stop(&mut here, phases);
+        loop {
+            let mut place = self.expand(&here, phases, clock);
+            place.begin = gone;
+            if tau - gone <= place.reach {
+                place.h = tau - gone;
+                return place;
             }
-            Phase::Slip(direction) => {
-                let [x, v] = self.closed(state, direction, tau);
-                (x, v, direction)
+            place.h = place.reach;
+            let moment = self.moment(&place, &here);
+            gone += place.reach;
+            clock = clock.after(place.reach);
+            for i in 0..self.layout.masses {
+                here.numbers[self.layout.x(i)] = moment.x[i].clone();
+                here.numbers[self.layout.v(i)] = moment.v[i].clone();
             }
-        };
-        [x, v, self.acceleration(state, direction, t + tau, [x, v])]
-    }
-
-    /// The closed form along a line of friction.
-    fn closed(&self, state: &State<N>, direction: f64, tau: Dual<N>) -> [Dual<N>; 2] {
-        let [t, x, v] = [state.numbers[0], state.numbers[1], state.numbers[2]];
-        let [offset, slope] = [state.numbers[LINE], state.numbers[LINE + 1]];
-        let damping = self.damping + slope;
-        let gamma = damping / self.mass * 0.5;
-        let kappa = gamma * gamma - self.stiffness / self.mass;
-        let (c, s) = basis(kappa, tau);
-        let decay = (-(gamma * tau)).exp();
-        let rest = (offset * direction + slope * self.drive) / self.stiffness;
-        let (mut a, mut b) = (x - rest, v);
-        let (mut forced, mut forced_rate) = (rest, Dual::fixed(0.0));
-        for [amplitude, frequency, phase] in &self.forcing {
-            let real = self.stiffness - self.mass * *frequency * *frequency;
-            let imaginary = damping * *frequency;
-            let share = *amplitude / (real * real + imaginary * imaginary);
-            let wave = |t: Dual<N>| {
-                let (sin, cos) = (*frequency * t + *phase).sin_cos();
-                (
-                    share * (real * cos + imaginary * sin),
-                    share * *frequency * (imaginary * cos - real * sin),
-                )
-            };
-            let (before, after) = (wave(t), wave(t + tau));
-            (a, b) = (a - before.0, b - before.1);
-            (forced, forced_rate) = (forced + after.0, forced_rate + after.1);
-        }
-        b = b + gamma * a;
-        [
-            forced + decay * (a * c + b * s),
-            forced_rate + decay * ((b - gamma * a) * c + (kappa * a - gamma * b) * s),
-        ]
-    }
-
-    /// Extrapolation of the midpoint rule under a smooth law.
-    fn extrapolated(&self, state: &State<N>, direction: f64, tau: f64) -> [Dual<N>; 2] {
-        const COLUMNS: usize = 12;
-        let t0 = state.numbers[0];
-        let mut y = [state.numbers[1], state.numbers[2]];
-        let (mut at, mut big) = (0.0, 0.5_f64.copysign(tau) / self.rate);
-        let floor = 1e-3 * big.abs();
-        let slope = |t: f64, [x, v]: [Dual<N>; 2]| {
-            [
-                v,
-                self.acceleration(state, direction, t0 + Dual::fixed(t), [x, v]),
-            ]
-        };
-        while at != tau {
-            let last = (tau - at).abs() <= big.abs() * (1.0 + 1e-12);
-            let step = if last { tau - at } else { big };
-            let start = slope(at, y);
-            let mut table: Vec<[Dual<N>; 2]> = Vec::with_capacity(COLUMNS);
-            let mut error = f64::INFINITY;
-            for column in 0..COLUMNS {
-                let count = 2 * (column + 1);
-                let h = step / count as f64;
-                let advance = |from: [Dual<N>; 2], rate: [Dual<N>; 2], h: f64| {
-                    [from[0] + rate[0] * h, from[1] + rate[1] * h]
-                };
-                let (mut before, mut now) = (y, advance(y, start, h));
-                for n in 1..count {
-                    (before, now) = (now, advance(before, slope(at + n as f64 * h, now), 2.0 * h));
-                }
-                let end = advance(before, slope(at + step, now), h);
-                let raw: [Dual<N>; 2] = std::array::from_fn(|i| (now[i] + end[i]) * 0.5);
-                let mut entry = raw;
-                for k in (0..column).rev() {
-                    let ratio = count as f64 / (2 * (k + 1)) as f64;
-                    let weight = 1.0 / (ratio * ratio - 1.0);
-                    let next: [Dual<N>; 2] =
-                        std::array::from_fn(|i| entry[i] + (entry[i] - table[k][i]) * weight);
-                    error = far(&next, &table[k]);
-                    table[k] = next;
-                    entry = next;
-                }
-                table.push(raw);
-                if error <= 1e-14 {
-                    break;
+            // Time along the arc is counted from where it ends.
+            for number in &mut here.numbers {
+                if let Some(rate) = number.rates.last_mut() {
+                    *rate = 0.0;
                 }
             }
-            // Rounding may keep it from the last digit; a step too long keeps it from the twelfth.
-            if error > 1e-12 && step.abs() > floor {
-                big = 0.5 * step;
-                continue;
-            }
-            let end = table[0];
-            y = end;
-            at = if last { tau } else { at + step };
+            pass(place);
         }
-        y
+    }
+
+    /// Stuck contacts leave no choice of their slip velocity.
+    pub(super) fn stop(&self, state: &mut Moving, phases: &[Phase]) {
+        let stuck: Vec<usize> = (0..phases.len()).filter(|&c| phases[c] == Phase::Stick).collect();
+        if stuck.is_empty() {
+            return;
+        }
+        let held = self.frame.held(stuck);
+        let clock = Clock {
+            high: state.numbers[0].value,
+            low: 0.0,
+        };
+        let drives = self.drives(clock, &state.numbers[0]);
+        let contacts = &self.varied.base.contacts;
+        let slip: Vec<Dual> = held
+            .contacts
+            .iter()
+            .map(|&c| {
+                let own = drives[c].clone() - &state.numbers[self.layout.v(contacts[c].mass)];
+                match contacts[c].other {
+                    Some(other) => own + &state.numbers[self.layout.v(other)],
+                    None => own,
+                }
+            })
+            .collect();
+        for lane in 0..=slip[0].rates.len() {
+            let of = |number: &Dual| number.rates.get(lane).copied().unwrap_or(number.value);
+            let pulls = held.forces(|row| of(&slip[row]));
+            for i in 0..self.layout.masses {
+                let change: f64 = held
+                    .contacts
+                    .iter()
+                    .zip(&pulls)
+                    .map(|(&c, pull)| self.frame.response(c, i) * pull)
+                    .sum();
+                let number = &mut state.numbers[self.layout.v(i)];
+                match number.rates.get_mut(lane) {
+                    Some(rate) => *rate += change,
+                    None => number.value += change,
+                }
+            }
+        }
+        for &c in &held.contacts {
+            if contacts[c].other.is_none() {
+                // To the last digit.
+                state.numbers[self.layout.v(contacts[c].mass)] = drives[c].clone();
+            }
+        }
+    }
+
+    /// The drive velocities at a time.
+    pub(super) fn drives(&self, clock: Clock, t: &Dual) -> Vec<Dual> {
+        let lanes = t.rates.len();
+        let mut series = ZERO;
+        (0..self.layout.contacts)
+            .map(|c| {
+                self.frame.drives[c].expand(clock, &mut series);
+                let mut drive = Dual::fixed(series[0], lanes).shifted(series[1], t);
+                if let (Some(lane), Some((_, step))) = (self.parameter(lanes), &self.varied.around) {
+                    let around = std::array::from_fn(|i| {
+                        self.beside[i].0.drives[c].expand(clock, &mut series);
+                        series[0]
+                    });
+                    drive.rates[lane] += difference(around, *step);
+                }
+                drive
+            })
+            .collect()
+    }
+
+    /// The expansion from a state, with a tangent for every lane along which it moves.
+    pub(super) fn expand(&self, state: &Moving, phases: &[Phase], clock: Clock) -> Place {
+        let layout = self.layout;
+        let number = |lane: usize| &state.numbers[lane];
+        let lanes = number(0).rates.len();
+        let smooth = |c: usize| self.frame.is_smooth(c);
+        let rubs = rubs(phases, |c| {
+            let at = layout.contact(c);
+            [number(at).value, number(at + 1).value]
+        });
+        let held = self.held(&rubs);
+        let x: Vec<f64> = (0..layout.masses).map(|i| number(layout.x(i)).value).collect();
+        let v: Vec<f64> = (0..layout.masses).map(|i| number(layout.v(i)).value).collect();
+        let mut motion = Motion::of(&self.frame);
+        motion.aim(&self.frame, clock);
+        motion.expand(&self.frame, &self.laws, &rubs, &held, &x, &v);
+        let rate = self.frame.rate;
+        let sizes = x.iter().map(|x| rate * x.abs()).chain(v.iter().map(|v| v.abs()));
+        let scale = sizes
+            .fold(self.frame.push, f64::max)
+            .max(motion.size(rate, 1) / rate)
+            .max(f64::MIN_POSITIVE);
+        let step = motion.reach(&self.frame, &rubs, scale);
+        let reach = motion.agreed(&self.frame, &self.laws, &rubs, scale, step);
+        let slopes: Vec<Series> = rubs
+            .iter()
+            .enumerate()
+            .map(|(c, rub)| {
+                if lanes == 1 || rub.holds() {
+                    ZERO
+                } else if smooth(c) {
+                    stiffening(self.laws[c], &motion.u[c])
+                } else {
+                    let mut slope = ZERO;
+                    slope[0] = rub.slope;
+                    slope
+                }
+            })
+            .collect();
+        let given = (lanes > 1 && !self.beside.is_empty()).then(|| self.given(&motion, &rubs, &held, clock));
+        let mut tangents = Vec::new();
+        // Without other lanes time needs no tangent: it is the slope of the series.
+        for lane in (0..lanes).filter(|_| lanes > 1) {
+            let mut tangent = Tangent::new(&self.frame);
+            tangent.clock = number(0).rates[lane];
+            tangent.parameter = given.is_some() && self.parameter(lanes) == Some(lane);
+            for i in 0..layout.masses {
+                tangent.x[i][0] = number(layout.x(i)).rates[lane];
+                tangent.v[i][0] = number(layout.v(i)).rates[lane];
+            }
+            for (c, line) in tangent.line.iter_mut().enumerate() {
+                if matches!(phases[c], Phase::Slip(_)) && !smooth(c) {
+                    let at = layout.contact(c);
+                    *line = [number(at).rates[lane], number(at + 1).rates[lane]];
+                }
+            }
+            if tangent.moves() {
+                tangent.expand(&self.frame, &motion, &rubs, &held, &slopes, given.as_ref());
+                tangents.push((lane, tangent));
+            }
+        }
+        Place {
+            motion,
+            tangents,
+            lanes,
+            begin: 0.0,
+            h: 0.0,
+            reach,
+        }
+    }
+
+    /// What the parameter changes while the motion is held.
+    fn given(&self, motion: &Motion, rubs: &[Rub], held: &Held, clock: Clock) -> Given {
+        let beside: Vec<Given> = self
+            .beside
+            .iter()
+            .map(|(frame, laws)| {
+                let mut other = Motion::of(frame);
+                other.aim(frame, clock);
+                let held = frame.held(held.contacts.clone());
+                other.given(frame, laws, rubs, &held, (&motion.x, &motion.v))
+            })
+            .collect();
+        let step = self.varied.around.as_ref().map_or(1.0, |(_, step)| *step);
+        let differences = |of: fn(&Given) -> &Vec<Series>| {
+            (0..of(&beside[0]).len())
+                .map(|row| {
+                    std::array::from_fn(|k| difference(std::array::from_fn(|i| of(&beside[i])[row][k]), step))
+                })
+                .collect()
+        };
+        Given {
+            acceleration: differences(|given| &given.acceleration),
+            force: differences(|given| &given.force),
+            drive: differences(|given| &given.drive),
+        }
+    }
+
+    /// Everything an event may depend on, at a place.
+    pub(super) fn moment(&self, place: &Place, start: &Moving) -> Moment {
+        let each = |count: usize, of: &dyn Fn(usize) -> Dual| (0..count).map(of).collect::<Vec<_>>();
+        let (n, c) = (self.layout.masses, self.layout.contacts);
+        let mut t = start.numbers[0].clone();
+        if let Some(rate) = t.rates.last_mut() {
+            *rate = 1.0;
+        }
+        Moment {
+            x: each(n, &|i| place.number(|motion| &motion.x[i], |tangent| &tangent.x[i])),
+            v: each(n, &|i| place.number(|motion| &motion.v[i], |tangent| &tangent.v[i])),
+            u: each(c, &|c| place.number(|motion| &motion.u[c], |tangent| &tangent.u[c])),
+            turn: each(c, &|c| place.rate(|motion| &motion.u[c], |tangent| &tangent.u[c])),
+            force: each(c, &|c| place.number(|motion| &motion.force[c], |tangent| &tangent.force[c])),
+            force_rate: each(c, &|c| place.rate(|motion| &motion.force[c], |tangent| &tangent.force[c])),
+            drive: each(c, &|c| place.number(|motion| &motion.drives()[c], |tangent| &tangent.drive[c])),
+            t,
+        }
     }
 }
 
-/// How far apart two states are, derivatives included, relative to each.
-fn far<const N: usize>(one: &[Dual<N>; 2], other: &[Dual<N>; 2]) -> f64 {
-    let size = one[0].value.abs() + one[1].value.abs();
-    let mut most = 0.0_f64;
-    for (a, b) in one.iter().zip(other) {
-        most = most.max((a.value - b.value).abs() / size.max(f64::MIN_POSITIVE));
-        for (a, b) in a.rates.iter().zip(b.rates) {
-            most = most.max((a - b).abs() / (1.0 + a.abs()));
+impl Place {
+    /// The derivative of a coefficient at the start of the expansion.
+    pub(super) fn coefficient(
+        &self,
+        k: usize,
+        of: impl Fn(&Motion) -> &Series,
+        along: impl Fn(&Tangent) -> &Series,
+    ) -> Dual {
+        let mut number = Dual::fixed(of(&self.motion)[k], self.lanes);
+        for (lane, tangent) in &self.tangents {
+            number.rates[*lane] = along(tangent)[k];
         }
+        number
     }
-    most
+
+    /// The slip acceleration of a contact along its direction.
+    pub(super) fn turn(&self, c: usize) -> f64 {
+        slope_at(&self.motion.u[c], self.h).1
+    }
+
+    fn number(&self, of: impl Fn(&Motion) -> &Series, along: impl Fn(&Tangent) -> &Series) -> Dual {
+        let (value, slope) = slope_at(of(&self.motion), self.h);
+        let mut number = Dual::fixed(value, self.lanes);
+        for (lane, tangent) in &self.tangents {
+            number.rates[*lane] = at(along(tangent), self.h);
+        }
+        number.rates[self.lanes - 1] += slope;
+        number
+    }
+
+    fn rate(&self, of: impl Fn(&Motion) -> &Series, along: impl Fn(&Tangent) -> &Series) -> Dual {
+        let (value, slope) = slope_at(&derivative(of(&self.motion)), self.h);
+        let mut number = Dual::fixed(value, self.lanes);
+        for (lane, tangent) in &self.tangents {
+            number.rates[*lane] = slope_at(along(tangent), self.h).1;
+        }
+        number.rates[self.lanes - 1] += slope;
+        number
+    }
 }
 
-/// C and S of e^{−γτ}(a C + b S): cos ωτ and sin ωτ / ω, or what they become where ω² = −κ is not positive.
-fn basis<const N: usize>(kappa: Dual<N>, tau: Dual<N>) -> (Dual<N>, Dual<N>) {
-    let z = kappa * tau * tau;
-    if z.value.abs() < 0.3 {
-        // Σ zⁿ/(2n)! and Σ zⁿ/(2n+1)!: no root to differentiate at zero.
-        let (mut c, mut s) = (Dual::fixed(0.0), Dual::fixed(0.0));
-        for n in (0..10_u32).rev() {
-            let k = f64::from(2 * n);
-            c = Dual::fixed(1.0) + c * z * (1.0 / ((k + 1.0) * (k + 2.0)));
-            s = Dual::fixed(1.0) + s * z * (1.0 / ((k + 2.0) * (k + 3.0)));
-        }
-        return (c, s * tau);
-    }
-    if kappa.value < 0.0 {
-        let omega = (-kappa).sqrt();
-        let (sin, cos) = (omega * tau).sin_cos();
-        (cos, sin / omega)
-    } else {
-        let omega = kappa.sqrt();
-        let (up, down) = ((omega * tau).exp(), (-(omega * tau)).exp());
-        ((up + down) * 0.5, (up - down) * 0.5 / omega)
-    }
+/// Everything an event may depend on. The last lane is the time along the arc.
+pub(super) struct Moment {
+    /// The clock; its value is that of the start of the arc.
+    pub(super) t: Dual,
+    pub(super) x: Vec<Dual>,
+    pub(super) v: Vec<Dual>,
+    /// Slip speeds and their rates.
+    pub(super) u: Vec<Dual>,
+    pub(super) turn: Vec<Dual>,
+    /// Friction forces and their rates.
+    pub(super) force: Vec<Dual>,
+    pub(super) force_rate: Vec<Dual>,
+    pub(super) drive: Vec<Dual>,
 }

@@ -1,15 +1,16 @@
-//! What the state of an oscillator is made of, and what an arc of its motion does and ends with.
+//! What the state of a system is made of, and what an arc of its motion does and ends with.
 
 use crate::dual::Dual;
 use crate::law::End;
 
-/// What a state is made of: t, x, v, the line of friction, the memory, when it stuck.
-pub const WIDTH: usize = 13;
-/// Those and one parameter: the directions of differentiation.
-pub const LANES: usize = WIDTH + 1;
-/// Where in the state the line of friction (the memory follows it) and the begin of adhesion stand.
-pub(super) const LINE: usize = 3;
-pub(super) const SINCE: usize = 12;
+/// Numbers of a contact in a state: line of friction (offset, slope, low, high), memory (anchor, corner, last break-away
+/// force), and how long it has stuck.
+pub const CONTACT: usize = 10;
+/// Where among them the memory, its break-away force and the time of adhesion stand.
+pub(super) const LOW: usize = 2;
+pub(super) const HIGH: usize = 3;
+pub(super) const MEMORY: usize = 4;
+pub(super) const AGE: usize = 9;
 
 /// What a contact does along an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,21 +37,21 @@ pub enum Ending {
 }
 
 /// One arc of a trail.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Arc {
-    /// What the contact does.
-    pub phase: Phase,
+    /// What every contact does.
+    pub phases: Vec<Phase>,
     /// What ends it.
     pub ending: Ending,
+    /// At which contact.
+    pub contact: usize,
     /// How long it took where it was taken from.
     pub duration: f64,
 }
 
-/// The state at the start of an arc.
-#[derive(Clone, Copy, Debug)]
-pub struct State<const N: usize> {
-    /// t, x, v; offset, slope, low and high end of the line; anchor, corner, last break-away force; when it stuck.
-    pub numbers: [Dual<N>; WIDTH],
+/// What of a contact is no number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flags {
     /// Branch of the law.
     pub branch: u32,
     /// Whether the law wants to know of turns.
@@ -59,32 +60,90 @@ pub struct State<const N: usize> {
     pub released: bool,
 }
 
-impl<const N: usize> State<N> {
-    /// The same state, every derivative forgotten and those in the given directions begun.
-    pub(super) fn as_seeds<const M: usize>(&self) -> State<M> {
-        let mut numbers = self.numbers.map(|number| Dual::fixed(number.value));
-        for (lane, number) in numbers.iter_mut().enumerate() {
-            if M > WIDTH && number.value.is_finite() {
-                *number = Dual::along(number.value, lane);
-            }
-        }
-        State {
-            numbers,
-            branch: self.branch,
-            turns: self.turns,
-            released: self.released,
-        }
+/// The state at the start of an arc.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    /// t; positions; velocities; [`CONTACT`] numbers of every contact.
+    pub numbers: Vec<f64>,
+    /// The rest of every contact.
+    pub flags: Vec<Flags>,
+}
+
+/// Where the numbers of a state stand.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout {
+    /// How many masses.
+    pub masses: usize,
+    /// How many contacts.
+    pub contacts: usize,
+}
+
+impl Layout {
+    /// Position of a mass.
+    #[must_use]
+    pub fn x(self, mass: usize) -> usize {
+        1 + mass
+    }
+
+    /// Velocity of a mass.
+    #[must_use]
+    pub fn v(self, mass: usize) -> usize {
+        1 + self.masses + mass
+    }
+
+    /// The first number of a contact.
+    #[must_use]
+    pub fn contact(self, contact: usize) -> usize {
+        1 + 2 * self.masses + CONTACT * contact
+    }
+
+    /// How many numbers.
+    #[must_use]
+    pub fn width(self) -> usize {
+        self.contact(self.contacts)
+    }
+
+    /// Those, and a parameter.
+    #[must_use]
+    pub fn lanes(self) -> usize {
+        self.width() + 1
     }
 }
 
-/// How a start is found.
-#[must_use]
-pub fn state_of(values: &[f64; WIDTH], branch: u32, turns: bool, released: bool) -> State<LANES> {
-    let plain = State::<0> {
-        numbers: values.map(Dual::fixed),
-        branch,
-        turns,
-        released,
-    };
-    plain.as_seeds()
+/// A state whose numbers carry derivatives.
+#[derive(Clone, Debug)]
+pub(super) struct Moving {
+    pub(super) numbers: Vec<Dual>,
+    pub(super) flags: Vec<Flags>,
+}
+
+impl State {
+    /// Without derivatives, but for room of `lanes`.
+    pub(super) fn still(&self, lanes: usize) -> Moving {
+        Moving {
+            numbers: self.numbers.iter().map(|&value| Dual::fixed(value, lanes)).collect(),
+            flags: self.flags.clone(),
+        }
+    }
+
+    /// Every finite number a direction of its own.
+    pub(super) fn seeded(&self, lanes: usize) -> Moving {
+        let mut moving = self.still(lanes);
+        for (lane, number) in moving.numbers.iter_mut().enumerate() {
+            if number.value.is_finite() {
+                number.rates[lane] = 1.0;
+            }
+        }
+        moving
+    }
+}
+
+impl Moving {
+    /// Its values.
+    pub(super) fn values(&self) -> State {
+        State {
+            numbers: self.numbers.iter().map(|number| number.value).collect(),
+            flags: self.flags.clone(),
+        }
+    }
 }

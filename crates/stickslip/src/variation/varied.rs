@@ -1,25 +1,25 @@
-//! An oscillator that varies with one number of its document, and what its law answers to numbers that carry derivatives.
+//! A system that varies with one number of its document, and what its laws answer to numbers that carry derivatives.
 
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::state::LANES;
 use crate::dual::Dual;
 use crate::error::Error;
-use crate::law::{Friction, Law};
-use crate::series::{Grown, ZERO};
+use crate::law::Law;
 use crate::structure::Oscillator;
+use crate::system::System;
 
-/// An oscillator that varies with one number of its document.
+/// A system that varies with one number of its document.
 #[derive(Clone, Debug)]
 pub struct Varied {
-    /// The oscillator.
-    pub base: Oscillator,
+    /// The system.
+    pub base: System,
     /// The same two steps and one step down, one and two steps up, and the size of a step.
-    around: Option<([Oscillator; 4], f64)>,
+    pub(super) around: Option<([System; 4], f64)>,
 }
 
 /// A fourth-order difference: the value two steps and one step down, one and two steps up.
-fn difference(around: [f64; 4], step: f64) -> f64 {
+pub(super) fn difference(around: [f64; 4], step: f64) -> f64 {
     let [two_down, down, up, two_up] = around;
     (8.0 * (up - down) - (two_up - two_down)) / (12.0 * step)
 }
@@ -38,64 +38,82 @@ fn step_of(value: f64, relative: f64) -> f64 {
     }
 }
 
+fn refused(reason: impl ToString) -> Error {
+    Error::Document {
+        reason: reason.to_string(),
+    }
+}
+
+/// The documents around one, as systems, and the size of a step.
+fn around<T: DeserializeOwned>(
+    document: &str,
+    path: &str,
+    system: impl Fn(&T) -> System,
+) -> Result<([System; 4], f64), Error> {
+    let mut table: Value = serde_json::from_str(document).map_err(refused)?;
+    let number = table.pointer(path).and_then(Value::as_f64);
+    let value = number.ok_or_else(|| refused(format!("the system document has no number {path:?}")))?;
+    let step = step_of(value, RELATIVE_STEP);
+    let mut beside = |steps: f64| {
+        if let Some(place) = table.pointer_mut(path) {
+            *place = (value + steps * step).into();
+        }
+        serde_json::from_value(table.clone())
+            .map(|document| system(&document))
+            .map_err(refused)
+    };
+    let systems = [
+        beside(STEPS[0])?,
+        beside(STEPS[1])?,
+        beside(STEPS[2])?,
+        beside(STEPS[3])?,
+    ];
+    Ok((systems, step))
+}
+
 impl Varied {
-    /// Of a document; `path` names the number that varies, such as `/law/kinetic`.
+    /// Of the document of an oscillator; `path` names the number that varies, such as `/law/kinetic`.
     ///
     /// # Errors
     /// What is wrong with the document or the path.
-    pub fn new(document: &str, path: Option<&str>) -> Result<Self, Error> {
-        let base = Oscillator::from_json(document)?;
-        let Some(path) = path else {
-            return Ok(Self { base, around: None });
-        };
-        let refused = |reason: String| Error::Document { reason };
-        let mut table: Value = serde_json::from_str(document).map_err(|error| refused(error.to_string()))?;
-        let number = table.pointer(path).and_then(Value::as_f64);
-        let value = number.ok_or_else(|| refused(format!("the system document has no number {path:?}")))?;
-        let step = step_of(value, RELATIVE_STEP);
-        let mut beside = |steps: f64| {
-            if let Some(place) = table.pointer_mut(path) {
-                *place = (value + steps * step).into();
-            }
-            serde_json::from_value::<Oscillator>(table.clone()).map_err(|error| refused(error.to_string()))
-        };
-        let around = [
-            beside(STEPS[0])?,
-            beside(STEPS[1])?,
-            beside(STEPS[2])?,
-            beside(STEPS[3])?,
-        ];
-        Ok(Self {
-            base,
-            around: Some((around, step)),
-        })
+    pub fn of_oscillator(document: &str, path: Option<&str>) -> Result<Self, Error> {
+        let base = System::from(&Oscillator::from_json(document)?);
+        let system = |oscillator: &Oscillator| System::from(oscillator);
+        let around = path.map(|path| around(document, path, system)).transpose()?;
+        Ok(Self { base, around })
     }
 
-    /// A number of the oscillator and its derivative with respect to the parameter, in the last lane.
-    pub(super) fn number<const N: usize>(&self, of: impl Fn(&Oscillator) -> f64) -> Dual<N> {
-        let mut number = Dual::fixed(of(&self.base));
-        if let (Some((around, step)), LANES) = (&self.around, N) {
-            number.rates[N - 1] = difference(std::array::from_fn(|i| of(&around[i])), *step);
-        }
-        number
+    /// Of the document of a system; `path` names the number that varies, such as `/contacts/0/law/kinetic`.
+    ///
+    /// # Errors
+    /// What is wrong with the document or the path.
+    pub fn of_system(document: &str, path: Option<&str>) -> Result<Self, Error> {
+        let base = System::from_json(document)?;
+        let around = path
+            .map(|path| around(document, path, System::clone))
+            .transpose()?;
+        Ok(Self { base, around })
     }
 
-    /// What the law answers to numbers, with the derivatives of its answers.
-    pub(super) fn ask<const N: usize, const I: usize, const O: usize>(
+    /// What the law of a contact answers to numbers, with the derivatives of its answers; `parameter` is the lane of the
+    /// parameter.
+    pub(super) fn ask<const I: usize, const O: usize>(
         &self,
-        inputs: [Dual<N>; I],
+        contact: usize,
+        inputs: [&Dual; I],
+        parameter: Option<usize>,
         relative: f64,
         answer: impl Fn(&Law, [f64; I]) -> [f64; O],
-    ) -> [Dual<N>; O] {
+    ) -> [Dual; O] {
+        let law = &self.base.contacts[contact].law;
         let values = inputs.map(|input| input.value);
-        let mut outputs = answer(&self.base.law, values).map(Dual::fixed);
-        let spread = |outputs: &mut [Dual<N>; O], around: [[f64; O]; 4], step: f64, rates: &[f64; N]| {
+        let lanes = inputs[0].rates.len();
+        let mut outputs = answer(law, values).map(|value| Dual::fixed(value, lanes));
+        let spread = |outputs: &mut [Dual; O], around: [[f64; O]; 4], step: f64, along: &Dual| {
             for (o, output) in outputs.iter_mut().enumerate() {
                 if output.value.is_finite() {
                     let slope = difference(around.map(|answers| answers[o]), step);
-                    for (rate, along) in output.rates.iter_mut().zip(rates) {
-                        *rate += slope * along;
-                    }
+                    *output = std::mem::take(output).shifted(slope, along);
                 }
             }
         };
@@ -105,36 +123,15 @@ impl Varied {
                 let around = STEPS.map(|steps| {
                     let mut beside = values;
                     beside[i] += steps * step;
-                    answer(&self.base.law, beside)
+                    answer(law, beside)
                 });
-                spread(&mut outputs, around, step, &input.rates);
+                spread(&mut outputs, around, step, input);
             }
         }
-        if let (Some((around, step)), LANES) = (&self.around, N) {
-            let around = std::array::from_fn(|i| answer(&around[i].law, values));
-            let mut along = [0.0; N];
-            along[N - 1] = 1.0;
-            spread(&mut outputs, around, *step, &along);
+        if let (Some((around, step)), Some(lane)) = (&self.around, parameter) {
+            let around = std::array::from_fn(|i| answer(&around[i].contacts[contact].law, values));
+            spread(&mut outputs, around, *step, &Dual::along(0.0, lane, lanes));
         }
         outputs
-    }
-
-    /// Friction of a smooth law at slip speed `u`.
-    pub(super) fn smooth_force<const N: usize>(&self, u: Dual<N>) -> Dual<N> {
-        let at = |law: &Law| {
-            let mut series = ZERO;
-            (series[0], series[1]) = (u.value, 1.0);
-            let mut grown = Grown::default();
-            [
-                law.extend(&series, 0, &mut grown),
-                law.extend(&series, 1, &mut grown),
-            ]
-        };
-        let [value, slope] = at(&self.base.law);
-        let mut force = u.chain(value, slope);
-        if let (Some((around, step)), LANES) = (&self.around, N) {
-            force.rates[N - 1] += difference(std::array::from_fn(|i| at(&around[i].law)[0]), *step);
-        }
-        force
     }
 }

@@ -1,0 +1,245 @@
+//! The event sequence of a run of a system, and runs that go on from a state of it.
+
+use super::{Loop, Orbit, Run, check, simulate};
+use crate::drive::Clock;
+use crate::error::Error;
+use crate::flow::taylor::Frame;
+use crate::law::{End, Friction, Memory, Piece};
+use crate::mode::Kind;
+use crate::simulate::Stop;
+use crate::system::System;
+use crate::trail::{Trail, contact_of};
+use crate::variation::{Arc, CONTACT, Ending, Layout, Phase, State};
+
+fn refused<T>(reason: String) -> Result<T, Error> {
+    Err(Error::Document { reason })
+}
+
+/// What has a derivative through its events.
+fn admit(system: &System) -> Result<(), Error> {
+    system.validate()?;
+    if Frame::of(system).loops {
+        return refused(
+            "contacts that close a loop share their load by a rule that has no derivative; take one of them out".into(),
+        );
+    }
+    if system.contacts.iter().any(|contact| !contact.drive_velocity.nodes.is_empty()) {
+        return refused("a drive along a table has no derivative at its nodes; write it as harmonics".into());
+    }
+    Ok(())
+}
+
+/// The trail of a run.
+///
+/// # Errors
+/// What makes no sense in the system or the run, and events that a disturbance would part.
+pub fn run(system: &System, run: Run) -> Result<Trail, Error> {
+    admit(system)?;
+    check(system, &run)?;
+    let mut state = Loop::new(system, &run);
+    state.start();
+    let start = state_of(&state);
+    let orbit = simulate(system, run)?;
+    of_orbit(&orbit, start, 0.0)
+}
+
+/// The trail from a state in which the contacts do what `phases` say, for a duration.
+///
+/// # Errors
+/// What makes no sense in the system or the state, and events that a disturbance would part.
+pub fn from(
+    system: &System,
+    state: &State,
+    phases: &[Phase],
+    duration: f64,
+    max_events: u64,
+) -> Result<Trail, Error> {
+    admit(system)?;
+    let layout = Layout {
+        masses: system.masses(),
+        contacts: system.contacts.len(),
+    };
+    let part = |from: fn(Layout, usize) -> usize| {
+        (0..layout.masses)
+            .map(|i| state.numbers[from(layout, i)])
+            .collect::<Vec<_>>()
+    };
+    let t = state.numbers[0];
+    let run = Run {
+        x0: Some(part(Layout::x)),
+        v0: Some(part(Layout::v)),
+        t_end: t + duration,
+        max_events,
+    };
+    check(system, &run)?;
+    let mut motion = Loop::new(system, &run);
+    motion.clock = Clock { high: t, low: 0.0 };
+    motion.motion.aim(&motion.frame, motion.clock);
+    let speeds: Vec<f64> = (0..layout.contacts)
+        .map(|c| motion.motion.drive(c).0 - motion.frame.across(c, |i| motion.v[i]))
+        .collect();
+    for (c, contact) in motion.contacts.iter_mut().enumerate() {
+        let at = layout.contact(c);
+        let number = |i: usize| state.numbers[at + i];
+        let flags = state.flags[c];
+        contact.piece = Piece {
+            offset: number(0),
+            slope: number(1),
+            low: number(2),
+            high: number(3),
+            branch: flags.branch,
+            turns: flags.turns,
+        };
+        contact.memory = Memory {
+            anchor: [number(4), number(5)],
+            corner: [number(6), number(7)],
+            released_at: flags.released.then_some(number(8)),
+            ..Memory::default()
+        };
+        contact.since = motion.clock.after(-number(CONTACT - 1));
+        // The expansion forgets it where the slip speed has a slope.
+        contact.turning = true;
+        match phases[c] {
+            Phase::Stick => contact.direction = 0.0,
+            Phase::Slip(direction) => contact.direction = direction,
+            Phase::Hold(direction) => {
+                contact.direction = direction;
+                contact.between = motion.laws[c].branches(direction * speeds[c]);
+            }
+        }
+    }
+    let stuck = (0..phases.len()).filter(|&c| phases[c] == Phase::Stick);
+    let held = motion.frame.held(stuck.collect());
+    motion.frame.stop(&held, motion.clock, &mut motion.v);
+    let mut events = Vec::new();
+    let stop = motion.go(&run, true, &mut |event| events.push(event), &mut || true);
+    let orbit = Orbit {
+        system: system.clone(),
+        run,
+        steps: motion.steps,
+        events,
+        stop,
+        work: motion.work,
+    };
+    of_orbit(&orbit, state.clone(), t)
+}
+
+fn state_of(motion: &Loop) -> State {
+    let contacts = motion
+        .contacts
+        .iter()
+        .map(|contact| contact_of(&contact.piece, &contact.memory, 0.0));
+    let (lines, flags): (Vec<_>, Vec<_>) = contacts.unzip();
+    let numbers = [motion.clock.high].into_iter().chain(motion.x.iter().copied());
+    State {
+        numbers: numbers
+            .chain(motion.v.iter().copied())
+            .chain(lines.into_iter().flatten())
+            .collect(),
+        flags,
+    }
+}
+
+/// Rows of the steps of an orbit.
+struct Rows<'a> {
+    orbit: &'a Orbit,
+    rows: Vec<&'a [f64]>,
+}
+
+impl Rows<'_> {
+    /// The last row at or before a time, in which what happened then has happened.
+    fn at(&self, t: f64) -> &[f64] {
+        self.rows[self.rows.partition_point(|row| row[0] <= t).max(1) - 1]
+    }
+
+    fn phases(&self, t: f64) -> Vec<Phase> {
+        let first = 2 + 2 * self.orbit.system.masses();
+        self.at(t)[first..]
+            .chunks_exact(4)
+            .map(|rub| {
+                if rub[0] == 0.0 {
+                    Phase::Stick
+                } else if rub[2].is_infinite() {
+                    Phase::Hold(rub[0])
+                } else {
+                    Phase::Slip(rub[0])
+                }
+            })
+            .collect()
+    }
+
+    /// Whether the slip speed of a contact grows just before a time.
+    fn grows(&self, c: usize, from: f64, t: f64) -> bool {
+        let contacts = self.orbit.system.contacts.len();
+        let w = self.orbit.states(&[t - 1e-6 * (t - from), t]).w;
+        w[contacts + c].abs() > w[c].abs()
+    }
+}
+
+fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<Trail, Error> {
+    let rows = Rows {
+        orbit,
+        rows: orbit.steps.chunks_exact(orbit.width()).collect(),
+    };
+    let frame = Frame::of(&orbit.system);
+    let (mut arcs, mut kinds) = (Vec::new(), Vec::new());
+    let mut from = begin;
+    for at_once in orbit.events.chunk_by(|one, other| one.t == other.t) {
+        // Adhesion that breaks may break others'; what arrives may too.
+        let main = at_once
+            .iter()
+            .find(|event| event.kind == Kind::Release)
+            .unwrap_or(&at_once[0]);
+        let (c, t) = (main.contact, main.t);
+        for other in at_once.iter().filter(|event| *event != main) {
+            let follows = matches!(other.kind, Kind::Release | Kind::Capture | Kind::Crossing);
+            if !follows || frame.coupling(other.contact, c) == 0.0 {
+                return refused(format!(
+                    "contacts {c} and {} have events at one time, {t}, which a disturbance would part: start from \
+                     another state",
+                    other.contact
+                ));
+            }
+        }
+        let phases = rows.phases(from);
+        let ending = match (main.kind, phases[c]) {
+            (Kind::Release, _) => Ending::Release,
+            (Kind::Capture | Kind::Crossing, _) => Ending::Line(End::Low),
+            (Kind::Reversal, Phase::Hold(direction)) => {
+                let u = orbit.states(&[from]).w[c].abs();
+                let [low, high] = orbit.system.contacts[c].law.branches(u).unwrap_or([f64::NAN; 2]);
+                let force = direction * main.force;
+                let upper = (force - high).abs() < (force - low).abs();
+                Ending::Line(if upper { End::High } else { End::Low })
+            }
+            (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Turn {
+                rising: !rows.grows(c, from, t),
+            }),
+            (Kind::Node, _) if rows.grows(c, from, t) => Ending::Line(End::High),
+            (Kind::Node, _) => Ending::Line(End::Low),
+        };
+        let (one, other) = (rows.at(from), rows.at(t));
+        arcs.push(Arc {
+            phases,
+            contact: c,
+            ending,
+            duration: (other[0] - one[0]) + (other[1] - one[1]),
+        });
+        kinds.push(main.kind);
+        from = t;
+    }
+    if orbit.stop == Stop::End {
+        arcs.push(Arc {
+            phases: rows.phases(from),
+            contact: 0,
+            ending: Ending::Time,
+            duration: orbit.run.t_end - from,
+        });
+    }
+    Ok(Trail {
+        start,
+        arcs,
+        kinds,
+        stop: orbit.stop,
+    })
+}
