@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "BORDERS",
     "BRANCHES",
     "ENDINGS",
     "KINDS",
@@ -42,6 +43,7 @@ BRANCHES: list[str]
 REGIMES: list[str]
 ONWARD: int
 SWEEP_COLUMNS: list[str]
+BORDERS: list[str]
 ENDINGS: list[str]
 
 @final
@@ -77,6 +79,8 @@ _Start = tuple[list[float] | None, list[float] | None, float, int]
 class Network:
     @staticmethod
     def simulate(document: str, run: _Start, max_seconds: float | None) -> Network: ...
+    @staticmethod
+    def resume(document: str, state: _Floats, phases: _Floats, duration: float) -> Network: ...
     @staticmethod
     def restore(
         document: str, run: _Start, stop: int, work: tuple[int, int, int], steps: _Floats, events: _Floats
@@ -136,16 +140,14 @@ def sweep(
 
 _Trail = tuple[_Floats, _Floats, list[str], str]
 
-def trail(document: str, x0: float, v0: float | None, t_end: float, max_events: int) -> _Trail: ...
-def trail_from(
-    document: str, state: _Floats, phase: tuple[float, float], duration: float, max_events: int
-) -> _Trail: ...
+def trail(document: str, x0: list[float] | None, v0: list[float] | None, t_end: float, max_events: int) -> _Trail: ...
+def trail_from(document: str, state: _Floats, phases: _Floats, duration: float, max_events: int) -> _Trail: ...
 def follow(
     document: str,
     path: str | None,
     state: _Floats,
     arcs: _Floats,
-    last: tuple[float, float],
+    last: _Floats,
     reseed: bool,
     tests: bool,
 ) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...

@@ -324,6 +324,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<network::Network>()?;
     module.add_function(wrap_pyfunction!(network::check_system, module)?)?;
     module.add("ENDINGS", stability::ENDING_NAMES)?;
+    module.add("BORDERS", stability::BORDER_NAMES)?;
     module.add_function(wrap_pyfunction!(stability::trail, module)?)?;
     module.add_function(wrap_pyfunction!(stability::trail_from, module)?)?;
     module.add_function(wrap_pyfunction!(stability::follow, module)?)?;

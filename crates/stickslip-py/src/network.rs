@@ -6,11 +6,12 @@ use pyo3::prelude::*;
 use stickslip::event::Work;
 use stickslip::law::Law;
 use stickslip::mode::Kind;
-use stickslip::network::{self, Event, Run};
+use stickslip::network::{self, Event, Run, sequence};
 use stickslip::simulate::Stop;
 use stickslip::state_law::StateLaw;
 use stickslip::system::System;
 
+use crate::stability::Document;
 use crate::watch::Watch;
 use crate::{Array, refused, state};
 
@@ -39,6 +40,27 @@ impl Network {
         let orbit = py.detach(|| network::simulate_while(&system, run_of(run), || watch.go_on()));
         watch.result()?;
         orbit.map(Self).map_err(|error| refused(&error))
+    }
+
+    /// Go on from a state of a trail in which the contacts do what `phases` say.
+    #[staticmethod]
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "that is how arrays cross the border"
+    )]
+    fn resume(
+        py: Python<'_>,
+        document: &str,
+        state: PyReadonlyArray1<'_, f64>,
+        phases: PyReadonlyArray1<'_, f64>,
+        duration: f64,
+    ) -> PyResult<Self> {
+        let document = Document::read(document)?;
+        let state = document.state(state.as_slice()?)?;
+        let phases = document.phases(phases.as_slice()?)?;
+        py.detach(|| sequence::resume(&document.system, &state, &phases, duration, 10_000_000))
+            .map(Self)
+            .map_err(|error| refused(&error))
     }
 
     /// An orbit from its saved columns.

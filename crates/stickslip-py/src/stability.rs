@@ -66,14 +66,14 @@ fn plain(phase: &Phase) -> [f64; 2] {
 }
 
 /// The system of a document, and what it is made of: of an oscillator the one mass and contact.
-struct Document {
+pub(crate) struct Document {
     oscillator: Option<Oscillator>,
-    system: System,
+    pub(crate) system: System,
     layout: Layout,
 }
 
 impl Document {
-    fn read(text: &str) -> PyResult<Self> {
+    pub(crate) fn read(text: &str) -> PyResult<Self> {
         let (oscillator, system) = if is_system(text) {
             (None, System::from_json(text).map_err(|error| refused(&error))?)
         } else {
@@ -92,7 +92,7 @@ impl Document {
         })
     }
 
-    fn state(&self, row: &[f64]) -> PyResult<State> {
+    pub(crate) fn state(&self, row: &[f64]) -> PyResult<State> {
         let width = self.layout.width();
         if row.len() != width + FLAGS * self.layout.contacts {
             return Err(broken("a state", row.len()));
@@ -106,6 +106,13 @@ impl Document {
             numbers: row[..width].to_vec(),
             flags: flags.collect(),
         })
+    }
+
+    pub(crate) fn phases(&self, row: &[f64]) -> PyResult<Vec<Phase>> {
+        if row.len() != 2 * self.layout.contacts {
+            return Err(broken("a row of phases", row.len()));
+        }
+        Ok(phases_from(row))
     }
 }
 
@@ -156,25 +163,23 @@ pub(crate) fn trail<'py>(
 ) -> PyResult<Trailed<'py>> {
     let document = Document::read(document)?;
     let one = |values: &Option<Vec<f64>>| values.as_ref().and_then(|values| values.first().copied());
-    let trail = py.detach(|| match &document.oscillator {
-        Some(oscillator) => {
+    let trail = py.detach(|| {
+        if let Some(oscillator) = &document.oscillator {
             let run = Run {
                 x0: one(&x0).unwrap_or_default(),
                 v0: one(&v0),
                 t_end,
                 max_events,
             };
-            of_oscillator::run(oscillator, run)
+            return of_oscillator::run(oscillator, run);
         }
-        None => {
-            let run = network::Run {
-                x0,
-                v0,
-                t_end,
-                max_events,
-            };
-            of_system::run(&document.system, run)
-        }
+        let run = network::Run {
+            x0,
+            v0,
+            t_end,
+            max_events,
+        };
+        of_system::run(&document.system, run)
     });
     Ok(columns(py, &trail.map_err(|error| refused(&error))?))
 }
@@ -195,10 +200,7 @@ pub(crate) fn trail_from<'py>(
 ) -> PyResult<Trailed<'py>> {
     let document = Document::read(document)?;
     let state = document.state(state.as_slice()?)?;
-    let phases = phases_from(phases.as_slice()?);
-    if phases.len() != document.layout.contacts {
-        return Err(broken("phases", phases.len()));
-    }
+    let phases = document.phases(phases.as_slice()?)?;
     let trail = py.detach(|| match &document.oscillator {
         Some(oscillator) => of_oscillator::from(oscillator, &state, phases[0], duration, max_events),
         None => of_system::from(&document.system, &state, &phases, duration, max_events),
@@ -247,9 +249,9 @@ pub(crate) fn follow<'py>(
             }
         })
         .collect::<Vec<_>>();
-    let last = phases_from(last.as_slice()?);
-    if last.len() != contacts || arcs.iter().any(|arc| arc.contact >= contacts) {
-        return Err(broken("an arc", last.len()));
+    let last = document.phases(last.as_slice()?)?;
+    if arcs.iter().any(|arc| arc.contact >= contacts) {
+        return Err(broken("a row of arcs", 2 * contacts + 2));
     }
     let followed = py
         .detach(|| variation::follow(&varied, &start, &arcs, &last, reseed, tests))

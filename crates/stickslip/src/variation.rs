@@ -69,7 +69,8 @@ pub fn follow(
         if reseed && index > 0 {
             state = state.values().seeded(course.all_lanes());
         }
-        let tau = end_of(&course, &state.values().still(1), arc).ok_or_else(|| lost(index, "does not end"))?;
+        let tau =
+            end_of(&course, &state.values().still(1), arc).ok_or_else(|| lost(index, "does not end"))?;
         let place = course.go(&state, &arc.phases, tau);
         let moment = course.moment(&place, &state);
         let moves = Course::moves(&course.guard(&state, arc, tau, &moment));

@@ -12,7 +12,7 @@ from stickslip.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.system import Oscillator
+    from stickslip.system import Oscillator, System
 
 #: The palette of Okabe and Ito (2008): told apart with every kind of colour vision, and in grey.
 OKABE_ITO = {
@@ -132,8 +132,8 @@ def parameter_label(parameter: str, units: str) -> str:
     return ": ".join(words(part) for part in parameter.split("."))
 
 
-def units_of(system: Oscillator, units: str | None) -> str:
-    """`units` where given; else dimensionless for mass = stiffness = 1 and SI for any other system.
+def units_of(system: Oscillator | System, units: str | None) -> str:
+    """`units` where given; else dimensionless for mass = stiffness = 1, or for several masses of 1, and SI for any other.
 
     >>> from stickslip import paper
     >>> units_of(paper.oscillator(0.3), None)
@@ -141,6 +141,8 @@ def units_of(system: Oscillator, units: str | None) -> str:
     """
     if units is not None:
         return units
+    if not isinstance(system.mass, float):
+        return "dimensionless" if all(row[i] == 1 for i, row in enumerate(system.mass)) else "SI"
     return "dimensionless" if system.mass == system.stiffness == 1 else "SI"
 
 

@@ -11,12 +11,14 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.stability.cycles import Return, find, one_period, turn
-from stickslip.stability.shooting import Family, Label, Lost, Point, consistent, corrected, labels
-from stickslip.stability.trail import BORDERS, SECTION, STATE, Trail, with_number
+from stickslip.stability.branch import extremes
+from stickslip.stability.cycles import find, one_period
+from stickslip.stability.returns import Return, turn
+from stickslip.stability.shooting import Family, Label, Lost, Point, axis, border_of, consistent, corrected, labels
+from stickslip.stability.trail import BORDERS, SECTION, Trail, with_number
 
-_V, _PARAMETER = 2, len(STATE)
-_AXIS = np.eye(_PARAMETER + 1)[_PARAMETER]
+#: Where in a direction the parameter stands.
+_PARAMETER = -1
 _STICK = BORDERS.index("stick")
 
 
@@ -63,12 +65,14 @@ def on_border(point: Point, family: Family, border: Label) -> Point:
     The speed of arrival is a root beside the tangency: instead of it the slip speed vanishes where it is least.
     """
     trail, turns = point.here.trail, point.here.turns
-    if BORDERS[border[0]] == "arrival":
+    kind, contact = border_of(border)
+    if kind == "arrival":
         arcs = trail.arcs.copy()
-        arcs[border[1], 2] = SECTION
+        arcs[border[1], -2] += SECTION - trail.endings[border[1]]
         trail = replace(trail, arcs=arcs)
+        low = len(BORDERS) * contact
         try:
-            found = [label for label in labels(turn(trail, turns, tests=True)) if label[:2] == (0, border[1])]
+            found = [label for label in labels(turn(trail, turns, tests=True)) if label[:2] == (low, border[1])]
         except InputError as error:
             raise Lost(str(error)) from None
         border = found[-1]
@@ -79,7 +83,8 @@ def _merged(border: Point, family: Family, share: float) -> tuple[Point, Label] 
     """The border seen as one stick that touches its limit, where slips of less than `share` of a period part two sticks."""
     here = border.here
     arcs = here.trail.arcs
-    stuck = arcs[:, 0] == 0
+    # Of several contacts each would have sticks of its own to join.
+    stuck = here.trail.directions[:, 0] == 0 if here.trail.layout.contacts == 1 else np.zeros(len(arcs), bool)
     short = ~stuck & (here.durations < share * here.period) & np.roll(stuck, 1) & np.roll(stuck, -1)
     if not short.any() or stuck.sum() <= short.sum():
         return None
@@ -120,13 +125,13 @@ def _rotated(trail: Trail, first: int) -> Trail:
     states = trail.follow().states
     start = states[first - 1].copy()
     arcs = np.vstack([trail.arcs[first:], trail.arcs[:first]])
-    return Trail(trail.system, start, arcs, (float(arcs[0, 0]), float(arcs[0, 1])))
+    return Trail(trail.system, start, arcs, arcs[0, :-2].copy())
 
 
 def name_of(here: Return, border: Label) -> str:
     """The bifurcation a border is, by which test function vanishes and how the holding force moves there."""
     row = labels(here).get(border)
-    kind, detail = BORDERS[border[0]], 0.0 if row is None else float(here.tests[row, 3])
+    kind, detail = border_of(border)[0], 0.0 if row is None else float(here.tests[row, 3])
     if kind in ("low", "high"):
         return "grazing_sliding" if kind == "low" and detail == 0.0 else "grazing_node"
     if kind == "arrival":
@@ -148,7 +153,7 @@ def beyond(border: Point, old: Return, family: Family, ways: tuple[float, ...]) 
         for trail, kinds in _probes(border, family, value, offset):
             try:
                 cut, turns = find(trail.system, trail, kinds, False, border.here.turns or None)
-                point = corrected(cut, turns, family, np.array([value]), _AXIS)
+                point = corrected(cut, turns, family, np.array([value]), axis(cut))
             except (InputError, Lost, IndexError):
                 continue
             if not consistent(point.here) or sequence(point.here) == sequence(old):
@@ -164,15 +169,13 @@ def beyond(border: Point, old: Return, family: Family, ways: tuple[float, ...]) 
 
 def sequence(here: Return) -> tuple[tuple[float, ...], ...]:
     """The event sequence whatever event it starts with; sections of our own do not count."""
-    rows = [tuple(row[:3]) for row in here.trail.arcs if row[2] != SECTION]
+    rows = [tuple(row) for row in here.trail.arcs[here.trail.endings != SECTION, :-1]]
     turned = [tuple(rows[i:] + rows[:i]) for i in range(len(rows))]
     return min(turned, default=())
 
 
 def _extent(here: Return) -> tuple[float, float]:
-    x = one_period(here, here.period)
-    values = x.at(np.linspace(0.0, x.t_end, 201))[0]
-    return float(values.min()), float(values.max())
+    return extremes(one_period(here, here.period))
 
 
 def _probes(border: Point, family: Family, value: float, offset: float) -> Iterator[tuple[Trail, list[str]]]:
@@ -184,19 +187,20 @@ def _probes(border: Point, family: Family, value: float, offset: float) -> Itera
         followed = sectioned.follow()
     except InputError:
         return
-    marks = np.flatnonzero(sectioned.arcs[:, 2] == SECTION)
+    marks = np.flatnonzero(sectioned.endings == SECTION)
     length = (2.3 if here.turns == 0 else 1.6) * here.period
     # From the greatest slip speed, where a contact remembers least of the border, a little faster or slower; else as it is.
     places = [sectioned.part(followed, int(mark), len(sectioned.arcs) - 1) for mark in marks[:1]] + [sectioned]
     for trail in places:
         if len(trail.arcs) == 0:
             continue
-        speed = max(abs(float(trail.start[_V])), 1e-12)
+        lanes = trail.layout.v
+        speed = max(float(np.abs(trail.start[lanes]).max()), 1e-12)
         for shift in (0.0, 1.0, -1.0, 4.0, -4.0):
             start = trail.start.copy()
-            if trail.arcs[0, 0] == 0 and shift:
+            if shift and not trail.directions[0].any():
                 continue
-            start[_V] += shift * offset * speed
+            start[lanes] += shift * offset * speed
             try:
                 run, kinds, stop = replace(trail, system=system, start=start).onward(length)
             except InputError:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.orbit import Orbit
 from stickslip.stability.cycles import PeriodicOrbit
 from stickslip.stability.shooting import Label, Point
-from stickslip.system import Oscillator
+from stickslip.system import Oscillator, System
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +33,7 @@ class SpecialPoint:
     #: Position range of the orbit there.
     x: tuple[float, float] = (math.nan, math.nan)
     #: The system there.
-    system: Oscillator | None = field(default=None, repr=False, compare=False)
+    system: Oscillator | System | None = field(default=None, repr=False, compare=False)
     point: Point | None = field(default=None, repr=False, compare=False)
     label: Label | None = field(default=None, repr=False, compare=False)
 
@@ -97,7 +98,7 @@ class Branches:
     special_points : of all branches, by parameter.
     """
 
-    system: Oscillator
+    system: Oscillator | System
     parameter: str
     bounds: tuple[float, float]
     branches: tuple[Branch, ...]
@@ -145,6 +146,12 @@ class Branches:
 
 
 def range_of(cycle: PeriodicOrbit) -> tuple[float, float]:
-    """Least and greatest position."""
-    x = cycle.orbit.at(np.linspace(0.0, cycle.orbit.t_end, 201))[0]
-    return float(x.min()), float(x.max())
+    """Least and greatest position of a cycle."""
+    return extremes(cycle.orbit)
+
+
+def extremes(orbit: Orbit) -> tuple[float, float]:
+    """Least and greatest position, of several masses that of the first."""
+    x = np.asarray(orbit.at(np.linspace(0.0, orbit.t_end, 201))[0])
+    first = x.reshape(len(x), -1)[:, 0]
+    return float(first.min()), float(first.max())

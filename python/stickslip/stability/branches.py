@@ -12,19 +12,20 @@ import numpy as np
 from stickslip.documents import number
 from stickslip.errors import InputError
 from stickslip.stability.branch import COLUMNS, Branch, Branches, SpecialPoint, range_of
-from stickslip.stability.cycles import PeriodicOrbit, forcing_period, periodic_orbit
+from stickslip.stability.cycles import PeriodicOrbit, periodic_orbit
 from stickslip.stability.equilibria import hopf_points, steady_slip
-from stickslip.stability.shooting import Family, corrected
-from stickslip.stability.trail import STATE, check, pointer, read, with_number
+from stickslip.stability.returns import forcing_period
+from stickslip.stability.shooting import Family, axis, corrected
+from stickslip.stability.trail import check, pointer, read, with_number
 from stickslip.stability.walk import Walk
-from stickslip.system import Oscillator
+from stickslip.system import Oscillator, System
 
-_PARAMETER = len(STATE)
-_AXIS = np.eye(_PARAMETER + 1)[_PARAMETER]
+#: Where in a direction the parameter stands.
+_PARAMETER = -1
 
 
 def continuation(
-    system: Oscillator,
+    system: Oscillator | System,
     parameter: str,
     bounds: tuple[float, float],
     *,
@@ -42,7 +43,8 @@ def continuation(
 
     Parameters
     ----------
-    system : an oscillator of one mass; any law without an internal state.
+    system : of one mass or several (of which the positions of the first are kept); any law without an internal state.
+        Steady slip is followed of one mass.
     parameter : a number of the system document, such as ``"drive_velocity"``, ``"forcing.frequency"`` or ``"law.kinetic"``.
     bounds : (low, high) of the parameter.
     guess : as for :func:`stickslip.periodic_orbit`, at the value that the system has; default the motion from rest.
@@ -77,7 +79,7 @@ def continuation(
         raise InputError(f"continuation: bounds must be (low, high) with low < high, got ({low:g}, {high:g})")
     family = Family((path,), ((low, high),))
     branches = []
-    if forcing_period(system) is None:
+    if isinstance(system, Oscillator) and forcing_period(system) is None:
         steady = _steady(system, path, family)
         if steady.values:
             branches.append(steady)
@@ -129,7 +131,8 @@ def _steady(system: Oscillator, path: str, family: Family) -> Branch:
 
 
 def _both_ways(cycle: PeriodicOrbit, value: float, family: Family, most: int, progress: Any) -> Branch:
-    start = corrected(cycle.closed.trail, cycle.turns, family, np.array([value]), _AXIS)
+    trail = cycle.closed.trail
+    start = corrected(trail, cycle.turns, family, np.array([value]), axis(trail))
     halves = []
     for sign in (-1.0, 1.0):
         way = start.direction * math.copysign(1.0, start.direction[_PARAMETER]) * sign

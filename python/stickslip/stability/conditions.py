@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.stability.cycles import Return, moved, multipliers_of, size_of, turn
-from stickslip.stability.trail import STATE, Floats, read, with_number
+from stickslip.stability.returns import Return, moved, multipliers_of, size_of, turn
+from stickslip.stability.trail import Floats, read, with_number
 
 if TYPE_CHECKING:
     from stickslip.stability.shooting import Point
 
-_PARAMETER = len(STATE)
+#: Where in a direction the parameter stands.
+_PARAMETER = -1
 #: Kinds of special points that :func:`determinant` knows.
 BY_MULTIPLIERS = ("fold", "flip", "neimark_sacker")
 #: Steps of the difference, relative to the size of a number.

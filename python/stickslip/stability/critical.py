@@ -12,10 +12,11 @@ from stickslip.documents import number
 from stickslip.errors import InputError
 from stickslip.stability.branch import Branch, SpecialPoint
 from stickslip.stability.branches import lies_on
-from stickslip.stability.cycles import forcing_period, periodic_orbit
+from stickslip.stability.cycles import periodic_orbit
 from stickslip.stability.equilibria import criticality, hopf_points
-from stickslip.stability.shooting import Family, Lost, corrected
-from stickslip.stability.trail import STATE, check, with_number
+from stickslip.stability.returns import forcing_period
+from stickslip.stability.shooting import Family, Lost, axis, corrected
+from stickslip.stability.trail import check_one, with_number
 from stickslip.stability.walk import Walk
 from stickslip.system import Oscillator
 
@@ -86,7 +87,7 @@ def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None =
     >>> round(found["hopf"], 12), found.criticality, round(found["nonsmooth_fold"], 7)
     (1.151292546497, 'subcritical', 1.836601)
     """
-    check(system, "critical_velocities")
+    check_one(system, "critical_velocities")
     if forcing_period(system) is not None:
         raise InputError("critical_velocities: the system is forced; use continuation over drive_velocity")
     scale = system.law.break_away_force() / (system.stiffness * system.mass) ** 0.5
@@ -149,12 +150,11 @@ def _branch(system: Oscillator, value: float, guess: Any, family: Family, known:
         cycle = periodic_orbit(system, guess, t_end=None if guess is None else 150 * system.natural_period)
         if any(lies_on(branch, cycle, value) for branch in known):
             return None
-        start = corrected(
-            cycle.closed.trail, cycle.turns, family, np.array([value]), np.eye(len(STATE) + 1)[len(STATE)]
-        )
+        trail = cycle.closed.trail
+        start = corrected(trail, cycle.turns, family, np.array([value]), axis(trail))
     except (InputError, Lost):
         return None
-    way = start.direction * (1.0 if start.direction[len(STATE)] > 0 else -1.0)
+    way = start.direction * (1.0 if start.direction[-1] > 0 else -1.0)
     up = Walk(family, 200).go(type(start)(start.here, start.values, way))
     down = Walk(family, 60).go(type(start)(start.here, start.values, -way)) if not cycle.sticks else None
     return up if down is None else down.reversed().joined(up)

@@ -13,213 +13,20 @@ from numpy.typing import NDArray
 from stickslip import _core
 from stickslip.documents import number
 from stickslip.errors import InputError
+from stickslip.network import NetworkOrbit
 from stickslip.orbit import Orbit
-from stickslip.simulation import simulate
-from stickslip.stability.trail import BORDERS, SECTION, STATE, TIME, Floats, Trail, check
-from stickslip.system import Harmonic, Oscillator
-
-_SPEEDS = [STATE.index(name) for name in ("low", "high", "anchor_w", "corner_w")]
-_FORCES = [STATE.index(name) for name in ("offset", "anchor_f", "corner_f", "released_at")]
-_T, _X, _V, _SINCE = 0, 1, 2, len(STATE) - 1
-_PARAMETER = len(STATE)
-#: Below this share of the largest a multiplier is the zero that an event brings.
-_NOTHING = 1e-11
-
-
-def forcing_period(system: Oscillator) -> float | None:
-    """The period of the forcing; None without one.
-
-    Raises
-    ------
-    InputError
-        where several frequencies have no common period of at most 100 of the slowest.
-    """
-    frequencies = [harmonic.frequency for harmonic in system.harmonics]
-    if not frequencies:
-        return None
-    slowest = min(frequencies)
-    for count in range(1, 101):
-        turns = np.array(frequencies) / slowest * count
-        if np.abs(turns - np.round(turns)).max() < 1e-9:
-            return 2 * math.pi / slowest * count
-    raise InputError(f"periodic_orbit: the forcing has no common period, its frequencies are {frequencies}")
-
-
-@dataclass(frozen=True)
-class Return:
-    """One turn of a cycle: the return map at its start, differentiated.
-
-    Attributes
-    ----------
-    defect : the end minus the start, over `lanes`.
-    map_jacobian : of the return map over `lanes`.
-    parameter : derivative of the end with respect to the parameter, over `lanes`; zero where none was asked for.
-    tests : rows of test functions; `test_rates` their derivatives over `lanes` and the parameter.
-    fixed : what the orbit writes whatever the start was, such as the velocity of the drive where it is reached;
-        `fixed_parameter` its derivatives with respect to the parameter.
-    """
-
-    trail: Trail
-    turns: int
-    lanes: NDArray[np.int64]
-    end: Floats
-    defect: Floats
-    map_jacobian: Floats
-    parameter: Floats
-    tests: Floats
-    test_rates: Floats
-    durations: Floats
-    fixed: NDArray[np.int64]
-    fixed_parameter: Floats
-
-    @property
-    def period(self) -> float:
-        """How long it took."""
-        return float(self.durations.sum())
-
-
-def lanes_of(system: Oscillator, start: Floats) -> NDArray[np.int64]:
-    """The numbers of the state that make the return map: all that are finite; time only where something else keeps time."""
-    first = _X if forcing_period(system) is None else _T
-    return np.array([lane for lane in range(first, _SINCE) if np.isfinite(start[lane])])
-
-
-def turn(trail: Trail, turns: int, path: str | None = None, *, tests: bool = False) -> Return:
-    """Follow one period; `turns` periods of the forcing."""
-    period = forcing_period(trail.system)
-    followed = trail.follow(path, tests=tests)
-    lanes = lanes_of(trail.system, trail.start)
-    end, rates = followed.states[-1], followed.rates[-1].copy()
-
-    def gathered(columns: Floats) -> Floats:
-        # A stick begins where the trail does: who moves the start moves the begin of adhesion.
-        moved = columns.copy()
-        moved[..., _T] += columns[..., _SINCE]
-        return moved
-
-    rates = gathered(rates)
-    # What nothing along the orbit reads or writes is no part of the map, and what it writes whatever the start was is known.
-    within = rates[np.ix_(lanes, lanes)]
-    unit = np.eye(len(lanes), dtype=bool)
-    alone = ~(np.where(unit, 0.0, within) != 0).any(axis=1) & ~(np.where(unit, 0.0, within) != 0).any(axis=0)
-    idle = alone & (np.diag(within) == 1)
-    written = ~(within != 0).any(axis=1)
-    fixed, lanes = lanes[written], lanes[~idle & ~written]
-    defect = end[lanes] - trail.start[lanes]
-    # They move with the parameter, and what depends on them with them.
-    parameter = rates[lanes, _PARAMETER] + rates[np.ix_(lanes, fixed)] @ rates[fixed, _PARAMETER]
-    if period is not None:
-        at = int(np.flatnonzero(lanes == _T)[0])
-        defect[at] -= turns * period
-        if path is not None and path.startswith("/forcing/") and path.endswith("/frequency"):
-            parameter[at] += turns * period / trail.system.harmonics[int(path.split("/")[2])].frequency
-    borders = followed.tests
-    test_rates = gathered(borders[:, 5:])
-    return Return(
-        trail=replace(trail, arcs=np.column_stack([trail.arcs[:, :3], followed.durations])),
-        turns=turns,
-        lanes=lanes,
-        end=end,
-        defect=defect,
-        map_jacobian=rates[np.ix_(lanes, lanes)],
-        parameter=parameter,
-        tests=borders[:, :5],
-        test_rates=np.column_stack(
-            [test_rates[:, lanes], test_rates[:, _PARAMETER] + test_rates[:, fixed] @ rates[fixed, _PARAMETER]]
-        ),
-        fixed=fixed,
-        fixed_parameter=rates[fixed, _PARAMETER],
-        durations=followed.durations,
-    )
-
-
-def moved(here: Return, step: Floats) -> Trail:
-    """The trail from a start moved by `step` over its lanes; what is written along the way is taken from its end."""
-    start = here.trail.start.copy()
-    start[here.lanes] += step
-    start[here.fixed] = here.end[here.fixed]
-    start[_SINCE] = start[_T]
-    return replace(here.trail, start=start)
-
-
-def size_of(system: Oscillator, start: Floats, lanes: NDArray[np.int64]) -> Floats:
-    """What counts as large in each number of the state."""
-    time = system.natural_period / (2 * math.pi)
-    length = max(abs(start[_X]), time * abs(start[_V]), time * abs(system.drive_velocity), 1e-300)
-    sizes = np.maximum(np.abs(start[: len(STATE)]), 1e-300)
-    sizes[[_T, _X, _V]] = time, length, length / time
-    # A number of the line or the memory that passes zero is no smaller a part of the law than the others of its dimension.
-    for lanes_alike in (_SPEEDS, _FORCES):
-        sizes[lanes_alike] = np.nanmax(np.where(np.isfinite(sizes[lanes_alike]), sizes[lanes_alike], np.nan))
-    return np.asarray(sizes[lanes], float)
-
-
-def close(trail: Trail, turns: int, rounds: int = 40) -> tuple[Return, int]:
-    """Newton's method on the return map; the closed turn and the rounds it took.
-
-    Raises
-    ------
-    InputError
-        where it does not converge.
-    """
-    best = math.inf
-    stalled = 0
-    for done in range(rounds):
-        here = turn(trail, turns)
-        size = size_of(trail.system, here.trail.start, here.lanes)
-        jacobian = np.eye(len(here.lanes)) - here.map_jacobian
-        step = np.linalg.lstsq(jacobian, here.defect, rcond=1e-14)[0]
-        error = float(np.abs(step / size).max(initial=0.0))
-        fixed = np.array_equal(here.end[here.fixed], here.trail.start[here.fixed])
-        if (error < 1e-14 and fixed) or (done > 2 and error < 1e-9 and error >= 0.25 * best):
-            stalled += 1
-            if stalled > 1 or (error < 1e-14 and fixed):
-                return here, done + 1
-        best = min(best, error)
-        # A step beyond a fifth of the motion is no correction any more.
-        trail = moved(here, np.asarray(step * min(1.0, 0.2 / max(error, 1e-300)), float))
-    raise InputError(
-        f"periodic_orbit: no periodic orbit of this event sequence near the guess (the last step is {best:.1e} of the "
-        "motion): give another guess or simulate longer first"
-    )
-
-
-def _once(closed: Return) -> Return:
-    """The orbit taken once: near a flip a run that is not quite settled returns sooner after two periods than after one."""
-    arcs = closed.trail.arcs
-    for count in range(len(arcs), 1, -1):
-        if len(arcs) % count or closed.turns % count:
-            continue
-        parts = arcs.reshape(count, -1, 4)
-        same = (parts[:, :, :3] == parts[0, :, :3]).all()
-        if same and np.ptp(closed.durations.reshape(count, -1), axis=0).max() < 1e-7 * closed.period:
-            trail = replace(closed.trail, arcs=parts[0], last=(float(arcs[0, 0]), float(arcs[0, 1])))
-            return close(trail, closed.turns // count)[0]
-    return closed
-
-
-def inconsistency(here: Return) -> str | None:
-    """Why the real motion does not follow the event sequence; None where it does."""
-    if (here.durations <= 0).any():
-        return f"arc {int(np.argmin(here.durations))} would take no time"
-    finite = np.isfinite(here.tests[:, 4])
-    scale = 1e-9 * np.abs(here.tests[finite, 4]).max(initial=1e-300)
-    for border, arc, _, _, value in here.tests[finite]:
-        if value < -scale:
-            return f"the test function {BORDERS[int(border)]} of arc {int(arc)} is {value:.2e}"
-    return None
-
-
-def multipliers_of(here: Return) -> NDArray[np.complex128]:
-    """Floquet multipliers, the largest first: the 1 of an autonomous cycle, and zero where an event loses a direction."""
-    values = np.linalg.eigvals(here.map_jacobian).astype(complex)
-    values = values[np.argsort(-np.abs(values), kind="stable")]
-    values[np.abs(values) < _NOTHING * max(1.0, float(np.abs(values).max(initial=0.0)))] = 0.0
-    if forcing_period(here.trail.system) is None:
-        values = np.concatenate([[1.0 + 0.0j], values])
-    values = np.append(values, [0.0, 0.0])
-    count = max(2, int((values != 0).sum()))
-    return np.asarray(values[:count], complex)
+from stickslip.stability.returns import (
+    Return,
+    close,
+    forcing_period,
+    inconsistency,
+    multipliers_of,
+    once,
+    size_of,
+    turn,
+)
+from stickslip.stability.trail import SECTION, STATE, Trail, check
+from stickslip.system import Drive, Oscillator, System
 
 
 @dataclass(frozen=True)
@@ -233,11 +40,11 @@ class PeriodicOrbit:
         stick brings a 0 (the direction it forgets).
     stable : whether all but the 1 of an autonomous orbit lie inside the unit circle.
     residual : end minus start, the largest relative to the motion; `rounds` of Newton's method it took.
-    state : t, x, v where the section is, at the event `section`.
+    state : t, x, v where the section is, at the event `section`; of a system x and v are of shape (n,).
     events : kinds of the endings of its arcs, in order.
     """
 
-    system: Oscillator
+    system: Oscillator | System
     period: float
     turns: int
     multipliers: NDArray[np.complex128]
@@ -254,15 +61,18 @@ class PeriodicOrbit:
         return bool((np.abs(others) < 1).all())
 
     @property
-    def state(self) -> tuple[float, float, float]:
+    def state(self) -> tuple[float, Any, Any]:
         """t, x, v at the section."""
-        t, x, v = self.closed.trail.start[:3]
-        return float(t), float(x), float(v)
+        trail = self.closed.trail
+        x, v = trail.start[trail.layout.x], trail.start[trail.layout.v]
+        if isinstance(self.system, Oscillator):
+            return float(trail.start[0]), float(x[0]), float(v[0])
+        return float(trail.start[0]), x, v
 
     @property
     def sticks(self) -> bool:
         """Whether adhesion is a part of it."""
-        return bool((self.closed.trail.arcs[:, :1] == 0).any())
+        return bool((self.closed.trail.directions == 0).any())
 
     @cached_property
     def orbit(self) -> Orbit:
@@ -278,39 +88,58 @@ class PeriodicOrbit:
         return f"<PeriodicOrbit T = {self.period:.12g}, largest multiplier {worst:.6g}, {kind}>"
 
 
+def _from_section(system: Any, t0: float) -> Any:
+    """The system whose clock is 0 where that of `system` is `t0`."""
+
+    def later(harmonic: Any) -> Any:
+        return replace(harmonic, phase=harmonic.phase + harmonic.frequency * t0)
+
+    if isinstance(system, Oscillator):
+        return replace(system, forcing=tuple(later(harmonic) for harmonic in system.harmonics) or None)
+    contacts = [
+        replace(c, drive_velocity=replace(c.drive_velocity, harmonics=tuple(map(later, c.drive_velocity.harmonics))))
+        if isinstance(c.drive_velocity, Drive)
+        else c
+        for c in system.contacts
+    ]
+    return replace(system, forcing=tuple(map(later, system.forcing)), contacts=contacts)
+
+
 def one_period(closed: Return, period: float) -> Orbit:
     """The orbit of a closed turn, from its section on."""
     trail = closed.trail
-    t0 = float(trail.start[_T])
-    forcing = tuple(Harmonic(h.amplitude, h.frequency, h.phase + h.frequency * t0) for h in trail.system.harmonics)
-    system = replace(trail.system, forcing=forcing or None)
-    if not system.closed_form:
-        v0 = None if trail.arcs[0, 0] == 0 else float(trail.start[_V])
-        return simulate(system, period, x0=float(trail.start[_X]), v0=v0)
+    t0 = float(trail.start[0])
+    system = _from_section(trail.system, t0)
+    if isinstance(system, System) or not system.closed_form:
+        start = trail.start.copy()
+        start[0] = 0.0
+        document = (system if isinstance(system, System) else system.to_system()).to_json()
+        moving = _core.Network.resume(document, start, np.ascontiguousarray(trail.phases[0]), period)
+        return NetworkOrbit(system, moving)
     followed = trail.follow()
     states = np.vstack([trail.start, followed.states])
     stuck, held = trail.arcs[:, 0] == 0, trail.arcs[:, 1] != 0
     slope = np.where(held, np.inf, np.where(stuck, 0.0, states[:-1, 4]))
     rows = np.column_stack(
         [
-            states[:-1, _T] - t0,
+            states[:-1, 0] - t0,
             np.zeros(len(slope)),
-            states[:-1, _X],
-            states[:-1, _V],
+            states[:-1, 1],
+            states[:-1, 2],
             trail.arcs[:, 0],
             np.where(stuck | held, 0.0, states[:-1, 3]),
             slope,
-            states[:-1, 13],
+            states[:-1, len(STATE)],
         ]
     )
-    kinds = [_core.KINDS.index(kind) for kind in _kinds(trail)]
+    kinds = [_core.KINDS.index(kind) for kind in kinds_of(trail)]
     missing = np.full(len(kinds), np.nan)
-    force = system.stiffness * states[1:, _X] * missing
+    force = system.stiffness * states[1:, 1] * missing
     sticking = np.where(stuck, closed.durations, np.nan)
-    table = np.column_stack([states[1:, _T] - t0, kinds, states[1:, _X], states[1:, _V], force, sticking, missing])
+    table = np.column_stack([states[1:, 0] - t0, kinds, states[1:, 1], states[1:, 2], force, sticking, missing])
     core = _core.Orbit.restore(
         system.to_json(),
-        (float(trail.start[_X]), float(trail.start[_V]), period, 10_000_000),
+        (float(trail.start[1]), float(trail.start[2]), period, 10_000_000),
         _core.STOPS.index("t_end"),
         (len(kinds), 0, 0),
         np.ascontiguousarray(rows.ravel()),
@@ -319,12 +148,13 @@ def one_period(closed: Return, period: float) -> Orbit:
     return Orbit(system, core)
 
 
-def _kinds(trail: Trail) -> list[str]:
+def kinds_of(trail: Trail) -> list[str]:
     """The kinds of the events that end the arcs."""
-    following = np.vstack([trail.arcs[1:, :2], trail.last])
+    following = np.vstack([trail.phases[1:], trail.last])
     kinds = []
-    for (direction, _, ending, _), (after, held) in zip(trail.arcs, following, strict=True):
-        name = _core.ENDINGS[int(ending)]
+    for row, then, ending, contact in zip(trail.phases, following, trail.endings, trail.ended_by, strict=True):
+        direction, (after, held) = row[2 * contact], then[2 * contact : 2 * contact + 2]
+        name = _core.ENDINGS[ending]
         if name == "release":
             kinds.append("release")
         elif held:
@@ -338,40 +168,38 @@ def _kinds(trail: Trail) -> list[str]:
     return kinds
 
 
-def _same(one: Floats, other: Floats) -> bool:
-    """Whether two states are of one kind: branch, turns, released."""
-    return bool((one[len(STATE) :] == other[len(STATE) :]).all())
-
-
-def find(system: Oscillator, trail: Trail, kinds: list[str], settled: bool, periods: int | None) -> tuple[Trail, int]:
+def find(system: Any, trail: Trail, kinds: list[str], settled: bool, periods: int | None) -> tuple[Trail, int]:
     """One period cut out of a run: between two returns that are nearly the same; and how many periods of the forcing."""
-    wanted = next((kind for kind in ("capture", "crossing", "reversal") if kind in kinds[len(kinds) // 2 :]), None)
+    late = kinds[len(kinds) // 2 :]
+    wanted = next((kind for kind in ("capture", "crossing", "reversal") if kind in late), None)
     if wanted is None:
         trail = trail.with_sections()
-        marks = np.flatnonzero(trail.arcs[:, 2] == SECTION)
+        marks = np.flatnonzero(trail.endings == SECTION)
     else:
-        marks = np.array([index for index, kind in enumerate(kinds) if kind == wanted])
+        # Of several contacts the one whose event comes last.
+        contacts = trail.ended_by[: len(kinds)]
+        which = next(c for kind, c in zip(kinds[::-1], contacts[::-1], strict=True) if kind == wanted)
+        marks = np.flatnonzero((np.array(kinds) == wanted) & (contacts == which))
     if len(marks) < 2:
         raise InputError(
             "periodic_orbit: the motion has no two returns: it comes to rest or slips steadily, or the run is too short; "
             "give a guess"
         )
     followed = trail.follow()
-    states, arcs = followed.states, trail.arcs
+    states, width = followed.states, trail.layout.width
+    following = np.vstack([trail.phases[1:], trail.phases[-1:]])
     force = forcing_period(system)
-    lanes = np.array([_X, _V])
+    lanes = np.concatenate([trail.layout.x, trail.layout.v])
     size = size_of(system, states[marks[-1]], lanes)
 
     def distance(a: int, b: int) -> tuple[float, int]:
-        if (
-            not _same(states[a], states[b])
-            or (arcs[min(a + 1, len(arcs) - 1), :2] != arcs[min(b + 1, len(arcs) - 1), :2]).any()
-        ):
+        # Of one kind are two states whose contacts go on alike, on like branches.
+        if (states[a, width:] != states[b, width:]).any() or (following[a] != following[b]).any():
             return math.inf, 0
         gap = float(np.abs((states[a][lanes] - states[b][lanes]) / size).max())
         if force is None:
             return gap, 0
-        turns = (states[b, _T] - states[a, _T]) / force
+        turns = (states[b, 0] - states[a, 0]) / force
         whole = max(1, round(turns))
         if periods is not None and whole != periods:
             return math.inf, 0
@@ -400,13 +228,12 @@ def find(system: Oscillator, trail: Trail, kinds: list[str], settled: bool, peri
 def _early(trail: Trail, force: float | None) -> Trail:
     """The same in the first period of the forcing, where a change of its frequency moves the phase least."""
     start = trail.start.copy()
-    start[_T] -= start[_T] if force is None else force * math.floor(start[_T] / force)
-    start[_SINCE] = start[_T]
+    start[0] -= start[0] if force is None else force * math.floor(start[0] / force)
     return replace(trail, start=start)
 
 
 def periodic_orbit(
-    system: Oscillator, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
+    system: Oscillator | System, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
 ) -> PeriodicOrbit:
     """A periodic orbit, stable or not, by Newton's method on its event sequence.
 
@@ -415,9 +242,11 @@ def periodic_orbit(
 
     Parameters
     ----------
-    system : an oscillator of one mass, autonomous or with harmonic forcing; any law without an internal state.
+    system : autonomous or with harmonic forcing, of one mass or several; any law without an internal state. Contacts of a
+        system must not close a loop, and its drives follow no table.
     guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
-        that repel or lie apart; an :class:`~stickslip.Orbit` or a :class:`PeriodicOrbit`: its last state.
+        that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit` or a :class:`PeriodicOrbit`: its
+        last state.
     t_end : length of the run that is looked at for a return; default 150 natural periods, 30 from a guess.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
 
@@ -448,16 +277,16 @@ def periodic_orbit(
     part, turns = find(system, trail, kinds, guess is None, periods)
     closed, rounds = close(part, turns)
     if periods is None:
-        closed = _once(closed)
+        closed = once(closed)
     cycle = finished(closed, rounds)
-    if amplitude(cycle) < 1e-7 * size_of(system, cycle.closed.trail.start, np.array([_X]))[0]:
+    if amplitude(cycle) < 1e-7 * size_of(system, cycle.closed.trail.start, np.array([1]))[0]:
         raise InputError(
             "periodic_orbit: the motion comes to rest or slips steadily: no cycle here; give another guess"
         )
     return cycle
 
 
-def _run(system: Oscillator, length: float, x0: float, v0: float | None, pieces: int) -> tuple[Trail, list[str]]:
+def _run(system: Any, length: float, x0: Any, v0: Any, pieces: int) -> tuple[Trail, list[str]]:
     """The last piece of a run, half of it all, and the kinds of its events.
 
     Each piece starts from where following the one before it ended, so that what is followed is what was run: two orbits that
@@ -468,18 +297,16 @@ def _run(system: Oscillator, length: float, x0: float, v0: float | None, pieces:
     for piece in range(1, pieces):
         if stop != "t_end" or not kinds:
             break
-        followed = trail.follow()
-        phase = (float(trail.arcs[len(kinds), 0]), float(trail.arcs[len(kinds), 1]))
-        onward = replace(trail, start=followed.states[len(kinds) - 1], arcs=np.array([[*phase, TIME, 1.0]]), last=phase)
-        trail, kinds, stop = onward.onward(short if piece < pieces - 1 else 3 * short)
+        trail, kinds, stop = trail.from_event(len(kinds) - 1, short if piece < pieces - 1 else 3 * short)
     if stop != "t_end":
         raise InputError(f"periodic_orbit: the run ended by {stop}; choose another start or another t_end")
     return trail, kinds
 
 
 def amplitude(cycle: PeriodicOrbit) -> float:
-    """Half the range of x, from 401 points of a period."""
-    return float(np.ptp(cycle.orbit.at(np.linspace(0.0, cycle.orbit.t_end, 401))[0])) / 2
+    """Half the range of x, from 401 points of a period; of several masses the largest."""
+    x = cycle.orbit.at(np.linspace(0.0, cycle.orbit.t_end, 401))[0]
+    return float(np.ptp(np.asarray(x), axis=0).max()) / 2
 
 
 def finished(closed: Return, rounds: int) -> PeriodicOrbit:
@@ -492,7 +319,7 @@ def finished(closed: Return, rounds: int) -> PeriodicOrbit:
             "is another; give another guess"
         )
     size = size_of(here.trail.system, here.trail.start, here.lanes)
-    kinds = _kinds(here.trail)
+    kinds = kinds_of(here.trail)
     return PeriodicOrbit(
         system=here.trail.system,
         period=here.period,
@@ -500,22 +327,24 @@ def finished(closed: Return, rounds: int) -> PeriodicOrbit:
         multipliers=multipliers_of(here),
         residual=float(np.abs(here.defect / size).max(initial=0.0)),
         rounds=rounds,
-        section="turn of the slip velocity" if here.trail.arcs[-1, 2] == SECTION else kinds[-1],
+        section="turn of the slip velocity" if here.trail.endings[-1] == SECTION else kinds[-1],
         events=tuple(kinds),
         closed=here,
     )
 
 
-def _start(guess: Any) -> tuple[float, float | None]:
+def _start(guess: Any) -> tuple[Any, Any]:
     if guess is None:
-        return 0.0, None
+        return None, None
     if isinstance(guess, PeriodicOrbit):
-        return guess.state[1], guess.state[2]
+        return guess.state[1:]
     if isinstance(guess, Orbit):
         x, v = guess.at(guess.t_end)
-        return float(x), float(v)
+        return x, v
     try:
-        x, v = guess
+        x, v = (np.asarray(part, float) for part in guess)
     except (TypeError, ValueError):
         raise InputError(f"periodic_orbit: guess must be (x, v), an orbit or None, got {guess!r}") from None
-    return number("guess x", x, "periodic_orbit"), number("guess v", v, "periodic_orbit")
+    if not (np.isfinite(x).all() and np.isfinite(v).all()):
+        raise InputError(f"periodic_orbit: guess must be finite numbers, got {guess!r}")
+    return x, v

@@ -12,15 +12,11 @@ from stickslip.documents import number
 from stickslip.errors import InputError
 from stickslip.network import NetworkOrbit
 from stickslip.orbit import Orbit
-from stickslip.simulation import simulate
 from stickslip.stability.trail import Trail, check, pointer
-from stickslip.system import Oscillator, System
+from stickslip.system import System
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: Steps of the fourth-order difference and its weights, and the step relative to the motion.
-_STEPS, _WEIGHTS, _RELATIVE = (-2.0, -1.0, 1.0, 2.0), (1 / 12, -8 / 12, 8 / 12, -1 / 12), 1e-3
 
 
 def fundamental_matrix(orbit: Orbit, t: float | None = None) -> NDArray[np.float64]:
@@ -37,14 +33,14 @@ def fundamental_matrix(orbit: Orbit, t: float | None = None) -> NDArray[np.float
 
     Returns
     -------
-    Shape (2 n, 2 n), positions before velocities. Of one mass it is exact to rounding (but for the law's own algebra, which
-    is differenced to about 10⁻¹²); of n masses, or a drive that varies, it is a fourth-order difference of exact orbits with
-    one event sequence, good to about 10⁻⁸.
+    Shape (2 n, 2 n), positions before velocities, exact to rounding (but for the law's own algebra, which is differenced to
+    about 10⁻¹²).
 
     Raises
     ------
     InputError
-        for a time outside the orbit, or where an orbit beside it takes other events.
+        for a time outside the orbit, contacts that close a loop, a drive along a table, or events of several contacts at one
+        time, which a disturbance would part.
 
     Source: Aizerman & Gantmakher 1958; Müller, Chaos Solitons Fractals 5 (1995) 1671.
 
@@ -56,11 +52,9 @@ def fundamental_matrix(orbit: Orbit, t: float | None = None) -> NDArray[np.float
     end = orbit.t_end if t is None else number("t", t, "fundamental_matrix")
     if not 0 < end <= orbit.t_end:
         raise InputError(f"fundamental_matrix: t must lie in (0, {orbit.t_end:g}], got {end:g}: simulate longer")
-    system: Any = orbit.system
-    if isinstance(system, Oscillator) and isinstance(system.drive_velocity, float):
-        trail, _, _ = _trail(orbit, end)
-        return np.array(trail.follow().rates[-1][1:3, 1:3], float)
-    return _differenced(orbit, end)
+    trail, _, _ = _trail(orbit, end)
+    motion = np.concatenate([trail.layout.x, trail.layout.v])
+    return np.array(trail.follow().rates[-1][np.ix_(motion, motion)], float)
 
 
 def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
@@ -68,13 +62,14 @@ def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
 
     Parameters
     ----------
-    orbit : of an oscillator of one mass, from :func:`stickslip.simulate`.
+    orbit : from :func:`stickslip.simulate`.
     parameters : numbers of the system document, such as ``"drive_velocity"``, ``"law.kinetic"`` or ``"forcing.amplitude"``.
 
     Returns
     -------
     Dataset over ``event`` and ``parameter``: ``t``, ``x``, ``v``, derivatives of the time and state of each event, and over
-    ``parameter``: ``x_end``, ``v_end``, those of the state at t_end. The start does not move.
+    ``parameter``: ``x_end``, ``v_end``, those of the state at t_end; of several masses over ``mass`` too. The start does not
+    move.
 
     >>> from stickslip.laws import StaticKinetic
     >>> slider = Oscillator(damping=0.0, drive_velocity=0.2, law=StaticKinetic(1.0, 0.6))
@@ -87,61 +82,19 @@ def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
     check(orbit.system, "sensitivities")
     names = list(parameters)
     trail, kinds, _ = _trail(orbit, orbit.t_end)
-    columns = [trail.follow(pointer(orbit.system, name, "sensitivities")).rates[:, :3, -1] for name in names]
+    columns = [trail.follow(pointer(orbit.system, name, "sensitivities")).rates[:, :, -1] for name in names]
     rates = np.stack(columns, axis=-1)
     events = rates[: len(kinds)]
-    data: dict[str, Any] = {name: (("event", "parameter"), events[:, i]) for i, name in enumerate("txv")}
-    data |= {"x_end": ("parameter", rates[-1, 1]), "v_end": ("parameter", rates[-1, 2])}
+    several = isinstance(orbit.system, System)
+    data: dict[str, Any] = {"t": (("event", "parameter"), events[:, 0])}
+    for name, lanes in (("x", trail.layout.x), ("v", trail.layout.v)):
+        masses, dims = (lanes, ("mass",)) if several else (lanes[0], ())
+        data[name] = (("event", *dims, "parameter"), events[:, masses])
+        data[f"{name}_end"] = ((*dims, "parameter"), rates[-1][masses])
     return xr.Dataset(data, coords={"parameter": names, "event": np.arange(len(kinds)), "kind": ("event", kinds)})
 
 
 def _trail(orbit: Orbit, t_end: float) -> tuple[Trail, list[str], str]:
     check(orbit.system, "fundamental_matrix")
     run = orbit._network.run if isinstance(orbit, NetworkOrbit) else orbit._core.run
-    x0, v0 = (None if value is None else float(np.ravel(value)[0]) for value in run[:2])
-    return Trail.of_run(orbit.system, t_end, x0 or 0.0, v0, run[3])
-
-
-def _differenced(orbit: Orbit, t: float) -> NDArray[np.float64]:
-    system: Any = orbit.system
-    masses = system.masses if isinstance(system, System) else 1
-    start = np.concatenate([np.atleast_1d(part) for part in orbit.at(0.0)])
-    motion = orbit.to_xarray()
-    sizes = np.concatenate([np.atleast_1d(np.abs(motion[name].to_numpy()).max(axis=0)) for name in ("x", "v")])
-    signature = _signature(orbit, t)
-    matrix = np.zeros((2 * masses, 2 * masses))
-    for column in range(2 * masses):
-        step = _RELATIVE * max(float(sizes[column]), 1e-12)
-        for _ in range(12):
-            ends = [_moved(orbit, start, column, steps * step, t, signature) for steps in _STEPS]
-            if all(end is not None for end in ends):
-                break
-            step /= 4
-        else:
-            raise InputError(
-                "fundamental_matrix: orbits beside this one take other events however near they start: "
-                "it lies at the border of its event sequence"
-            )
-        matrix[:, column] = (
-            sum(weight * end for weight, end in zip(_WEIGHTS, ends, strict=True) if end is not None) / step
-        )
-    return matrix
-
-
-def _signature(orbit: Orbit, t: float) -> list[tuple[str, int]]:
-    events = orbit.events[orbit.events["t"] < t]
-    return list(zip(events["kind"].astype(str), events["contact"], strict=True))
-
-
-def _moved(
-    orbit: Orbit, start: NDArray[np.float64], column: int, step: float, t: float, signature: list[tuple[str, int]]
-) -> NDArray[np.float64] | None:
-    moved = start.copy()
-    moved[column] += step
-    half = moved.size // 2
-    single = isinstance(orbit.system, Oscillator)
-    x0, v0 = (float(moved[0]), float(moved[1])) if single else (moved[:half], moved[half:])
-    other = simulate(orbit.system, t, x0=x0, v0=v0)
-    if _signature(other, t) != signature:
-        return None
-    return np.concatenate([np.atleast_1d(part) for part in other.at(t)])
+    return Trail.of_run(orbit.system, t_end, run[0], run[1], run[3])

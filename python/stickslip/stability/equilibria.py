@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.stability.trail import TIME, TURNS, Trail, read, with_number
+from stickslip.stability.trail import STATE, TIME, Trail, read, with_number
 from stickslip.system import Oscillator
 
 
@@ -44,11 +44,12 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
     x = float(system.law.kinetic_force(drive)) / system.stiffness
     tau = 0.1 * system.natural_period
     trail, kinds, _ = Trail.of_run(system, tau, x, 0.0)
-    if trail.start[TURNS]:
+    # The second flag: whether the law follows the sense of the slip acceleration.
+    if trail.start[len(STATE) + 1]:
         return None
     if kinds:
         # Rounding has set off an event at once: the line of friction it starts on says all the same.
-        trail = replace(trail, arcs=np.array([[trail.arcs[0, 0], trail.arcs[0, 1], TIME, tau]]))
+        trail = replace(trail, arcs=np.array([[*trail.arcs[0, :2], TIME, tau]]))
     matrix = trail.follow().rates[-1][1:3, 1:3]
     damping = -system.mass * math.log(max(float(np.linalg.det(matrix)), 1e-300)) / tau
     half = damping / (2 * system.mass)

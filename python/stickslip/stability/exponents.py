@@ -11,11 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.documents import number
 from stickslip.errors import InputError
-from stickslip.stability.cycles import forcing_period
-from stickslip.stability.trail import STATE, TIME, Trail, check
-from stickslip.system import Oscillator
-
-_SINCE = len(STATE) - 1
+from stickslip.stability.returns import forcing_period
+from stickslip.stability.trail import TIME, Trail, check, layout_of
+from stickslip.system import Oscillator, System
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,13 @@ class LyapunovSpectrum:
 
 
 def lyapunov(
-    system: Oscillator, t_end: float, x0: float = 0.0, v0: float | None = None, *, transient: float = 0.1, seed: int = 0
+    system: Oscillator | System,
+    t_end: float,
+    x0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    *,
+    transient: float = 0.1,
+    seed: int = 0,
 ) -> LyapunovSpectrum:
     """The Lyapunov exponents of a motion: its derivative from event to event, memory included, orthogonalised at each.
 
@@ -50,7 +54,7 @@ def lyapunov(
 
     Parameters
     ----------
-    system : an oscillator of one mass; any law without an internal state.
+    system : of one mass or several; any law without an internal state. Contacts of a system must not close a loop.
     t_end : time to run; some thousand periods give two digits.
     x0, v0 : start, as for :func:`stickslip.simulate`.
     transient : the fraction of the run that is left out, in [0, 1).
@@ -58,7 +62,7 @@ def lyapunov(
 
     Returns
     -------
-    LyapunovSpectrum of two exponents (of a forced system without the 0 of its clock).
+    LyapunovSpectrum of 2 n exponents for n masses (of a forced system without the 0 of its clock).
 
     Raises
     ------
@@ -78,20 +82,23 @@ def lyapunov(
         raise InputError(f"lyapunov: transient must lie in [0, 1), got {transient}")
     end = number("t_end", t_end, "lyapunov")
     forced = forcing_period(system) is not None
-    directions = 2 if forced else 1
-    lanes = np.array([lane for lane in range(len(STATE)) if forced or lane not in (0, _SINCE)])
+    layout = layout_of(system)
+    motion = np.concatenate([layout.x, layout.v])
+    directions = len(motion) - (0 if forced else 1)
+    # A clock that nothing reads is no direction.
+    lanes = np.arange(0 if forced else 1, layout.width)
     rng = np.random.default_rng(seed)
-    basis = np.zeros((len(STATE), directions))
-    basis[:3] = rng.standard_normal((3, directions))
-    if not forced:
-        basis[0] = 0.0
+    basis = np.zeros((layout.width, directions))
+    basis[motion] = rng.standard_normal((len(motion), directions))
+    if forced:
+        basis[0] = rng.standard_normal(directions)
     begin = transient * end
     sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
     positions: list[float] = []
     for trail in _blocks(system, end, x0, v0):
         followed = trail.follow(reseed=True)
-        for arc, rates, duration, reached in zip(
-            trail.arcs, followed.rates, followed.durations, followed.states, strict=True
+        for ending, rates, duration, reached in zip(
+            trail.endings, followed.rates, followed.durations, followed.states, strict=True
         ):
             full = np.zeros_like(basis)
             full[lanes] = rates[np.ix_(lanes, lanes)] @ basis[lanes]
@@ -104,18 +111,18 @@ def lyapunov(
                     # What rounding leaves of a direction that a stick forgets is nothing.
                     sums += np.log(np.where(sizes < 1e-12 * sizes.max(), 0.0, sizes))
                 elapsed += duration
-                counted += int(arc[2] != TIME)
+                counted += int(ending != TIME)
                 positions.append(float(reached[1]))
     exponents = sums / elapsed
     if not forced:
-        exponents = np.concatenate([[0.0], exponents]) if counted else np.repeat(exponents, 2)
+        exponents = np.concatenate([[0.0], exponents]) if counted else np.append(exponents, exponents[-1])
     exponents = np.sort(exponents)[::-1]
     return LyapunovSpectrum(
         exponents, chaos_test(positions, seed) if len(positions) >= 200 else math.nan, elapsed, counted
     )
 
 
-def _blocks(system: Oscillator, end: float, x0: float, v0: float | None) -> Iterator[Trail]:
+def _blocks(system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None) -> Iterator[Trail]:
     """The motion in parts that end at events.
 
     Each is run from the end of the one before, so that a chaotic motion and its derivative do not part; a long mode without
@@ -127,26 +134,27 @@ def _blocks(system: Oscillator, end: float, x0: float, v0: float | None) -> Iter
     while True:
         if stop not in ("t_end", "max_events"):
             raise InputError(f"lyapunov: the run ended by {stop}; choose another start or a shorter t_end")
-        over = now + float(trail.arcs[:, 3].sum()) >= end * (1 - 1e-12)
-        if not over and not kinds and trail.arcs[0, 0] == 0:
+        over = now + float(trail.arcs[:, -1].sum()) >= end * (1 - 1e-12)
+        if not over and not kinds and not trail.directions[0].any():
             # Stuck beyond this part: a stick must be followed from its begin.
             length *= 2
             trail, kinds, stop = trail.onward(min(length, end - now))
             continue
         count = len(trail.arcs) if over or not kinds else len(kinds)
-        phase = tuple(float(value) for value in (trail.arcs[count, :2] if count < len(trail.arcs) else trail.last))
-        part = replace(trail, arcs=trail.arcs[:count], last=(phase[0], phase[1]))
-        if part.arcs[-1, 2] == TIME:
-            pieces = max(1, math.ceil(part.arcs[-1, 3] / system.natural_period))
-            last = [*part.arcs[-1, :3], part.arcs[-1, 3] / pieces]
+        phases = trail.phases[count] if count < len(trail.arcs) else trail.last
+        part = replace(trail, arcs=trail.arcs[:count], last=phases)
+        if part.endings[-1] == TIME:
+            pieces = max(1, math.ceil(part.arcs[-1, -1] / system.natural_period))
+            last = [*part.arcs[-1, :-1], part.arcs[-1, -1] / pieces]
             part = replace(part, arcs=np.vstack([part.arcs[:-1], [last] * pieces]))
         yield part
         if over:
             return
         followed = part.follow()
         now += float(followed.durations.sum())
-        onward = Trail(system, followed.states[-1], np.array([[*phase, TIME, 1.0]]), (phase[0], phase[1]))
-        trail, kinds, stop = onward.onward(min(length, end - now))
+        trail, kinds, stop = part.from_event(
+            count - 1 if len(part.arcs) == count else -1, min(length, end - now), followed
+        )
 
 
 def chaos_test(series: ArrayLike, seed: int = 0) -> float:

@@ -13,18 +13,17 @@ import numpy as np
 from stickslip.documents import number
 from stickslip.errors import InputError
 from stickslip.stability.borders import worst
-from stickslip.stability.branch import SpecialPoint
+from stickslip.stability.branch import SpecialPoint, extremes
 from stickslip.stability.conditions import BY_MULTIPLIERS
 from stickslip.stability.cycles import one_period
 from stickslip.stability.equilibria import steady_slip
 from stickslip.stability.shooting import Family, Lost, Point, corrected, stepped
-from stickslip.stability.trail import STATE, Floats, pointer, read, with_number
-from stickslip.system import Oscillator
+from stickslip.stability.trail import Floats, pointer, read, with_number
+from stickslip.system import Oscillator, System
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_PARAMETERS = len(STATE)
 _SMALLEST, _LARGEST = 1e-5, 0.1
 
 
@@ -40,7 +39,7 @@ class Locus:
     x_min, x_max : range of the position of the motion there, shape (n,).
     """
 
-    system: Oscillator
+    system: Oscillator | System
     kind: str
     parameters: tuple[str, str]
     bounds: tuple[tuple[float, float], tuple[float, float]]
@@ -120,7 +119,7 @@ def locus(
             )
     family = Family(paths, ranges)
     curve = Locus(system, point.kind, names, (ranges[0], ranges[1]))
-    if point.kind == "hopf":
+    if point.kind == "hopf" and isinstance(system, Oscillator):
         halves = [_hopf_half(system, family, np.array(here), sign, most) for sign in (-1.0, 1.0)]
     else:
         condition = point.kind if point.kind in BY_MULTIPLIERS else None if point.point is None else point.point.border
@@ -168,7 +167,7 @@ def _half(point: Point, family: Family, most: int, told: Callable[[int], None]) 
         if outside is not None:
             axis, bound = outside
             direction = np.zeros(len(point.direction))
-            direction[_PARAMETERS + axis] = 1.0
+            direction[axis - 2] = 1.0
             values = point.values + (ahead.values - point.values) * (
                 (bound - point.values[axis]) / (ahead.values[axis] - point.values[axis])
             )
@@ -185,8 +184,7 @@ def _half(point: Point, family: Family, most: int, told: Callable[[int], None]) 
 
 def _row(point: Point) -> _Row:
     orbit = one_period(point.here, point.here.period)
-    x = orbit.at(np.linspace(0.0, orbit.t_end, 201))[0]
-    return float(point.values[0]), float(point.values[1]), float(x.min()), float(x.max())
+    return float(point.values[0]), float(point.values[1]), *extremes(orbit)
 
 
 def _allowed(point: Point) -> bool:

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from stickslip.errors import InputError
 from stickslip.stability.conditions import determinant, gradient
-from stickslip.stability.cycles import Return, inconsistency, moved, size_of, turn
-from stickslip.stability.trail import STATE, Floats, Trail, with_number
+from stickslip.stability.returns import Return, inconsistency, moved, size_of, turn
+from stickslip.stability.trail import BORDERS, Floats, Trail, with_number
 
-#: Border, arc, and which of that kind on the arc: a test function along a trail.
+#: Border and contact as one number, arc, and which of that kind on the arc: a test function along a trail.
 Label = tuple[int, int, int]
 #: What vanishes on a curve in two parameters: a test function along the trail, or a condition on the multipliers by its name.
 Condition = Label | str
@@ -48,6 +48,16 @@ class Point:
     values: Floats
     direction: Floats
     border: Condition | None = None
+
+
+def border_of(label: Label) -> tuple[str, int]:
+    """The name of the test function of a label, and its contact."""
+    return BORDERS[label[0] % len(BORDERS)], label[0] // len(BORDERS)
+
+
+def axis(trail: Trail) -> Floats:
+    """The direction in which the only parameter grows and nothing else moves."""
+    return np.append(np.zeros(trail.layout.width), 1.0)
 
 
 def labels(here: Return) -> dict[Label, int]:
@@ -104,14 +114,14 @@ def _scales(here: Return, family: Family, values: Floats) -> Floats:
 
 def _places(here: Return, family: Family) -> NDArray[np.int64]:
     """Where lanes and parameters stand in a full direction."""
-    return np.concatenate([here.lanes, len(STATE) + np.arange(len(family.paths))])
+    return np.concatenate([here.lanes, here.trail.layout.width + np.arange(len(family.paths))])
 
 
 def tangent(here: Return, jacobian: Floats, family: Family, values: Floats, along: Floats | None) -> Floats:
     """The direction of the curve: the null vector of the scaled derivative, turned the way of `along`."""
     scales = _scales(here, family, values)
     _, _, rows = np.linalg.svd(jacobian * scales)
-    direction = np.zeros(len(STATE) + len(family.paths))
+    direction = np.zeros(here.trail.layout.width + len(family.paths))
     direction[_places(here, family)] = rows[-1]
     if along is not None and direction @ along < 0:
         direction = -direction
@@ -185,8 +195,8 @@ def stepped(point: Point, turns: int, family: Family, step: float) -> Point:
     scales[_places(here, family)] = _scales(here, family, point.values)
     leap = step * point.direction * scales
     trail = moved(here, leap[here.lanes])
-    values = point.values + leap[len(STATE) :]
-    trail.start[here.fixed] += here.fixed_parameter * leap[len(STATE)] if values.size == 1 else 0.0
+    values = point.values + leap[here.trail.layout.width :]
+    trail.start[here.fixed] += here.fixed_parameter * leap[-1] if values.size == 1 else 0.0
     return corrected(trail, turns, family, values, point.direction, point.border)
 
 

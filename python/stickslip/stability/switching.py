@@ -11,12 +11,13 @@ import numpy as np
 from stickslip.errors import InputError
 from stickslip.stability.borders import beyond
 from stickslip.stability.branch import Branch, Branches, SpecialPoint
-from stickslip.stability.cycles import Return, moved, size_of
+from stickslip.stability.returns import Return, moved, size_of
 from stickslip.stability.shooting import Family, Lost, Point, consistent, corrected, evaluate
-from stickslip.stability.trail import STATE, Floats, pointer
+from stickslip.stability.trail import Floats, pointer
 from stickslip.stability.walk import Walk
 
-_PARAMETER = len(STATE)
+#: Where in a direction the parameter stands.
+_PARAMETER = -1
 #: How far beside the special point the other branch is looked for, in sizes of the motion.
 _ASIDE = (1e-3, 3e-3, 1e-2, 3e-4)
 
@@ -97,14 +98,14 @@ def _aside(point: Point, family: Family, *, double: bool) -> Point | None:
 def _across(here: Return, family: Family, point: Point, *, double: bool) -> Floats:
     """The direction of the other branch: scaled, over the state and the parameter."""
     sizes = size_of(here.trail.system, here.trail.start, here.lanes)
-    across = np.zeros(_PARAMETER + 1)
+    across = np.zeros(len(point.direction))
     if double:
         scaled = here.map_jacobian * sizes / sizes[:, None]
         values, vectors = np.linalg.eig(scaled)
         across[here.lanes] = vectors[:, int(np.argmin(np.abs(values + 1)))].real
         return np.asarray(across / np.linalg.norm(across), float)
     _, _, jacobian, _ = evaluate(here.trail, here.turns, family, point.values, None)
-    places = [*here.lanes, _PARAMETER]
+    places = [*here.lanes, len(across) - 1]
     scales = np.concatenate([sizes, family.scales(point.values)])
     _, _, rows = np.linalg.svd(jacobian * scales / sizes[:, None])
     null, along = rows[-2:], point.direction[places]

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import InputError
-from stickslip.stability.cycles import finished, size_of
-from stickslip.stability.shooting import Family, Lost, Point, corrected
-from stickslip.stability.trail import STATE, Trail
+from stickslip.stability.cycles import finished
+from stickslip.stability.returns import size_of
+from stickslip.stability.shooting import Family, Lost, Point, axis, corrected
+from stickslip.stability.trail import Trail
 
-_PARAMETER = len(STATE)
-_AXIS = np.eye(_PARAMETER + 1)[_PARAMETER]
+#: Where in a direction the parameter stands.
+_PARAMETER = -1
 #: Cycles that are followed on the way, each of half the size, and how many of them are extrapolated.
 _MOST, _USED = 16, 5
 
@@ -31,7 +32,8 @@ def vanishing(point: Point, family: Family) -> tuple[str, float, Point] | None:
     estimates: list[float] = []
     for _ in range(_MOST):
         try:
-            point = corrected(_towards(point, target, family), point.here.turns, family, np.array([target]), _AXIS)
+            trail = _towards(point, target, family)
+            point = corrected(trail, point.here.turns, family, np.array([target]), axis(trail))
             size = _size(point)
         except (Lost, InputError):
             return None
@@ -55,7 +57,7 @@ def _size(point: Point) -> float:
     """The mean deviation of the position from its mean, which moves smoothly with the cycle."""
     cycle = finished(point.here, 0)
     x = cycle.orbit.at(np.linspace(0.0, cycle.period, 200, endpoint=False))[0]
-    return float(np.std(x))
+    return float(np.std(x, axis=0).max())
 
 
 def _extrapolated(sizes: list[float], places: list[float], size: float) -> float:

@@ -14,12 +14,9 @@ from stickslip.stability import borders
 from stickslip.stability.branch import Branch, SpecialPoint, range_of
 from stickslip.stability.conditions import TESTS
 from stickslip.stability.cycles import finished
-from stickslip.stability.shooting import Family, Label, Lost, Point, consistent, corrected, stepped
-from stickslip.stability.trail import STATE
+from stickslip.stability.shooting import Family, Label, Lost, Point, axis, consistent, corrected, stepped
 from stickslip.stability.vanishing import vanishing
 
-_PARAMETER = len(STATE)
-_AXIS = np.eye(_PARAMETER + 1)[_PARAMETER]
 _SMALLEST, _LARGEST = 1e-5, 0.04
 
 
@@ -111,7 +108,8 @@ class Walk:
 
     def _finish(self, point: Point, bound: float) -> None:
         try:
-            end = corrected(point.here.trail, point.here.turns, self.family, np.array([bound]), _AXIS)
+            trail = point.here.trail
+            end = corrected(trail, point.here.turns, self.family, np.array([bound]), axis(trail))
             if consistent(end.here):
                 self._add(end)
         except Lost:

@@ -23,7 +23,11 @@ fn admit(system: &System) -> Result<(), Error> {
             "contacts that close a loop share their load by a rule that has no derivative; take one of them out".into(),
         );
     }
-    if system.contacts.iter().any(|contact| !contact.drive_velocity.nodes.is_empty()) {
+    if system
+        .contacts
+        .iter()
+        .any(|contact| !contact.drive_velocity.nodes.is_empty())
+    {
         return refused("a drive along a table has no derivative at its nodes; write it as harmonics".into());
     }
     Ok(())
@@ -54,6 +58,21 @@ pub fn from(
     duration: f64,
     max_events: u64,
 ) -> Result<Trail, Error> {
+    let orbit = resume(system, state, phases, duration, max_events)?;
+    of_orbit(&orbit, state.clone(), state.numbers[0])
+}
+
+/// The motion from a state in which the contacts do what `phases` say, for a duration.
+///
+/// # Errors
+/// What makes no sense in the system or the state.
+pub fn resume(
+    system: &System,
+    state: &State,
+    phases: &[Phase],
+    duration: f64,
+    max_events: u64,
+) -> Result<Orbit, Error> {
     admit(system)?;
     let layout = Layout {
         masses: system.masses(),
@@ -113,15 +132,14 @@ pub fn from(
     motion.frame.stop(&held, motion.clock, &mut motion.v);
     let mut events = Vec::new();
     let stop = motion.go(&run, true, &mut |event| events.push(event), &mut || true);
-    let orbit = Orbit {
+    Ok(Orbit {
         system: system.clone(),
         run,
         steps: motion.steps,
         events,
         stop,
         work: motion.work,
-    };
-    of_orbit(&orbit, state.clone(), t)
+    })
 }
 
 fn state_of(motion: &Loop) -> State {
@@ -191,7 +209,7 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<Trail, Error> {
             .find(|event| event.kind == Kind::Release)
             .unwrap_or(&at_once[0]);
         let (c, t) = (main.contact, main.t);
-        for other in at_once.iter().filter(|event| *event != main) {
+        for other in at_once.iter().filter(|event| !std::ptr::eq(*event, main)) {
             let follows = matches!(other.kind, Kind::Release | Kind::Capture | Kind::Crossing);
             if !follows || frame.coupling(other.contact, c) == 0.0 {
                 return refused(format!(
@@ -204,7 +222,6 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<Trail, Error> {
         let phases = rows.phases(from);
         let ending = match (main.kind, phases[c]) {
             (Kind::Release, _) => Ending::Release,
-            (Kind::Capture | Kind::Crossing, _) => Ending::Line(End::Low),
             (Kind::Reversal, Phase::Hold(direction)) => {
                 let u = orbit.states(&[from]).w[c].abs();
                 let [low, high] = orbit.system.contacts[c].law.branches(u).unwrap_or([f64::NAN; 2]);
@@ -216,7 +233,7 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<Trail, Error> {
                 rising: !rows.grows(c, from, t),
             }),
             (Kind::Node, _) if rows.grows(c, from, t) => Ending::Line(End::High),
-            (Kind::Node, _) => Ending::Line(End::Low),
+            (Kind::Capture | Kind::Crossing | Kind::Node, _) => Ending::Line(End::Low),
         };
         let (one, other) = (rows.at(from), rows.at(t));
         arcs.push(Arc {

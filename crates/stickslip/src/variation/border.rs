@@ -58,7 +58,9 @@ impl Course<'_> {
         }
         let plain = traced.start.values().still(1);
         let mut places: Vec<Place> = Vec::new();
-        let last = self.walk(&plain, &traced.arc.phases, traced.tau, &mut |place| places.push(place));
+        let last = self.walk(&plain, &traced.arc.phases, traced.tau, &mut |place| {
+            places.push(place);
+        });
         places.push(last);
         for c in 0..self.layout.contacts {
             let mut before: Option<(f64, f64)> = None;
@@ -77,7 +79,11 @@ impl Course<'_> {
                 let count = (length * self.frame.rate / 0.1).ceil().clamp(8.0, 1e4) as usize;
                 for i in 0..=count {
                     // Where it begins an arc may have its extremum: that is not inside.
-                    let share = if i == 0 && place.begin == 0.0 { 0.5 } else { i as f64 };
+                    let share = if i == 0 && place.begin == 0.0 {
+                        0.5
+                    } else {
+                        i as f64
+                    };
                     let h = length * share / count as f64;
                     let mut watched = |h: f64| self.watched(&plain, traced.arc.phases[c], c, place, h);
                     let now = (h, watched(h));

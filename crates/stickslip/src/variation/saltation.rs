@@ -1,7 +1,7 @@
 //! The jump of the derivative at an event: what vanishes there, and the state and memory that follow.
 
 use super::segment::{Course, Moment};
-use super::state::{AGE, Arc, Ending, Flags, HIGH, LOW, MEMORY, Moving, Phase};
+use super::state::{AGE, Arc, Ending, Flags, HIGH, LOW, Moving, Phase};
 use super::varied::{LINE_STEP, RELATIVE_STEP};
 use crate::drive::Clock;
 use crate::dual::Dual;
@@ -17,14 +17,18 @@ impl Course<'_> {
             (Some(Phase::Hold(direction)), Ending::Line(end)) => {
                 let rising = usize::from(end == End::High);
                 let parameter = self.parameter(moment.t.rates.len());
-                let [between] = self.varied.ask(c, [&moment.u[c]], parameter, LINE_STEP, |law, [u]| {
-                    [law.branches(u).map_or(f64::NAN, |pair| pair[rising])]
-                });
+                let [between] = self
+                    .varied
+                    .ask(c, [&moment.u[c]], parameter, LINE_STEP, |law, [u]| {
+                        [law.branches(u).map_or(f64::NAN, |pair| pair[rising])]
+                    });
                 moment.force[c].clone() * *direction - &between
             }
             (Some(Phase::Slip(_)), Ending::Line(End::Low)) => moment.u[c].clone() - line(LOW),
             (Some(Phase::Slip(_)), Ending::Line(End::High)) => moment.u[c].clone() - line(HIGH),
-            (Some(Phase::Slip(_)), Ending::Line(End::Turn { .. }) | Ending::Section) => moment.turn[c].clone(),
+            (Some(Phase::Slip(_)), Ending::Line(End::Turn { .. }) | Ending::Section) => {
+                moment.turn[c].clone()
+            }
             // A time on the clock: an arc that starts later takes less.
             _ => {
                 let mut guard = moment.t.clone();
@@ -220,7 +224,10 @@ impl Course<'_> {
     }
 
     /// What a contact does anew.
-    #[expect(clippy::too_many_arguments, reason = "the contact, and what lies before and after")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the contact, and what lies before and after"
+    )]
     fn change(
         &self,
         after: &mut Moving,

@@ -10,6 +10,9 @@ use crate::law::Law;
 use crate::series::{Series, ZERO, at, derivative, slope_at};
 use crate::system::System;
 
+/// An arc of more steps has run away from the motion it was taken from, to where its law grows without bound.
+const MOST_STEPS: u32 = 10_000;
+
 /// A system ready to be expanded, and those beside it.
 pub(super) struct Course<'a> {
     pub(super) varied: &'a Varied,
@@ -87,7 +90,8 @@ impl<'a> Course<'a> {
     }
 
     pub(super) fn held(&self, rubs: &[Rub]) -> Held {
-        self.frame.held((0..rubs.len()).filter(|&c| rubs[c].holds()).collect())
+        self.frame
+            .held((0..rubs.len()).filter(|&c| rubs[c].holds()).collect())
     }
 
     /// The motion `tau` from the start of an arc.
@@ -110,11 +114,15 @@ impl<'a> Course<'a> {
             low: 0.0,
         };
         self.stop(&mut here, phases);
-        loop {
+        for step in 0.. {
             let mut place = self.expand(&here, phases, clock);
             place.begin = gone;
             if tau - gone <= place.reach {
                 place.h = tau - gone;
+                return place;
+            }
+            if step == MOST_STEPS || !(place.reach > 0.0) {
+                place.h = f64::NAN;
                 return place;
             }
             place.h = place.reach;
@@ -133,6 +141,7 @@ impl<'a> Course<'a> {
             }
             pass(place);
         }
+        unreachable!("the steps of an arc are counted");
     }
 
     /// Stuck contacts leave no choice of their slip velocity.
@@ -311,13 +320,22 @@ impl<'a> Course<'a> {
             *rate = 1.0;
         }
         Moment {
-            x: each(n, &|i| place.number(|motion| &motion.x[i], |tangent| &tangent.x[i])),
-            v: each(n, &|i| place.number(|motion| &motion.v[i], |tangent| &tangent.v[i])),
-            u: each(c, &|c| place.number(|motion| &motion.u[c], |tangent| &tangent.u[c])),
+            x: each(n, &|i| {
+                place.number(|motion| &motion.x[i], |tangent| &tangent.x[i])
+            }),
+            v: each(n, &|i| {
+                place.number(|motion| &motion.v[i], |tangent| &tangent.v[i])
+            }),
+            u: each(c, &|c| {
+                place.number(|motion| &motion.u[c], |tangent| &tangent.u[c])
+            }),
             turn: each(c, &|c| place.rate(|motion| &motion.u[c], |tangent| &tangent.u[c])),
-            force: each(c, &|c| place.number(|motion| &motion.force[c], |tangent| &tangent.force[c])),
-            force_rate: each(c, &|c| place.rate(|motion| &motion.force[c], |tangent| &tangent.force[c])),
-            drive: each(c, &|c| place.number(|motion| &motion.drives()[c], |tangent| &tangent.drive[c])),
+            force: each(c, &|c| {
+                place.number(|motion| &motion.force[c], |tangent| &tangent.force[c])
+            }),
+            force_rate: each(c, &|c| {
+                place.rate(|motion| &motion.force[c], |tangent| &tangent.force[c])
+            }),
             t,
         }
     }
@@ -376,5 +394,4 @@ pub(super) struct Moment {
     /// Friction forces and their rates.
     pub(super) force: Vec<Dual>,
     pub(super) force_rate: Vec<Dual>,
-    pub(super) drive: Vec<Dual>,
 }

@@ -6,10 +6,9 @@ use crate::law::End;
 /// Numbers of a contact in a state: line of friction (offset, slope, low, high), memory (anchor, corner, last break-away
 /// force), and how long it has stuck.
 pub const CONTACT: usize = 10;
-/// Where among them the memory, its break-away force and the time of adhesion stand.
+/// Where among them the ends of the line and the time of adhesion stand.
 pub(super) const LOW: usize = 2;
 pub(super) const HIGH: usize = 3;
-pub(super) const MEMORY: usize = 4;
 pub(super) const AGE: usize = 9;
 
 /// What a contact does along an arc.
@@ -121,7 +120,11 @@ impl State {
     /// Without derivatives, but for room of `lanes`.
     pub(super) fn still(&self, lanes: usize) -> Moving {
         Moving {
-            numbers: self.numbers.iter().map(|&value| Dual::fixed(value, lanes)).collect(),
+            numbers: self
+                .numbers
+                .iter()
+                .map(|&value| Dual::fixed(value, lanes))
+                .collect(),
             flags: self.flags.clone(),
         }
     }

@@ -38,7 +38,7 @@ fn step_of(value: f64, relative: f64) -> f64 {
     }
 }
 
-fn refused(reason: impl ToString) -> Error {
+fn refused(reason: &impl ToString) -> Error {
     Error::Document {
         reason: reason.to_string(),
     }
@@ -50,9 +50,9 @@ fn around<T: DeserializeOwned>(
     path: &str,
     system: impl Fn(&T) -> System,
 ) -> Result<([System; 4], f64), Error> {
-    let mut table: Value = serde_json::from_str(document).map_err(refused)?;
+    let mut table: Value = serde_json::from_str(document).map_err(|error| refused(&error))?;
     let number = table.pointer(path).and_then(Value::as_f64);
-    let value = number.ok_or_else(|| refused(format!("the system document has no number {path:?}")))?;
+    let value = number.ok_or_else(|| refused(&format!("the system document has no number {path:?}")))?;
     let step = step_of(value, RELATIVE_STEP);
     let mut beside = |steps: f64| {
         if let Some(place) = table.pointer_mut(path) {
@@ -60,7 +60,7 @@ fn around<T: DeserializeOwned>(
         }
         serde_json::from_value(table.clone())
             .map(|document| system(&document))
-            .map_err(refused)
+            .map_err(|error| refused(&error))
     };
     let systems = [
         beside(STEPS[0])?,

@@ -23,8 +23,6 @@ pub(crate) struct Tangent {
     /// Of the slip speeds.
     pub(crate) u: Vec<Series>,
     pub(crate) force: Vec<Series>,
-    /// Of the drive velocities.
-    pub(crate) drive: Vec<Series>,
 }
 
 /// What a motion would be given by a system: accelerations, friction forces, drive velocities.
@@ -149,7 +147,6 @@ impl Tangent {
             v: vec![ZERO; n],
             u: vec![ZERO; c],
             force: vec![ZERO; c],
-            drive: vec![ZERO; c],
         }
     }
 
@@ -216,10 +213,8 @@ impl Tangent {
         }
         for (c, rub) in rubs.iter().enumerate() {
             self.u[c][ORDER] = rub.sign() * (drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
-            self.drive[c] = drive[c];
             if let Some(given) = given {
                 // The law has answered for these in what is given.
-                self.drive[c] = given.drive[c];
                 for k in 0..=ORDER {
                     self.u[c][k] += rub.sign() * given.drive[c][k];
                     self.force[c][k] += given.force[c][k];
