@@ -20,11 +20,11 @@ def run(options: argparse.Namespace) -> None:
     """Do the work."""
     from stickslip.commands.continue_ import parse_bounds
     from stickslip.stability.critical import critical_velocities
-    from stickslip.stability.trail import check
+    from stickslip.stability.trail import check_one
     from stickslip.system import load_system
 
     bounds = parse_bounds("--between", options.between) if options.between else None
-    found = critical_velocities(check(load_system(options.system), "critical"), bounds)
+    found = critical_velocities(check_one(load_system(options.system), "critical"), bounds)
     if options.json:
         say_json({"critical_velocities": [list(item) for item in found.all], "criticality": found.criticality})
         return
