@@ -62,46 +62,80 @@ pub fn follow(
     tests: bool,
 ) -> Result<Followed, Error> {
     let course = Course::new(varied);
+    let (width, lanes) = (course.layout.width(), course.layout.lanes());
     let mut followed = Followed::default();
-    let mut state = start.seeded(course.all_lanes());
+    let mut state = start.clone();
+    // The derivatives so far, row after row; what an arc adds is found by its own start.
+    let mut rates = identity(width);
     for (index, arc) in arcs.iter().enumerate() {
         let next = arcs.get(index + 1).map_or(last, |arc| &arc.phases);
-        if reseed && index > 0 {
-            state = state.values().seeded(course.all_lanes());
+        if reseed {
+            rates = identity(width);
         }
-        let tau =
-            end_of(&course, &state.values().still(1), arc).ok_or_else(|| lost(index, "does not end"))?;
-        let place = course.go(&state, &arc.phases, tau);
-        let moment = course.moment(&place, &state);
-        let moves = Course::moves(&course.guard(&state, arc, tau, &moment));
-        let after = course.pass(&state, arc, tau, &moment, &moves, next);
+        let chained = |number: &Dual| chained(number, &rates);
+        let seeded = state.seeded(course.all_lanes());
+        let tau = end_of(&course, &state.still(1), arc).ok_or_else(|| lost(index, "does not end"))?;
+        let place = course.go(&seeded, &arc.phases, tau);
+        let moment = course.moment(&place, &seeded);
+        let moves = Course::moves(&course.guard(&seeded, arc, tau, &moment));
+        let after = course.pass(&seeded, arc, tau, &moment, &moves, next);
+        let strays = |number: &Dual| !number.rates.iter().all(|rate| rate.is_finite());
         let motion = &after.numbers[..course.layout.contact(0)];
-        if motion.iter().any(|number| !number.value.is_finite()) {
+        if motion
+            .iter()
+            .any(|number| !number.value.is_finite() || strays(number))
+        {
             return Err(lost(index, "leaves the numbers"));
         }
         if tests {
             let traced = Traced {
                 index,
                 arc,
-                start: &state,
+                start: &seeded,
                 tau,
             };
+            let first = followed.tests.len();
             course.borders(&traced, &mut followed.tests);
             if let Some(&next) = next.get(arc.contact) {
                 course.entry(&traced, &moment, &moves, next, &mut followed.tests);
             }
+            for test in &mut followed.tests[first..] {
+                test.value.rates = chained(&test.value);
+            }
         }
+        let rows: Vec<f64> = after.numbers.iter().flat_map(chained).collect();
         followed.durations.push(tau);
-        followed.states.push(after.values());
-        let rows = after.numbers.iter();
-        followed.rates.push(
-            rows.flat_map(|number| &number.rates[..course.layout.lanes()])
-                .copied()
-                .collect(),
-        );
-        state = after;
+        state = after.values();
+        followed.states.push(state.clone());
+        debug_assert_eq!(rows.len(), width * lanes);
+        followed.rates.push(rows.clone());
+        rates = rows;
     }
     Ok(followed)
+}
+
+/// Every number of a state moves with itself.
+fn identity(width: usize) -> Vec<f64> {
+    let mut rows = vec![0.0; width * (width + 1)];
+    for lane in 0..width {
+        rows[lane * (width + 1) + lane] = 1.0;
+    }
+    rows
+}
+
+/// The derivatives of a number by the start of the trail, from those by the start of the arc and of that by the trail's.
+fn chained(number: &Dual, rates: &[f64]) -> Vec<f64> {
+    let parameter = number.rates.len() - 2;
+    let mut row = vec![0.0; parameter + 1];
+    row[parameter] = number.rates[parameter];
+    for (slope, from) in number.rates.iter().zip(rates.chunks_exact(parameter + 1)) {
+        if *slope != 0.0 {
+            for (rate, from) in row.iter_mut().zip(from) {
+                *rate += slope * from;
+            }
+        }
+    }
+    row
 }
 
 /// When the arc ends, near where it did: Newton.

@@ -103,8 +103,9 @@ impl Course<'_> {
         match phase {
             Phase::Slip(_) => place.turn(c),
             Phase::Stick => {
-                let moment = self.moment(place, start);
-                self.margin(start, c, place.begin + h, &moment).rates[0]
+                let age = self.age(start, c, place.begin + h);
+                let [force, rate] = place.force(c);
+                (self.bears(c, &age, &rate) - &force.abs()).rates[0]
             }
             Phase::Hold(_) => 1.0,
         }

@@ -44,7 +44,7 @@ impl Course<'_> {
     }
 
     /// How long a stuck contact has stuck.
-    fn age(&self, start: &Moving, c: usize, tau: f64) -> Dual {
+    pub(super) fn age(&self, start: &Moving, c: usize, tau: f64) -> Dual {
         let mut age = start.numbers[self.layout.contact(c) + AGE].clone();
         age.value += tau;
         if let Some(rate) = age.rates.last_mut() {

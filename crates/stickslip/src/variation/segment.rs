@@ -121,7 +121,7 @@ impl<'a> Course<'a> {
                 place.h = tau - gone;
                 return place;
             }
-            if step == MOST_STEPS || !(place.reach > 0.0) {
+            if step == MOST_STEPS || place.reach.is_nan() || place.reach <= 0.0 {
                 place.h = f64::NAN;
                 return place;
             }
@@ -241,14 +241,10 @@ impl<'a> Course<'a> {
             .iter()
             .enumerate()
             .map(|(c, rub)| {
-                if lanes == 1 || rub.holds() {
+                if lanes == 1 || rub.holds() || !smooth(c) {
                     ZERO
-                } else if smooth(c) {
-                    stiffening(self.laws[c], &motion.u[c])
                 } else {
-                    let mut slope = ZERO;
-                    slope[0] = rub.slope;
-                    slope
+                    stiffening(self.laws[c], &motion.u[c])
                 }
             })
             .collect();
@@ -359,6 +355,14 @@ impl Place {
     /// The slip acceleration of a contact along its direction.
     pub(super) fn turn(&self, c: usize) -> f64 {
         slope_at(&self.motion.u[c], self.h).1
+    }
+
+    /// The friction force of a contact and its rate.
+    pub(super) fn force(&self, c: usize) -> [Dual; 2] {
+        [
+            self.number(|motion| &motion.force[c], |tangent| &tangent.force[c]),
+            self.rate(|motion| &motion.force[c], |tangent| &tangent.force[c]),
+        ]
     }
 
     fn number(&self, of: impl Fn(&Motion) -> &Series, along: impl Fn(&Tangent) -> &Series) -> Dual {

@@ -70,14 +70,9 @@ impl Motion {
         };
         let mut u = vec![ZERO; contacts];
         let mut grown = vec![Grown::default(); contacts];
+        let mut acceleration = vec![0.0; n];
         for k in 0..ORDER {
-            let mut acceleration: Vec<f64> = (0..n)
-                .map(|i| {
-                    let (spring, damper) = (frame.spring.row(i), frame.damper.row(i));
-                    let pull = (0..n).map(|j| spring[j] * x[j][k] + damper[j] * v[j][k]);
-                    self.input[i][k] - pull.sum::<f64>()
-                })
-                .collect();
+            frame.freely(k, &self.input, (x, v), &mut acceleration);
             for (c, rub) in rubs.iter().enumerate() {
                 u[c][k] = rub.sign() * (self.drive[c][k] - frame.across(c, |i| v[i][k]));
                 if rub.holds() {
@@ -91,17 +86,9 @@ impl Motion {
                 given.force[c][k] = rub.direction * size;
                 frame.push_by(c, given.force[c][k], &mut acceleration);
             }
-            let wants: Vec<f64> = held
-                .contacts
-                .iter()
-                .map(|&c| (k + 1) as f64 * self.drive[c][k + 1] - frame.across(c, |i| acceleration[i]))
-                .collect();
-            for (&c, force) in held.contacts.iter().zip(held.forces(|row| wants[row])) {
-                given.force[c][k] = force;
-                frame.push_by(c, force, &mut acceleration);
-            }
-            for (series, a) in given.acceleration.iter_mut().zip(acceleration) {
-                series[k] = a;
+            frame.hold(held, k, &self.drive, &mut given.force, &mut acceleration);
+            for (series, a) in given.acceleration.iter_mut().zip(&acceleration) {
+                series[k] = *a;
             }
         }
         given
@@ -118,6 +105,31 @@ impl Motion {
 }
 
 impl Frame {
+    /// The accelerations without friction that an input, positions and velocities give.
+    fn freely(&self, k: usize, input: &[Series], (x, v): (&[Series], &[Series]), acceleration: &mut [f64]) {
+        for (i, a) in acceleration.iter_mut().enumerate() {
+            let (spring, damper) = (self.spring.row(i), self.damper.row(i));
+            *a = input[i][k];
+            for j in 0..self.masses {
+                *a -= spring[j] * x[j][k] + damper[j] * v[j][k];
+            }
+        }
+    }
+
+    /// The forces of the held contacts, added to their series and to the accelerations.
+    fn hold(&self, held: &Held, k: usize, drive: &[Series], force: &mut [Series], acceleration: &mut [f64]) {
+        for (row, &c) in held.contacts.iter().enumerate() {
+            let gain = held.gain.row(row);
+            let wants = held.contacts.iter().zip(gain).map(|(&c, gain)| {
+                gain * ((k + 1) as f64 * drive[c][k + 1] - self.across(c, |i| acceleration[i]))
+            });
+            force[c][k] = wants.sum();
+        }
+        for &c in &held.contacts {
+            self.push_by(c, force[c][k], acceleration);
+        }
+    }
+
     /// Add what a force of a contact accelerates.
     fn push_by(&self, contact: usize, force: f64, acceleration: &mut [f64]) {
         for (a, response) in acceleration.iter_mut().zip(&self.response[contact]) {
@@ -174,39 +186,31 @@ impl Tangent {
         let n = frame.masses;
         let given = given.filter(|_| self.parameter);
         let (drive, input) = motion.later(self.clock);
+        let mut acceleration = vec![0.0; n];
         for k in 0..ORDER {
-            let mut acceleration: Vec<f64> = (0..n)
-                .map(|i| {
-                    let (spring, damper) = (frame.spring.row(i), frame.damper.row(i));
-                    let pull = (0..n).map(|j| spring[j] * self.x[j][k] + damper[j] * self.v[j][k]);
-                    input[i][k] - pull.sum::<f64>()
-                })
-                .collect();
+            frame.freely(k, &input, (&self.x, &self.v), &mut acceleration);
             for (c, rub) in rubs.iter().enumerate() {
                 self.u[c][k] = rub.sign() * (drive[c][k] - frame.across(c, |i| self.v[i][k]));
                 if rub.holds() {
                     continue;
                 }
+                let stiff = if frame.smooth[c] {
+                    product(&slopes[c], &self.u[c], k)
+                } else {
+                    rub.slope * self.u[c][k]
+                };
                 let [offset, slope] = self.line[c];
                 let own = slope * motion.u[c][k] + if k == 0 { offset } else { 0.0 };
-                self.force[c][k] = rub.direction * (product(&slopes[c], &self.u[c], k) + own);
+                self.force[c][k] = rub.direction * (stiff + own);
                 frame.push_by(c, self.force[c][k], &mut acceleration);
             }
-            let wants: Vec<f64> = held
-                .contacts
-                .iter()
-                .map(|&c| (k + 1) as f64 * drive[c][k + 1] - frame.across(c, |i| acceleration[i]))
-                .collect();
-            for (&c, force) in held.contacts.iter().zip(held.forces(|row| wants[row])) {
-                self.force[c][k] = force;
-                frame.push_by(c, force, &mut acceleration);
-            }
+            frame.hold(held, k, &drive, &mut self.force, &mut acceleration);
             if let Some(given) = given {
                 for (a, series) in acceleration.iter_mut().zip(&given.acceleration) {
                     *a += series[k];
                 }
             }
-            for (i, a) in acceleration.into_iter().enumerate() {
+            for (i, a) in acceleration.iter().enumerate() {
                 self.x[i][k + 1] = self.v[i][k] * INVERSE[k + 1];
                 self.v[i][k + 1] = a * INVERSE[k + 1];
             }
