@@ -44,6 +44,7 @@ def fundamental_matrix(orbit: Orbit, t: float | None = None) -> NDArray[np.float
 
     Source: Aizerman & Gantmakher 1958; Müller, Chaos Solitons Fractals 5 (1995) 1671.
 
+    >>> from stickslip import Oscillator, simulate
     >>> from stickslip.laws import Coulomb
     >>> swing = simulate(Oscillator(damping=0.0, drive_velocity=0.0, law=Coulomb(0.5)), 1.0, x0=5.3, v0=0.0)
     >>> fundamental_matrix(swing).round(6).tolist()
@@ -71,6 +72,7 @@ def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
     ``parameter``: ``x_end``, ``v_end``, those of the state at t_end; of several masses over ``mass`` too. The start does not
     move.
 
+    >>> from stickslip import Oscillator, simulate
     >>> from stickslip.laws import StaticKinetic
     >>> slider = Oscillator(damping=0.0, drive_velocity=0.2, law=StaticKinetic(1.0, 0.6))
     >>> moved = sensitivities(simulate(slider, 8.0), ["law.break_away"])
