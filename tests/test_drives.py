@@ -63,3 +63,36 @@ def test_slip_under_a_constant_force_does_not_feel_how_the_drive_varies():
     orbit = ss.simulate(oscillator, 30.0, x0=1.0, v0=0.0)
     t = np.linspace(0, 30, 301)
     assert orbit.at(t)[0] == pytest.approx(0.4 + 0.6 * np.cos(t), abs=1e-12)
+
+
+@pytest.mark.parametrize("detuning", [0, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6, -1e-6, 9e-4, -9e-4, 1.2e-3])
+def test_forcing_at_an_undamped_resonance_grows_with_time(detuning):
+    # Slip that never ends under constant friction: x'' + x = f_k + A cos Ωt, of which A t sin(t)/2 is the limit Ω -> 1.
+    amplitude, kinetic, frequency = 0.3, 0.5, 1 + detuning
+    oscillator = ss.Oscillator(0, 20.0, ss.laws.Coulomb(kinetic), forcing=ss.Harmonic(amplitude, frequency))
+    orbit = ss.simulate(oscillator, 100, x0=0.2, v0=0.0)
+    assert len(orbit.events) == 0
+    t = np.linspace(0, 100, 1001)
+    half = 0.5 * (frequency - 1) * t
+    beat = amplitude * t * np.sinc(half / np.pi) * np.sin(0.5 * (frequency + 1) * t) / (frequency + 1)
+    assert orbit.at(t)[0] == pytest.approx(kinetic + (0.2 - kinetic) * np.cos(t) + beat, abs=2e-12)
+
+
+def test_a_batch_passes_through_the_resonance():
+    frequency = np.array([0.999, 1 - 1e-7, 1.0, 1 + 1e-7, 1.001])
+    oscillator = ss.Oscillator(0, 0.3, ss.laws.StaticKinetic(1.0, 0.6), forcing=ss.Harmonic(0.2, 0.9))
+    rows = ss.simulate_many(oscillator, {"forcing.0.frequency": frequency}, 30)
+    for index, value in enumerate(frequency):
+        alone = ss.simulate(ss.Oscillator(0, 0.3, oscillator.law, forcing=ss.Harmonic(0.2, value)), 30)
+        x, _ = alone.at(30.0)
+        assert float(rows["x"][index]) == pytest.approx(float(x), abs=1e-12)
+
+
+def test_a_law_of_branches_is_asked_for_its_slopes_at_a_resonance():
+    for law in ss.laws.Law.ALL.values():
+        oscillator = ss.Oscillator(0.25, 0.2, law.example(), forcing=ss.Harmonic(0.1, 1.0))
+        assert oscillator.closed_form == (not law.SMOOTH)
+    falling = ss.laws.PiecewiseLinear([(0, 1), (0.2, 0.8), (0.4, 0.75)], 1.0)
+    forced = ss.Harmonic(0.1, 1.0)
+    assert not ss.Oscillator(0.25, 0.2, falling, forcing=forced).closed_form
+    assert ss.Oscillator(0.24, 0.2, falling, forcing=forced).closed_form

@@ -19,7 +19,10 @@ def simulate(
     max_events: int = 10_000_000,
     max_seconds: float | None = None,
 ) -> Orbit:
-    """Simulate from event to event, each mode in closed form; smooth laws, varying drives and many masses by Taylor series.
+    """Simulate from event to event, each mode in closed form, or by Taylor series.
+
+    These carry smooth laws, drives that vary, many masses, and one mass whose forcing meets a resonance with hardly any
+    damping (|k − mΩ² + icΩ| < 10⁻³ k on a piece of friction), where a closed form would lose digits.
 
     Parameters
     ----------
@@ -38,7 +41,8 @@ def simulate(
     Raises
     ------
     InputError
-        for a value that makes no sense, or a forcing that meets an undamped resonance.
+        for a value that makes no sense, or a resonance that a law with memory meets on the way: a piece of friction that
+        falls by as much as the damper takes up.
     KeyboardInterrupt
         by Ctrl-C, at once; the orbit so far is lost.
 

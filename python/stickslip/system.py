@@ -203,8 +203,10 @@ class Oscillator:
 
     @property
     def closed_form(self) -> bool:
-        """Whether the motion between events is closed: a constant drive and a law of linear pieces."""
-        return not isinstance(self.drive_velocity, Drive) and not self.law.SMOOTH
+        """Whether the motion between events is closed: a constant drive, a law of linear pieces, no undamped resonance."""
+        if isinstance(self.drive_velocity, Drive) or self.law.SMOOTH:
+            return False
+        return self.forcing is None or not _core.resonates(self.to_json())
 
     def to_system(self) -> System:
         """The same as a system of one mass."""

@@ -228,6 +228,13 @@ impl Orbit {
     }
 }
 
+/// Whether a forcing of an oscillator meets a resonance at which the closed form would lose digits.
+#[pyfunction]
+fn resonates(document: &str) -> PyResult<bool> {
+    let oscillator = Oscillator::from_json(document).map_err(|error| refused(&error))?;
+    Ok(oscillator.resonates())
+}
+
 /// Check the JSON document of an oscillator.
 #[pyfunction]
 fn check_oscillator(document: &str) -> PyResult<()> {
@@ -331,6 +338,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<state::Law>()?;
     module.add_class::<state::Masses>()?;
     module.add_function(wrap_pyfunction!(check_oscillator, module)?)?;
+    module.add_function(wrap_pyfunction!(resonates, module)?)?;
     module.add_function(wrap_pyfunction!(check_law, module)?)?;
     module.add_function(wrap_pyfunction!(break_away, module)?)?;
     module.add_function(wrap_pyfunction!(force_along, module)?)

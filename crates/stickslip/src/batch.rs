@@ -106,6 +106,10 @@ impl Batch {
             ..Run::stuck(self.t_end)
         };
         let (oscillator, run) = self.rows.oscillator(index, run)?;
+        if oscillator.resonates() {
+            let v0 = run.v0.unwrap_or(oscillator.drive_velocity);
+            return self.row_of_system(&System::from(&oscillator), vec![run.x0], vec![v0], go_on);
+        }
         let mut tally = self.tally();
         let record = &mut tally;
         let (stop, _) = observe(&oscillator, run, &mut While { record, go_on })?;
@@ -142,6 +146,16 @@ impl Batch {
                 reason: format!("{start} must name a mass, such as {start}.0, got {mass:?}"),
             })? = value;
         }
+        self.row_of_system(&system, x0, v0, go_on)
+    }
+
+    fn row_of_system(
+        &self,
+        system: &System,
+        x0: Vec<f64>,
+        v0: Vec<f64>,
+        go_on: &impl Fn() -> bool,
+    ) -> Result<Row, Error> {
         let run = network::Run {
             x0: Some(x0),
             v0: Some(v0),
@@ -160,7 +174,7 @@ impl Batch {
                 force_rate: event.force_rate,
             });
         };
-        let (x, v, stop) = network::observe(&system, &run, tell, go_on)?;
+        let (x, v, stop) = network::observe(system, &run, tell, go_on)?;
         tally.row.last = [x, v].concat();
         tally.row.stop = stop;
         Ok(tally.row)

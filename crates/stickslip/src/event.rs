@@ -18,6 +18,7 @@ pub use slip::{Arrival, end_of_slip};
 
 use crate::flow::enclosure::Span;
 use crate::law::End;
+use crate::series::INVERSE;
 
 /// What finding events has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,6 +48,8 @@ pub enum Start {
 const REACH: f64 = 2.2;
 /// As a part of that distance, how near a sample must be to a root for its Taylor polynomial to give it to rounding.
 const NEAR: f64 = 0.02;
+/// A step that is so short a part of that distance, and away from a touch, need not be polished: its error is of the fourth order.
+const NEXT: f64 = 5e-5;
 /// Degree of that polynomial.
 const DEGREE: usize = 8;
 /// A touch this deep, in units of what is added up, is rounding.
@@ -106,9 +109,9 @@ struct Exit<const H: usize> {
     t: f64,
     /// The value there.
     value: f64,
-    /// The sample it was found from and the Taylor coefficients there.
+    /// The sample it was found from, and the integral of the value since.
     sample: Sample<H>,
-    coefficients: [f64; DEGREE + 1],
+    travel: f64,
 }
 
 /// One of the ends as a function of time that is positive inside: side · (derivative of that order − target).
@@ -188,6 +191,28 @@ fn polynomial(coefficients: &[f64], h: f64) -> [f64; 3] {
     [value, slope, 2.0 * half]
 }
 
+/// The polynomial, or its derivative.
+#[inline]
+fn differentiated(coefficients: [f64; DEGREE + 1], order: usize) -> [f64; DEGREE + 1] {
+    if order == 0 {
+        return coefficients;
+    }
+    let mut result = [0.0; DEGREE + 1];
+    for k in 0..DEGREE {
+        result[k] = (k + 1) as f64 * coefficients[k + 1];
+    }
+    result
+}
+
+/// ∫ of a polynomial from 0 to `h`.
+#[inline]
+fn integral(coefficients: &[f64], h: f64) -> f64 {
+    let terms = coefficients.iter().zip(&INVERSE[1..]);
+    h * terms
+        .rev()
+        .fold(0.0, |sum, (coefficient, inverse)| sum * h + coefficient * inverse)
+}
+
 /// What is known of the ends between two samples.
 enum Verdict {
     Clear,
@@ -264,43 +289,70 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
         verdict
     }
 
+    /// Taylor coefficients of the motion at a sample.
+    #[inline]
+    fn coefficients(&self, sample: &Sample<H>) -> [f64; DEGREE + 1] {
+        let mut coefficients = self.motion.derivatives(sample);
+        let mut factorial = 1.0;
+        for k in 2..=DEGREE {
+            factorial *= INVERSE[k];
+            coefficients[k] *= factorial;
+        }
+        coefficients
+    }
+
+    /// The guess made better by the Taylor polynomial, as far as that reaches.
+    #[inline]
+    fn aim(&self, sample: &Sample<H>, guard: &Guard, guess: f64) -> f64 {
+        let [value, slope, bend] = polynomial(&differentiated(self.coefficients(sample), guard.order), guess);
+        let newton = (guard.target - value) / slope;
+        let change = newton / (1.0 + 0.5 * newton * bend / slope).max(0.5);
+        if change.abs() < 0.5 * guess.abs() {
+            guess + change
+        } else {
+            guess
+        }
+    }
+
     /// The root of `guard` near `sample`, if it is the first end reached after `left`.
     #[inline]
     fn finish(&self, left: &Sample<H>, sample: &Sample<H>, guard: &Guard, guess: f64) -> Option<Exit<H>> {
         let (n, mut step) = (guard.order, guess);
-        let mut coefficients = self.motion.derivatives(sample);
-        let mut factorial = 1.0;
-        for (k, coefficient) in coefficients.iter_mut().enumerate().skip(2) {
-            factorial *= 1.0 / k as f64;
-            *coefficient *= factorial;
-        }
-        let mut differentiated = coefficients;
-        if n == 1 {
-            differentiated = std::array::from_fn(|k| {
-                coefficients
-                    .get(k + 1)
-                    .map_or(0.0, |coefficient| (k + 1) as f64 * coefficient)
-            });
-        }
-        let mut converged = false;
-        for _ in 0..6 {
-            let [value, slope, _] = polynomial(&differentiated, step);
-            let newton = (guard.target - value) / slope;
-            step += newton;
-            converged = newton.abs() <= 1e-8 * step.abs();
-            if converged {
-                break;
+        let mut end = *sample;
+        let travel;
+        let [value, slope, bend, jerk] = sample.d;
+        let short = step.abs() < NEXT * sample.reach() && (step * bend).abs() < 1e-4 * slope.abs();
+        if n == 0 && short {
+            travel = step * (value + step * (0.5 * slope + step * (1.0 / 6.0) * bend));
+            end.d[1] = slope + step * (bend + 0.5 * step * jerk);
+            end.d[2] = bend + step * jerk;
+        } else {
+            let coefficients = self.coefficients(sample);
+            let differentiated = differentiated(coefficients, n);
+            let mut converged = false;
+            for _ in 0..6 {
+                let [value, slope, _] = polynomial(&differentiated, step);
+                let newton = (guard.target - value) / slope;
+                step += newton;
+                converged = newton.abs() <= 1e-8 * step.abs();
+                if converged {
+                    break;
+                }
             }
+            if !converged || step.abs() > 2.0 * guess.abs() {
+                return None;
+            }
+            travel = integral(&coefficients, step);
+            if n == 1 {
+                end.d[0] = polynomial(&coefficients, step)[0];
+            }
+            end.d[n..n + 3].copy_from_slice(&polynomial(&differentiated, step));
         }
-        let t = sample.t + step;
-        if !converged || step.abs() > 2.0 * guess.abs() || t <= left.t {
+        end.d[n] = guard.target;
+        end.t = sample.t + step;
+        if end.t <= left.t {
             return None;
         }
-        let value = polynomial(&coefficients, step)[0];
-        let mut end = Sample { t, ..*sample };
-        end.d[0] = value;
-        end.d[n..n + 3].copy_from_slice(&polynomial(&differentiated, step));
-        end.d[n] = guard.target;
         let [_, slope, bend] = guard.margin(&end);
         if !through([slope, bend], guard.rounding(sample)) {
             return None;
@@ -311,10 +363,10 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
         );
         first.then_some(Exit {
             end: guard.end,
-            t,
+            t: end.t,
             value: end.d[0],
             sample: *sample,
-            coefficients,
+            travel,
         })
     }
 
@@ -325,7 +377,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
             t: sample.t,
             value: sample.d[0],
             sample: *sample,
-            coefficients: [0.0; DEGREE + 1],
+            travel: 0.0,
         }
     }
 
@@ -390,6 +442,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
                 sample
             } else {
                 let mut step = left.reach();
+                let mut aimed = None;
                 if let Some((guard, newton)) = self.ahead(&left)
                     && newton < step
                 {
@@ -401,11 +454,21 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
                             return Some(exit);
                         }
                     } else if guess > 0.0 && guess < step {
-                        step = guess;
+                        step = self.aim(&left, guard, guess);
+                        aimed = Some(*guard);
                     }
                 }
                 splits = 0;
-                self.sample((left.t + step.max(f64::EPSILON * left.t)).min(horizon))
+                let right = self.sample((left.t + step.max(f64::EPSILON * left.t)).min(horizon));
+                if let Some(guard) = aimed {
+                    let guess = guard.guess(&right);
+                    if guess.abs() < self.near(right.reach())
+                        && let Some(exit) = self.finish(&left, &right, &guard, guess)
+                    {
+                        return Some(exit);
+                    }
+                }
+                right
             };
             let (guard, crossed) = match self.verdict(&left, &right, None) {
                 Verdict::Crossed(guard) => (guard, true),
@@ -446,8 +509,9 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
                 {
                     return Some(exit);
                 }
-                if base.t + guess > left.t && base.t + guess < right.t {
-                    at = base.t + guess;
+                let aim = base.t + self.aim(base, &guard, guess);
+                if aim > left.t && aim < right.t {
+                    at = aim;
                 }
             }
             near = Some(self.sample(at));

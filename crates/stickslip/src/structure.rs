@@ -5,7 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::drive::{Harmonic, MOST_HARMONICS};
 use crate::error::{Error, finite, not_negative, positive, read};
-use crate::law::{Checked, Law};
+use crate::law::{Checked, End, Friction, Law, Memory};
+
+/// The closed form of a response loses as many digits as this is small.
+const FAINT: f64 = 1e-3;
 
 /// m ẍ + D ẋ + k x = F(w, memory) + Σ A cos(Ω t + φ), w = s − ẋ; x is measured from the equilibrium of the moving drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,5 +59,46 @@ impl<L: Checked + DeserializeOwned> Oscillator<L> {
             harmonic.validate()?;
         }
         self.law.check()
+    }
+}
+
+impl Oscillator {
+    /// Whether a harmonic meets so faint a damping on one of the pieces its law has from the start that the closed form, which
+    /// holds the response of all times, would lose digits: such a motion belongs on a Taylor series.
+    #[must_use]
+    pub fn resonates(&self) -> bool {
+        let met = |slope: f64| {
+            self.forcing
+                .iter()
+                .any(|harmonic| self.detuning(slope, harmonic.frequency) < FAINT)
+        };
+        let tuned = |harmonic: &Harmonic| self.detuning(-self.damping, harmonic.frequency) < FAINT;
+        if self.law.smooth() || !self.forcing.iter().any(tuned) {
+            return false;
+        }
+        [f64::INFINITY, f64::NEG_INFINITY].into_iter().any(|balance| {
+            let mut memory = Memory::default();
+            let mut piece = self.law.begin(0.0, balance, &mut memory);
+            loop {
+                if met(piece.slope) {
+                    return true;
+                }
+                if piece.high.is_infinite() {
+                    return false;
+                }
+                let next = self.law.next(&piece, End::High, piece.high, &mut memory);
+                if next == piece {
+                    return false;
+                }
+                piece = next;
+            }
+        })
+    }
+
+    /// |k − mΩ² + i(D + slope)Ω|/k.
+    fn detuning(&self, slope: f64, frequency: f64) -> f64 {
+        let real = 1.0 - self.mass / self.stiffness * frequency * frequency;
+        let imaginary = (self.damping + slope) * frequency / self.stiffness;
+        (real * real + imaginary * imaginary).sqrt()
     }
 }

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Arrival, Start, Work, polynomial};
+use super::{Arrival, Start, Work, integral, polynomial};
 use crate::elementary::angle;
 use crate::flow::exact::{Decay, Slip};
 use crate::law::{End, Piece};
@@ -57,14 +57,6 @@ fn root(coefficients: &[f64], target: f64, mut step: f64, settled: f64) -> Optio
         }
     }
     None
-}
-
-/// ∫ of the polynomial from 0 to `h`.
-fn integral(coefficients: &[f64], h: f64) -> f64 {
-    let terms = coefficients.iter().zip(&INVERSE[1..]);
-    h * terms
-        .rev()
-        .fold(0.0, |sum, (coefficient, inverse)| sum * h + coefficient * inverse)
 }
 
 impl<'a, const H: usize> Direct<'a, H> {

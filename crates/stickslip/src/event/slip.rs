@@ -4,7 +4,6 @@ use super::free::end_of_free_slip;
 use super::{DEGREE, Ends, Motion, Sample, Start, Work, first_exit};
 use crate::flow::exact::{Signal, Slip};
 use crate::law::{End, Piece};
-use crate::series::INVERSE;
 
 /// Where slip along a piece ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,11 +44,7 @@ pub fn end_of_slip<const H: usize>(
         slip.x.at(&slip.basis(exit.t))
     } else {
         let step = exit.t - exit.sample.t;
-        let mut travel = 0.0;
-        for (coefficient, inverse) in exit.coefficients.iter().zip(&INVERSE[1..]).rev() {
-            travel = travel * step + coefficient * inverse;
-        }
-        speed.position(&exit.sample) + drive_velocity * step - direction * travel * step
+        speed.position(&exit.sample) + drive_velocity * step - direction * exit.travel
     };
     Some(Arrival {
         t: exit.t,
