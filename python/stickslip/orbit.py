@@ -115,7 +115,8 @@ class Orbit:
             for a time outside the orbit.
         """
         values = self._all(t)
-        return tuple(column if column.ndim else column.item() for column in (values["x"], values["v"]))  # type: ignore[return-value]
+        x, v = (column if column.ndim else column.item() for column in (values["x"], values["v"]))
+        return x, v
 
     def _all(self, t: ArrayLike) -> dict[str, NDArray[Any]]:
         """What :meth:`to_xarray` gives, by name."""

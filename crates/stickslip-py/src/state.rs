@@ -1,4 +1,8 @@
 //! Laws with an internal state at the border: the right-hand sides that an integrator in Python asks for.
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "that is how arrays cross the border"
+)]
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
@@ -42,10 +46,6 @@ impl Law {
     }
 
     /// Friction force and rate of the state, for slip velocities and states.
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
-    )]
     fn rates<'py>(
         &self,
         py: Python<'py>,
@@ -58,20 +58,12 @@ impl Law {
     }
 
     /// The states of steady slip.
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
-    )]
     fn steady<'py>(&self, py: Python<'py>, w: PyReadonlyArray1<'py, f64>) -> PyResult<Array<'py, f64>> {
         let state: Vec<f64> = w.as_slice()?.iter().map(|&w| self.0.steady(w)).collect();
         Ok(state.into_pyarray(py))
     }
 
     /// Force and state along a motion, from a state.
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
-    )]
     fn follow<'py>(
         &self,
         py: Python<'py>,
@@ -100,10 +92,6 @@ impl Masses {
     }
 
     /// Positions and velocity variables of a start, and the slip velocities there.
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
-    )]
     fn start<'py>(
         &self,
         py: Python<'py>,
@@ -115,10 +103,6 @@ impl Masses {
     }
 
     /// d/dt of the variables.
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
-    )]
     fn rates<'py>(
         &self,
         py: Python<'py>,
@@ -129,10 +113,6 @@ impl Masses {
     }
 
     /// Velocities and accelerations mass by mass, slip velocities and forces contact by contact, at times.
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
-    )]
     fn states<'py>(
         &self,
         py: Python<'py>,

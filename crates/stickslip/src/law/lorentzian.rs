@@ -51,6 +51,11 @@ impl Friction for Lorentzian {
         rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
     }
 
+    fn resolution(&self, u: f64) -> f64 {
+        // Half of the way to the poles at ±i w_s.
+        0.5 * (u * u + self.scale * self.scale).sqrt()
+    }
+
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
         Piece::constant(self.break_away)
     }
