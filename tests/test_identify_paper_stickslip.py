@@ -56,7 +56,9 @@ def test_a_law_from_two_slow_runs_predicts_two_fast_ones(shared_data):
         record = shared_data / "paper_stickslip" / f"{stiffness}Nm_{velocity}.mat"
         return measure(record, rigs / f"paper_slider_{name}.toml")
 
-    found = identify([run("k168_v42"), run("k1002_v42")], law="StaticKinetic")
+    # No law is asked for: what the two runs cannot tell (growth with stick time) is not taken.
+    found = identify([run("k168_v42"), run("k1002_v42")])
+    assert type(found.law).__name__ == "StaticKinetic"
     for name in ("k168_v1100", "k168_v4300"):
         agreement = compare_motion(run(name), found)
         assert agreement.regimes == ("stick_slip", "stick_slip")

@@ -84,3 +84,11 @@ def test_what_has_no_step_is_refused() -> None:
     in_newton = {**RIG, "columns": {**RIG["columns"], "force": {"column": "f", "unit": "N"}}}
     with pytest.raises(ss.InputError, match="the force here is in N; give the rig a normal_force"):
         fit_velocity_step(measure(step_record("slip"), in_newton))
+
+
+def test_the_command_takes_one_step_for_rate_and_state_without_being_told(tmp_path: Path, capsys) -> None:
+    from stickslip.cli import main
+
+    measure(step_record("aging"), RIG).to_netcdf(tmp_path / "step.nc", engine="h5netcdf")
+    assert main(["identify", str(tmp_path / "step.nc")]) == 0
+    assert capsys.readouterr().out.startswith("RateState")

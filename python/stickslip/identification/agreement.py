@@ -67,8 +67,8 @@ class Agreement:
         simulated = _simulated(self.orbit, self.record.step)
         stride = max(len(measured) // POINTS, 1)
         measured = measured.iloc[::stride]
-        axes.plot(measured["v"], measured["spring"], ".", ms=1.5, color="0.6", label="measured")
-        axes.plot(simulated["v"], simulated["spring"], lw=1.5, color="C3", label="simulated")
+        axes.plot(measured["v"], measured["spring"], ".", ms=3, color="0.6", label="measured")
+        axes.plot(simulated["v"], simulated["spring"], lw=1.0, color="C3", label="simulated")
         force, _, velocity = _units(self.record)
         axes.set_xlabel("velocity ẋ" + velocity)
         axes.set_ylabel("spring force k x" + force)
@@ -92,12 +92,13 @@ class Agreement:
             first, begin = float(starts[np.argmin(np.abs(starts - middle))]), float(releases.iloc[0])
         else:
             first, begin = _upward(measured, middle), _upward(simulated, TRANSIENT * self.orbit.t_end)
-        for frame, origin, color, label in (
-            (measured, first, "0.5", "measured"),
-            (simulated, begin, "C3", "simulated"),
+        # Where the two lie over each other both are still seen.
+        for frame, origin, color, width, label in (
+            (measured, first, "0.7", 2.4, "measured"),
+            (simulated, begin, "C3", 1.0, "simulated"),
         ):
             part = frame[(frame["time"] >= origin) & (frame["time"] <= origin + span)]
-            axes.plot(part["time"] - origin, part["spring"], lw=1.2, color=color, label=label)
+            axes.plot(part["time"] - origin, part["spring"], lw=width, color=color, label=label)
         force, time, _ = _units(self.record)
         axes.set_xlabel(("time since a break-away" if sticks else "time since a rise through the mean") + time)
         axes.set_ylabel("spring force k x" + force)

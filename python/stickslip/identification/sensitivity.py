@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.identification.fit import Identification
 from stickslip.identification.overlay import Overlay
 from stickslip.identification.parameters import limits, value, with_values
+from stickslip.orbit import Orbit
 
 STEP = 1e-3
 """Relative change of a number for its derivatives."""
@@ -50,12 +53,20 @@ class Sensitivity:
             except InputError:
                 # Not a law there.
                 continue
-            x, v = orbit.at(settle + np.linspace(0.0, 3 * self.overlay.cycle, 1500))
+            x, v = orbit.at(_fine(orbit, settle, settle + 3 * self.overlay.cycle))
             axes.plot(x, v, lw=width, label=f"{name} = {number:.4g}")
         axes.set_xlabel("displacement x")
         axes.set_ylabel("velocity ẋ")
         axes.legend(loc="best")
         return axes
+
+
+def _fine(orbit: Orbit, first: float, last: float) -> npt.NDArray[np.float64]:
+    """Times at which every slip is seen as a curve, however short it is beside the sticks."""
+    inner = orbit.events["t"].to_numpy()
+    edges = [first, *inner[(inner > first) & (inner < last)], last]
+    per_period = 60 / orbit.system.natural_period
+    return np.concatenate([np.linspace(a, b, 2 + min(int((b - a) * per_period), 600)) for a, b in pairwise(edges)])
 
 
 def sensitivity(identification: Identification, record: int = 0) -> Sensitivity:
