@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import json
 import math
@@ -66,6 +67,12 @@ def test_branches_can_be_saved_and_drawn() -> None:
     ax = ss.show.branches_plot(result)
     assert ax.get_xlim() == (0.65, 0.75)
     assert "CS" in [text.get_text() for text in ax.texts]
+    curve = ss.locus(result.special_points[0], ("law.kinetic", "forcing.frequency"), ((0.6, 0.8), (0.69, 0.71)))
+    plane = ss.show.loci_plot([curve])
+    assert plane.lines[0].get_xydata() == pytest.approx(curve.values)
+    assert set(curve.to_xarray()) == {"law.kinetic", "forcing.frequency", "x_min", "x_max"}
+    with pytest.raises(ss.InputError, match="no branch begins at a fold"):
+        ss.switch_branch(result, dataclasses.replace(result.special_points[0], kind="fold", label=None))
     circle = ss.show.multipliers_plot(ss.periodic_orbit(den_hartog(0.7, 0.3)))
     assert len(circle.lines[1].get_xdata()) == 2  # type: ignore[arg-type]
 
@@ -122,6 +129,16 @@ def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert found[0]["kind"] == "crossing_sliding"
     assert output.exists()
     assert plot.stat().st_size > 5000
+    assert main(["continue", str(system), *over, "--and", "forcing.frequency=0.68:0.72", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["over"] == ["law.kinetic", "forcing.frequency"]
+    # A Ω² = S on the border of Den Hartog's motion without stops.
+    assert said["loci"][0]["kind"] == "crossing_sliding"
+    values = said["loci"][0]["values"]
+    # It leaves through a bound of either number.
+    assert [max(row[0] for row in values), min(row[1] for row in values)] == [0.74, 0.68]
+    assert main(["continue", str(system), *over, "--and", "forcing.frequency=0.8:0.9"]) == 2
+    assert "must hold the value of the point" in capsys.readouterr().err
     assert main(["continue", str(system), "--over", "law.kinetic"]) == 2
     assert "NAME=LO:HI" in capsys.readouterr().err
     assert main(["critical", str(system)]) == 2

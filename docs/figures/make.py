@@ -89,13 +89,39 @@ def velocity_steps() -> plt.Axes:
 
 def branches() -> None:
     """Cycles over the drive velocity, followed through their sliding bifurcations, of two calibrations of the paper's law."""
-    panels = show.new_axes(1, 2, figsize=(10.5, 3.8))
-    for name, ax in zip(("one f_s(0)", "default"), panels, strict=True):
+    panels = show.new_axes(2, 2, figsize=(10.5, 7.2))
+    for name, column in zip(("one f_s(0)", "default"), (panels[::2], panels[1::2]), strict=True):
         oscillator = ss.paper.calibration.CALIBRATIONS[name].oscillator(0.2)
-        show.branches_plot(ss.continuation(oscillator, "drive_velocity", (0.1, 0.5), seeds=4), ax)
-        ax.legend(fontsize=8, frameon=False, loc="upper right")
-        ax.set_title(f"calibration: {name}", fontsize=10)
+        result = ss.continuation(oscillator, "drive_velocity", (0.1, 0.5), seeds=4)
+        low, high = (0.2475, 0.2545) if name == "one f_s(0)" else (0.2488, 0.2512)
+        for ax, bounds in zip(column, ((0.1, 0.5), (low, high)), strict=True):
+            show.branches_plot(replace(result, bounds=bounds), ax)
+            ax.legend(fontsize=8, frameon=False, loc="lower right" if name != "default" else "upper right")
+        column[1].get_legend().remove()
+        column[0].set_title(f"calibration: {name}", fontsize=10)
+        column[1].set_title("the same near the end of stick-slip", fontsize=10)
     save(panels[0], "branches.png")
+
+
+def loci() -> None:
+    """Where motions of the forced slider change their kind over amplitude and frequency, and the cubic law's curves."""
+    panels = show.new_axes(1, 2, figsize=(10.5, 3.8))
+    law, forcing = ss.laws.StaticKinetic(1.0, 0.4), ss.Harmonic(0.35, 1.8)
+    slider = ss.Oscillator(damping=0.0, drive_velocity=0.3, law=law, forcing=forcing)
+    over, bounds = ("forcing.amplitude", "forcing.frequency"), ((0.05, 0.55), (1.65, 1.9))
+    result = ss.continuation(slider, "forcing.amplitude", (0.05, 0.55), seeds=0)
+    curves = [ss.locus(point, over, bounds) for point in result.special_points]
+    flip = next(point for point in result.special_points if point.kind == "flip")
+    curves += [ss.locus(point, over, bounds) for point in ss.switch_branch(result, flip).special_points if point.border]
+    show.loci_plot(curves, panels[0]).set_title("forced stick-slip of two and of four periods", fontsize=10)
+    belt = ss.Oscillator(damping=0.1, drive_velocity=0.43, law=ss.laws.Cubic(0.4, 0.45, 0.6))
+    over, bounds = ("drive_velocity", "damping"), ((0.25, 0.5), (0.0, 0.3))
+    result = ss.continuation(belt, "drive_velocity", (0.39, 0.45), seeds=0)
+    curves = [ss.locus(point, over, bounds) for point in result.special_points]
+    show.loci_plot(curves, panels[1]).set_title(
+        "cubic law: between the curves slip vibration without sticks", fontsize=10
+    )
+    save(panels[0], "loci.png")
 
 
 def paper() -> None:
@@ -111,4 +137,5 @@ if __name__ == "__main__":
     laws()
     if "laws" not in sys.argv:
         branches()
+        loci()
         paper()

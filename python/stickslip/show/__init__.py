@@ -10,7 +10,7 @@ saves. Axis labels carry units: dimensionless where mass = stiffness = 1, else S
 >>> import matplotlib.pyplot as plt; plt.close(ax.figure)
 """
 
-from stickslip.show.branches import branches_plot, multipliers_plot
+from stickslip.show.branches import branches_plot, loci_plot, multipliers_plot
 from stickslip.show.canvas import DIRECTION_COLOURS, OKABE_ITO, REGIME_COLOURS, STYLE, new_axes
 from stickslip.show.diagram import orbit_diagram_plot
 from stickslip.show.law import break_away_plot, law_plot
@@ -34,6 +34,7 @@ __all__ = [
     "friction_loop",
     "friction_record",
     "law_plot",
+    "loci_plot",
     "motion_figure",
     "motion_phase",
     "motion_plot",

@@ -9,10 +9,13 @@ import numpy as np
 from stickslip.show.canvas import OKABE_ITO, axes, label, units_of, words
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
 
     from stickslip.stability.branch import Branches
     from stickslip.stability.cycles import PeriodicOrbit
+    from stickslip.stability.loci import Locus
 
 _COLOURS = {"steady_slip": "green", "slip": "blue", "stick_slip": "vermilion"}
 _NAMES = {
@@ -45,7 +48,7 @@ def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None
     The axes. Colours tell steady slip, cycles without and with sticks; the letters are explained in the legend.
     """
     ax = axes(ax)
-    named: set[str] = set()
+    named: dict[str, str] = {}
     for branch in result.branches:
         values, stable = np.asarray(branch.values), np.asarray(branch.stable)
         kinds = np.array(
@@ -58,31 +61,75 @@ def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None
             # A part reaches to the first point of the next, so that the curve has no gaps.
             part = slice(start, min(end + 1, len(values)))
             kind = str(kinds[start])
-            name = {"steady_slip": "steady slip", "slip": "cycle", "stick_slip": "stick-slip"}[kind]
-            for column in {"x_max": branch.x_max, "x_min": branch.x_min}.values():
+            named[{"steady_slip": "steady slip", "slip": "cycle", "stick_slip": "stick-slip"}[kind]] = _COLOURS[kind]
+            for column in (branch.x_max, branch.x_min):
                 ax.plot(
                     values[part],
                     np.asarray(column)[part],
                     color=OKABE_ITO[_COLOURS[kind]],
                     ls="-" if stable[start] else (0, (3, 2)),
                     lw=1.5 if stable[start] else 1.1,
-                    label=None if name in named else name,
                 )
-                named.add(name)
-    seen: set[str] = set()
-    for item in result.special_points:
-        letters = _NAMES.get(item.kind, item.kind)
-        text = None if item.kind in seen else f"{letters}: {words(item.kind)}"
-        seen.add(item.kind)
-        x = [value for value in dict.fromkeys(item.x) if np.isfinite(value)]
-        ax.plot([item.parameter] * len(x), x, "o", ms=4, mfc="white", color=OKABE_ITO["black"], label=text, zorder=4)
-        if x:
-            ax.annotate(letters, (item.parameter, max(x)), xytext=(2, 4), textcoords="offset points", fontsize=8)
+    for name, colour in named.items():
+        ax.plot([], [], color=OKABE_ITO[colour], label=name)
+    if not all(all(branch.stable) for branch in result.branches):
+        ax.plot([], [], color=OKABE_ITO["black"], lw=1.1, ls=(0, (3, 2)), label="unstable")
+    _mark(result, ax)
     velocity = result.parameter == "drive_velocity"
     which = units_of(result.system, units)
     across = label("drive velocity s", "velocity", which) if velocity else words(result.parameter)
     ax.set(xlabel=across, ylabel=label("greatest and least position x", "position", which), xlim=result.bounds)
     ax.legend(loc="best")
+    return ax
+
+
+def _mark(result: Branches, ax: Axes) -> None:
+    """The special points with their letters; those too near to be told apart share one text, in their order."""
+    places: list[tuple[float, float, list[str]]] = []
+    width, height = np.ptp(result.bounds), np.ptp(ax.get_ylim())
+    for item in result.special_points:
+        x = [value for value in dict.fromkeys(item.x) if np.isfinite(value)]
+        ax.plot([item.parameter] * len(x), x, "o", ms=4, mfc="white", color=OKABE_ITO["black"], zorder=4)
+        if not x:
+            continue
+        letters = _NAMES.get(item.kind, item.kind)
+        for at, top, there in places:
+            if abs(at - item.parameter) < 0.04 * width and abs(top - max(x)) < 0.05 * height:
+                there += [letters] if letters not in there else []
+                break
+        else:
+            places.append((item.parameter, max(x), [letters]))
+    for at, top, there in places:
+        ax.annotate(", ".join(there), (at, top), xytext=(3, 4), textcoords="offset points", fontsize=8)
+    for kind in dict.fromkeys(item.kind for item in result.special_points):
+        text = f"{_NAMES.get(kind, kind)}: {words(kind).replace('hopf', 'Hopf')}"
+        ax.plot([], [], "o", ms=4, mfc="white", color=OKABE_ITO["black"], label=text)
+
+
+def loci_plot(loci: Sequence[Locus], ax: Axes | None = None) -> Axes:
+    """Draw curves of special points in the plane of two parameters, one colour a kind.
+
+    Parameters
+    ----------
+    loci : from :func:`stickslip.locus`, over the same two parameters.
+    ax : axes to draw into; default a new figure.
+
+    Returns
+    -------
+    The axes. A curve that ends inside meets another border there.
+    """
+    ax = axes(ax)
+    colours = [colour for name, colour in OKABE_ITO.items() if name not in ("grey", "yellow")]
+    kinds = list(dict.fromkeys(curve.kind for curve in loci))
+    for index, kind in enumerate(kinds):
+        for number, curve in enumerate(item for item in loci if item.kind == kind):
+            text = words(kind).replace("hopf", "Hopf") if number == 0 else None
+            ax.plot(*curve.values.T, color=colours[index % len(colours)], lw=1.5, label=text)
+    if loci:
+        first, second = loci[0].parameters
+        (left, right), (low, high) = loci[0].bounds
+        ax.set(xlabel=words(first), ylabel=words(second), xlim=(left, right), ylim=(low, high))
+        ax.legend(loc="best")
     return ax
 
 

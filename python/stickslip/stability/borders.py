@@ -147,7 +147,11 @@ def beyond(border: Point, old: Return, family: Family, ways: tuple[float, ...]) 
     None where no motion goes on.
     """
     span = float(family.scales(border.values)[0])
-    low_x, high_x = _extent(border.here)
+    try:
+        low_x, high_x = _extent(border.here)
+    except InputError:
+        # On a tangency itself following may lose the event; the last orbit before it has nearly the same range.
+        low_x, high_x = _extent(old)
     for offset, sign in itertools.product((1e-3, 3e-3, 1e-2), ways):
         value = float(border.values[0]) + sign * offset * span
         for trail, kinds in _probes(border, family, value, offset):

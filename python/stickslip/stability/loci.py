@@ -62,6 +62,18 @@ class Locus:
         return f"<Locus of {self.kind} over {' and '.join(self.parameters)}: {len(self.values)} points>"
 
 
+def together(loci: list[Locus]) -> xr.Dataset:
+    """Curves over the same parameters side by side, over ``locus`` and ``locus_point`` (NaN where one has fewer points)."""
+    import xarray as xr
+
+    most = max(len(curve.values) for curve in loci)
+    names = [f"locus_{name}" for name in (*loci[0].parameters, "x_min", "x_max")]
+    rows = [np.column_stack([curve.values, curve.x_min, curve.x_max]) for curve in loci]
+    padded = np.array([np.pad(row, ((0, most - len(row)), (0, 0)), constant_values=np.nan) for row in rows])
+    data: dict[str, Any] = {name: (("locus", "locus_point"), padded[:, :, i]) for i, name in enumerate(names)}
+    return xr.Dataset(data | {"locus_kind": ("locus", np.array([curve.kind for curve in loci], dtype=str))})
+
+
 def locus(
     point: SpecialPoint,
     over: tuple[str, str],

@@ -18,6 +18,8 @@ from stickslip.stability.shooting import Family, Label, Lost, Point, axis, consi
 from stickslip.stability.vanishing import vanishing
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
+#: A cycle of less than this share of the largest on the branch is about to be a point.
+_POINT = 0.02
 
 
 @dataclass
@@ -72,7 +74,9 @@ class Walk:
             if float(point.direction[known] @ ahead.direction[known]) < 0.9 and step > 20 * _SMALLEST:
                 step /= 2
                 continue
-            self._between(point, ahead, step)
+            if self._between(point, ahead, step):
+                self._shrunk(point)
+                break
             if not low <= ahead.values[0] <= high:
                 self._finish(point, low if ahead.values[0] < low else high)
                 break
@@ -85,7 +89,7 @@ class Walk:
                     break
                 continue
             point = ahead
-            if point.here.turns == 0 and self._size() < 0.02 * largest:
+            if point.here.turns == 0 and self._size() < _POINT * largest:
                 self._shrunk(point)
                 break
             largest = max(largest, self._size())
@@ -124,10 +128,13 @@ class Walk:
         self._special("nonsmooth_fold" if back else name, border, name, label)
         return None if onward is None else onward[0]
 
-    def _between(self, point: Point, ahead: Point, step: float) -> None:
-        """Folds, flips and tori between two points of one event sequence."""
+    def _between(self, point: Point, ahead: Point, step: float) -> bool:
+        """Folds, flips and tori between two points of one event sequence; whether the cycle is a point on the way.
+
+        At a Hopf point the curve of cycles turns back on itself, half a period later: no fold.
+        """
         if borders.sequence(point.here) != borders.sequence(ahead.here):
-            return
+            return False
 
         def at(fraction: float) -> Point:
             return stepped(point, point.here.turns, self.family, fraction * step)
@@ -139,9 +146,15 @@ class Walk:
             if kind == "branch_point" and TESTS["fold"](point) * TESTS["fold"](ahead) < 0:
                 continue
             try:
-                self._special(kind, _located(at, kind, before, after))
-            except Lost:
+                found = _located(at, kind, before, after)
+                low, high = range_of(finished(found.here, 0))
+            except (Lost, InputError):
                 continue
+            largest = max(np.subtract(self.branch.x_max, self.branch.x_min))
+            if not found.here.turns and high - low < _POINT * largest:
+                return True
+            self._special(kind, found)
+        return False
 
     def _shrunk(self, point: Point) -> bool:
         """Whether the cycle shrinks to a point from here on; the zero of the damping says where at a smooth Hopf point."""
