@@ -7,22 +7,23 @@
 //! at another contact it keeps its force while the others are decided; only then it is asked whether it holds on.
 
 mod grip;
+mod guards;
 mod orbit;
 mod release;
 pub mod sequence;
+mod settle;
+mod transition;
 
 pub use orbit::{Event, Orbit, States};
 
-use grip::Question;
-use release::end_of_adhesion;
+use settle::Passage;
 
 use crate::drive::Clock;
 use crate::error::{Error, finite, positive};
 use crate::event::Work;
 use crate::flow::taylor::{Frame, Held, Motion, Rub};
-use crate::law::{End, Friction, Hold, Law, Memory, Piece};
-use crate::mode::{Kind, apart};
-use crate::series::{at, derivative, first_root, slope_at};
+use crate::law::{End, Law, Memory, Piece};
+use crate::mode::Kind;
 use crate::simulate::Stop;
 use crate::system::System;
 
@@ -165,13 +166,6 @@ impl Contact {
     }
 }
 
-/// What ends a mode.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Cause {
-    Release,
-    End(End),
-}
-
 struct Loop<'a> {
     laws: Vec<&'a Law>,
     mass_of: Vec<usize>,
@@ -312,46 +306,6 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// Modes in which the motion starts.
-    fn start(&mut self) {
-        self.motion.aim(&self.frame, self.clock);
-        self.measure_scale();
-        let mut wants = Vec::new();
-        self.motion.wants(&self.frame, &self.x, &self.v, &mut wants);
-        let mut at_rest = Vec::new();
-        let mut force = vec![0.0; self.contacts.len()];
-        for c in 0..self.contacts.len() {
-            let w = self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]);
-            if w.abs() <= ROUNDING * self.scale {
-                at_rest.push(c);
-                continue;
-            }
-            let direction = w.signum();
-            let others: f64 = (0..c)
-                .map(|other| self.frame.coupling(c, other) * force[other])
-                .sum();
-            let balance = direction * (wants[c] - others) / self.frame.coupling(c, c);
-            let rate = self.rate_if_stuck(c);
-            let between = self.apart(c, w.abs());
-            let contact = &mut self.contacts[c];
-            contact.memory.force_rate = rate;
-            contact.direction = direction;
-            contact.between = between.filter(|[falling, rising]| (falling..rising).contains(&&balance));
-            contact.piece = self.laws[c].begin(w.abs(), balance, &mut contact.memory);
-            force[c] = direction * self.laws[c].force(&contact.piece, w.abs());
-        }
-        // Whoever rests there has arrived just now; the start is no event.
-        let rates = vec![0.0; self.contacts.len()];
-        self.settle(&Passage {
-            arrived: at_rest,
-            released: None,
-            rates,
-            starting: true,
-        });
-        self.events.clear();
-        self.work.events = 0;
-    }
-
     fn measure_scale(&mut self) {
         let rate = self.frame.rate;
         let mut scale = self.scale.max(self.frame.push);
@@ -408,37 +362,6 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// Friction of the two branches at slip speed `u` of a contact whose law has such, where the speed is held between them.
-    fn apart(&self, c: usize, u: f64) -> Option<[f64; 2]> {
-        let branches = apart(self.laws[c], u)?;
-        (branches[0] < branches[1] && u > ROUNDING * self.scale).then_some(branches)
-    }
-
-    /// The slip acceleration changes its sign: to the other branch, or into the hold between them.
-    fn turn(&mut self, c: usize, rising: bool, speed: f64) {
-        let between = self.apart(c, speed).filter(|_| !self.follows(c));
-        let rate = self.rate_if_stuck(c);
-        let contact = &mut self.contacts[c];
-        contact.memory.force_rate = rate;
-        let force = contact.direction * self.laws[c].force(&contact.piece, speed);
-        let kind = if between.is_some() {
-            contact.between = between;
-            Kind::Hold
-        } else {
-            contact.piece =
-                self.laws[c].next(&contact.piece, End::Turn { rising }, speed, &mut contact.memory);
-            Kind::Reversal
-        };
-        self.tell(kind, c, force);
-    }
-
-    /// Whether the motion across contact `c` is given by others that hold, so that its own friction cannot.
-    fn follows(&self, c: usize) -> bool {
-        let others =
-            (0..self.contacts.len()).filter(|&other| other != c && self.contacts[other].rub().holds());
-        self.frame.loops && self.frame.share(&others.collect::<Vec<_>>(), c).is_some()
-    }
-
     fn set_rubs(&mut self) {
         for c in 0..self.contacts.len() {
             if self.contacts[c].between.is_some() && self.follows(c) {
@@ -479,274 +402,6 @@ impl<'a> Loop<'a> {
         -self.clock.until(self.contacts[c].since.high) + self.contacts[c].since.low
     }
 
-    /// The first event within `horizon`.
-    fn next(&mut self, horizon: f64) -> Option<(f64, usize, Cause)> {
-        let rounding = ROUNDING * self.scale;
-        let mut found = None;
-        let mut reach = horizon;
-        let grazes = &mut Vec::new();
-        for (c, contact) in self.contacts.iter().enumerate() {
-            if contact.direction == 0.0 {
-                if contact.pinned != 0.0 {
-                    continue;
-                }
-                let rested = self.rested(c);
-                if let Some(h) = end_of_adhesion(self.laws[c], &self.motion.force[c], rested, reach, grazes)
-                    && (h < reach || found.is_none())
-                {
-                    (found, reach) = (Some((h, c, Cause::Release)), h);
-                }
-                continue;
-            }
-            if let Some([falling, rising]) = contact.between {
-                let rounding = ROUNDING * rising + self.frame.rate * rounding / self.frame.coupling(c, c);
-                for (end, sign, bound) in [(End::Low, 1.0, -falling), (End::High, -1.0, rising)] {
-                    let mut guard = self.motion.force[c].map(|term| sign * contact.direction * term);
-                    guard[0] += bound;
-                    if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
-                        && (h < reach || found.is_none())
-                    {
-                        (found, reach) = (Some((h, c, Cause::End(end))), h);
-                    }
-                }
-                continue;
-            }
-            let u = &self.motion.u[c];
-            let piece = &contact.piece;
-            let mut guard = *u;
-            guard[0] -= piece.low;
-            if let Some(h) = first_root(&guard, rounding, contact.turning, reach, grazes)
-                && (h < reach || found.is_none())
-            {
-                (found, reach) = (Some((h, c, Cause::End(End::Low))), h);
-            }
-            if piece.high.is_finite() {
-                let mut guard = u.map(|term| -term);
-                guard[0] += piece.high;
-                if let Some(h) = first_root(&guard, rounding, contact.turning, reach, grazes)
-                    && (h < reach || found.is_none())
-                {
-                    (found, reach) = (Some((h, c, Cause::End(End::High))), h);
-                }
-            }
-            if piece.turns {
-                let mut guard = derivative(u).map(|term| contact.sense * term);
-                if contact.turning {
-                    guard[0] = 0.0;
-                }
-                let end = End::Turn {
-                    rising: contact.sense < 0.0,
-                };
-                if let Some(h) = first_root(&guard, self.frame.rate * rounding, false, reach, grazes)
-                    && (h < reach || found.is_none())
-                {
-                    (found, reach) = (Some((h, c, Cause::End(end))), h);
-                }
-            }
-        }
-        self.work.grazes += grazes.iter().filter(|&&h| h < reach).count() as u64;
-        found
-    }
-
-    /// Go to the event and into the modes that follow it.
-    fn occur(&mut self, h: f64, c: usize, cause: Cause) {
-        let tolerance = ROUNDING * self.scale;
-        let arrived: Vec<usize> = (0..self.contacts.len())
-            .filter(|&other| {
-                let contact = &self.contacts[other];
-                if contact.direction == 0.0 || contact.between.is_some() || contact.piece.low > 0.0 {
-                    return false;
-                }
-                if other == c {
-                    return cause == Cause::End(End::Low);
-                }
-                let (speed, slope) = slope_at(&self.motion.u[other], h);
-                // One that has just left zero with no slope has no sign of it yet.
-                speed <= tolerance && slope < 0.0 && !(h == 0.0 && contact.turning)
-            })
-            .collect();
-        let speed = at(&self.motion.u[c], h).max(0.0);
-        let passage = Passage {
-            released: (cause == Cause::Release).then(|| (c, at(&self.motion.force[c], h).signum())),
-            rates: self.rates(h),
-            starting: false,
-            arrived,
-        };
-        for (contact, force) in self.contacts.iter_mut().zip(&self.motion.force) {
-            if contact.between.is_some() {
-                contact.piece = Piece::constant(contact.direction * at(force, h));
-            }
-        }
-        self.advance(h);
-        self.motion.aim(&self.frame, self.clock);
-        if h > 0.0 {
-            // An event at once, at another contact, leaves what is known of the start as it was.
-            for contact in &mut self.contacts {
-                contact.turning = false;
-            }
-        }
-        if let Cause::End(end) = cause
-            && !passage.arrived.contains(&c)
-        {
-            self.leave(c, end, speed);
-        }
-        self.settle(&passage);
-    }
-
-    /// Leave the piece of contact `c` over its `end`, or the hold between its branches.
-    fn leave(&mut self, c: usize, end: End, speed: f64) {
-        let law = self.laws[c];
-        let rate = self.rate_if_stuck(c);
-        let contact = &mut self.contacts[c];
-        contact.memory.force_rate = rate;
-        contact.sense = 0.0;
-        if let Some([falling, rising]) = contact.between.take() {
-            let (bound, balance) = if end == End::High {
-                (rising, f64::INFINITY)
-            } else {
-                (falling, f64::NEG_INFINITY)
-            };
-            let force = contact.direction * bound;
-            contact.piece = law.begin(speed, balance, &mut contact.memory);
-            contact.turning = true;
-            self.tell(Kind::Reversal, c, force);
-            return;
-        }
-        let speed = match end {
-            End::Turn { rising } => {
-                // Friction that jumps to another branch takes the slip acceleration with it.
-                contact.turning = apart(law, speed).is_none();
-                return self.turn(c, rising, speed);
-            }
-            End::Low => contact.piece.low,
-            End::High => contact.piece.high,
-        };
-        let force = contact.direction * law.force(&contact.piece, speed);
-        contact.piece = law.next(&contact.piece, end, speed, &mut contact.memory);
-        contact.turning = false;
-        self.tell(Kind::Node, c, force);
-    }
-
-    /// The rates of the friction forces at `h`.
-    fn rates(&self, h: f64) -> Vec<f64> {
-        self.motion
-            .force
-            .iter()
-            .map(|force| slope_at(force, h).1)
-            .collect()
-    }
-
-    /// |dF/dt| that adhesion would feel if the contact stuck now; 0 where its law does not ask.
-    fn rate_if_stuck(&self, c: usize) -> f64 {
-        if !self.laws[c].feels_force_rate() {
-            return 0.0;
-        }
-        let mut rubs: Vec<Rub> = self.contacts.iter().map(Contact::rub).collect();
-        rubs[c] = Rub {
-            direction: 0.0,
-            offset: 0.0,
-            slope: 0.0,
-        };
-        let held = self
-            .frame
-            .held((0..rubs.len()).filter(|&c| rubs[c].holds()).collect());
-        let (mut motion, mut v) = (self.motion.clone(), self.v.clone());
-        self.frame.stop(&held, self.clock, &mut v);
-        motion.expand(&self.frame, &self.laws, &rubs, &held, &self.x, &v);
-        motion.force[c][1].abs()
-    }
-
-    /// Decide for all contacts with zero slip velocity at once.
-    fn settle(&mut self, passage: &Passage) {
-        let is_new = |c: usize| passage.arrived.contains(&c);
-        let zero: Vec<usize> = (0..self.contacts.len())
-            .filter(|&c| self.contacts[c].direction == 0.0 && !passage.starting || is_new(c))
-            .collect();
-        if zero.is_empty() {
-            return;
-        }
-        let all = self.frame.held(zero.clone());
-        self.frame.stop(&all, self.clock, &mut self.v);
-        // What adhesion bears, and what slip would start with.
-        let limit: Vec<f64> = zero
-            .iter()
-            .map(|&c| {
-                self.laws[c].break_away(if is_new(c) {
-                    Hold {
-                        stick_time: 0.0,
-                        force_rate: self.rate_if_stuck(c),
-                    }
-                } else {
-                    Hold {
-                        stick_time: self.rested(c),
-                        force_rate: passage.rates[c].abs(),
-                    }
-                })
-            })
-            .collect();
-        let kinetic: Vec<f64> = (0..zero.len())
-            .map(|row| {
-                let law = self.laws[zero[row]];
-                let piece = law.leave(limit[row], &mut self.contacts[zero[row]].memory.clone());
-                law.force(&piece, 0.0)
-            })
-            .collect();
-        let mut wants = Vec::new();
-        self.motion.wants(&self.frame, &self.x, &self.v, &mut wants);
-        for (c, contact) in self.contacts.iter().enumerate() {
-            if zero.contains(&c) {
-                continue;
-            }
-            let speed = contact.direction * (self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]));
-            let force = contact.direction * self.laws[c].force(&contact.piece, speed.max(0.0));
-            for (to, want) in wants.iter_mut().enumerate() {
-                *want -= self.frame.coupling(to, c) * force;
-            }
-        }
-        let row_of = |c: usize| zero.iter().position(|&other| other == c).unwrap_or(0);
-        let question = Question {
-            frame: &self.frame,
-            zero: &zero,
-            limit: &limit,
-            kinetic: &kinetic,
-            wants: zero.iter().map(|&c| wants[c]).collect(),
-            drives: self.motion.drives(),
-            released: passage.released.map(|(c, direction)| (row_of(c), direction)),
-        };
-        let answer = question.answer();
-        let idle: Vec<bool> = (0..zero.len()).map(|row| question.idle(&answer, row)).collect();
-        for (row, &c) in zero.iter().enumerate() {
-            let idle = idle[row];
-            let direction = if idle { 0.0 } else { answer[row] };
-            self.contacts[c].pinned = if idle { answer[row] * limit[row] } else { 0.0 };
-            if !is_new(c) && direction == 0.0 {
-                continue;
-            }
-            let stick_time = self.rested(c);
-            let contact = &mut self.contacts[c];
-            let was = contact.direction * self.laws[c].force(&contact.piece, 0.0);
-            contact.direction = direction;
-            contact.sense = 0.0;
-            contact.turning = false;
-            if direction == 0.0 {
-                contact.since = self.clock;
-                self.tell(Kind::Capture, c, was);
-                continue;
-            }
-            contact.piece = self.laws[c].leave(limit[row], &mut contact.memory);
-            // Adhesion that broke at the force slip starts with: the slip velocity leaves zero with no slope.
-            contact.turning = kinetic[row] >= limit[row];
-            if is_new(c) {
-                self.tell(Kind::Crossing, c, was);
-            } else {
-                self.tell(Kind::Release, c, limit[row] * direction);
-                if let Some(event) = self.events.last_mut() {
-                    (event.stick_time, event.force_rate) = (stick_time, passage.rates[c] * direction);
-                }
-            }
-        }
-    }
-
     fn tell(&mut self, kind: Kind, contact: usize, force: f64) {
         let mass = self.mass_of[contact];
         self.work.events += 1;
@@ -761,16 +416,4 @@ impl<'a> Loop<'a> {
             force_rate: f64::NAN,
         });
     }
-}
-
-/// What led to a new combination of modes.
-struct Passage {
-    /// Contacts whose slip speed reached zero just now.
-    arrived: Vec<usize>,
-    /// The contact whose adhesion broke, and the sign of the force that broke it.
-    released: Option<(usize, f64)>,
-    /// The rates of the friction forces just before.
-    rates: Vec<f64>,
-    /// At the start nothing stuck before.
-    starting: bool,
 }

@@ -1,0 +1,84 @@
+//! What ends a mode: the first guard of any contact that a step meets.
+
+use super::release::end_of_adhesion;
+use super::{Loop, ROUNDING};
+use crate::law::End;
+use crate::series::{derivative, first_root};
+
+/// What ends a mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Cause {
+    Release,
+    End(End),
+}
+
+impl Loop<'_> {
+    /// The first event within `horizon`.
+    pub(super) fn next(&mut self, horizon: f64) -> Option<(f64, usize, Cause)> {
+        let rounding = ROUNDING * self.scale;
+        let mut found = None;
+        let mut reach = horizon;
+        let grazes = &mut Vec::new();
+        for (c, contact) in self.contacts.iter().enumerate() {
+            if contact.direction == 0.0 {
+                if contact.pinned != 0.0 {
+                    continue;
+                }
+                let rested = self.rested(c);
+                if let Some(h) = end_of_adhesion(self.laws[c], &self.motion.force[c], rested, reach, grazes)
+                    && (h < reach || found.is_none())
+                {
+                    (found, reach) = (Some((h, c, Cause::Release)), h);
+                }
+                continue;
+            }
+            if let Some([falling, rising]) = contact.between {
+                let rounding = ROUNDING * rising + self.frame.rate * rounding / self.frame.coupling(c, c);
+                for (end, sign, bound) in [(End::Low, 1.0, -falling), (End::High, -1.0, rising)] {
+                    let mut guard = self.motion.force[c].map(|term| sign * contact.direction * term);
+                    guard[0] += bound;
+                    if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
+                        && (h < reach || found.is_none())
+                    {
+                        (found, reach) = (Some((h, c, Cause::End(end))), h);
+                    }
+                }
+                continue;
+            }
+            let u = &self.motion.u[c];
+            let piece = &contact.piece;
+            let mut guard = *u;
+            guard[0] -= piece.low;
+            if let Some(h) = first_root(&guard, rounding, contact.turning, reach, grazes)
+                && (h < reach || found.is_none())
+            {
+                (found, reach) = (Some((h, c, Cause::End(End::Low))), h);
+            }
+            if piece.high.is_finite() {
+                let mut guard = u.map(|term| -term);
+                guard[0] += piece.high;
+                if let Some(h) = first_root(&guard, rounding, contact.turning, reach, grazes)
+                    && (h < reach || found.is_none())
+                {
+                    (found, reach) = (Some((h, c, Cause::End(End::High))), h);
+                }
+            }
+            if piece.turns {
+                let mut guard = derivative(u).map(|term| contact.sense * term);
+                if contact.turning {
+                    guard[0] = 0.0;
+                }
+                let end = End::Turn {
+                    rising: contact.sense < 0.0,
+                };
+                if let Some(h) = first_root(&guard, self.frame.rate * rounding, false, reach, grazes)
+                    && (h < reach || found.is_none())
+                {
+                    (found, reach) = (Some((h, c, Cause::End(end))), h);
+                }
+            }
+        }
+        self.work.grazes += grazes.iter().filter(|&&h| h < reach).count() as u64;
+        found
+    }
+}

@@ -1,0 +1,182 @@
+//! Which contacts stick and which slip, and where: at the start, and after every event, for all of them at once.
+
+use super::grip::Question;
+use super::{Contact, Loop, ROUNDING};
+use crate::flow::taylor::Rub;
+use crate::law::{Friction, Hold};
+use crate::mode::Kind;
+use crate::series::slope_at;
+
+/// What led to a new combination of modes.
+pub(super) struct Passage {
+    /// Contacts whose slip speed reached zero just now.
+    pub(super) arrived: Vec<usize>,
+    /// The contact whose adhesion broke, and the sign of the force that broke it.
+    pub(super) released: Option<(usize, f64)>,
+    /// The rates of the friction forces just before.
+    pub(super) rates: Vec<f64>,
+    /// At the start nothing stuck before.
+    pub(super) starting: bool,
+}
+
+impl Loop<'_> {
+    /// Modes in which the motion starts.
+    pub(super) fn start(&mut self) {
+        self.motion.aim(&self.frame, self.clock);
+        self.measure_scale();
+        let mut wants = Vec::new();
+        self.motion.wants(&self.frame, &self.x, &self.v, &mut wants);
+        let mut at_rest = Vec::new();
+        let mut force = vec![0.0; self.contacts.len()];
+        for c in 0..self.contacts.len() {
+            let w = self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]);
+            if w.abs() <= ROUNDING * self.scale {
+                at_rest.push(c);
+                continue;
+            }
+            let direction = w.signum();
+            let others: f64 = (0..c)
+                .map(|other| self.frame.coupling(c, other) * force[other])
+                .sum();
+            let balance = direction * (wants[c] - others) / self.frame.coupling(c, c);
+            let rate = self.rate_if_stuck(c);
+            let between = self.apart(c, w.abs());
+            let contact = &mut self.contacts[c];
+            contact.memory.force_rate = rate;
+            contact.direction = direction;
+            contact.between = between.filter(|[falling, rising]| (falling..rising).contains(&&balance));
+            contact.piece = self.laws[c].begin(w.abs(), balance, &mut contact.memory);
+            force[c] = direction * self.laws[c].force(&contact.piece, w.abs());
+        }
+        // Whoever rests there has arrived just now; the start is no event.
+        let rates = vec![0.0; self.contacts.len()];
+        self.settle(&Passage {
+            arrived: at_rest,
+            released: None,
+            rates,
+            starting: true,
+        });
+        self.events.clear();
+        self.work.events = 0;
+    }
+
+    /// The rates of the friction forces at `h`.
+    pub(super) fn rates(&self, h: f64) -> Vec<f64> {
+        self.motion
+            .force
+            .iter()
+            .map(|force| slope_at(force, h).1)
+            .collect()
+    }
+
+    /// |dF/dt| that adhesion would feel if the contact stuck now; 0 where its law does not ask.
+    pub(super) fn rate_if_stuck(&self, c: usize) -> f64 {
+        if !self.laws[c].feels_force_rate() {
+            return 0.0;
+        }
+        let mut rubs: Vec<Rub> = self.contacts.iter().map(Contact::rub).collect();
+        rubs[c] = Rub {
+            direction: 0.0,
+            offset: 0.0,
+            slope: 0.0,
+        };
+        let held = self
+            .frame
+            .held((0..rubs.len()).filter(|&c| rubs[c].holds()).collect());
+        let (mut motion, mut v) = (self.motion.clone(), self.v.clone());
+        self.frame.stop(&held, self.clock, &mut v);
+        motion.expand(&self.frame, &self.laws, &rubs, &held, &self.x, &v);
+        motion.force[c][1].abs()
+    }
+
+    /// Decide for all contacts with zero slip velocity at once.
+    pub(super) fn settle(&mut self, passage: &Passage) {
+        let is_new = |c: usize| passage.arrived.contains(&c);
+        let zero: Vec<usize> = (0..self.contacts.len())
+            .filter(|&c| self.contacts[c].direction == 0.0 && !passage.starting || is_new(c))
+            .collect();
+        if zero.is_empty() {
+            return;
+        }
+        let all = self.frame.held(zero.clone());
+        self.frame.stop(&all, self.clock, &mut self.v);
+        // What adhesion bears, and what slip would start with.
+        let limit: Vec<f64> = zero
+            .iter()
+            .map(|&c| {
+                self.laws[c].break_away(if is_new(c) {
+                    Hold {
+                        stick_time: 0.0,
+                        force_rate: self.rate_if_stuck(c),
+                    }
+                } else {
+                    Hold {
+                        stick_time: self.rested(c),
+                        force_rate: passage.rates[c].abs(),
+                    }
+                })
+            })
+            .collect();
+        let kinetic: Vec<f64> = (0..zero.len())
+            .map(|row| {
+                let law = self.laws[zero[row]];
+                let piece = law.leave(limit[row], &mut self.contacts[zero[row]].memory.clone());
+                law.force(&piece, 0.0)
+            })
+            .collect();
+        let mut wants = Vec::new();
+        self.motion.wants(&self.frame, &self.x, &self.v, &mut wants);
+        for (c, contact) in self.contacts.iter().enumerate() {
+            if zero.contains(&c) {
+                continue;
+            }
+            let speed = contact.direction * (self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]));
+            let force = contact.direction * self.laws[c].force(&contact.piece, speed.max(0.0));
+            for (to, want) in wants.iter_mut().enumerate() {
+                *want -= self.frame.coupling(to, c) * force;
+            }
+        }
+        let row_of = |c: usize| zero.iter().position(|&other| other == c).unwrap_or(0);
+        let question = Question {
+            frame: &self.frame,
+            zero: &zero,
+            limit: &limit,
+            kinetic: &kinetic,
+            wants: zero.iter().map(|&c| wants[c]).collect(),
+            drives: self.motion.drives(),
+            released: passage.released.map(|(c, direction)| (row_of(c), direction)),
+        };
+        let answer = question.answer();
+        let idle: Vec<bool> = (0..zero.len()).map(|row| question.idle(&answer, row)).collect();
+        for (row, &c) in zero.iter().enumerate() {
+            let idle = idle[row];
+            let direction = if idle { 0.0 } else { answer[row] };
+            self.contacts[c].pinned = if idle { answer[row] * limit[row] } else { 0.0 };
+            if !is_new(c) && direction == 0.0 {
+                continue;
+            }
+            let stick_time = self.rested(c);
+            let contact = &mut self.contacts[c];
+            let was = contact.direction * self.laws[c].force(&contact.piece, 0.0);
+            contact.direction = direction;
+            contact.sense = 0.0;
+            contact.turning = false;
+            if direction == 0.0 {
+                contact.since = self.clock;
+                self.tell(Kind::Capture, c, was);
+                continue;
+            }
+            contact.piece = self.laws[c].leave(limit[row], &mut contact.memory);
+            // Adhesion that broke at the force slip starts with: the slip velocity leaves zero with no slope.
+            contact.turning = kinetic[row] >= limit[row];
+            if is_new(c) {
+                self.tell(Kind::Crossing, c, was);
+            } else {
+                self.tell(Kind::Release, c, limit[row] * direction);
+                if let Some(event) = self.events.last_mut() {
+                    (event.stick_time, event.force_rate) = (stick_time, passage.rates[c] * direction);
+                }
+            }
+        }
+    }
+}

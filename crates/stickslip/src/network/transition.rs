@@ -1,0 +1,120 @@
+//! From one mode into the next: the end of a piece, a turn to the other branch, the hold between the two.
+
+use super::guards::Cause;
+use super::settle::Passage;
+use super::{Loop, ROUNDING};
+use crate::law::{End, Friction, Piece};
+use crate::mode::{Kind, apart};
+use crate::series::{at, slope_at};
+
+impl Loop<'_> {
+    /// Go to the event and into the modes that follow it.
+    pub(super) fn occur(&mut self, h: f64, c: usize, cause: Cause) {
+        let tolerance = ROUNDING * self.scale;
+        let arrived: Vec<usize> = (0..self.contacts.len())
+            .filter(|&other| {
+                let contact = &self.contacts[other];
+                if contact.direction == 0.0 || contact.between.is_some() || contact.piece.low > 0.0 {
+                    return false;
+                }
+                if other == c {
+                    return cause == Cause::End(End::Low);
+                }
+                let (speed, slope) = slope_at(&self.motion.u[other], h);
+                // One that has just left zero with no slope has no sign of it yet.
+                speed <= tolerance && slope < 0.0 && !(h == 0.0 && contact.turning)
+            })
+            .collect();
+        let speed = at(&self.motion.u[c], h).max(0.0);
+        let passage = Passage {
+            released: (cause == Cause::Release).then(|| (c, at(&self.motion.force[c], h).signum())),
+            rates: self.rates(h),
+            starting: false,
+            arrived,
+        };
+        for (contact, force) in self.contacts.iter_mut().zip(&self.motion.force) {
+            if contact.between.is_some() {
+                contact.piece = Piece::constant(contact.direction * at(force, h));
+            }
+        }
+        self.advance(h);
+        self.motion.aim(&self.frame, self.clock);
+        if h > 0.0 {
+            // An event at once, at another contact, leaves what is known of the start as it was.
+            for contact in &mut self.contacts {
+                contact.turning = false;
+            }
+        }
+        if let Cause::End(end) = cause
+            && !passage.arrived.contains(&c)
+        {
+            self.leave(c, end, speed);
+        }
+        self.settle(&passage);
+    }
+
+    /// Leave the piece of contact `c` over its `end`, or the hold between its branches.
+    pub(super) fn leave(&mut self, c: usize, end: End, speed: f64) {
+        let law = self.laws[c];
+        let rate = self.rate_if_stuck(c);
+        let contact = &mut self.contacts[c];
+        contact.memory.force_rate = rate;
+        contact.sense = 0.0;
+        if let Some([falling, rising]) = contact.between.take() {
+            let (bound, balance) = if end == End::High {
+                (rising, f64::INFINITY)
+            } else {
+                (falling, f64::NEG_INFINITY)
+            };
+            let force = contact.direction * bound;
+            contact.piece = law.begin(speed, balance, &mut contact.memory);
+            contact.turning = true;
+            self.tell(Kind::Reversal, c, force);
+            return;
+        }
+        let speed = match end {
+            End::Turn { rising } => {
+                // Friction that jumps to another branch takes the slip acceleration with it.
+                contact.turning = apart(law, speed).is_none();
+                return self.turn(c, rising, speed);
+            }
+            End::Low => contact.piece.low,
+            End::High => contact.piece.high,
+        };
+        let force = contact.direction * law.force(&contact.piece, speed);
+        contact.piece = law.next(&contact.piece, end, speed, &mut contact.memory);
+        contact.turning = false;
+        self.tell(Kind::Node, c, force);
+    }
+
+    /// Friction of the two branches at slip speed `u` of a contact whose law has such, where the speed is held between them.
+    pub(super) fn apart(&self, c: usize, u: f64) -> Option<[f64; 2]> {
+        let branches = apart(self.laws[c], u)?;
+        (branches[0] < branches[1] && u > ROUNDING * self.scale).then_some(branches)
+    }
+
+    /// The slip acceleration changes its sign: to the other branch, or into the hold between them.
+    pub(super) fn turn(&mut self, c: usize, rising: bool, speed: f64) {
+        let between = self.apart(c, speed).filter(|_| !self.follows(c));
+        let rate = self.rate_if_stuck(c);
+        let contact = &mut self.contacts[c];
+        contact.memory.force_rate = rate;
+        let force = contact.direction * self.laws[c].force(&contact.piece, speed);
+        let kind = if between.is_some() {
+            contact.between = between;
+            Kind::Hold
+        } else {
+            contact.piece =
+                self.laws[c].next(&contact.piece, End::Turn { rising }, speed, &mut contact.memory);
+            Kind::Reversal
+        };
+        self.tell(kind, c, force);
+    }
+
+    /// Whether the motion across contact `c` is given by others that hold, so that its own friction cannot.
+    pub(super) fn follows(&self, c: usize) -> bool {
+        let others =
+            (0..self.contacts.len()).filter(|&other| other != c && self.contacts[other].rub().holds());
+        self.frame.loops && self.frame.share(&others.collect::<Vec<_>>(), c).is_some()
+    }
+}
