@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.print_help()
         return 2
     try:
-        for target in (getattr(options, name, None) for name in ("output", "plot", "report")):
+        for target in (getattr(options, name, None) for name in ("output", "plot", "report", "motion", "plot_motion")):
             _check_target(target, options.command)
         options.run(options)
     except InputError as error:

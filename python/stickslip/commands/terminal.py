@@ -27,7 +27,7 @@ def say_json(document: Any) -> None:
 def say_value(name: str, value: object) -> None:
     """Write one named value of the result, the values below each other."""
     text = f"{value:.6g}" if isinstance(value, float) else str(value)
-    say(f"{name.replace('_', ' '):20s}{text}")
+    say(f"{name.replace('_', ' '):19s} {text}")
 
 
 def say_written(*paths: str | Path | None) -> None:
