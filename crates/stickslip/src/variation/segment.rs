@@ -236,6 +236,8 @@ impl<'a> Course<'a> {
             .max(motion.size(rate, 1) / rate)
             .max(f64::MIN_POSITIVE);
         let step = motion.reach(&self.frame, &rubs, scale);
+        // The series of a motion that stands still never ends; those of its tangents do.
+        let step = if step.is_finite() { step } else { 1.0 / rate };
         let reach = motion.agreed(&self.frame, &self.laws, &rubs, scale, step);
         let slopes: Vec<Series> = rubs
             .iter()
