@@ -181,3 +181,49 @@ def test_a_model_without_a_growing_stick_fails_the_first_break_away():
         return ss.Oscillator(damping=0.28, drive_velocity=s, law=ss.laws.StaticKinetic(1.0, 0.6), forcing=forcing)
 
     assert paper.score(make, only=("first-break-away",))["verdict"].item() == NOT
+
+
+LAW_PAGE = (Path(__file__).parents[1] / "docs" / "paper-law.md").read_text(encoding="utf-8")
+
+
+def test_numbers_of_the_page_on_the_law():
+    law = ss.laws.BogaczRyczek()
+    without_rest = law.break_away_force(0.0, np.array([0.25, 0.40]))
+    assert f"{without_rest[0]:.3f} at δ = 0.25, {without_rest[1]:.3f} at 0.40" in LAW_PAGE
+    surface = law.static_friction
+    written = f"{surface.initial:g} + {surface.drop:g}/(1 + (δ/{surface.drop_scale:g})¹⁰)"
+    assert surface.drop_exponent == 10
+    assert written in LAW_PAGE
+    assert f"limit {surface.limit:g}, rate {surface.rate:g}, force-rate scale {surface.force_rate_scale:g}" in LAW_PAGE
+    assert f"| d | {paper.DAMPING:g} |" in LAW_PAGE
+    # Where f_s(0, s) meets the line l at w = s, by bisection.
+    low, high = 0.39, 0.41
+    for _ in range(60):
+        s = (low + high) / 2
+        above = law.break_away_force(0.0, s) > law.l[0] * s + law.l[1]
+        low, high = (s, high) if above else (low, s)
+    assert f"s = {low:.6f} in the default" in LAW_PAGE
+    slopes = [
+        np.diff(calibration.CALIBRATIONS[name].law.break_away_force(0.0, np.array([0.3999, 0.4001])))[0] / 2e-4
+        for name in ("default", "one u₀")
+    ]
+    assert f"(slope −{-slopes[0]:.1f} in the default, −{-slopes[1]:.1f} in `one u₀`)" in LAW_PAGE
+
+
+def test_the_end_of_the_limit_cycle_is_where_static_friction_meets_the_line_of_corners(table):
+    assert table.loc["end-of-oscillation", "value"] == pytest.approx(0.398248, abs=3e-4)
+
+
+def test_one_forcing_amplitude_for_both_motions_at_one_drive_velocity():
+    only = ("forced-0.30-one-amplitude", "forced-0.40-two-periodic")
+    verdicts = calibration.trades(["one u₀"], only=only)["one u₀"]
+    assert verdicts.to_dict() == {only[0]: REPRODUCED, only[1]: NOT}
+
+
+@pytest.mark.slow
+def test_the_table_of_trades_is_what_the_calibrations_show():
+    words = {REPRODUCED: "yes", PARTLY: "partly", NOT: "no"}
+    table = calibration.trades()
+    assert "| statement | " + " | ".join(table.columns) + " |" in LAW_PAGE
+    for name, row in table.iterrows():
+        assert f"| `{name}` | " + " | ".join(words[verdict] for verdict in row) + " |" in LAW_PAGE

@@ -124,6 +124,19 @@ def loci() -> None:
     save(panels[0], "loci.png")
 
 
+def forced_calibrations() -> None:
+    """Periods of the forced motion at s = 0.30 over amplitude and frequency, of two calibrations of the paper's law."""
+    over = {"forcing.amplitude": np.linspace(0.005, 0.30, 60), "forcing.frequency": np.linspace(0.30, 1.40, 67)}
+    panels = show.new_axes(1, 2, figsize=(9.5, 4.6))
+    for name, ax in zip(("default", "one u₀"), panels, strict=True):
+        oscillator = ss.paper.calibration.CALIBRATIONS[name].oscillator(0.30, ss.Harmonic(0.1, 1.0))
+        show.regime_map_plot(ss.regime_map(oscillator, over, transient=600), ax, quantity="period")
+        for frequency in (0.35, 1.25):
+            ax.axhline(frequency, color="black", lw=0.8, ls="--")
+        ax.set_title(f"calibration: {name}", loc="right", fontsize=9)
+    save(panels[0], "paper-forced-calibrations.png")
+
+
 def paper() -> None:
     """The paper's page with its figures, and the overview of the README."""
     save(figures.overview()[0], "overview.png")
@@ -138,4 +151,5 @@ if __name__ == "__main__":
     if "laws" not in sys.argv:
         branches()
         loci()
+        forced_calibrations()
         paper()

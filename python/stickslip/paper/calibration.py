@@ -10,7 +10,7 @@ each candidate to a file as it is judged and goes on from that file.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -132,9 +132,20 @@ READINGS: dict[str, Reading] = {
     ),
 }
 
-#: Calibrations to lay beside each other: the default, and what each reading without one of its parts can do.
+#: Calibrations to lay beside each other: the default; one that meets both statements at s = 0.30 with one forcing amplitude
+#: but not the two-periodic one at s = 0.40; and what each reading without one of its parts can do.
 CALIBRATIONS: dict[str, Calibration] = {
     "default": Calibration("falling f_s(0, δ)", 0.35, BogaczRyczek()),
+    "one u₀": Calibration(
+        "falling f_s(0, δ)",
+        0.30,
+        BogaczRyczek(
+            static_friction=StaticFriction(
+                0.536, limit=0.66, rate=0.25, force_rate_scale=0.49, drop=1.40, drop_scale=0.363, drop_exponent=5.1
+            ),
+            alpha=((1.95, 0.0), (2.95, 2.05)),
+        ),
+    ),
     "α = 0": Calibration("falling f_s(0, δ)", 0.2615, BogaczRyczek(alpha=0.0)),
     "climbs at η": Calibration("climbs at η", 0.35, BogaczRyczek(D=None)),
     "one f_s(0)": Calibration(
@@ -143,6 +154,29 @@ CALIBRATIONS: dict[str, Calibration] = {
         BogaczRyczek(static_friction=StaticFriction(1.084, limit=0.3, rate=0.3, force_rate_scale=0.5), alpha=0.0),
     ),
 }
+
+
+def trades(names: Sequence[str] = tuple(CALIBRATIONS), **options: Any) -> pd.DataFrame:
+    """What each calibration shows of the paper: the verdicts beside each other.
+
+    Parameters
+    ----------
+    names : of :data:`CALIBRATIONS`.
+    options : of :func:`stickslip.paper.score`.
+
+    Returns
+    -------
+    DataFrame indexed by statement, a column of verdicts for each name.
+
+    >>> trades(["default", "one f_s(0)"], only=("friction-falls",)).loc["friction-falls"].tolist()
+    ['reproduced', 'not reproduced']
+    """
+    import pandas as pd
+
+    from stickslip.paper.scoring import score
+
+    return pd.DataFrame({name: score(CALIBRATIONS[name].oscillator, **options)["verdict"] for name in names})
+
 
 #: Statements on motions without sticks, by the stage at which a candidate is asked for them; the next needs all of one.
 SLIPPING: tuple[tuple[str, ...], ...] = (
