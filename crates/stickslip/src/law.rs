@@ -194,10 +194,16 @@ pub trait Friction {
         false
     }
 
-    /// Whether kinetic friction is one smooth curve over all slip speeds instead of linear pieces. Such a law answers
-    /// [`Friction::force`], [`Friction::extend`] and [`Friction::resolution`]; its one piece holds nothing but the force at zero slip speed.
+    /// For a law whose kinetic friction is one smooth curve over all slip speeds instead of linear pieces: how far the slip
+    /// speed may move from `u` without passing over a feature of the force that its values at both ends do not show. Such a
+    /// law answers [`Friction::force`] and [`Friction::extend`]; its one piece holds nothing but the force at zero slip speed.
+    fn resolution(&self, _u: f64) -> Option<f64> {
+        None
+    }
+
+    /// Whether it is such a law.
     fn smooth(&self) -> bool {
-        false
+        self.resolution(0.0).is_some()
     }
 
     /// Kinetic friction on `piece` at slip speed `u`.
@@ -208,12 +214,6 @@ pub trait Friction {
     /// For a smooth law: coefficient `k` of F(u(h)) from the coefficients of u up to `k`; called for k = 0, 1, 2, … in turn.
     fn extend(&self, _u: &Series, _k: usize, _grown: &mut Grown) -> f64 {
         f64::NAN
-    }
-
-    /// For a smooth law: how far the slip speed may move from `u` without passing over a feature of the force that values
-    /// at both ends do not show.
-    fn resolution(&self, _u: f64) -> f64 {
-        f64::INFINITY
     }
 
     /// For a law with branches by the sign of the slip acceleration that do not meet: its force at slip speed `u` while u
@@ -253,12 +253,11 @@ macro_rules! laws {
             fn adhesion(&self, hold: Hold) -> Adhesion { match self { $(Self::$name(law) => law.adhesion(hold)),+ } }
             fn softening_bound(&self, rates: [f64; 2]) -> f64 { match self { $(Self::$name(law) => law.softening_bound(rates)),+ } }
             fn feels_force_rate(&self) -> bool { match self { $(Self::$name(law) => law.feels_force_rate()),+ } }
-            fn smooth(&self) -> bool { match self { $(Self::$name(law) => law.smooth()),+ } }
             #[inline]
             fn force(&self, piece: &Piece, u: f64) -> f64 { match self { $(Self::$name(law) => law.force(piece, u)),+ } }
             #[inline]
             fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 { match self { $(Self::$name(law) => law.extend(u, k, grown)),+ } }
-            fn resolution(&self, u: f64) -> f64 { match self { $(Self::$name(law) => law.resolution(u)),+ } }
+            fn resolution(&self, u: f64) -> Option<f64> { match self { $(Self::$name(law) => law.resolution(u)),+ } }
             fn branches(&self, u: f64) -> Option<[f64; 2]> { match self { $(Self::$name(law) => law.branches(u)),+ } }
             #[inline]
             fn leave(&self, force: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.leave(force, memory)),+ } }

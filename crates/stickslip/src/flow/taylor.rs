@@ -485,6 +485,7 @@ impl Motion {
             if !frame.smooth[c] || rub.direction == 0.0 {
                 continue;
             }
+            let room = |speed: f64| laws[c].resolution(speed).unwrap_or(f64::INFINITY);
             let bound = AGREES * scale / frame.coupling(c, c);
             let agrees = |t: f64, speed: f64| {
                 let law = rub.direction * laws[c].force(&Piece::constant(0.0), speed);
@@ -494,8 +495,8 @@ impl Motion {
             let bend = curvature(u, step);
             let (mut t, mut speed, mut slope) = (0.0, u[0], u[1]);
             while t < step && speed >= 0.0 {
-                // No resolution is no limit: `min` passes over what is not a number.
-                let free = free_time(laws[c].resolution(speed), -slope.abs(), bend);
+                // An infinite one is no limit: `min` passes over what is not a number.
+                let free = free_time(room(speed), -slope.abs(), bend);
                 let next = (t + free).min(step);
                 (speed, slope) = slope_at(u, next);
                 if !agrees(next, speed) {

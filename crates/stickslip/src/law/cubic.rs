@@ -30,10 +30,6 @@ impl Friction for Cubic {
         self.at_rest
     }
 
-    fn smooth(&self) -> bool {
-        true
-    }
-
     fn force(&self, _piece: &Piece, u: f64) -> f64 {
         self.at_rest - self.linear * u + self.cubic * u * u * u
     }
@@ -42,6 +38,10 @@ impl Friction for Cubic {
         grown.first[k] = product(u, u, k);
         let rest = if k == 0 { self.at_rest } else { 0.0 };
         rest - self.linear * u[k] + self.cubic * product(&grown.first, u, k)
+    }
+
+    fn resolution(&self, _u: f64) -> Option<f64> {
+        Some(f64::INFINITY)
     }
 
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {

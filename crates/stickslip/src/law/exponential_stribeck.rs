@@ -47,10 +47,6 @@ impl Friction for ExponentialStribeck {
         self.break_away
     }
 
-    fn smooth(&self) -> bool {
-        true
-    }
-
     fn force(&self, _piece: &Piece, u: f64) -> f64 {
         let speed = u / self.scale;
         let fall = if self.exponent == 2.0 {
@@ -73,10 +69,10 @@ impl Friction for ExponentialStribeck {
         rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
     }
 
-    fn resolution(&self, u: f64) -> f64 {
+    fn resolution(&self, u: f64) -> Option<f64> {
         // So far out the exponential is below rounding.
         let gone = if self.exponent == 2.0 { 6.0 } else { 36.0 };
-        (u.abs() - gone * self.scale).max(self.scale)
+        Some((u.abs() - gone * self.scale).max(self.scale))
     }
 
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {

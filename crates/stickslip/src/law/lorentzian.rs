@@ -34,10 +34,6 @@ impl Friction for Lorentzian {
         self.break_away
     }
 
-    fn smooth(&self) -> bool {
-        true
-    }
-
     fn force(&self, _piece: &Piece, u: f64) -> f64 {
         let speed = u / self.scale;
         self.kinetic + (self.break_away - self.kinetic) / (1.0 + speed * speed) + self.viscous * u
@@ -51,9 +47,9 @@ impl Friction for Lorentzian {
         rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
     }
 
-    fn resolution(&self, u: f64) -> f64 {
+    fn resolution(&self, u: f64) -> Option<f64> {
         // Half of the way to the poles at ±i w_s.
-        0.5 * (u * u + self.scale * self.scale).sqrt()
+        Some(0.5 * (u * u + self.scale * self.scale).sqrt())
     }
 
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {

@@ -34,10 +34,6 @@ impl Friction for PoppStelter {
         self.break_away
     }
 
-    fn smooth(&self) -> bool {
-        true
-    }
-
     fn force(&self, _piece: &Piece, u: f64) -> f64 {
         (self.break_away - self.kinetic) / (1.0 + self.weakening * u) + self.kinetic + self.square * u * u
     }
@@ -48,8 +44,8 @@ impl Friction for PoppStelter {
         rest + (self.break_away - self.kinetic) * grown.first[k] + self.square * product(u, u, k)
     }
 
-    fn resolution(&self, u: f64) -> f64 {
-        0.5 * (u.abs() + 1.0 / self.weakening)
+    fn resolution(&self, u: f64) -> Option<f64> {
+        Some(0.5 * (u.abs() + 1.0 / self.weakening))
     }
 
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {

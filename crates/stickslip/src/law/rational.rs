@@ -26,10 +26,6 @@ impl Friction for Rational {
         self.break_away
     }
 
-    fn smooth(&self) -> bool {
-        true
-    }
-
     fn force(&self, _piece: &Piece, u: f64) -> f64 {
         self.break_away / (1.0 + self.weakening * u)
     }
@@ -39,8 +35,8 @@ impl Friction for Rational {
         self.break_away * grown.first[k]
     }
 
-    fn resolution(&self, u: f64) -> f64 {
-        0.5 * (u.abs() + 1.0 / self.weakening)
+    fn resolution(&self, u: f64) -> Option<f64> {
+        Some(0.5 * (u.abs() + 1.0 / self.weakening))
     }
 
     fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
