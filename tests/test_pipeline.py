@@ -39,7 +39,7 @@ def test_slow_slider_slips_as_often_as_it_should(shared_data, capsys):
 
 def test_law_of_the_slow_slider_sticks_as_long(slow, tmp_path, capsys):
     law = tmp_path / "law.toml"
-    seen = run(capsys, "identify", slow, "-o", law, "--plot", tmp_path / "b.png")
+    seen = run(capsys, "identify", slow, "--law", "DwellTime", "-o", law, "--plot", tmp_path / "b.png")
     table = seen["agreement"]["table"]
     assert table["mean stick time"]["simulated"] == pytest.approx(table["mean stick time"]["measured"], rel=0.15)
     # Static friction, and with it the force drop, grows with the logarithm of the stick time.
