@@ -11,7 +11,7 @@ import stickslip as ss
 
 NAME = "stickslip"
 SETTINGS = {"": None}
-LONG = 200  # a run that is timed is so many times longer
+LONG = 50  # a run that is timed is so many times longer: of ten thousand events
 
 
 def run(problem: Problem, end: float, _setting: None) -> np.ndarray:
