@@ -12,7 +12,7 @@ use crate::place::Place;
 use crate::simulate::{self, Run, Stop};
 use crate::structure::Oscillator;
 use crate::system::System;
-use crate::variation::{Arc, CONTACT, Ending, Flags, Phase, State};
+use crate::variation::{Arc, Ending, Phase, State, contact_of};
 
 /// A start, what follows, and why the run ended.
 #[derive(Clone, Debug)]
@@ -157,33 +157,11 @@ pub fn from(
 }
 
 fn start((t, x, v): (f64, f64, f64), piece: &Piece, memory: &Memory) -> State {
-    let (line, flags) = contact_of(piece, memory, 0.0);
+    let (line, flags) = contact_of(piece, memory);
     State {
         numbers: [t, x, v].into_iter().chain(line).collect(),
         flags: vec![flags],
     }
-}
-
-/// What of a contact belongs to a state.
-pub(crate) fn contact_of(piece: &Piece, memory: &Memory, age: f64) -> ([f64; CONTACT], Flags) {
-    let numbers = [
-        piece.offset,
-        piece.slope,
-        piece.low,
-        piece.high,
-        memory.anchor[0],
-        memory.anchor[1],
-        memory.corner[0],
-        memory.corner[1],
-        memory.released_at.unwrap_or(0.0),
-        age,
-    ];
-    let flags = Flags {
-        branch: piece.branch,
-        turns: piece.turns,
-        released: memory.released_at.is_some(),
-    };
-    (numbers, flags)
 }
 
 fn phase_of(segment: &Segment) -> Phase {

@@ -20,6 +20,7 @@ mod state;
 mod varied;
 
 pub use border::{Border, Test};
+pub(crate) use state::contact_of;
 pub use state::{Arc, CONTACT, Ending, Flags, Layout, Phase, State};
 pub use varied::Varied;
 

@@ -8,8 +8,8 @@ use crate::law::{End, Friction, Memory, Piece};
 use crate::mode::Kind;
 use crate::simulate::Stop;
 use crate::system::System;
-use crate::trail::{Trail, contact_of};
-use crate::variation::{Arc, CONTACT, Ending, Layout, Phase, State};
+use crate::trail::Trail;
+use crate::variation::{Arc, CONTACT, Ending, Layout, Phase, State, contact_of};
 
 fn refused<T>(reason: String) -> Result<T, Error> {
     Err(Error::Document { reason })
@@ -146,7 +146,7 @@ fn state_of(motion: &Loop) -> State {
     let contacts = motion
         .contacts
         .iter()
-        .map(|contact| contact_of(&contact.piece, &contact.memory, 0.0));
+        .map(|contact| contact_of(&contact.piece, &contact.memory));
     let (lines, flags): (Vec<_>, Vec<_>) = contacts.unzip();
     let numbers = [motion.clock.high].into_iter().chain(motion.x.iter().copied());
     State {

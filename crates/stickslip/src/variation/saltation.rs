@@ -1,7 +1,7 @@
 //! The jump of the derivative at an event: what vanishes there, and the state and memory that follow.
 
 use super::segment::{Course, Moment};
-use super::state::{AGE, Arc, Ending, Flags, HIGH, LOW, Moving, Phase};
+use super::state::{AGE, Arc, Ending, Flags, HIGH, LOW, Moving, Phase, line_of};
 use super::varied::{LINE_STEP, RELATIVE_STEP};
 use crate::drive::Clock;
 use crate::dual::Dual;
@@ -139,26 +139,12 @@ impl Course<'_> {
         let parameter = self.parameter(u.rates.len());
         let numbers = self.varied.ask(c, inputs, parameter, LINE_STEP, |law, z| {
             let (piece, memory) = answer(law, z);
-            [
-                piece.offset,
-                piece.slope,
-                piece.low,
-                piece.high,
-                memory.anchor[0],
-                memory.anchor[1],
-                memory.corner[0],
-                memory.corner[1],
-                memory.released_at.unwrap_or(0.0),
-            ]
+            line_of(&piece, &memory)
         });
         for (place, number) in state.numbers[at..].iter_mut().zip(numbers) {
             *place = number;
         }
-        state.flags[c] = Flags {
-            branch: piece.branch,
-            turns: piece.turns,
-            released: memory.released_at.is_some(),
-        };
+        state.flags[c] = Flags::of(&piece, &memory);
     }
 
     /// The state after `arc`, which ends at `tau` and moves its end by `moves`; `next` is what follows.

@@ -1,7 +1,7 @@
 //! What the state of a system is made of, and what an arc of its motion does and ends with.
 
 use crate::dual::Dual;
-use crate::law::End;
+use crate::law::{End, Memory, Piece};
 
 /// Numbers of a contact in a state: line of friction (offset, slope, low, high), memory (anchor, corner, last break-away
 /// force), and how long it has stuck.
@@ -57,6 +57,38 @@ pub struct Flags {
     pub turns: bool,
     /// Whether the anchor was set by a break-away.
     pub released: bool,
+}
+
+impl Flags {
+    pub(super) fn of(piece: &Piece, memory: &Memory) -> Self {
+        Self {
+            branch: piece.branch,
+            turns: piece.turns,
+            released: memory.released_at.is_some(),
+        }
+    }
+}
+
+/// The numbers of a line of friction and of a memory, in the order of a state.
+pub(super) fn line_of(piece: &Piece, memory: &Memory) -> [f64; AGE] {
+    [
+        piece.offset,
+        piece.slope,
+        piece.low,
+        piece.high,
+        memory.anchor[0],
+        memory.anchor[1],
+        memory.corner[0],
+        memory.corner[1],
+        memory.released_at.unwrap_or(0.0),
+    ]
+}
+
+/// What of a contact belongs to a state; a stick begins now.
+pub(crate) fn contact_of(piece: &Piece, memory: &Memory) -> ([f64; CONTACT], Flags) {
+    let mut numbers = [0.0; CONTACT];
+    numbers[..AGE].copy_from_slice(&line_of(piece, memory));
+    (numbers, Flags::of(piece, memory))
 }
 
 /// The state at the start of an arc.
