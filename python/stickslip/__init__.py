@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stickslip import laws, measurement, paper, show, stability
     from stickslip.analysis import basins, leave_map, orbit_diagram, regime_map, return_map, section
     from stickslip.batch import simulate_many
+    from stickslip.drive import Drive, Harmonic
     from stickslip.errors import InputError
     from stickslip.identification import identify
     from stickslip.integration import integrate
@@ -29,15 +30,15 @@ if TYPE_CHECKING:
     from stickslip.stability.exponents import lyapunov
     from stickslip.stability.loci import locus
     from stickslip.stability.switching import switch_branch
-    from stickslip.system import Contact, Drive, Force, Harmonic, Oscillator, System, chain, load_system
+    from stickslip.system import Contact, Force, Oscillator, System, chain, load_system
     from stickslip.tracking import film, track
 
 # Where each public name lives; it is imported when it is first asked for, so that `import stickslip` costs nothing.
 _HOME = {
     "Contact": "system",
-    "Drive": "system",
+    "Drive": "drive",
     "Force": "system",
-    "Harmonic": "system",
+    "Harmonic": "drive",
     "InputError": "errors",
     "Orbit": "orbit",
     "Oscillator": "system",

@@ -17,11 +17,12 @@ from scipy.optimize import brentq
 
 from stickslip import _core
 from stickslip.documents import did_you_mean, number, numbers
+from stickslip.drive import Drive
 from stickslip.errors import InputError
 from stickslip.orbit import Work
 from stickslip.state_laws import StateLaw
 from stickslip.state_orbit import Mark, StateOrbit, masses_of, state_laws_of
-from stickslip.system import Drive, Oscillator, System
+from stickslip.system import Oscillator, System
 
 METHODS = ("LSODA", "Radau", "BDF", "DOP853", "RK45")
 

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 import numpy as np
 
 from stickslip.documents import number
+from stickslip.drive import Drive, Harmonic
 from stickslip.errors import InputError
 from stickslip.law import Law, Table
 from stickslip.state_laws import StateLaw
-from stickslip.system import Contact, Drive, Force, Harmonic, Oscillator, System
+from stickslip.system import Contact, Force, Oscillator, System
 
 if TYPE_CHECKING:
     import pandas as pd

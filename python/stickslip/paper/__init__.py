@@ -10,8 +10,9 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from stickslip.drive import Harmonic
 from stickslip.laws import BogaczRyczek
-from stickslip.system import Harmonic, Oscillator
+from stickslip.system import Oscillator
 
 if TYPE_CHECKING:
     from stickslip.paper import calibration, figures

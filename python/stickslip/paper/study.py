@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analysis import sign_changes, steady_motion
+from stickslip.drive import Harmonic
 from stickslip.simulation import simulate
-from stickslip.system import Harmonic, Oscillator
+from stickslip.system import Oscillator
 
 #: An oscillator from a drive velocity and a forcing.
 Make = Callable[[float, Harmonic | None], Oscillator]

@@ -67,7 +67,7 @@ def continuation(
     Source: Dercole & Kuznetsov, ACM TOMS 31 (2005) 95; Thota & Dankowicz, SIADS 7 (2008) 1283.
 
     >>> from stickslip.laws import Coulomb
-    >>> from stickslip.system import Harmonic
+    >>> from stickslip.drive import Harmonic
     >>> swing = Oscillator(0.0, 0.0, Coulomb(0.6), forcing=Harmonic(1.0, 0.7))
     >>> [(p.kind, round(p.parameter, 10)) for p in continuation(swing, "law.kinetic", (0.55, 0.75), seeds=0).special_points]
     [('crossing_sliding', 0.7220709759)]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.documents import number
+from stickslip.drive import Drive
 from stickslip.errors import InputError
 from stickslip.network import NetworkOrbit
 from stickslip.orbit import Orbit
@@ -26,7 +27,7 @@ from stickslip.stability.returns import (
     turn,
 )
 from stickslip.stability.trail import SECTION, STATE, Trail, check
-from stickslip.system import Drive, Oscillator, System
+from stickslip.system import Oscillator, System
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.drive import Drive, Harmonic
 from stickslip.errors import InputError
 from stickslip.stability.trail import BORDERS, Floats, Trail, layout_of, read
-from stickslip.system import Drive, Force, Harmonic, Oscillator, System
+from stickslip.system import Force, Oscillator, System
 
 _T = 0
 _SPEEDS = ("low", "high", "anchor_w", "corner_w")

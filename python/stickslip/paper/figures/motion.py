@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analysis import orbit_diagram
+from stickslip.drive import Harmonic
 from stickslip.errors import InputError
 from stickslip.laws import BogaczRyczek
 from stickslip.paper import END_OF_OSCILLATION, END_OF_STICK_SLIP, oscillator
 from stickslip.show import OKABE_ITO, REGIME_COLOURS, friction_loop, new_axes, orbit_diagram_plot, phase_plane
 from stickslip.show.canvas import words
 from stickslip.simulation import simulate
-from stickslip.system import Harmonic
 
 if TYPE_CHECKING:
     import xarray as xr
