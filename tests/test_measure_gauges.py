@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
-from stickslip.measurement import GAUGES, facts, measure
+from stickslip.measurement import GAUGES, facts, load_rig, measure
 
 RIGS = Path(__file__).parents[1] / "examples" / "rigs"
 KIP = 4448.2216
@@ -169,6 +169,64 @@ def test_slow_force_log_gives_its_break_aways(shared_data: Path) -> None:
     assert f.attrs["correlation"] == pytest.approx(0.43, abs=0.02)
     # the drops seen on the film
     np.testing.assert_allclose(table["t"].values[:2], [37.75, 42.5], atol=0.3)
+
+
+def test_the_film_of_a_spring_is_joined_to_the_log_of_its_force(shared_data: Path, tmp_path: Path) -> None:
+    folder = shared_data / "spring_slider_camera"
+    if not folder.exists():
+        pytest.skip("no spring_slider_camera")
+    pytest.importorskip("cv2")
+    log = tmp_path / "Force7_rows0000-2119.txt"
+    log.write_bytes((folder / log.name).read_bytes())
+    ss.track(
+        folder / "frames", RIGS.parent / "tracks" / "spring_slider_camera.toml", output=tmp_path / f"{log.stem}_film.nc"
+    )
+    f = measure(log, RIGS / "spring_slider_film.toml")
+    # README: the clocks agree within ~0.5 s, the spring has about 4.7 N/cm (all the pull over all the gauge's way)
+    assert f.attrs["clock_offset"] == pytest.approx(-1.37, abs=0.08)
+    assert 0.05 < f.attrs["clock_offset_error"] < 0.15
+    assert f.attrs["spring_stiffness"] == pytest.approx(470, rel=0.15)
+    assert f.attrs["spring_residual"] < 0.06
+    # the slip between 36 and 38 s
+    start, end = 37.75, 38.0
+    assert f["break_away"]["t"].values[0] == start
+    slip = f["film"].to_dataset(inherit=False)
+    before = int(np.searchsorted(slip["t"].values, start)) - 1
+    assert 36 < slip["t"].values[before] < start < end < slip["t"].values[before + 1] < 39
+    assert float(slip["displacement"][before + 1] - slip["displacement"][before]) == pytest.approx(0.56e-2, abs=0.02e-2)
+    assert "the slip at 37.75 to 38 s is on the film between the pictures of 36.63 and 38.63 s" in notes(f)
+
+
+def test_a_log_wants_both_ends_of_its_spring_in_metres(tmp_path: Path) -> None:
+    t = np.arange(0, 60, 0.25)
+    (tmp_path / "log.txt").write_text("\n".join(f"{0.3 * s - 2.0 * (s > 41):.4f}" for s in t))
+    film = np.arange(0.0, 50, 2)
+    x = np.stack([0.004 * (film > 42.1), 0.001 * film], axis=1)
+    pixels = {"units": "px"}
+    motion = xr.Dataset({"x": (("time", "mass"), x, pixels)}, {"time": film, "mass": [0, 1]})
+    motion.to_netcdf(tmp_path / "film.nc", engine="h5netcdf")
+    rig = {
+        "gauge": "force_log",
+        "least_drop": 0.3,
+        "sampling_rate": 4,
+        "read": {"header": False},
+        "columns": {"force": 1},
+        "companion": {"file": "film.nc", "columns": {"time": "time", "displacement": "x(0)"}},
+    }
+    with pytest.raises(ss.InputError, match=r"displacement .*got 'px'|'px'"):
+        measure(tmp_path / "log.txt", load_rig(rig))
+    motion["x"].attrs["units"] = "m"
+    motion.to_netcdf(tmp_path / "film.nc", engine="h5netcdf")
+    with pytest.raises(ss.InputError, match="must hold the spring's two ends"):
+        measure(tmp_path / "log.txt", load_rig(rig))
+    rig["companion"]["columns"]["drive_displacement"] = "x(1)"
+    f = measure(tmp_path / "log.txt", load_rig(rig))
+    assert f.attrs["clock_offset"] == pytest.approx(-1.1, abs=2 * f.attrs["clock_offset_error"])
+    rig["clock_offset"] = "-20 s"
+    assert "contradicts the records" in notes(measure(tmp_path / "log.txt", load_rig(rig)))
+    rig["companion"]["columns"] |= {"displacement": "x(1)", "drive_displacement": "x(0)"}
+    with pytest.raises(ss.InputError, match="grows with its extension at no offset"):
+        measure(tmp_path / "log.txt", load_rig(rig))
 
 
 def test_rock_is_measured_at_every_speed_and_load(shared_data: Path) -> None:

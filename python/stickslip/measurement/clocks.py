@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,9 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 
 Array = npt.NDArray[np.float64]
+
+LEAST_SAMPLES = 8
+"""Of an extension, from which a spring can be told."""
 
 
 @dataclass(frozen=True)
@@ -68,3 +72,115 @@ def clock_offset(time_a: Array, a: Array, time_b: Array, b: Array) -> Offset:
     best = int(np.argmax(scores))
     good = offsets[scores > scores[best] - 0.05 * (scores[best] - np.median(scores))]
     return Offset(float(offsets[best]), float(max(np.ptp(good) / 2, step)), float(scores[best]))
+
+
+@dataclass(frozen=True)
+class SpringOffset(Offset):
+    """Two clocks joined by a spring, and the spring with them.
+
+    Attributes
+    ----------
+    stiffness, stiffness_error : N/m.
+    residual : rms of what is left of the force, N.
+    """
+
+    stiffness: float
+    stiffness_error: float
+    residual: float
+
+
+def spring_offset(
+    time_a: Array, force: Array, time_b: Array, extension: Array, *, taut: float | None = None
+) -> SpringOffset:
+    """The offset under which a force is that of the spring whose extension another record holds.
+
+    For each offset o the line
+
+        force(t + o) = k x(t) + c
+
+    is fitted by least squares; S(o) is its mean square residual. The offset is the mean, and its error the spread, of
+    the weight S(o)^(-n/2), n the samples of the extension, fewer where a residual is like its neighbour
+    (n (1 - r)/(1 + r)); the error is never less than that of a sample somewhere in a step of the force's clock.
+
+    Parameters
+    ----------
+    time_a, force : the force on its clock, s and N.
+    time_b, extension : on theirs, s and m, from any zero.
+    taut : smaller forces are left out: a spring that is not taut yet follows no line.
+
+    Raises
+    ------
+    InputError
+        where the records are too short, or the force grows with the extension at no offset.
+
+    Limits: a steady pull alone tells nothing of the offset, slips do.
+
+    Examples
+    --------
+    >>> t, film = np.arange(0, 40, 0.25), np.arange(0.0, 36, 2)
+    >>> found = spring_offset(t + 1.5, 0.4 * t - 3.0 * (t > 25), film, (0.4 * film - 3.0 * (film > 25)) / 500)
+    >>> abs(found.value - 1.5) < 2 * found.error < 1.5, round(found.stiffness)  # the slip is between two pictures
+    (True, 500)
+    """
+    step_a, step_b = (float(np.median(np.diff(time))) for time in (time_a, time_b))
+    coarse = max(step_a, step_b)
+    common = 0.5 * min(float(np.ptp(time_a)), float(np.ptp(time_b)))
+    offsets = np.arange(time_a[0] - time_b[-1] + common, time_a[-1] - time_b[0] - common + coarse, coarse)
+    if not 3 <= len(offsets) <= 200_000:
+        raise InputError(
+            f"the two records last {np.ptp(time_a):g} s and {np.ptp(time_b):g} s: too short to find the offset of their "
+            "clocks; give records that share a slip"
+        )
+
+    def at(offset: float) -> _Line:
+        return _Line.fit(extension, np.interp(time_b + offset, time_a, force, np.nan, np.nan), taut)
+
+    rough = offsets[int(np.argmin([at(offset).rest for offset in offsets]))]
+    offsets = rough + np.arange(-2 * coarse, 2 * coarse, min(step_a, step_b) / 5)
+    lines = [at(offset) for offset in offsets]
+    rest = np.array([line.rest for line in lines])
+    best = lines[int(np.argmin(rest))]
+    if not math.isfinite(best.rest):
+        raise InputError(
+            "the force of the spring grows with its extension at no offset of the clocks; correct the sign or the columns"
+        )
+    floor = max(best.rest, (1e-9 * float(np.ptp(force))) ** 2)
+    likeness = np.corrcoef(best.left[1:], best.left[:-1])[0, 1] if best.rest == floor else 0.0
+    samples = (len(best.left) - 3) * (1 - np.clip(likeness, 0.0, 0.9)) / (1 + np.clip(likeness, 0.0, 0.9))
+    weight = (floor / np.maximum(rest, floor)) ** (samples / 2)
+    weight /= weight.sum()
+    value = float(weight @ offsets)
+    stiffness = np.array([line.stiffness if math.isfinite(line.rest) else best.stiffness for line in lines])
+    mean = float(weight @ stiffness)
+    own = floor / samples / best.spread
+    return SpringOffset(
+        value=value,
+        error=math.hypot(math.sqrt(float(weight @ (offsets - value) ** 2)), step_a / math.sqrt(12)),
+        correlation=best.correlation,
+        stiffness=mean,
+        stiffness_error=math.sqrt(float(weight @ (stiffness - mean) ** 2) + own),
+        residual=math.sqrt(best.rest),
+    )
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A line through force over extension: mean square `rest` of what is `left`, `spread` the extension's variance."""
+
+    rest: float
+    stiffness: float = math.nan
+    correlation: float = math.nan
+    spread: float = math.nan
+    left: Array = field(default_factory=lambda: np.zeros(0))
+
+    @classmethod
+    def fit(cls, extension: Array, force: Array, taut: float | None) -> _Line:
+        known = np.isfinite(force) if taut is None else force >= taut
+        x, f = extension[known], force[known]
+        if len(x) < max(LEAST_SAMPLES, 0.4 * len(extension)) or np.ptp(x) == 0 or np.ptp(f) == 0:
+            return cls(math.inf)
+        stiffness, level = (float(value) for value in np.polyfit(x, f, 1))
+        if stiffness <= 0:
+            return cls(math.inf)
+        left = f - stiffness * x - level
+        return cls(float(np.mean(left**2)), stiffness, float(np.corrcoef(x, f)[0, 1]), float(np.var(x)), left)

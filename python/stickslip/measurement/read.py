@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +101,7 @@ def read_table(path: str | Path, layout: Layout | None = None, wanted: Collectio
         case "look":
             return look_table(path, content)
         case "netcdf":
-            return Table(_columns_of(open_motion(path)), str(path), first_row=0)
+            return replace(table_of(open_motion(path)), source=str(path))
         case _:
             return text_table(path, content, layout, wanted)
 
@@ -181,14 +181,31 @@ def table_of(source: Any) -> Table:
     """Columns of arrays in memory; rows count from 0."""
     attributes = getattr(source, "attrs", {})
     name = attributes.get("source", "record") if isinstance(attributes, Mapping) else "record"
-    return Table(_columns_of(source), str(name), first_row=0)
+    if not hasattr(source, "data_vars"):
+        return Table(_columns_of(source), str(name), first_row=0)
+    parts = _parts_of(source)
+    units = {part: str(value.attrs["units"]) for part, value in parts.items() if "units" in value.attrs}
+    return Table(
+        _columns_of({part: value.values for part, value in parts.items()}), str(name), first_row=0, units=units
+    )
+
+
+def _parts_of(source: Any) -> dict[str, Any]:
+    """The variables of a Dataset; of one for several masses a part a mass: ``x(block)``, or ``x(0)`` without names."""
+    parts: dict[str, Any] = {}
+    for name, value in source.variables.items():
+        if "mass" in value.dims and len(value.dims) == 2:
+            labels = source["name" if "name" in source else "mass"].values
+            parts |= {f"{name}({label})": value.isel(mass=i) for i, label in enumerate(labels)}
+            if len(labels) > 1:
+                continue
+        parts[str(name)] = value
+    return parts
 
 
 def _columns_of(source: Any) -> dict[str, Array]:
-    if isinstance(source, Mapping) and not hasattr(source, "data_vars"):
+    if isinstance(source, Mapping):
         items = {str(name): source[name] for name in source}
-    elif hasattr(source, "data_vars"):  # xarray.Dataset
-        items = {str(name): source[name].values for name in source.variables}
     elif hasattr(source, "columns"):  # pandas.DataFrame
         items = {str(name): source[name].to_numpy() for name in source.columns}
         index_name = source.index.name

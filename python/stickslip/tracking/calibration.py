@@ -143,7 +143,9 @@ _KINDS = {
 }
 
 
-def read_calibration(table: Mapping[str, Any], folder: Path, marker_size: float | None = None) -> Calibration:
+def read_calibration(
+    table: Mapping[str, Any], folder: Path, marker_size: float | None = None, *, beside: Path | None = None
+) -> Calibration:
     """The calibration that a table asks for.
 
     Exactly one of these keys says how; lengths are in `unit` (default ``"m"``; results are in m):
@@ -166,6 +168,7 @@ def read_calibration(table: Mapping[str, Any], folder: Path, marker_size: float 
     table : the keys above.
     folder : where relative paths begin.
     marker_size : diameter of the tracked marker in px, for the kind of that name.
+    beside : the film; a photo that is not in `folder` is looked for beside it.
 
     Raises
     ------
@@ -190,10 +193,13 @@ def read_calibration(table: Mapping[str, Any], folder: Path, marker_size: float 
         base["origin"] = _pair(table["origin"], "origin")
     if "angle" in table:
         base["angle"] = number("angle", table["angle"], where)
-    if kind == "checker":
-        return _from_checker(table, folder, factor, base)
-    if kind in ("ruler", "marks"):
-        return _from_marks(table, folder, factor, base)
+    if kind == "marks":
+        return _from_marks(table, None, factor, base)
+    if kind in ("ruler", "checker"):
+        photo = folder / str(table[kind])
+        if beside is not None and not photo.exists() and (aside := beside.parent / str(table[kind])).exists():
+            photo = aside
+        return (_from_checker if kind == "checker" else _from_marks)(table, photo, factor, base)
     if kind == "points":
         return _from_points(table, factor, base)
     given = _positive(table, kind)
@@ -231,16 +237,15 @@ def _from_points(table: Mapping[str, Any], factor: float, base: dict[str, Any]) 
     )
 
 
-def _from_marks(table: Mapping[str, Any], folder: Path, factor: float, base: dict[str, Any]) -> Calibration:
-    if "ruler" in table:
+def _from_marks(table: Mapping[str, Any], photo: Path | None, factor: float, base: dict[str, Any]) -> Calibration:
+    if photo is not None:
         for key in ("first", "second", "last"):
             if key not in table:
                 raise InputError(f"calibration: {key} is missing; add the pixel of that mark, `{key} = [x, y]`")
         ends = [_pair(table[key], key) for key in ("first", "second", "last")]
-        path = folder / str(table["ruler"])
-        places, numbers = find_marks(read_picture(path), *ends)
+        places, numbers = find_marks(read_picture(photo), *ends)
         positions = number("start", table.get("start", 0.0), "calibration") + _positive(table, "pitch") * numbers
-        order, of = int(table.get("order", 3)), f"the ruler in {path.name}"
+        order, of = int(table.get("order", 3)), f"the ruler in {photo.name}"
     else:
         marks, given = table["marks"], table.get("positions")
         if not isinstance(marks, list | tuple) or not isinstance(given, list | tuple) or len(marks) != len(given):
@@ -294,12 +299,11 @@ def _from_marks(table: Mapping[str, Any], folder: Path, factor: float, base: dic
     )
 
 
-def _from_checker(table: Mapping[str, Any], folder: Path, factor: float, base: dict[str, Any]) -> Calibration:
+def _from_checker(table: Mapping[str, Any], photo: Path, factor: float, base: dict[str, Any]) -> Calibration:
     from scipy.optimize import least_squares
 
     cv2 = vision()
-    path = folder / str(table["checker"])
-    picture = read_picture(path)
+    picture = read_picture(photo)
     corners = table.get("corners")
     if not isinstance(corners, list | tuple) or len(corners) != 2 or min(corners) < 3:
         raise InputError(
@@ -311,7 +315,7 @@ def _from_checker(table: Mapping[str, Any], folder: Path, factor: float, base: d
     found, places = cv2.findChessboardCornersSB(grey, (along, across), flags=cv2.CALIB_CB_ACCURACY)
     if not found:
         raise InputError(
-            f"{path}: no checker board with {along} x {across} inner corners seen; check corners and light"
+            f"{photo}: no checker board with {along} x {across} inner corners seen; check corners and light"
         )
     places = places.reshape(-1, 2).astype(float)
     rows, columns = np.divmod(np.arange(along * across), along)
@@ -333,7 +337,7 @@ def _from_checker(table: Mapping[str, Any], folder: Path, factor: float, base: d
     rms = float(np.sqrt(2 * np.mean(fit.fun**2))) * square
     lens = Lens(centre=centre, radius=radius, k1=float(fit.x[8]), k2=float(fit.x[9]))
     note = (
-        f"Plane and lens from {len(places)} corners of the board in {path.name}: they are missed by {rms:.3g} "
+        f"Plane and lens from {len(places)} corners of the board in {photo.name}: they are missed by {rms:.3g} "
         f"{table.get('unit', 'm')} rms; k1 = {lens.k1:.4g}, k2 = {lens.k2:.4g}."
     )
     return Calibration(

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, int, int], object]
 
+CUT = ": cut off at the edge"
+"""Follows the coordinates that an edge takes, in the reason why they are missing."""
+
 CROWD = 60
 """More candidates than this (and three a mass) are not looked at in one picture."""
 
@@ -201,10 +204,12 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> xr.Da
             x_error[frame, mass], y_error[frame, mass] = found.x_error[place], found.y_error[place]
             size[frame, mass] = found.size[place]
             cut = [name for name, off in (("x", found.cut_x[place]), ("y", found.cut_y[place])) if off]
-            lost[frame, mass] = f"{' and '.join(cut)}: cut off at the edge" if cut else ""
+            lost[frame, mass] = " and ".join(cut) + CUT if cut else ""
     calibration = PIXELS
     if setup.calibration is not None:
-        calibration = read_calibration(setup.calibration, setup.folder, float(np.nanmedian(size)))
+        calibration = read_calibration(
+            setup.calibration, setup.folder, float(np.nanmedian(size)), beside=Path(film.name)
+        )
     motion = motion_dataset(
         np.array(seen.times), x, y, x_error, y_error, lost, calibration, source=film.name, frame_rate=film.rate
     )
@@ -238,10 +243,13 @@ def _remarks(motion: xr.Dataset) -> list[str]:
     remarks = []
     for mass in range(motion.sizes["mass"]):
         reasons = motion["lost"].to_numpy()[:, mass]
-        missing = {str(reason): int((reasons == reason).sum()) for reason in dict.fromkeys(reasons) if reason}
-        if missing:
-            told = ", ".join(f"{count} {reason}" for reason, count in missing.items())
-            remarks.append(f"Mass {mass} is missing in {sum(missing.values())} of {len(reasons)} pictures ({told}).")
+        counts = {str(reason): int((reasons == reason).sum()) for reason in dict.fromkeys(reasons) if reason}
+        cut = {reason: counts.pop(reason) for reason in [*counts] if reason.endswith(CUT)}
+        for reason, count in cut.items():
+            remarks.append(f"Mass {mass} has no {reason.removesuffix(CUT)} in {count} of {len(reasons)} pictures{CUT}.")
+        if counts:
+            told = ", ".join(f"{count} {reason}" for reason, count in counts.items())
+            remarks.append(f"Mass {mass} is missing in {sum(counts.values())} of {len(reasons)} pictures ({told}).")
     steps = np.diff(motion["time"].to_numpy())
     if steps.size and np.ptp(steps) > 0.02 * np.median(steps):
         remarks.append(

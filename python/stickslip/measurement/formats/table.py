@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,7 @@ class Table:
     rows : (n,) line (text) or row number of every sample; None where they count from `first_row`.
     first_row : number of the first row as a person counts.
     notes : what was left out while reading.
+    units : name -> unit, for the columns of which the file says it.
     """
 
     columns: dict[str, Array]
@@ -31,6 +33,7 @@ class Table:
     rows: npt.NDArray[np.int64] | None = None
     first_row: int = 1
     notes: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def name_of(self, column: str | int) -> str:
         """The name of a column that is given by its name or its number (from 1)."""

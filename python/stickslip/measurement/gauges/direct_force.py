@@ -48,16 +48,7 @@ class _DirectForce(Gauge):
         if not bench.companion:
             return super().read(source, bench)
         main = self._read_one(source, bench.channels, bench.read, bench.maybe("sampling_rate"))
-        if not isinstance(source, str | Path):
-            raise InputError("record: a rig with a [companion] needs the path of its record, got arrays")
-        path = Path(source)
-        other = self._read_one(
-            path.with_name(bench.companion.replace("{stem}", path.stem)),
-            bench.companion_channels,
-            bench.companion_read,
-            None,
-        )
-        return _join(main, other, bench.maybe("clock_offset"))
+        return _join(main, self.read_companion(source, bench), bench.maybe("clock_offset"))
 
 
 def _join(force: Samples, motion: Samples, given: float | None) -> Samples:

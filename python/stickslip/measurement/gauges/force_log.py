@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.measurement.clocks import LEAST_SAMPLES as LEAST_PICTURES
+from stickslip.measurement.clocks import spring_offset
 from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
 from stickslip.measurement.gauges.scatter import straight_line
 from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.sticks import turning_points
 
 Array = npt.NDArray[np.float64]
+
+
+class _ForceLog(Gauge):
+    """Takes along a film of the spring's two ends, on another clock."""
+
+    def read(self, source: Any, bench: Bench) -> Samples:
+        if not bench.companion:
+            return super().read(source, bench)
+        log = super().read(source, replace(bench, companion=""))
+        return replace(log, companion=self.read_companion(source, bench, LEAST_PICTURES))
 
 
 def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
@@ -92,6 +107,9 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             slope, error = straight_line(logarithm, values[both, 6])
             facts |= {"force_per_decade": slope, "force_per_decade_error": error}
             facts["correlation"] = float(np.corrcoef(logarithm, values[both, 6])[0, 1])
+    tables = {"break_away": events}
+    if record.companion is not None:
+        tables["film"] = _join(record, record.companion, bench, events, notes, facts)
     series: dict[str, tuple[npt.NDArray[np.generic], str]] = {
         "time": (time, "s"),
         "force": (force, "N"),
@@ -100,7 +118,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     }
     return friction_tree(
         series=series,
-        tables={"break_away": events},
+        tables=tables,
         source=record.source,
         rig=bench.toml,
         notes=notes,
@@ -108,14 +126,66 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     )
 
 
-FORCE_LOG = Gauge(
+def _join(
+    log: Samples, film: Samples, bench: Bench, events: xr.Dataset, notes: list[str], facts: dict[str, float | str]
+) -> xr.Dataset:
+    """What the film shows on the clock of the log; offset, spring and common slips go to the notes and facts."""
+    if not {"displacement", "drive_displacement"} <= set(film.channels):
+        raise InputError(
+            f"{film.source}: the companion of a force_log must hold the spring's two ends; name displacement and "
+            "drive_displacement in [companion.columns]"
+        )
+    block, extension = film["displacement"], film["drive_displacement"] - film["displacement"]
+    found = spring_offset(log.time, log["force"], film.time, extension, taut=bench.maybe("taut"))
+    given = bench.maybe("clock_offset")
+    offset = found.value if given is None else given
+    notes += [
+        *film.notes,
+        f"the clock of the log is ahead of the film's by {found.value:.2f} +- {found.error:.2f} s, where force and extension "
+        f"are one spring of {found.stiffness:.4g} +- {found.stiffness_error:.2g} N/m to {found.residual:.2g} N rms; "
+        + ("this was used" if given is None else f"the rig says {given:g} s, which was used"),
+    ]
+    if given is not None and abs(given - found.value) > 3 * found.error:
+        notes.append("the offset of the rig contradicts the records: look at both")
+    time = film.time + offset
+    step = float(np.median(np.diff(log.time)))
+    for start in events["t"].to_numpy():
+        # the pictures between which the log's fall lies, their own clock being known to `found.error`
+        last = int(np.searchsorted(time, start + step / 2)) - 1
+        if 0 <= last < len(time) - 1:
+            notes.append(
+                f"the slip at {start:.4g} to {start + step:.4g} s is on the film between the pictures of {time[last]:.4g} "
+                f"and {time[last + 1]:.4g} s, in which the block moves by {block[last + 1] - block[last]:.3g} m"
+            )
+    facts |= {
+        "clock_offset": offset,
+        "clock_offset_error": found.error if given is None else 0.0,
+        "spring_stiffness": found.stiffness,
+        "spring_stiffness_error": found.stiffness_error,
+        "spring_residual": found.residual,
+    }
+    length, unit = film.units["displacement"], log.units["force"]
+    seen = np.interp(time, log.time, log["force"], np.nan, np.nan)
+    return xr.Dataset(
+        {
+            "displacement": ("picture", block, {"units": length}),
+            "extension": ("picture", extension, {"units": length}),
+            "force": ("picture", seen, {"units": unit}),
+        },
+        coords={"t": ("picture", time, {"units": "s"})},
+    )
+
+
+FORCE_LOG = _ForceLog(
     name="force_log",
     channels={"force": ("force", "torque")},
-    optional={},
+    optional={"displacement": ("length", "angle"), "drive_displacement": ("length", "angle")},
     constants={
         "least_drop": Constant(("force",), needed=True, positive=True),
         "stiffness": Constant(("stiffness",), positive=True),
         "drive_velocity": Constant(("speed",), positive=True),
+        "clock_offset": Constant(("time",)),
+        "taut": Constant(("force", "torque"), positive=True),
     },
     measure=_measure,
 )

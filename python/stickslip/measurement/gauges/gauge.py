@@ -116,12 +116,14 @@ class Samples:
     channels : name -> (n,) values.
     units : name -> SI unit.
     source, notes : as in a `Record`.
+    companion : the channels of a second file, on another clock.
     """
 
     channels: dict[str, Array]
     units: dict[str, str]
     source: str
     notes: tuple[str, ...] = ()
+    companion: Samples | None = None
 
     def __getitem__(self, name: str) -> Array:
         return self.channels[name]
@@ -259,7 +261,22 @@ class Gauge:
             raise InputError(f"{samples.source}: a {self.name} gauge joins no second file; remove [companion]")
         return samples
 
-    def _read_one(self, source: Any, channels: Mapping[str, Channel], layout: Layout, rate: float | None) -> Samples:
+    def read_companion(self, source: Any, bench: Bench, least: int = LEAST_SAMPLES) -> Samples:
+        """The channels of the second file, on its own clock."""
+        if not isinstance(source, str | Path):
+            raise InputError("record: a rig with a [companion] needs the path of its record, got arrays")
+        path = Path(source)
+        file = path.with_name(bench.companion.replace("{stem}", path.stem))
+        return self._read_one(file, bench.companion_channels, bench.companion_read, None, least)
+
+    def _read_one(
+        self,
+        source: Any,
+        channels: Mapping[str, Channel],
+        layout: Layout,
+        rate: float | None,
+        least: int = LEAST_SAMPLES,
+    ) -> Samples:
         wanted: list[str | int] = []
         for channel in channels.values():
             wanted += channel.column if isinstance(channel.column, tuple) else [channel.column]
@@ -276,11 +293,11 @@ class Gauge:
                 raw = np.where((raw >= channel.valid[0]) & (raw <= channel.valid[1]), raw, np.nan)
             elif layout.missing == "refuse":
                 check_finite(raw, found[0], table)
-            unit = channel.unit or si_unit(dimensions[name][0])
+            unit = channel.unit or table.units.get(found[0]) or si_unit(dimensions[name][0])
             dimension, size = find_unit(unit, dimensions[name], name)
             values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size
             units[name], names[name] = si_unit(dimension), found[0]
-        return _on_clock(values, units, names, table, layout, rate, channels, self.optional)
+        return _on_clock(values, units, names, table, layout, rate, channels, self.optional, least)
 
 
 def _channel(entry: dict[str, Any], dimensions: tuple[str, ...], where: str) -> Channel:
@@ -323,6 +340,7 @@ def _on_clock(
     rate: float | None,
     channels: Mapping[str, Channel],
     optional: Mapping[str, Any],
+    least: int,
 ) -> Samples:
     notes = list(table.notes)
     lengths = {name: len(value) for name, value in values.items()}
@@ -346,10 +364,9 @@ def _on_clock(
         notes.append(f"{count} {what} left out (column {missing})")
     if layout.window is not None:
         good &= (values["time"] >= layout.window[0]) & (values["time"] <= layout.window[1])
-    if np.count_nonzero(good) < LEAST_SAMPLES:
+    if np.count_nonzero(good) < least:
         raise InputError(
-            f"{table.source}: {np.count_nonzero(good)} usable samples are too short a record, at least {LEAST_SAMPLES} "
-            "are needed"
+            f"{table.source}: {np.count_nonzero(good)} usable samples are too short a record, at least {least} are needed"
         )
     kept = {name: value[good] for name, value in values.items()}
     rows = np.arange(n)[good] + table.first_row if table.rows is None else table.rows[good]
