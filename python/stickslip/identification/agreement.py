@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from stickslip.errors import InputError
 from stickslip.identification.fit import Identification
+from stickslip.identification.reading import read_motion
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.uncertainty import correlation_time, robust_scale
 from stickslip.laws import Law
@@ -64,7 +65,7 @@ class Agreement:
 
         axes = plt.subplots()[1] if ax is None else ax
         measured = _steady(_trace(self.record, self.system), self.record)
-        simulated = _simulated(self.orbit, self.record.step)
+        simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
         stride = max(len(measured) // POINTS, 1)
         measured = measured.iloc[::stride]
         axes.plot(measured["v"], measured["spring"], ".", ms=3, color="0.6", label="measured")
@@ -81,7 +82,7 @@ class Agreement:
 
         axes = plt.subplots()[1] if ax is None else ax
         measured = _trace(self.record, self.system)
-        simulated = _simulated(self.orbit, self.record.step)
+        simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
         span = cycles * _cycle(self.record)
         starts = self.record.break_away["t"].to_numpy()
         middle = float(self.record.time[0]) + 0.5 * float(np.ptp(self.record.time))
@@ -156,8 +157,8 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     t_end = CYCLES * max(_cycle(record), system.natural_period)
     orbit = simulate(system, t_end)
     rows: dict[str, tuple[float, float, float]] = {}
-    measured_trace, simulated_trace = _steady(_trace(record, system), record), _simulated(orbit, record.step)
-    releases = _releases(orbit, system)
+    read = read_motion(record, orbit, TRANSIENT)
+    measured_trace, simulated_trace, releases = _steady(_trace(record, system), record), read.trace, read.sticks
     table = record.break_away
     if len(table) >= 2:
         rows["slips per time"] = (*_rate(table["t"].to_numpy()), _rate(releases["t"].to_numpy())[0])
@@ -177,7 +178,7 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     line = main_line(np.gradient(measured_trace["v"].to_numpy(), record.step), record.step)
     other = main_line(np.gradient(simulated_trace["v"].to_numpy(), record.step), record.step)
     rows["main line"] = (line.frequency, line.error, other.frequency)
-    regimes = (str(record.attrs.get("regime") or _regime(record)), orbit.regime(TRANSIENT))
+    regimes = (measured_kind(record), read.kind)
     frame = pd.DataFrame.from_dict(rows, orient="index", columns=["measured", "error", "simulated"])
     frame["ratio"] = frame["simulated"] / frame["measured"].where(frame["measured"] != 0)
     distance = _phase_distance(measured_trace, simulated_trace)
@@ -251,34 +252,6 @@ def _steady(trace: pd.DataFrame, record: FrictionRecord) -> pd.DataFrame:
     return trace[(trace["time"] >= first) & (trace["time"] <= last)]
 
 
-def _simulated(orbit: Orbit, step: float) -> pd.DataFrame:
-    times = np.arange(TRANSIENT * orbit.t_end, orbit.t_end, step)
-    data = orbit.to_xarray(times)
-    return pd.DataFrame(
-        {
-            "time": times,
-            "v": data["v"].to_numpy(),
-            "spring": orbit.system.stiffness * data["x"].to_numpy(),
-            "stuck": data["stuck"].to_numpy(),
-        }
-    )
-
-
-def _releases(orbit: Orbit, system: Oscillator) -> pd.DataFrame:
-    """Simulated releases after the transient: t, stick_time and the fall of the spring force that follows."""
-    events = orbit.events
-    late = (events["t"] > TRANSIENT * orbit.t_end).to_numpy()
-    releases = events[(events["kind"] == "release").to_numpy() & late]
-    drops = []
-    times = releases["t"].to_numpy()
-    for t, x, following in zip(times, releases["x"], np.append(times, math.nan)[1:], strict=True):
-        if not math.isfinite(following):
-            drops.append(math.nan)
-            continue
-        drops.append(system.stiffness * (float(x) - float(np.min(orbit.at(np.linspace(t, following, 2000))[0]))))
-    return pd.DataFrame({"t": times, "stick_time": releases["stick_time"].to_numpy(), "drop": drops})
-
-
 def _mean(values: Array) -> tuple[float, float]:
     """Mean and its standard error, correlation from one to the next included."""
     if values.size == 0:
@@ -296,7 +269,10 @@ def _rate(times: Array) -> tuple[float, float]:
     return 1 / mean, error / mean**2
 
 
-def _regime(record: FrictionRecord) -> str:
+def measured_kind(record: FrictionRecord) -> str:
+    """The kind of a measured motion: the word in its file, else what its sticks tell."""
+    if record.attrs.get("regime"):
+        return str(record.attrs["regime"])
     if record.stuck.any() and len(record.break_away) != 0:
         return "stick_slip"
     if record.stuck.any():

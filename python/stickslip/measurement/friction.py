@@ -21,7 +21,7 @@ from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.noise import impulses, line_excess, mains_line, noise_level
 from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.read import Record, as_record
-from stickslip.measurement.regime import intermittence, quiet_window, regime, slow_share
+from stickslip.measurement.regime import intermittence, regime, slow_share
 from stickslip.measurement.result import release
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.rig_file import load_rig
@@ -253,8 +253,8 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
                 f"the record says its samples are good to {stated:.2g}{_length(rig)}, they scatter by "
                 f"{friction.noise:.2g}{_length(rig)} about the fit: the scatter was believed"
             )
-    window = quiet_window(noise, record.step, o.drive_velocity)
-    slow = slow_share(friction.slip_velocity, o.drive_velocity, window)
+    lasting = [stick.end - stick.start for stick in sticks]
+    slow = slow_share(friction.slip_velocity, o.drive_velocity, noise, record.step, lasting)
     word = regime(friction.slip_velocity, o.drive_velocity, slow, rigid, len(sticks), len(flanks.limits))
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +22,20 @@ INTERMITTENT = 0.4
 """A creeping mass in stick-slip that is slow for less of the time than this does not stick in every cycle."""
 
 
-def slow_share(slip_velocity: Array, drive_velocity: float, window: int = 1) -> float:
-    """Share of the time with |w| < 0.2 V, for w averaged over `window` samples so that its noise does not decide."""
+def slow_share(
+    slip_velocity: Array, drive_velocity: float, noise: float, step: float, stick_times: Sequence[float] = ()
+) -> float:
+    """Share of the time with |w| < 0.2 V, for w averaged so that its noise does not decide, nor the average over a stick.
+
+    Parameters
+    ----------
+    slip_velocity : (n,) w, every `step`, from an extension with this `noise`.
+    drive_velocity : V in the same unit.
+    stick_times : of the sticks; w is averaged over a quarter of the usual one at most.
+    """
+    window = quiet_window(noise, step, drive_velocity)
+    if len(stick_times):
+        window = min(window, round(0.25 * float(np.median(stick_times)) / step))
     mean = uniform_filter1d(slip_velocity, max(window, 1), mode="nearest")
     return float(np.mean(np.abs(mean) < SLOW_LEVEL * drive_velocity))
 
