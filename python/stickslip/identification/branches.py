@@ -168,9 +168,8 @@ class Problem:
         """Measured minus predicted, one array per group."""
         found: list[Array] = []
         for number, motion in enumerate(self.motions):
-            predicted = motion.replay(law) + offset
             if motion.stretches:
-                found.append(motion.misfit(predicted))
+                found.append(motion.misfit(law, offset))
             table = self.tables[number]
             if len(table):
                 bears = law.break_away_force(table["stick_time"].to_numpy(), table["rate"].to_numpy())
@@ -178,7 +177,7 @@ class Problem:
                 if offset:
                     rest = rest - offset * np.array([motion.record.sense_of(slip) for slip in table["slip"]])
                 if self.relative:
-                    ahead = motion.record.force - predicted
+                    ahead = motion.record.force - motion.replay(law) - offset
                     means = [motion.record.sense(*slip) * motion.work_mean(ahead, *slip) for slip in table["slip"]]
                     rest = rest - np.array(means)
                 found.append(rest)

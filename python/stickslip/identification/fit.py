@@ -202,10 +202,10 @@ def identify(
     constants (mass, stiffness, damping, drive velocity), which shift friction as a whole. Where slips are sparse they
     rest on few independent rows and are wide.
 
-    For laws with memory the replay follows the measured slip velocity, whose corners are smoothed: at very low noise (some
-    1e-3 of the motion and less) pencils and lines of ``BogaczRyczek`` are off by up to two standard errors, and climbs
-    that take little of the range of w are not compared at all. :func:`stickslip.identification.fit_trajectories` goes on
-    from here without that error, where the motion is steady.
+    The slip velocity and an indirect force have their errors from one displacement, which is taken into account to first
+    order (see :mod:`stickslip.identification.latent`). Intervals of ``BogaczRyczek`` are too narrow by about a factor of two,
+    and so are those of a break-away force that kinetic friction hardly falls from.
+    :func:`stickslip.identification.fit_trajectories` goes on from here without that error, where the motion is steady.
 
     Source: least squares on the branches after Sections 4 to 6 of the paper; the sandwich of scale and correlation time
     is our own.

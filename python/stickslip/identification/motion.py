@@ -4,16 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import isotonic_regression
-from scipy.signal import cont2discrete, find_peaks, lfilter, ss2tf
+from scipy.signal import find_peaks
 
+from stickslip.identification.latent import LatentMotion, without
 from stickslip.identification.records import FrictionRecord
-from stickslip.laws import BogaczRyczek, Coulomb, DwellTime, Law, LogarithmicDwell, StaticKinetic, force_along
+from stickslip.laws import (
+    BogaczRyczek,
+    Coulomb,
+    DwellTime,
+    Law,
+    LogarithmicDwell,
+    StaticKinetic,
+    TwoBranch,
+    force_along,
+)
 
 Array = npt.NDArray[np.float64]
 Samples = npt.NDArray[np.int_]
@@ -21,13 +32,20 @@ Mask = npt.NDArray[np.bool_]
 
 FEWEST = 12
 """Samples a stretch must have to be compared."""
+AT_REST = 3.0
+"""Slip velocities below that many standard errors."""
 NARROW_CLIMB = 0.045
 """A climb over less than this part of the range of w is shaped by the smoothing of w."""
+NUDGE = 1e-3
+"""Part of the range of w by which w is moved to see the slope of a law."""
 REVERSAL = 0.1
 """A reversal of the slip whose path is less than this part of the longest run is noise."""
 
 #: Laws whose kinetic force depends on what was before: nothing is compared until the memory is known.
 WITH_MEMORY = (BogaczRyczek,)
+
+#: Laws whose friction at a turn of the slip velocity is a reaction that no law gives.
+HOLDING = (TwoBranch,)
 
 #: Laws whose kinetic force is one number: the work of each slip says all there is to know about it.
 WITHOUT_SHAPE = (Coulomb, StaticKinetic, DwellTime, LogarithmicDwell)
@@ -52,10 +70,8 @@ class Motion:
     force_rate: Array
     turns: list[Samples]
     stretches: list[tuple[int, int]]
-    weight: list[Array]
-    by_work: bool
-    _filter: tuple[Array, Array] | None
-    _free: list[Array] = field(default_factory=list)
+    law: type[Law]
+    latent: LatentMotion | None
 
     @classmethod
     def of(cls, record: FrictionRecord, law: type[Law]) -> Motion:
@@ -77,32 +93,29 @@ class Motion:
                 stretches += [(a, b) for a, b in pairwise([first, *cuts, last]) if b > a]
             else:
                 unseen = _unresolved(compact, w, turn, first, last)
+                if issubclass(law, HOLDING):
+                    unseen |= _near_turns(compact, w, turn, first, last)
                 stretches += [(a, b) for a, b in _runs(~unseen[start - first :], start) if b - a >= FEWEST]
         rate = _force_rate(record, compact)
-        by_work = issubclass(law, WITHOUT_SHAPE)
-        motion = cls(compact, w, rate, turns, stretches, [], by_work, None if by_work else _response(compact))
-        motion._weigh()
-        return motion
+        latent = None if issubclass(law, WITHOUT_SHAPE) else _latent(compact)
+        return cls(compact, w, rate, turns, stretches, law, latent)
 
-    def _weigh(self) -> None:
-        """Weights from force_error, and what a free oscillation could add to each stretch."""
-        error = self.record.force_error
-        usual = float(np.median(np.concatenate([error[a:b] for a, b in self.stretches]))) if self.stretches else 0.0
-        for a, b in self.stretches:
-            weight = usual / np.maximum(error[a:b], usual) if usual > 0 else np.ones(b - a)
-            self.weight.append(weight)
-            if self._filter is not None:
-                free = _free_oscillation(self._filter[1], b - a)
-                self._free.append(np.linalg.qr(free * weight[:, None])[0])
+    @property
+    def by_work(self) -> bool:
+        """Whether one number is compared for each slip, the work done."""
+        return issubclass(self.law, WITHOUT_SHAPE)
 
     @property
     def indirect(self) -> bool:
         """Whether force was measured by the indirect method, with the constants of the oscillator known."""
-        return self._filter is not None
+        return self.latent is not None
 
     def replay(self, law: Law) -> Array:
         """Friction force of `law` along the motion, shape (n,)."""
-        return force_along(law, self.record.time, self.slip_velocity, self.record.stuck, self.force_rate)
+        return self._along(law, self.slip_velocity)
+
+    def _along(self, law: Law, slip_velocity: Array) -> Array:
+        return force_along(law, self.record.time, slip_velocity, self.record.stuck, self.force_rate)
 
     def work_mean(self, force: Array, first: int, last: int) -> float:
         """Mean of a force over the slip path."""
@@ -112,7 +125,8 @@ class Motion:
     def misfit_error(self) -> Array:
         """What is known of the noise of :meth:`misfit` beforehand, in its unit and shape; 0 where nothing is."""
         if not self.by_work:
-            return np.zeros(sum(b - a for a, b in self.stretches))
+            remembers = self.latent is not None and issubclass(self.law, WITH_MEMORY)
+            return np.zeros(sum(b - a + remembers for a, b in self.stretches))
         known = self.record.constants
         # Errors of a smoothed record go together over half a period of its cut-off.
         together = max(0.5 / (known["slip_cutoff"] * self.record.step), 1.0) if "slip_cutoff" in known else 1.0
@@ -124,28 +138,54 @@ class Motion:
             errors.append(min(float(np.sqrt(together * np.sum((weight * sigma) ** 2))), float(sigma.max())))
         return np.array(errors)
 
-    def misfit(self, predicted: Array) -> Array:
+    def misfit(self, law: Law, offset: float = 0.0) -> Array:
         """Measured minus predicted, over all stretches.
 
-        The noise of an indirect force is that of an acceleration. So the difference e of the two forces is passed
-        through the oscillator, m z'' + D z' + k z = e, and what a free oscillation could explain is taken off each
-        stretch: z is the difference of two displacements, its noise is the gauge's and what smoothing did to the
-        corners of the force hardly shows in it. A force that was measured directly is compared as it is.
+        An indirect force and its slip velocity have their errors from one displacement. What is compared are the gauge's
+        samples and the nearest motion that obeys the law (see :class:`LatentMotion`). A force that was measured directly is
+        compared as it is.
 
         For a law without a shape over w one number is compared for each slip: the difference of the work done.
         """
-        difference = self.record.force - predicted
+        predicted = self.replay(law)
+        difference = self.record.force - predicted - offset
         if self.by_work:
             return np.array([self.work_mean(difference, a, b) for a, b in self.stretches])
+        if self.latent is None:
+            error = self.record.force_error
+            usual = float(np.median(np.concatenate([error[a:b] for a, b in self.stretches])))
+            weight = usual / np.maximum(error, usual) if usual > 0 else np.ones_like(error)
+            return np.concatenate([weight[a:b] * difference[a:b] for a, b in self.stretches])
+        own, carried, prior = self._slopes(law, predicted)
+        # The law was replayed along a slip velocity without wiggles, the force has the measured one.
+        difference = difference - own * (self.record.slip_velocity - self.slip_velocity)
         parts = []
-        for i, (a, b) in enumerate(self.stretches):
-            part = difference[a:b]
-            if self._filter is None:
-                parts.append(part * self.weight[i])
-                continue
-            z = lfilter(*self._filter, part) * self.weight[i]
-            parts.append(z - self._free[i] @ (self._free[i].T @ z))
-        return np.concatenate(parts) if parts else np.zeros(0)
+        for a, b in self.stretches:
+            found, free = self.latent.solve(difference[a:b], own[a:b], None if carried is None else carried[a:b])
+            parts.append(without(free, self._smoothed[a:b] + found, prior))
+        return np.concatenate(parts)
+
+    def _slopes(self, law: Law, predicted: Array) -> tuple[Array, Array | None, Array]:
+        """F'(w) at each sample; change of friction with w at the last turn; what is known beforehand of open motions."""
+        w, free = self.slip_velocity, np.full(2, math.inf)
+        step = np.copysign(NUDGE * float(np.ptp(w)), w)
+        moved = (self._along(law, w + step) - predicted) / step
+        if not isinstance(law, WITH_MEMORY):
+            return moved, None, free
+        rise, run = np.diff(predicted), np.diff(w)
+        plain = np.flatnonzero(
+            (np.abs(run) > np.abs(step[1:]) / 1000) & ~self.record.stuck[1:] & ~self.record.stuck[:-1]
+        )
+        own = np.interp(np.arange(w.size), plain + 0.5, rise[plain] / run[plain]) if plain.size else moved
+        return own, moved - own, np.append(free, velocity_noise(self.record) / self.record.constants["noise"])
+
+    @cached_property
+    def _smoothed(self) -> Array:
+        """What smoothing took off the gauge's own samples, NaN where one was left out; 0 where these are not known."""
+        record = self.record
+        if record.recorded is None or record.displacement is None:
+            return np.zeros(record.time.size)
+        return record.recorded - record.displacement
 
 
 def velocity_noise(record: FrictionRecord) -> float:
@@ -209,6 +249,8 @@ def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, la
     if noise == 0:
         return hidden
     speed, force = np.abs(w), np.abs(record.force)
+    # Where w is not told apart from rest, whether it slips is not known either.
+    hidden |= speed[first:last] < AT_REST * noise
     climbs: list[tuple[int, int, int]] = []
     for number, i in enumerate(turns.tolist()):
         if _is_minimum(w, i, first, last):
@@ -228,6 +270,17 @@ def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, la
             until = max(until, top)
         hidden[i - first : until - first] = True
     return hidden
+
+
+def _near_turns(record: FrictionRecord, w: Array, turns: Samples, first: int, last: int) -> Mask:
+    """Where w is not told apart from that of a turn beside it."""
+    near = np.zeros(last - first, dtype=bool)
+    for i in turns.tolist():
+        alike = np.abs(w[first:last] - w[i]) <= 4 * velocity_noise(record)
+        apart = np.flatnonzero(~alike) + first
+        low = int(apart[apart < i].max(initial=first - 1)) + 1
+        near[low - first : int(apart[apart > i].min(initial=last)) - first] = True
+    return near
 
 
 def least_climb(noise: float, spans: Sequence[float]) -> float:
@@ -291,28 +344,12 @@ def _force_rate(record: FrictionRecord, compact: FrictionRecord) -> Array:
     return rate
 
 
-def _response(record: FrictionRecord) -> tuple[Array, Array] | None:
-    """Digital filter of m z'' + D z' + k z = e for e linear between samples; None where the force was not indirect."""
+def _latent(record: FrictionRecord) -> LatentMotion | None:
+    """The oscillator behind an indirect force; None where the force was measured directly."""
     known = record.constants
-    if not {"mass", "stiffness", "slip_cutoff"} <= set(known):
+    if not {"mass", "stiffness", "slip_cutoff"} <= set(known) or not known.get("noise", 0.0) > 0:
         return None
-    steps = [np.diff(record.time[a:b]) for a, b in record.slips]
-    inner = np.concatenate(steps)
-    if inner.size == 0 or float(np.ptp(inner)) > 0.05 * record.step:
+    steps = np.concatenate([np.diff(record.time[a:b]) for a, b in record.slips])
+    if steps.size == 0 or float(np.ptp(steps)) > 0.05 * record.step:
         return None
-    damping = known.get("damping", 0.0)
-    motion = np.array([[0.0, 1.0], [-known["stiffness"] / known["mass"], -damping / known["mass"]]])
-    push, read = np.array([[0.0], [1 / known["mass"]]]), np.array([[1.0, 0.0]])
-    discrete = cont2discrete((motion, push, read, np.zeros((1, 1))), record.step, method="foh")
-    top, bottom = ss2tf(*discrete[:4])
-    return np.asarray(top).ravel(), np.asarray(bottom).ravel()
-
-
-def _free_oscillation(bottom: Array, count: int) -> Array:
-    """The two free oscillations, shape (count, 2)."""
-    columns = []
-    for number in range(2):
-        impulse = np.zeros(count)
-        impulse[number] = 1.0
-        columns.append(lfilter([1.0], bottom, impulse))
-    return np.stack(columns, axis=1)
+    return LatentMotion(record.step, known["mass"], known.get("damping", 0.0), known["stiffness"])
