@@ -154,13 +154,15 @@ def _compare(options: argparse.Namespace) -> None:
 
 def _tables(options: argparse.Namespace) -> Any:
     """The fit to tables of friction over slip velocity or of break-aways, None where there is a motion to fit a law to."""
-    from stickslip.identification import fit_static_friction, fit_steady, fit_velocity_step
+    from stickslip.identification import fit_static_friction, fit_steady, fit_velocity_step, fit_velocity_steps
+    from stickslip.identification.rate_and_state import LEAST_STEPS
     from stickslip.identification.records import opened
 
     trees = [opened(Path(path)) for path in options.friction]
     steps = len(trees) == 1 and "step" in trees[0].children
     if options.law == "RateState" and steps:
-        return fit_velocity_step(options.friction[0])
+        many = trees[0]["step"].sizes["step"] >= LEAST_STEPS
+        return fit_velocity_steps(trees[0]) if many else fit_velocity_step(trees[0])
     if options.steady or all("time" not in tree.coords and "steady" in tree.children for tree in trees):
         return fit_steady(options.friction, options.law)
     if options.law is not None:

@@ -4,6 +4,7 @@ from stickslip.identification.agreement import Agreement, compare_motion
 from stickslip.identification.break_away import StaticFriction, fit_static_friction
 from stickslip.identification.compare import Comparison, compare_laws
 from stickslip.identification.fit import Identification, identify
+from stickslip.identification.rate_and_state import VelocityStepsFit, fit_velocity_steps
 from stickslip.identification.sensitivity import Sensitivity, sensitivity
 from stickslip.identification.steady import SteadyFriction, fit_steady
 from stickslip.identification.synthetic import friction_of_orbit
@@ -18,12 +19,14 @@ __all__ = [
     "StaticFriction",
     "SteadyFriction",
     "VelocityStepFit",
+    "VelocityStepsFit",
     "compare_laws",
     "compare_motion",
     "fit_static_friction",
     "fit_steady",
     "fit_trajectories",
     "fit_velocity_step",
+    "fit_velocity_steps",
     "friction_of_orbit",
     "identify",
     "sensitivity",

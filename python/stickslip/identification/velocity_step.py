@@ -114,28 +114,19 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
 
     Source: Ruina, J. Geophys. Res. 88 (1983) 10359; Reinen & Weeks, J. Geophys. Res. 98 (1993) 15937 (the fit).
     """
-    tree = opened(Path(friction)) if isinstance(friction, str | Path) else friction
-    table = tree.children["step"].to_dataset(inherit=False) if "step" in tree.children else xr.Dataset()
-    count = table.sizes.get("step", 0)
-    name = str(tree.attrs.get("source", "record"))
-    if count == 0:
-        raise InputError(f"{name}: holds no step of the drive's speed; measure it with the gauge velocity_steps")
-    if table["force_before"].attrs.get("units") != "1":
-        raise InputError(
-            f"{name}: rate-and-state friction is a friction coefficient, the force here is in "
-            f"{table['force_before'].attrs.get('units')}; give the rig a normal_force"
-        )
+    tree, table, name = table_of_steps(friction)
+    count = len(table)
     if step is None:
-        step = int(np.argmax(table["direct_effect"].to_numpy() / table["direct_effect_error"].to_numpy()))
+        step = int(np.argmax(table["direct_effect"] / table["direct_effect_error"]))
     if not 0 <= step < count:
         raise InputError(f"{name}: step must be a number from 0 to {count - 1}, got {step}")
-    row = table.isel(step=step)
-    t, place, measured, weight = _means(tree, table, step)
+    row = table.iloc[step]
+    t, place, measured, weight = _means(tree, row)
     speeds = float(row["velocity_before"]), float(row["velocity_after"])
     jump = abs(math.log(speeds[1] / speeds[0]))
     guess_a = max(float(row["direct_effect"]), 1e-5)
     guess_b = max(guess_a - float(row["a_minus_b"]), 1e-6)
-    fade = _fade(t, measured, speeds[1], float(row["force_after"]))
+    fade = path_of_decay(t * speeds[1], measured, float(row["force_after"]))
     start = np.array([math.log(guess_a), guess_b, math.log(fade), math.log(3 * guess_a * jump / fade), 0.0, 0.0, 0.0])
     start[4] = float(row["force_before"])
     scale = np.array([0.1, 0.1 * guess_b, 0.2, 0.3, 1e-3, 1e-3 / float(np.ptp(place)), 0.2 * fade / speeds[1]])
@@ -181,14 +172,28 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     return VelocityStepFit(law, parameters, rms, notes, curve)
 
 
-def _means(tree: xr.DataTree, table: xr.Dataset, step: int) -> tuple[Array, Array, Array, Array]:
+def table_of_steps(friction: Any) -> tuple[xr.DataTree, pd.DataFrame, str]:
+    """The record, its steps of the drive's speed and its name; refused where friction is no coefficient."""
+    tree = opened(Path(friction)) if isinstance(friction, str | Path) else friction
+    if not isinstance(tree, xr.DataTree):
+        raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
+    table = tree.children["step"].to_dataset(inherit=False) if "step" in tree.children else xr.Dataset()
+    name = str(tree.attrs.get("source", "record"))
+    if table.sizes.get("step", 0) == 0:
+        raise InputError(f"{name}: holds no step of the drive's speed; measure it with the gauge velocity_steps")
+    if table["force_before"].attrs.get("units") != "1":
+        raise InputError(
+            f"{name}: rate-and-state friction is a friction coefficient, the force here is in "
+            f"{table['force_before'].attrs.get('units')}; give the rig a normal_force"
+        )
+    return tree, table.to_dataframe(), name
+
+
+def _means(tree: xr.DataTree, row: pd.Series[Any]) -> tuple[Array, Array, Array, Array]:
     """Time and displacement from the step, friction and weight, as means over stretches of samples."""
     time = tree["time"].to_numpy()
-    at = float(table["t"][step])
-    times = table["t"].to_numpy()
-    low = float(times[step - 1]) if step else float(time[0])
-    high = float(times[step + 1]) if step + 1 < len(times) else float(time[-1])
-    first, here, last = np.searchsorted(time, [max((low + at) / 2, time[0]), at, high])
+    at = float(row["t"])
+    first, here, last = np.searchsorted(time, [(float(row["begin"]) + at) / 2, at, float(row["end"])])
     before = np.linspace(first, here, BINS[0] + 1).astype(int)
     after = here + np.geomspace(1, last - here, BINS[1]).astype(int) - 1
     edges = np.unique(np.concatenate([before, after]))
@@ -204,14 +209,14 @@ def _means(tree: xr.DataTree, table: xr.Dataset, step: int) -> tuple[Array, Arra
     return mean(time) - at, place, mean(friction), np.sqrt(counts) / noise
 
 
-def _fade(t: Array, friction: Array, speed: float, level: float) -> float:
-    """Path over which the jump falls to a third."""
-    later = t > 0
+def path_of_decay(path: Array, friction: Array, level: float) -> float:
+    """Path from its peak over which friction after a step (path > 0) falls to a third of its distance from the level."""
+    later = path > 0
     above = np.abs(friction[later] - level)
     peak = int(np.argmax(above))
     fallen = np.flatnonzero(above[peak:] < above[peak] / 3)
     end = peak + (int(fallen[0]) if fallen.size else len(above) - peak - 1)
-    return max(float(t[later][end] - t[later][peak]) * speed, 1e-9)
+    return max(float(path[later][end] - path[later][peak]), 1e-9)
 
 
 def _model(numbers: Array, form: str, t: Array, place: Array, speeds: tuple[float, float]) -> Array:

@@ -24,8 +24,8 @@ SAME_SPEED = 1.2
 SAME_LOAD = 0.02
 """Normal forces that differ by less than this share of their mean are one load."""
 STEP = (
-    *("t", "velocity_before", "velocity_after", "force_before", "peak_force", "force_after"),
-    *("direct_effect", "direct_effect_error", "a_minus_b", "a_minus_b_error"),
+    *("t", "begin", "end", "velocity_before", "velocity_after", "force_before", "peak_force", "force_after"),
+    *("jump", "jump_error", "direct_effect", "direct_effect_error", "a_minus_b", "a_minus_b_error"),
 )
 """Columns of the table of steps."""
 LEAST = 16
@@ -46,9 +46,11 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
 
     The displacement is cut into straight lines (Douglas & Peucker): a cut is made wherever a line misses the displacement
     by more than `tolerance`. The level of a hold is the mean friction over its last `settle` share, its error that of a
-    mean of samples that follow each other, with the drift over that share. At a step from V1 to V2 the direct effect is
-    a = (peak - before) / ln(V2/V1), and a - b = (after - before) / ln(V2/V1). The machine's compliance takes something off
-    the peak, and noise adds to it; the error of a - b covers the drift along the hold.
+    mean of samples that follow each other, with the drift over that share. At a step from V1 to V2 friction jumps by
+    peak - before; the direct effect is a = (peak - before) / ln(V2/V1), and a - b = (after - before) / ln(V2/V1). The
+    machine's compliance takes something off the peak, and noise adds to it, by a third of the stated error where five
+    samples, over which a running median is taken, are short against the decay; the error of a - b covers the drift along
+    the hold. A drive takes its time to change its speed: the time of a step is where the lines of the two holds cross.
 
     Sources: Douglas & Peucker, Cartographica 10 (1973) 112; Dieterich, J. Geophys. Res. 84 (1979) 2161.
     """
@@ -84,7 +86,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     else:
         del table["normal_force"]
     steady = xr.Dataset({name: ("row", values, {"units": units.get(name, unit)}) for name, values in table.items()})
-    steps = _steps(time, friction, holds, rows, unit, speed_unit)
+    steps = _steps(time, x, friction, holds, rows, unit, speed_unit)
     notes.append(
         f"{len(holds)} stretches of constant speed were found (the displacement lies within {tolerance:.3g} {length} of "
         f"straight lines); friction is the mean over the last {bench.number('settle'):g} of each"
@@ -104,8 +106,8 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         spread = math.sqrt(float(np.average((values - mean) ** 2, weights=weight)) / max(len(values) - 1, 1))
         facts["a_minus_b"] = mean
         facts["a_minus_b_error"] = max(1 / math.sqrt(float(weight.sum())), spread)
-        facts["direct_effect"] = float(np.median(steps["direct_effect"].to_numpy()))
-        facts["direct_effect_error"] = float(np.median(steps["direct_effect_error"].to_numpy()))
+        for name in ("jump", "jump_error", "direct_effect", "direct_effect_error"):
+            facts[name] = float(np.median(np.abs(steps[name].to_numpy())))
         facts["peak_force"] = float(steps["peak_force"].max())
         notes.append(
             "the machine's compliance rounds the peak of a step off, so the direct effect a is at least what is given here, "
@@ -114,6 +116,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     speed = np.zeros(len(time))
     for hold in holds:
         speed[hold.first : hold.last] = hold.speed
+    loads = {"normal_force": (load, record.units["normal_force"])} if "normal_force" in record else {}
     return friction_tree(
         series={
             "time": (time, "s"),
@@ -122,6 +125,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             "force_error": (np.full(len(time), noise_level(friction)), unit),
             "stuck": (speed == 0, "1"),
             "displacement": (x, length),
+            **loads,
         },
         tables={"steady": steady, "step": steps},
         source=record.source,
@@ -182,8 +186,17 @@ def _level(record: Samples, friction: Array, load: Array, hold: _Hold, settle: f
     }
 
 
+def _crossing(time: Array, x: Array, old: _Hold, new: _Hold) -> float:
+    """Time at which the line of the later half of a hold crosses that of the earlier half of the next."""
+    at = float(time[new.first])
+    halves = slice((old.first + old.last) // 2, old.last), slice(new.first, (new.first + new.last) // 2 + 1)
+    (slow, a), (fast, b) = (np.polyfit(time[half] - at, x[half], 1) for half in halves)
+    least, most = time[(old.first + old.last) // 2] - at, time[(new.first + new.last) // 2] - at
+    return at + float(np.clip((a - b) / (fast - slow), least, most)) if fast != slow else at
+
+
 def _steps(
-    time: Array, friction: Array, holds: list[_Hold], rows: list[dict[str, float]], unit: str, speed_unit: str
+    time: Array, x: Array, friction: Array, holds: list[_Hold], rows: list[dict[str, float]], unit: str, speed_unit: str
 ) -> xr.Dataset:
     """One row for each pair of holds that follow each other under one load."""
     found: list[dict[str, float]] = []
@@ -196,7 +209,8 @@ def _steps(
             continue
         # friction just before the step, and its extreme just after it; a running median keeps single samples out
         calm = median_filter(friction[old.first : new.last], 5, mode="nearest")
-        at = new.first - old.first
+        step = _crossing(time, x, old, new)
+        at = int(np.searchsorted(time, step)) - old.first
         level, level_error = float(calm[at // 2 : at].mean()), block_error(calm[at // 2 : at], 6)
         way = 1.0 if new.speed > old.speed else -1.0
         later = calm[at : at + max((len(calm) - at) // 3, 3)]
@@ -205,23 +219,28 @@ def _steps(
         noise = float(np.std(np.diff(calm[at // 2 : at]))) / math.sqrt(2)
         stands_out = noise * math.sqrt(2 * math.log(len(later)))
         # friction that drifts along the hold cannot be told from what the step did
-        drift = abs(after["drift"]) * (after["t"] - float(time[new.first])) / math.sqrt(3)
+        drift = abs(after["drift"]) * (after["t"] - step) / math.sqrt(3)
         logarithm = abs(math.log(new.speed / old.speed))
+        jump_error = math.hypot(level_error, stands_out)
         found.append(
             {
-                "t": float(time[new.first]),
+                "t": step,
+                "begin": float(time[old.first]),
+                "end": float(time[new.last]),
                 "velocity_before": old.speed,
                 "velocity_after": new.speed,
                 "force_before": level,
                 "peak_force": peak,
                 "force_after": after["force"],
+                "jump": peak - level,
+                "jump_error": jump_error,
                 "direct_effect": way * (peak - level) / logarithm,
-                "direct_effect_error": math.hypot(level_error, stands_out) / logarithm,
+                "direct_effect_error": jump_error / logarithm,
                 "a_minus_b": way * (after["force"] - level) / logarithm,
                 "a_minus_b_error": math.hypot(level_error, after["force_error"], drift) / logarithm,
             }
         )
-    units = {"t": "s", "velocity_before": speed_unit, "velocity_after": speed_unit}
+    units = dict.fromkeys(("t", "begin", "end"), "s") | dict.fromkeys(("velocity_before", "velocity_after"), speed_unit)
     return xr.Dataset(
         {name: ("step", np.array([row[name] for row in found]), {"units": units.get(name, unit)}) for name in STEP}
     )
