@@ -69,6 +69,20 @@ def test_a_folder_of_pictures_gives_what_the_film_gives(tmp_path):
     np.testing.assert_allclose(one["time"], other["time"], atol=1e-9)
 
 
+def test_pictures_of_any_depth_and_what_a_system_leaves_beside_them(tmp_path):
+    path = tmp_path / "Fotos ∂ 日本"
+    truth = make(path, duration=1.0)
+    plain = track(path, frame_rate=20.0)
+    (path / "._000000.png").write_bytes(b"what a Mac leaves on a stick")
+    (path / ".hidden.png").write_bytes(b"")
+    for file in path.glob("0*.png"):  # a camera of 10 bits
+        cv2.imwrite(str(file), cv2.imread(str(file), cv2.IMREAD_GRAYSCALE).astype(np.uint16) * 4)
+    deep = track(path, frame_rate=20.0)
+    assert deep.sizes["time"] == truth.sizes["time"] == plain.sizes["time"]
+    np.testing.assert_allclose(deep["x_px"], plain["x_px"], atol=0.01)
+    assert "white at 1023" in deep.attrs["notes"][0]
+
+
 def test_a_marker_behind_something_is_lost_and_found_again_never_invented(tmp_path):
     truth = make(tmp_path / "pictures", duration=2.0)
     for index in range(15, 22):

@@ -77,6 +77,21 @@ def test_a_damaged_image_is_told_and_the_others_kept(tmp_path):
     assert any("000003.png" in note for note in motion.attrs["notes"])
 
 
+def test_a_film_is_never_written_over_and_places_are_tried_before_the_work(tmp_path, good, monkeypatch):
+    whole = good.read_bytes()
+    photos = pictures(tmp_path / "photos")
+    monkeypatch.setattr("stickslip.tracking.follow._track_film", lambda *_: pytest.fail("the work was begun"))
+    refused("good.avi: this is the film itself", lambda: track(good, output=tmp_path / "." / "good.avi"))
+    refused("photos: this is the film itself", lambda: track(photos, check=photos, frame_rate=1.0))
+    refused("photos: exists and holds other things", lambda: track(good, check=photos))
+    refused("a film ends in", lambda: track(good, check=tmp_path / "check.xyz"))
+    refused("folder .*nowhere does not exist", lambda: track(good, output=tmp_path / "nowhere" / "motion.nc"))
+    refused("folder .*nowhere does not exist", lambda: track(good, check=tmp_path / "nowhere" / "check"))
+    refused("folder .*nowhere does not exist", lambda: track(good, check=tmp_path / "nowhere" / "check.avi"))
+    assert good.read_bytes() == whole
+    assert len(list(photos.iterdir())) == 3
+
+
 def test_a_marker_that_is_never_seen(tmp_path, good):
     flat = pictures(tmp_path / "flat")
     output = tmp_path / "motion.nc"

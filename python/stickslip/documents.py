@@ -85,6 +85,26 @@ def read_toml(path: str | Path) -> dict[str, Any]:
         raise InputError(f"{path}: not a TOML document ({error}); correct that line") from None
 
 
+def check_writable(path: str | Path) -> Path:
+    """The path made absolute; refused where no file can be written, so that long work is not done for nothing.
+
+    Raises
+    ------
+    InputError
+        for a folder, a device, or a place that is not there or closed.
+    """
+    path = Path(path).resolve()
+    if path.is_dir():
+        raise InputError(f"{path}: expected the name of a file, got a folder; add a file name")
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: expected the name of a file, got a device; choose a file")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError(f"{path}: cannot be written (Permission denied); choose another place")
+    return path
+
+
 def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
     """Let `write` fill a temporary file beside `path`, then give it that name; on failure nothing is left.
 
@@ -93,11 +113,7 @@ def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
     InputError
         where the folder does not exist or cannot be written to.
     """
-    path = Path(path).resolve()
-    if path.is_dir():
-        raise InputError(f"{path}: expected the name of a file, got a folder; add a file name")
-    if path.exists() and not path.is_file():
-        raise InputError(f"{path}: expected the name of a file, got a device; choose a file")
+    path = check_writable(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         write(draft)

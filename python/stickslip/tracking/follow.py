@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.documents import check_writable
 from stickslip.errors import InputError
 from stickslip.tracking.blobs import find_blobs
 from stickslip.tracking.calibration import PIXELS, read_calibration
@@ -21,6 +22,7 @@ from stickslip.tracking.setup import Setup
 from stickslip.tracking.sightings import Sightings
 from stickslip.tracking.source import Film, Picture
 from stickslip.tracking.template import find_templates
+from stickslip.tracking.writing import check_place
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,6 +83,7 @@ def track(
     >>> motion.x.sel(mass=0).plot()  # doctest: +SKIP
     """
     path = Path(source) if not isinstance(source, list) else None
+    _check_outputs(source, output, check)
     options = {name: value for name, value in options.items() if value is not None}
     if path is not None and path.suffix.lower() in (*PROJECTS, *TEXTS):
         if setup is not None or options:
@@ -98,6 +101,18 @@ def track(
     if output is not None:
         save_motion(motion, output)
     return motion
+
+
+def _check_outputs(source: str | Path | list[Path], output: str | Path | None, check: str | Path | None) -> None:
+    """Refuse, before the work, what could not be written after it, and what would be written over the film."""
+    sources = {Path(one).resolve() for one in (source if isinstance(source, list) else [source])}
+    for place in (output, check):
+        if place is not None and Path(place).resolve() in sources:
+            raise InputError(f"{place}: this is the film itself, which would be lost; choose another name")
+    if output is not None:
+        check_writable(output)
+    if check is not None:
+        check_place(check)
 
 
 @dataclass

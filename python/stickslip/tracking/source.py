@@ -67,7 +67,9 @@ class Film:
             if not path.exists():
                 raise InputError(f"{path}: no such film; give a video file or a folder of images")
             if path.is_dir():
-                self._images = natural_order([file for file in path.iterdir() if file.suffix.lower() in IMAGES])
+                self._images = natural_order(
+                    [file for file in path.iterdir() if file.suffix.lower() in IMAGES and not file.name.startswith(".")]
+                )
                 if not self._images:
                     raise InputError(
                         f"{path}: the folder holds no images; expected files ending in {', '.join(IMAGES[:3])}"
@@ -107,11 +109,16 @@ class Film:
 
     def _pictures(self) -> Iterator[tuple[float, Picture | None]]:
         shape: tuple[int, ...] | None = None
+        white: int | None = None  # that of the first picture, so that the light does not flicker
         unreadable: list[str] = []
         for index, path in enumerate(self._images or []):
             time = self._times[index] if self._times is not None else index / self.rate
             try:
-                picture = read_picture(path)
+                deep = _read_image(path)
+                if deep.dtype != np.uint8 and white is None:
+                    white = white_level(deep)
+                    self.notes.append(f"Pictures of more than 8 bits are read with white at {white}.")
+                picture = _eight_bits(deep, white)
             except InputError:
                 unreadable.append(path.name)
                 yield float(time), None
@@ -162,6 +169,8 @@ class Film:
             raise InputError(f"{path}: no picture could be decoded, the file seems damaged; copy it again")
         if damaged_in_all:
             self.notes.append(f"{damaged_in_all} picture(s) in the middle cannot be decoded.")
+        if self._times is not None and len(self._times) > index:
+            self.notes.append(f"{len(self._times)} times for {index} pictures: the last times were left out.")
         if index < announced - 1:
             self.notes.append(f"The film ends after {index} of {announced} pictures: the rest cannot be decoded.")
 
@@ -210,21 +219,40 @@ def _checked_times(times: npt.NDArray[np.float64], where: str, first: int) -> np
 
 
 def read_picture(path: str | Path) -> Picture:
-    """One image file as a (height, width, 3) array in blue-green-red.
+    """One image file as a (height, width, 3) array in blue-green-red, of 8 bits (see :func:`white_level`).
 
     Raises
     ------
     InputError
         where it is missing or no image.
     """
+    return _eight_bits(_read_image(Path(path)))
+
+
+def _read_image(path: Path) -> npt.NDArray[Any]:
     cv2 = vision()
-    path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: no such image; check the path")
-    picture: Picture | None = cv2.imread(str(path), cv2.IMREAD_COLOR_BGR)
+    picture: npt.NDArray[Any] | None = cv2.imread(str(path), cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH)
     if picture is None:
         raise InputError(f"{path}: not a whole image file; copy it again")
     return picture
+
+
+def white_level(picture: npt.NDArray[Any]) -> int:
+    """What a camera of 10, 12, 14 or 16 bits calls white: the least 2^n - 1 that is not exceeded.
+
+    >>> white_level(np.array([[0, 3900]], np.uint16))
+    4095
+    """
+    return int(2 ** max(8, math.ceil(math.log2(float(picture.max()) + 1))) - 1)
+
+
+def _eight_bits(picture: npt.NDArray[Any], white: int | None = None) -> Picture:
+    if picture.dtype == np.uint8:
+        return picture
+    scale = 255 / (white or white_level(picture))
+    return np.clip(np.rint(picture * np.float32(scale)), 0, 255).astype(np.uint8)
 
 
 def natural_order(paths: list[Path]) -> list[Path]:

@@ -25,7 +25,8 @@ def vision() -> Any:
         raise InputError(
             "films need the vision library OpenCV, which is not installed; run `pip install stickslip[video]`"
         ) from None
-    quiet = getattr(cv2, "setLogLevel", None)
+    # where a user imported the library first; from version 5 on it lies a room deeper
+    quiet = getattr(cv2, "setLogLevel", None) or getattr(getattr(cv2.utils, "logging", None), "setLogLevel", None)
     if quiet is not None:
         quiet(0)
     return cv2

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
-from stickslip.documents import write_whole
+from stickslip.documents import check_writable, write_whole
 from stickslip.errors import InputError
 from stickslip.tracking.source import Picture
 from stickslip.tracking.vision import vision
 
 CODECS = {".avi": ("FFV1", "MJPG"), ".mkv": ("FFV1", "MJPG"), ".mp4": ("mp4v", "mp4v")}
+
+NUMBERED = r"\d{6,}\.png"
+"""Names of the pictures of a film that is a folder."""
 
 
 def write_pictures(path: str | Path, pictures: Iterable[Picture], rate: float, *, lossless: bool) -> Path:
@@ -30,13 +34,9 @@ def write_pictures(path: str | Path, pictures: Iterable[Picture], rate: float, *
     InputError
         for another ending, or where the place cannot be written to.
     """
-    path = Path(path)
+    path = check_place(path)
     if not path.suffix:
         return _write_folder(path, pictures)
-    if path.suffix.lower() not in CODECS:
-        raise InputError(f"{path}: a film ends in {', '.join(CODECS)}, or has no ending for a folder of PNG; rename it")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
     cv2 = vision()
     codec = CODECS[path.suffix.lower()][0 if lossless else 1]
 
@@ -65,10 +65,24 @@ def write_pictures(path: str | Path, pictures: Iterable[Picture], rate: float, *
     return write_whole(path, write)
 
 
+def check_place(path: str | Path) -> Path:
+    """Refuse a film's place that :func:`write_pictures` cannot write to, or that holds somebody's pictures."""
+    path = Path(path)
+    if path.suffix:
+        if path.suffix.lower() not in CODECS:
+            raise InputError(
+                f"{path}: a film ends in {', '.join(CODECS)}, or has no ending for a folder of PNG; rename it"
+            )
+        check_writable(path)
+    elif path.exists() and (not path.is_dir() or not all(re.fullmatch(NUMBERED, file.name) for file in path.iterdir())):
+        raise InputError(f"{path}: exists and holds other things than a film of ours; choose another place")
+    elif not path.resolve().parent.is_dir():
+        raise InputError(f"{path}: the folder {path.resolve().parent} does not exist; make it first")
+    return path
+
+
 def _write_folder(path: Path, pictures: Iterable[Picture]) -> Path:
     cv2 = vision()
-    if path.exists() and (not path.is_dir() or any(file.suffix != ".png" for file in path.iterdir())):
-        raise InputError(f"{path}: exists and holds other things than PNG; choose another place")
     draft = path.with_name(f".{path.name}.part")
     shutil.rmtree(draft, ignore_errors=True)
     try:
@@ -78,8 +92,6 @@ def _write_folder(path: Path, pictures: Iterable[Picture]) -> Path:
                 raise InputError(f"{path}: picture {index} cannot be written; is the disc full?")
         shutil.rmtree(path, ignore_errors=True)
         draft.replace(path)
-    except FileNotFoundError:
-        raise InputError(f"{path}: the folder {path.parent} does not exist; make it first") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another place") from None
     finally:
