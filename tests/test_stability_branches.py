@@ -75,6 +75,8 @@ def test_branches_can_be_saved_and_drawn() -> None:
         ss.switch_branch(result, dataclasses.replace(result.special_points[0], kind="fold", label=None))
     circle = ss.show.multipliers_plot(ss.periodic_orbit(den_hartog(0.7, 0.3)))
     assert len(circle.lines[1].get_xdata()) == 2  # type: ignore[arg-type]
+    with pytest.raises(ss.InputError, match="as many as cycles, got 2 for 1"):
+        ss.show.multipliers_plot([ss.periodic_orbit(den_hartog(0.7, 0.3))], values=[0.1, 0.2])
 
 
 def test_lyapunov_exponents_of_regular_motion_are_those_of_the_multipliers() -> None:
@@ -92,6 +94,12 @@ def test_lyapunov_exponent_of_chaotic_stick_slip_is_the_average_of_its_map() -> 
     assert spectrum.exponents[1] == -math.inf
     assert spectrum.chaos_test > 0.8
     assert spectrum.exponents[0] == pytest.approx(_map_average(system), abs=0.02)
+    # The two averages are of two motions: they part by no more than their errors say.
+    assert spectrum.running[-1] == pytest.approx(spectrum.exponents)
+    assert abs(spectrum.exponents[0] - _map_average(system)) < 4 * spectrum.errors[0] < 0.1
+    assert np.isnan(spectrum.errors[1])
+    ax = ss.show.lyapunov_plot(spectrum)
+    assert [text.get_text().split(" ")[-1] for text in ax.get_legend().get_texts()][1] == "−∞"
 
 
 def _map_average(system: ss.Oscillator) -> float:

@@ -1,4 +1,4 @@
-"""Draw the pictures of the documentation anew: python docs/figures/make.py, or those of the laws alone: … make.py laws."""
+"""Draw the pictures of the documentation anew: python docs/figures/make.py, or some of them: … make.py laws paper."""
 
 import re
 import shutil
@@ -147,9 +147,6 @@ def paper() -> None:
 
 
 if __name__ == "__main__":
-    laws()
-    if "laws" not in sys.argv:
-        branches()
-        loci()
-        forced_calibrations()
-        paper()
+    parts = {part.__name__: part for part in (laws, branches, loci, forced_calibrations, paper)}
+    for name in sys.argv[1:] or parts:
+        parts[name]()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.analysis import sign_changes, steady_motion
 from stickslip.drive import Harmonic
+from stickslip.orbit import Orbit
 from stickslip.simulation import simulate
 from stickslip.system import Oscillator
 
@@ -21,8 +22,17 @@ Make = Callable[[float, Harmonic | None], Oscillator]
 #: Drive velocities of the almost-harmonic range that are looked at.
 ALMOST_HARMONIC = tuple(round(0.26 + 0.01 * i, 2) for i in range(14))
 
+#: Starts in slip: positions, and velocities over the drive velocity.
+_STARTS_X, _STARTS_V = np.linspace(-0.5, 2.0, 9), np.array([-2.0, -1.0, -0.3, 0.0, 0.3, 0.7])
+
 #: Forcing amplitudes that are tried, as the paper does not state its u₀.
 FORCING_AMPLITUDES = tuple(round(0.005 * i, 3) for i in range(1, 81))
+
+#: Forcing frequencies that are tried where the paper speaks of a changing one.
+FREQUENCIES = tuple(round(0.25 + 0.05 * i, 2) for i in range(36))
+
+#: How many times as long as the usual transient a motion is run before it counts as non-periodic.
+LASTING = 16
 
 
 class Forced(NamedTuple):
@@ -60,6 +70,10 @@ class Study:
             orbit = simulate(system, self.periods * system.natural_period, x0=x0, v0=v0)
             self._motions[key] = steady_motion(orbit, 0.1)
         return self._motions[key]
+
+    def motions(self, s: float) -> list[dict[str, Any]]:
+        """The steady motions from rest and from 54 starts in slip."""
+        return [self.motion(s)] + [self.motion(s, x0, v0) for x0 in _STARTS_X for v0 in s * _STARTS_V]
 
     def last(self, regimes: tuple[str, ...], x0: float | None = None, v0: float | None = None) -> float | None:
         """The drive velocity up to which the motion is of `regimes`; None where there is none or no end of it."""
@@ -117,27 +131,61 @@ class Study:
         key = (s, frequency)
         if key not in self._forced:
             with ThreadPoolExecutor(self.workers) as pool:
-                short = pool.map(lambda u0: self._force(s, frequency, u0, self.forcing_periods), FORCING_AMPLITUDES)
+                short = pool.map(lambda u0: self._force(s, frequency, u0), FORCING_AMPLITUDES)
                 self._forced[key] = list(short)
         return self._forced[key]
 
     def non_periodic(self, s: float, frequency: float) -> list[float]:
-        """Forcing amplitudes of a motion without a period that never sticks, also in a run five times as long."""
+        """Forcing amplitudes of a motion that never sticks and, after a long transient, has no period up to 1000."""
         candidates = [m.amplitude for m in self.forced(s, frequency) if m.period == 0 and not m.sticks]
         with ThreadPoolExecutor(self.workers) as pool:
-            longer = list(pool.map(lambda u0: self._force(s, frequency, u0, 5 * self.forcing_periods), candidates))
-        return [motion.amplitude for motion in longer if motion.period == 0 and not motion.sticks]
+            lasting = list(pool.map(lambda u0: self._never_returns(s, frequency, u0), candidates))
+        return [u0 for u0, never in zip(candidates, lasting, strict=True) if never]
 
-    def _force(self, s: float, frequency: float, amplitude: float, transient: int) -> Forced:
-        """Periods and loops over 128 forcing periods after `transient`, sticks from the usual transient on."""
+    def kinds(self, s: float, amplitude: float) -> dict[str, list[float]]:
+        """Forcing frequencies of the motions that never stick, by kind: one-, two-, higher- and non-periodic."""
+        with ThreadPoolExecutor(self.workers) as pool:
+            motions = list(pool.map(lambda eta: self._force(s, eta, amplitude), FREQUENCIES))
+            free = [(eta, m.period) for eta, m in zip(FREQUENCIES, motions, strict=True) if not m.sticks]
+            open_ones = [eta for eta, period in free if period == 0]
+            lasting = dict(
+                zip(open_ones, pool.map(lambda eta: self._never_returns(s, eta, amplitude), open_ones), strict=True)
+            )
+        found: dict[str, list[float]] = {kind: [] for kind in ("one-", "two-", "higher-", "non-")}
+        for eta, period in free:
+            kind = {1: "one-", 2: "two-"}.get(period, "non-" if lasting.get(eta) else "higher-")
+            # Without a period for long, but not for ever: it may come to any period, and is not counted.
+            if period or lasting[eta]:
+                found[kind].append(eta)
+        return found
+
+    def _force(self, s: float, frequency: float, amplitude: float) -> Forced:
+        """Periods, loops and sticks over 128 forcing periods after the transient."""
         system = self.make(s, Harmonic(amplitude, frequency))
-        period, count = 2 * np.pi / frequency, 128
+        transient, period, count = self.forcing_periods, 2 * np.pi / frequency, 128
         start = transient * period
         orbit = simulate(system, (transient + count) * period)
-        x, v = orbit.at(np.minimum(start + period * np.arange(count + 1), orbit.t_end))
-        returns = (p for p in range(1, 33) if max(np.abs(x[p:] - x[:-p]).max(), np.abs(v[p:] - v[:-p]).max()) < 1e-6)
         turns = sign_changes(lambda t: orbit.at(t)[1], np.linspace(start, orbit.t_end, 100 * count))
-        events = orbit.events
-        sticks = int(((events["kind"] == "capture") & (events["t"] > self.forcing_periods * period)).sum())
         # Every second turning point is a maximum.
-        return Forced(amplitude, next(returns, 0), round(turns.size / 2 / count, 2), sticks)
+        loops = round(turns.size / 2 / count, 2)
+        return Forced(amplitude, _period(orbit, period, transient, count, 32), loops, _captures(orbit, start))
+
+    def _never_returns(self, s: float, frequency: float, amplitude: float) -> bool:
+        # Chaos may last for thousands of periods before a motion finds its period, and that may be some hundreds long.
+        transient, period = LASTING * self.forcing_periods, 2 * np.pi / frequency
+        orbit = simulate(self.make(s, Harmonic(amplitude, frequency)), (transient + 2000) * period)
+        sticks = _captures(orbit, self.forcing_periods * period)
+        return not sticks and _period(orbit, period, transient, 2000, 1000) == 0
+
+
+def _period(orbit: Orbit, forcing_period: float, first: int, count: int, longest: int) -> int:
+    """How many forcing periods, up to `longest`, the motion takes to return, watched over `count` from `first` on; else 0."""
+    x, v = orbit.at(np.minimum(forcing_period * np.arange(first, first + count + 1), orbit.t_end))
+    returns = (
+        p for p in range(1, longest + 1) if max(np.abs(x[p:] - x[:-p]).max(), np.abs(v[p:] - v[:-p]).max()) < 1e-6
+    )
+    return next(returns, 0)
+
+
+def _captures(orbit: Orbit, start: float) -> int:
+    return int(((orbit.events["kind"] == "capture") & (orbit.events["t"] > start)).sum())

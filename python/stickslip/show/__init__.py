@@ -10,7 +10,7 @@ saves. Axis labels carry units: dimensionless where mass = stiffness = 1, else S
 >>> import matplotlib.pyplot as plt; plt.close(ax.figure)
 """
 
-from stickslip.show.branches import branches_plot, loci_plot, multipliers_plot
+from stickslip.show.branches import branches_plot, loci_plot
 from stickslip.show.canvas import DIRECTION_COLOURS, OKABE_ITO, REGIME_COLOURS, STYLE, new_axes
 from stickslip.show.diagram import orbit_diagram_plot
 from stickslip.show.law import break_away_plot, law_plot
@@ -21,6 +21,7 @@ from stickslip.show.phase import phase_plane
 from stickslip.show.record import friction_record
 from stickslip.show.section import return_map_plot, section_plot
 from stickslip.show.series import time_series
+from stickslip.show.stability import lyapunov_plot, multipliers_plot
 
 __all__ = [
     "BRANCH_COLOURS",
@@ -35,6 +36,7 @@ __all__ = [
     "friction_record",
     "law_plot",
     "loci_plot",
+    "lyapunov_plot",
     "motion_figure",
     "motion_phase",
     "motion_plot",

@@ -1,4 +1,4 @@
-"""Branches of motions with their stable and unstable parts, and Floquet multipliers in the complex plane."""
+"""Branches of motions with their stable and unstable parts, and curves of their special points."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.stability.branch import Branches
-    from stickslip.stability.cycles import PeriodicOrbit
     from stickslip.stability.loci import Locus
 
 _COLOURS = {"steady_slip": "green", "slip": "blue", "stick_slip": "vermilion"}
@@ -130,27 +129,4 @@ def loci_plot(loci: Sequence[Locus], ax: Axes | None = None) -> Axes:
         (left, right), (low, high) = loci[0].bounds
         ax.set(xlabel=words(first), ylabel=words(second), xlim=(left, right), ylim=(low, high))
         ax.legend(loc="best")
-    return ax
-
-
-def multipliers_plot(cycle: PeriodicOrbit, ax: Axes | None = None, *, colour: str = OKABE_ITO["blue"]) -> Axes:
-    """Draw the Floquet multipliers of a periodic orbit in the complex plane, with the unit circle.
-
-    Parameters
-    ----------
-    cycle : from :func:`stickslip.periodic_orbit`.
-    ax : axes to draw into; default a new figure.
-    colour : of the multipliers.
-
-    Returns
-    -------
-    The axes. Those outside the circle belong to directions in which disturbances grow.
-    """
-    ax = axes(ax)
-    angle = np.linspace(0.0, 2 * np.pi, 361)
-    ax.plot(np.cos(angle), np.sin(angle), color=OKABE_ITO["grey"], lw=0.8)
-    ax.plot(cycle.multipliers.real, cycle.multipliers.imag, "o", ms=5, color=colour)
-    ax.axhline(0, color=OKABE_ITO["grey"], lw=0.5, zorder=0)
-    ax.axvline(0, color=OKABE_ITO["grey"], lw=0.5, zorder=0)
-    ax.set(xlabel="real part of the multiplier", ylabel="imaginary part", aspect="equal")
     return ax

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,12 +27,30 @@ class LyapunovSpectrum:
     chaos_test : K of the 0–1 test on the positions at the events, near 1 for chaos and 0 for order; NaN with fewer than 200.
     t : time over which they are averaged.
     events : events in it.
+    times, running : what the averages were on the way: times, shape (n,), and the exponents found from the first of the run
+        up to them, shape (n, number of exponents).
     """
 
     exponents: NDArray[np.float64]
     chaos_test: float
     t: float
     events: int
+    times: NDArray[np.float64] = field(repr=False, compare=False)
+    running: NDArray[np.float64] = field(repr=False, compare=False)
+
+    @property
+    def errors(self) -> NDArray[np.float64]:
+        """Standard error of each exponent, from its averages over 20 parts of the run; NaN for −inf."""
+        edges = np.linspace(0.0, self.t, 21)
+        sums = self.running * self.times[:, None]
+        lost = ~np.isfinite(sums).all(axis=0)
+        parts = [
+            np.diff(np.interp(edges, np.append(0.0, self.times), np.append(0.0, column))) / np.diff(edges)
+            for column in np.where(np.isfinite(sums), sums, 0.0).T
+        ]
+        errors: NDArray[np.float64] = np.std(parts, axis=1, ddof=1) / math.sqrt(20)
+        errors[lost] = math.nan
+        return errors
 
     def __repr__(self) -> str:
         values = ", ".join(f"{value:.5g}" for value in self.exponents)
@@ -95,6 +113,8 @@ def lyapunov(
     begin = transient * end
     sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
     positions: list[float] = []
+    times: list[float] = []
+    course: list[NDArray[np.float64]] = []
     for trail in _blocks(system, end, x0, v0):
         followed = trail.follow(reseed=True)
         for ending, rates, duration, reached in zip(
@@ -113,13 +133,16 @@ def lyapunov(
                 elapsed += duration
                 counted += int(ending != TIME)
                 positions.append(float(reached[1]))
-    exponents = sums / elapsed
+                times.append(elapsed)
+                course.append(sums.copy())
+    running = np.array(course) / np.array(times)[:, None]
     if not forced:
-        exponents = np.concatenate([[0.0], exponents]) if counted else np.append(exponents, exponents[-1])
-    exponents = np.sort(exponents)[::-1]
-    return LyapunovSpectrum(
-        exponents, chaos_test(positions, seed) if len(positions) >= 200 else math.nan, elapsed, counted
-    )
+        # The shift in time, or, in a motion without events, the exponent it shares with the last.
+        other = np.zeros_like(running[:, :1]) if counted else running[:, -1:]
+        running = np.concatenate([other, running], axis=1)
+    running = running[:, np.argsort(running[-1])[::-1]]
+    test = chaos_test(positions, seed) if len(positions) >= 200 else math.nan
+    return LyapunovSpectrum(running[-1], test, elapsed, counted, np.array(times), running)
 
 
 def _blocks(system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None) -> Iterator[Trail]:

@@ -21,8 +21,8 @@ from stickslip.paper.figures.measured import measured_displacement, measured_fri
 from stickslip.paper.figures.motion import (
     drive_velocity_diagram,
     forced_motions,
-    friction_loops,
     friction_over_drive_velocity,
+    general_shape,
     limit_cycles,
     overview,
     phase_portraits,
@@ -39,8 +39,8 @@ __all__ = [
     "drive_velocity_diagram",
     "fall_after_break_away",
     "forced_motions",
-    "friction_loops",
     "friction_over_drive_velocity",
+    "general_shape",
     "limit_cycles",
     "measured_displacement",
     "measured_friction",
@@ -80,7 +80,7 @@ FIGURES: dict[str, Figure] = {
         measured_friction,
         "Friction over slip velocity at several drive velocities, with its piecewise-linear approximation, measured.",
         "Friction found from synthetic records (points) and the least-squares lines through them: higher while "
-        "the slip velocity grows (red) than while it falls (blue), as the paper reports.",
+        "the slip velocity grows (full line) than while it falls (broken), as the paper reports.",
     ),
     "fig-05-friction-over-drive-velocity": Figure(
         friction_over_drive_velocity,
@@ -88,15 +88,16 @@ FIGURES: dict[str, Figure] = {
         "Highest and lowest friction fall as s grows, as stated; the smaller turning slip velocity rises, the larger one "
         "soon falls.",
     ),
-    "fig-06-friction-loops": Figure(
-        friction_loops,
+    "fig-06-general-shape": Figure(
+        general_shape,
         "General shape of the law; a broken line where it belongs to almost-harmonic vibration.",
-        "The same law in three regimes: a stick at w = 0, a loop that never reaches it, one point on the common branch.",
+        "One law in three motions: with a stick at w = 0 (full lines), a loop that never reaches it (broken), one point. "
+        "Where ẇ = 0 the slip velocity has the paper's name: w_k with sticks, w_h1 and w_h3 without.",
     ),
     "fig-07-stick-slip-geometry": Figure(
         stick_slip_geometry,
         "Geometrical parameters in stick-slip.",
-        "From break-away down to a corner on l, up the common line, back through B; β = 0.01 is too narrow to see.",
+        "From break-away down to a corner on l, up the common line, back through B. The inset has the fall α over β = 0.01.",
     ),
     "fig-08-climbs": Figure(
         climbs,
@@ -106,8 +107,8 @@ FIGURES: dict[str, Figure] = {
     "fig-09-steep-climbs": Figure(
         steep_climbs,
         "Geometrical parameters of stable slip, with D at infinity.",
-        "Once a turn lies so near to D, or beyond it, that the climb would be steeper than η = 89°, it has that angle; at "
-        "s = 0.45 the loop is one point.",
+        "The climb aims at D at s = 0.36; once it would be steeper than η = 89° it has that angle, at 0.38 and 0.39. At 0.45 "
+        "the loop is one point.",
     ),
     "fig-10-translation-of-d": Figure(
         translation_of_d,
@@ -123,14 +124,15 @@ FIGURES: dict[str, Figure] = {
     "fig-12-phase-portraits": Figure(
         phase_portraits,
         "Phase portraits from simulation for various drive velocities.",
-        "From rest: stick-slip, above s = 0.25 almost-harmonic vibration after a first stick, above 0.40 stable slip. Just "
-        "above 0.25 some sticks come before the last one.",
+        "From rest: stick-slip, from s = 0.25 on almost-harmonic vibration after a first stick, above 0.40 stable slip. At "
+        "0.25, just above the end of stick-slip, several sticks come before the last one.",
     ),
     "fig-13-forced-motions": Figure(
         forced_motions,
         "Forced motions: two-periodic and non-periodic, at s = 0.30 and at s = 0.40.",
-        "One point per forcing period is marked: two of them are a two-periodic motion, a curve or cloud a non-periodic one. "
-        "The paper does not state its u₀; ours is another in each panel.",
+        "Above the trajectories with a point per forcing period, below the position of those points one after the other: "
+        "two rows are a two-periodic motion, no rows a non-periodic one. The paper does not state its u₀; ours is another "
+        "in each column.",
     ),
     "fig-14-regimes": Figure(
         regimes,

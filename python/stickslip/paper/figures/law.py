@@ -35,7 +35,10 @@ def static_friction(law: BogaczRyczek | None = None) -> list[Axes]:
     """
     law = law or BogaczRyczek()
     left, right = new_axes(1, 2, figsize=(7.6, 3.2), sharey=True)
-    break_away_plot(law, left, force_rates=(0.10, 0.20, 0.30, 0.35, 0.40))
+    rates = (0.10, 0.25, 0.30, 0.35, 0.40)
+    break_away_plot(law, left, force_rates=rates)
+    for line, rate, colour in zip(left.lines, rates, shades(len(rates)), strict=True):
+        line.set(color=colour, label=f"δ = {rate:.2f}")
     left.legend(fontsize=7, frameon=False, title="force rate", title_fontsize=7.5, ncols=3, loc="lower right")
     left.set_title("with rest", **TITLE)
     delta = np.linspace(0.05, 0.6, 400)
@@ -43,8 +46,12 @@ def static_friction(law: BogaczRyczek | None = None) -> list[Axes]:
     slope, intercept = law.l
     s = np.linspace(0.33, 0.55, 2)
     right.plot(s, slope * s + intercept, color=_GREY, ls="--", lw=0.9, label="l at w = δ = s")
-    for end in (END_OF_STICK_SLIP, END_OF_OSCILLATION):
+    for end, what, height in (
+        (END_OF_STICK_SLIP, "end of stick-slip", 0.66),
+        (END_OF_OSCILLATION, "end of the oscillation", 1.45),
+    ):
         right.axvline(end, color=OKABE_ITO["black"], lw=0.6, ls=":")
+        _note(right, what, (end, height), (2, 0), va="bottom", rotation=90, fontsize=7.5)
     right.legend(fontsize=8, frameon=False)
     right.margins(x=0)
     right.set(xlabel="force rate δ (dimensionless)", title="without rest")
@@ -86,9 +93,27 @@ def stick_slip_geometry(law: BogaczRyczek | None = None, ax: Axes | None = None)
     _note(ax, f"φ = {law.phi:g}°, ẇ > 0".replace("-", "−"), (0.17, held[1] - 0.19), (8, 8), color=_LINE["upper"])
     _note(ax, f"ψ = {law.psi:g}°", (0.46, first[1] + common * (0.46 - first[0])), (2, -12), color=_LINE["common"])
     _note(ax, "through B, ẇ < 0", (-0.29, law.B[1]), (0, -62), ha="center", color=_LINE["lower"])
+    _fall_enlarged(law, ax, held[-1])
     ax.axvline(0, color=_GREY, lw=0.6, zorder=0)
     ax.set(xlabel="slip velocity w (dimensionless)", ylabel="friction f (dimensionless)", xlim=(-0.45, 0.66))
     return ax
+
+
+def _fall_enlarged(law: BogaczRyczek, ax: Axes, force: float) -> None:
+    """α and β of one break-away, too narrow to see beside the other lines, in an inset."""
+    inset = ax.inset_axes((0.02, 0.70, 0.2, 0.28))
+    below = force - _fall(law, force)
+    inset.plot([0, law.beta], [force, below], color=_LINE["fall"])
+    end = 3 * law.beta
+    inset.plot([law.beta, end], [below, below + np.tan(np.radians(law.phi)) * (end - law.beta)], color=_LINE["upper"])
+    arrow = {"arrowstyle": "<->", "lw": 0.6, "shrinkA": 0, "shrinkB": 0}
+    inset.annotate("", (law.beta, force), (law.beta, below), arrowprops=arrow)
+    inset.annotate("", (0, below), (law.beta, below), arrowprops=arrow)
+    _note(inset, "α", (law.beta, (force + below) / 2), (4, -3))
+    _note(inset, "β", (law.beta / 2, below), (-2, -10))
+    inset.set(xlim=(0, end), ylim=(below - 0.35 * (force - below), force + 0.1 * (force - below)))
+    inset.set_xticks([0, law.beta], labels=["0", f"{law.beta:g}"], fontsize=7)
+    inset.set_yticks([])
 
 
 def climbs(law: BogaczRyczek | None = None) -> list[Axes]:
@@ -110,17 +135,18 @@ def climbs(law: BogaczRyczek | None = None) -> list[Axes]:
         start = simulate(oscillator(0.30), 40.0, x0=x0)
         table = start.events[start.events["kind"] == "release"]
         release, stick = float(table["t"].iloc[0]), float(table["stick_time"].iloc[0])
-        w, force = loop(0.30, release, release + 9.0, x0=x0)
+        w, force = loop(0.30, release, release + 12.5, x0=x0)
         right.plot(w, force, color=colour, lw=1.1, label=f"after a stick of {stick:.1f}")
     right.set_title("b) s = 0.30, the first period", **TITLE)
     for ax in (left, right):
         for line in list(ax.lines):
             w, force = (np.asarray(values, float) for values in line.get_data())
             turn = int(np.argmin(np.where(np.arange(w.size) > w.size // 3, w, np.inf)))
-            if law.D is not None and w[turn] < law.D[0]:
-                ax.plot([w[turn], law.D[0]], [force[turn], law.D[1]], color=_LINE["climb"], lw=0.7, ls=":")
+            top = turn + int(np.argmax(force[turn:]))
+            if law.D is not None and w[top] < law.D[0]:
+                ax.plot([w[top], law.D[0]], [force[top], law.D[1]], color=line.get_color(), lw=0.8, ls=":")
         if law.D is not None:
-            _point(ax, law.D, f"D ({law.D[0]:g}; {law.D[1]:g})", (-72, -3))
+            _point(ax, law.D, f"D ({law.D[0]:.2f}; {law.D[1]:.2f})", (-78, -3))
         ax.legend(fontsize=7.5, frameon=False, loc="upper right")
         ax.set(xlabel="slip velocity w (dimensionless)", ylabel="friction f (dimensionless)")
         ax.label_outer()
@@ -139,33 +165,20 @@ def steep_climbs(law: BogaczRyczek | None = None, ax: Axes | None = None) -> Axe
     ax = ax or new_axes(figsize=(4.6, 3.6))[0]
     for s in (0.36, 0.38, 0.39, 0.45):
         orbit = simulate(oscillator(s), 250.0)
-        friction_loop(orbit, ax, transient=0.8, arrows=False, legend=False)
+        friction_loop(orbit, ax, transient=0.8, arrows=False, legend=s in (0.36, 0.45))
         w, force = loop(s, 234.0, 250.0)
-        _note(ax, f"s = {s:.2f}", (float(w.max()), float(force[np.argmax(w)])), (4, -3), fontsize=7.5)
-    low, high = ax.get_ylim()
-    steepest = np.tan(np.radians(law.eta))
-    w, force = loop(0.38, 234.0, 250.0)
-    turn = int(np.argmin(w))
-    rise = 0.2 * (high - low)
-    ax.plot(
-        [w[turn], w[turn] + rise / steepest],
-        [force[turn] + rise, force[turn] + 2 * rise],
-        color=_LINE["climb"],
-        lw=0.7,
-        ls=":",
-    )
-    _note(
-        ax,
-        f"η = {law.eta:g}°",
-        (float(w[turn]), float(force[turn]) + 2 * rise),
-        (0, 3),
-        ha="center",
-        color=_LINE["climb"],
-    )
+        _note(ax, f"s = {s:.2f}", (float(w.max()), float(force[np.argmax(w)])), (6, -3), fontsize=7.5)
+        if s < END_OF_OSCILLATION:
+            turn = int(np.argmin(w))
+            text = f"η = {law.eta:g}°" if s > 0.37 else "to D"
+            _note(ax, text, (w[turn], force[turn]), (0, -11), ha="center", color=_LINE["climb"], fontsize=7.5)
+    handles, names = ax.get_legend_handles_labels()
+    named = dict(zip(names, handles, strict=True))
+    ax.legend(named.values(), named.keys(), fontsize=8, frameon=False, loc="lower left")
     w = np.array([0.36, 0.46])
     ax.plot(w, law.l[0] * w + law.l[1], color=_GREY, lw=0.9, ls="--")
     _note(ax, "l", (w[1], law.l[0] * w[1] + law.l[1]), (3, -2))
-    ax.set(xlabel="slip velocity w (dimensionless)", ylabel="friction f (dimensionless)", xlim=(0.25, 0.52))
+    ax.set(xlabel="slip velocity w (dimensionless)", ylabel="friction f (dimensionless)", xlim=(0.25, 0.55))
     return ax
 
 

@@ -29,7 +29,7 @@ def measured_displacement(drive_velocities: Sequence[float] = (0.15, 0.30, 0.45)
     ----------
     drive_velocities : one panel each.
     """
-    panels = new_axes(len(drive_velocities), 1, figsize=(6.4, 1.35 * len(drive_velocities)), sharex=True)
+    panels = new_axes(len(drive_velocities), 1, figsize=(6.4, 1.35 * len(drive_velocities)), sharex=True, sharey=True)
     for ax, s in zip(panels, drive_velocities, strict=True):
         t, x, regime = _record(s, 0.0, 70.0)
         ax.plot(t, x, color=OKABE_ITO["blue"], lw=0.8)
@@ -68,14 +68,17 @@ def measured_friction(drive_velocities: Sequence[float] = (0.27, 0.30, 0.34)) ->
         w, force = w[inner], force[inner]
         rising = _rising(w)
         # Three lines up, the climb, the upper and the common one; two down.
-        for mask, count, name, label in ((rising, 4, "upper", "ẇ > 0"), (~rising, 3, "lower", "ẇ < 0")):
-            ax.plot(w[mask], force[mask], ".", ms=1, color=OKABE_ITO["grey"], rasterized=True)
+        ax.plot(w, force, ".", ms=1, color=OKABE_ITO["grey"], rasterized=True, label="record")
+        for mask, count, name, dashes, label in (
+            (rising, 4, "upper", "-", "ẇ > 0"),
+            (~rising, 3, "lower", "--", "ẇ < 0"),
+        ):
             nodes, values = fit_lines(w[mask], force[mask], count)
-            ax.plot(nodes, values, color=BRANCH_COLOURS[name], lw=1.6, label=label)
+            ax.plot(nodes, values, color=BRANCH_COLOURS[name], lw=1.6, ls=dashes, label=label)
         ax.set_title(f"s = {s:.2f}, synthetic", **TITLE)
         ax.set(xlabel="slip velocity w (dimensionless)", ylabel="friction f (dimensionless)")
         ax.label_outer()
-    panels[0].legend(fontsize=8, frameon=False)
+    panels[-1].legend(fontsize=8, frameon=False, markerscale=6)
     return panels
 
 
@@ -89,7 +92,9 @@ def _rising(w: Array) -> NDArray[np.bool_]:
 
 
 def fit_lines(w: Array, force: Array, nodes: int) -> tuple[Array, Array]:
-    """Continuous piecewise-linear least squares with the inner nodes where they fit best, by descent from even ones.
+    """Continuous piecewise-linear least squares with the inner nodes where they fit best.
+
+    By descent from nodes even in w and from nodes even in the number of points, the better of the two.
 
     Parameters
     ----------
@@ -105,27 +110,31 @@ def fit_lines(w: Array, force: Array, nodes: int) -> tuple[Array, Array]:
     >>> at.round(3).tolist()
     [0.0, 0.3, 1.0]
     """
-    at = np.quantile(w, np.linspace(0, 1, nodes))
 
     def misfit(at: Array) -> tuple[float, Array]:
         hats = np.stack([np.interp(w, at, row) for row in np.eye(nodes)], axis=1)
         values: Array = np.asarray(np.linalg.lstsq(hats, force, rcond=None)[0], float)
         return float(np.square(hats @ values - force).sum()), values
 
-    best, values = misfit(at)
-    width = 0.25 * float(np.ptp(w))
-    while width > 5e-4 * np.ptp(w):
-        moved = False
-        for i in range(1, nodes - 1):
-            for step in (width, -width):
-                trial = at.copy()
-                trial[i] += step
-                if all(b - a > 1e-3 * np.ptp(w) for a, b in pairwise(trial)):
-                    found, ordinates = misfit(trial)
-                    if found < best:
-                        at, best, values, moved = trial, found, ordinates, True
-        width = width if moved else width / 2
-    return at, values
+    def descend(at: Array) -> tuple[float, Array, Array]:
+        best, values = misfit(at)
+        width = 0.25 * float(np.ptp(w))
+        while width > 5e-4 * np.ptp(w):
+            moved = False
+            for i in range(1, nodes - 1):
+                for step in (width, -width):
+                    trial = at.copy()
+                    trial[i] += step
+                    if all(b - a > 1e-3 * np.ptp(w) for a, b in pairwise(trial)):
+                        found, ordinates = misfit(trial)
+                        if found < best:
+                            at, best, values, moved = trial, found, ordinates, True
+            width = width if moved else width / 2
+        return best, at, values
+
+    even = np.linspace(0, 1, nodes)
+    starts = (np.quantile(w, even), float(w.min()) + float(np.ptp(w)) * even)
+    return min((descend(start) for start in starts), key=lambda found: found[0])[1:]
 
 
 def _record(s: float, start: float, duration: float) -> tuple[Array, Array, str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analysis import orbit_diagram
@@ -15,7 +16,15 @@ from stickslip.drive import Harmonic
 from stickslip.errors import InputError
 from stickslip.laws import BogaczRyczek
 from stickslip.paper import END_OF_OSCILLATION, END_OF_STICK_SLIP, oscillator
-from stickslip.show import OKABE_ITO, REGIME_COLOURS, friction_loop, new_axes, orbit_diagram_plot, phase_plane
+from stickslip.show import (
+    BRANCH_COLOURS,
+    OKABE_ITO,
+    REGIME_COLOURS,
+    friction_loop,
+    new_axes,
+    orbit_diagram_plot,
+    phase_plane,
+)
 from stickslip.show.canvas import words
 from stickslip.simulation import simulate
 
@@ -27,24 +36,35 @@ if TYPE_CHECKING:
 TITLE: Any = {"fontsize": 9}
 
 
-def friction_loops(drive_velocities: Sequence[float] = (0.20, 0.30, 0.45)) -> list[Axes]:
-    """Figs. 4 to 6: friction over slip velocity in stick-slip, almost-harmonic vibration and stable slip.
+def general_shape(ax: Axes | None = None) -> Axes:
+    """Fig. 6: the law in stick-slip (full lines), in almost-harmonic vibration (broken) and in stable slip (a point).
 
-    The transient from rest is drawn faded.
+    Marked are the slip velocities at which ẇ = 0: w_k in stick-slip, w_h1 and w_h3 in almost-harmonic vibration.
 
     Parameters
     ----------
-    drive_velocities : one panel each.
+    ax : axes to draw into; default a new figure.
     """
-    count = len(drive_velocities)
-    panels = new_axes(1, count, figsize=(3.4 * count, 3.1), sharex=True, sharey=True)
-    for ax, s in zip(panels, drive_velocities, strict=True):
-        orbit = simulate(oscillator(s), 150.0)
-        friction_loop(orbit, ax, show_transient=True, transient=0.6)
-        ax.set_title(f"s = {s:.2f}: {words(orbit.regime())}", **TITLE)
-        ax.set_ylabel("friction f (dimensionless)")
-        ax.label_outer()
-    return panels
+    ax = ax or new_axes(figsize=(5.6, 3.9))[0]
+    friction_loop(simulate(oscillator(0.20), 150.0), ax, transient=0.7)
+    w, force = loop(0.30, 178.0)
+    # One round that ends where it meets its begin: a broken line drawn over itself would look full.
+    start = int(np.argmax(w[: w.size // 2]))
+    top = start + int(np.argmax(force[start : start + w.size // 2]))
+    stop = top + int(np.argmin(force[top : start + w.size // 2])) + 1
+    w, force = w[start:stop], force[start:stop]
+    ax.plot(w, force, color=OKABE_ITO["black"], lw=1.0, ls=(0, (4, 2)), label="s = 0.30")
+    ax.plot(0.45, loop(0.45)[1][-1], "o", ms=5, color=OKABE_ITO["green"], label="s = 0.45")
+    sticking = loop(0.20)
+    ends = (("h1", w, force, np.argmin(w)), ("h3", w, force, np.argmax(w)), ("k", *sticking, np.argmax(sticking[0])))
+    for name, at, height, i in ends:
+        ax.plot([at[i], at[i]], [0.62, height[i]], color=OKABE_ITO["grey"], lw=0.7, ls=":", zorder=0)
+        ax.annotate(f"$w_{{{name}}}$", (at[i], 0.62), (2, 1), textcoords="offset points", fontsize=8)
+    handles, names = ax.get_legend_handles_labels()
+    whose = [f"s = 0.20, {name}" if name in BRANCH_COLOURS else name for name in names]
+    ax.legend(handles, whose, fontsize=8, frameon=False, loc="upper right")
+    ax.set(ylabel="friction f (dimensionless)", ylim=(0.6, None))
+    return ax
 
 
 def friction_over_drive_velocity(
@@ -67,7 +87,7 @@ def friction_over_drive_velocity(
 
 
 def phase_portraits(
-    drive_velocities: Sequence[float] = (0.10, 0.20, 0.25, 0.2525, 0.26, 0.30, 0.35, 0.45), columns: int = 4
+    drive_velocities: Sequence[float] = (0.10, 0.20, 0.25, 0.26, 0.30, 0.35, 0.38, 0.45), columns: int = 4
 ) -> list[Axes]:
     """Fig. 12: phase portraits from rest for several drive velocities; transients faded, sticks thick.
 
@@ -83,8 +103,18 @@ def phase_portraits(
     for ax, s in zip(panels, drive_velocities, strict=False):
         orbit = simulate(oscillator(s), 200.0)
         phase_plane(orbit, ax, transient=0.75)
-        ax.set_title(f"s = {s:g}: {words(orbit.regime(transient=0.75))}", **TITLE)
+        ax.set_title(f"s = {s:.2f}: {words(orbit.regime(transient=0.75))}", **TITLE)
         ax.label_outer()
+    looks: dict[str, dict[str, Any]] = {
+        "stick": {"color": OKABE_ITO["vermilion"], "lw": 2.6},
+        "slip": {"color": OKABE_ITO["blue"]},
+        "transient from rest": {"color": OKABE_ITO["grey"], "lw": 0.8},
+        "ẋ = s": {"color": OKABE_ITO["grey"], "lw": 0.8, "ls": "--"},
+    }
+    handles = [Line2D([], [], label=name, **look) for name, look in looks.items()]
+    figure = panels[0].get_figure(root=True)
+    assert figure is not None
+    figure.legend(handles=handles, fontsize=8, frameon=False, ncols=len(handles), loc="outside lower center")
     return panels[: len(drive_velocities)]
 
 
@@ -139,26 +169,31 @@ def forced_motions(
         (0.30, 0.35, 0.12),
         (0.30, 1.25, 0.03),
         (0.40, 0.40, 0.08),
-        (0.40, 1.60, 0.35),
+        (0.40, 1.60, 0.37),
     ),
 ) -> list[Axes]:
-    """Fig. 13: forced motions in the phase plane, one point per forcing period marked.
+    """Fig. 13: forced motions in the phase plane, and their position once per forcing period over the periods.
 
     Parameters
     ----------
-    cases : (s, η, u₀), one panel each; the paper does not state its u₀.
+    cases : (s, η, u₀), one column each; the paper does not state its u₀.
     """
-    panels = new_axes(1, len(cases), figsize=(2.6 * len(cases), 2.7))
-    for ax, (s, eta, u0) in zip(panels, cases, strict=True):
+    panels = new_axes(2, len(cases), figsize=(2.6 * len(cases), 4.6), height_ratios=(1.5, 1))
+    first, count = 600, 100
+    for ax, below, (s, eta, u0) in zip(panels, panels[len(cases) :], cases, strict=False):
         period = 2 * np.pi / eta
-        orbit = simulate(oscillator(s, Harmonic(u0, eta)), 664 * period)
-        times = np.linspace(600 * period, orbit.t_end, 64 * 300)
-        ax.plot(*orbit.at(times), color=OKABE_ITO["blue"], lw=0.5, rasterized=True)
-        ax.plot(*orbit.at(period * np.arange(600, 664)), ".", ms=5, color=OKABE_ITO["vermilion"], zorder=3)
+        orbit = simulate(oscillator(s, Harmonic(u0, eta)), (first + count) * period)
+        x, v = orbit.at(np.linspace(first * period, orbit.t_end, 300 * count))
+        ax.plot(x, v, color=OKABE_ITO["blue"], lw=0.5, rasterized=True)
+        x, v = orbit.at(period * np.arange(first, first + count))
+        ax.plot(x, v, ".", ms=4, color=OKABE_ITO["vermilion"], zorder=3)
         ax.set_title(f"s = {s:.2f}, η = {eta:.2f}, $u_0$ = {u0:.2f}", **TITLE)
-        ax.set(xlabel="position x (dimensionless)", ylabel="velocity ẋ (dimensionless)")
-    for ax in panels[1:]:
-        ax.set_ylabel("")
+        ax.set(xlabel="position x")
+        below.plot(np.arange(count), x, ".", ms=3, color=OKABE_ITO["vermilion"])
+        below.margins(y=0.25)
+        below.set(xlabel="forcing period")
+    panels[0].set_ylabel("velocity ẋ (dimensionless)")
+    panels[len(cases)].set_ylabel("position x once a period")
     return panels
 
 

@@ -54,6 +54,16 @@ def _turning_slip_velocity(study: Study) -> Seen:
 
 
 @_needs_range
+def _smallest_slip_velocity(study: Study) -> Seen:
+    low = study.column("w_min")
+    grows = np.diff(low) > 0
+    verdict = REPRODUCED if grows.all() else PARTLY if low[-1] > low[0] else NOT
+    sentence = f"{low[0]:.3f} at s = {study.almost_harmonic[0][0]:.2f} … {low[-1]:.3f} at "
+    sentence += f"{study.almost_harmonic[-1][0]:.2f}, growing in {int(grows.sum())} of {grows.size} steps"
+    return Seen(verdict, float(low[-1] - low[0]), sentence)
+
+
+@_needs_range
 def _friction_falls(study: Study) -> Seen:
     highest = np.array([force.max() for _, _, force, _ in study.loops])
     lowest = np.array([force.min() for _, _, force, _ in study.loops])
@@ -111,6 +121,15 @@ STATEMENTS: tuple[Statement, ...] = (
         "both grow at every step; partly: one does",
         "follows",
         _turning_slip_velocity,
+    ),
+    Statement(
+        "smallest-slip-velocity-grows",
+        "5",
+        "The smallest slip velocity grows with the drive velocity, up to where the mass slips steadily.",
+        "smallest w of the limit cycle at s = 0.26, …, 0.39",
+        "grows at every step; partly: grows on the whole",
+        "calibration: f_s(0, δ) and d",
+        _smallest_slip_velocity,
     ),
     Statement(
         "friction-falls",

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from stickslip.paper.statement import NOT, PARTLY, REPRODUCED, Seen, Statement, listed
-from stickslip.paper.study import Forced, Study
+from stickslip.paper.study import FREQUENCIES, Forced, Study
 
 
 def _forced_summary(motions: list[Forced]) -> str:
@@ -15,7 +15,7 @@ def _forced_summary(motions: list[Forced]) -> str:
     counts = {p: sum(motion.period == p for motion in free) for p in (1, 2, 0)}
     higher = len(free) - sum(counts.values())
     sentence = f"of {len(motions)} u₀ in 0.005 … 0.400, {len(free)} without sticking: "
-    sentence += f"{counts[1]} one-, {counts[2]} two-, {higher} higher-, {counts[0]} non-periodic"
+    sentence += f"{counts[1]} one-, {counts[2]} two-, {higher} higher-periodic, {counts[0]} without a period up to 32"
     two_loops = [motion.amplitude for motion in free if motion.loops == 2.0]
     return sentence + (f"; two loops per forcing period at u₀ = {listed(two_loops)}" if two_loops else "")
 
@@ -37,7 +37,7 @@ def _non_periodic(s: float, frequency: float) -> Callable[[Study], Seen]:
         motions, found = study.forced(s, frequency), study.non_periodic(s, frequency)
         nearly = [motion for motion in motions if motion.period == 0 or motion.period > 2]
         sentence = _forced_summary(motions) + (
-            f"; still so after five times as long at u₀ = {listed(found)}" if found else ""
+            f"; after 9600 forcing periods no period up to 1000 at u₀ = {listed(found)}" if found else ""
         )
         verdict = REPRODUCED if len(found) > 1 else PARTLY if nearly else NOT
         return Seen(verdict, float(len(found)), sentence)
@@ -63,6 +63,26 @@ def _one_amplitude(s: float, slow: float, fast: float) -> Callable[[Study], Seen
     return look
 
 
+def _kinds(s: float) -> Callable[[Study], Seen]:
+    def look(study: Study) -> Seen:
+        best, sentence = -1, ""
+        for amplitude in (0.05, 0.10, 0.15):
+            found = study.kinds(s, amplitude)
+            there = sum(bool(frequencies) for frequencies in found.values())
+            if there > best:
+                best = there
+                counts = ", ".join(f"{len(frequencies)} {kind}" for kind, frequencies in found.items())
+                sentence = (
+                    f"at u₀ = {amplitude:.2f}, of {len(FREQUENCIES)} η in 0.25 … 2.00, without sticking: {counts}"
+                )
+                sentence += "periodic"
+            if there == len(found):
+                break
+        return Seen(REPRODUCED if best == 4 else PARTLY if best > 1 else NOT, float(best), sentence)
+
+    return look
+
+
 STATEMENTS: tuple[Statement, ...] = (
     Statement(
         "forced-0.30-two-periodic",
@@ -78,7 +98,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "8",
         "s = 0.30, η = 1.25: non-periodic, nothing sticks.",
         "stroboscopic period over 80 forcing amplitudes u₀ ≤ 0.40",
-        "no period ≤ 32, no stick, also in runs five times as long, at two or more; partly: sticks, or period > 2",
+        "after 9600 forcing periods no period ≤ 1000, no stick, at two or more; partly: at one, with sticks, or period > 2",
         "calibration: u₀, f_s(0, δ) and d",
         _non_periodic(0.30, 1.25),
     ),
@@ -90,6 +110,15 @@ STATEMENTS: tuple[Statement, ...] = (
         "there is one; partly: the slow one has period 4 or 8, or two loops, there",
         "calibration: u₀, f_s(0, δ) and d",
         _one_amplitude(0.30, 0.35, 1.25),
+    ),
+    Statement(
+        "forced-0.30-kinds",
+        "8",
+        "s = 0.30, one forcing amplitude: over the frequency one-, two-, higher- and non-periodic motions.",
+        "kinds of motion without sticks at 36 η in 0.25 … 2.00, at u₀ = 0.05, 0.10, 0.15",
+        "all four kinds at one u₀; partly: two or three of them",
+        "calibration: f_s(0, δ) and d",
+        _kinds(0.30),
     ),
     Statement(
         "forced-0.40-two-periodic",
@@ -105,8 +134,17 @@ STATEMENTS: tuple[Statement, ...] = (
         "8",
         "s = 0.40, η = 1.60: non-periodic around the equilibrium.",
         "stroboscopic period over 80 forcing amplitudes u₀ ≤ 0.40",
-        "no period ≤ 32, no stick, also in runs five times as long, at two or more; partly: sticks, or period > 2",
+        "after 9600 forcing periods no period ≤ 1000, no stick, at two or more; partly: at one, with sticks, or period > 2",
         "calibration: u₀, f_s(0, δ) and d",
         _non_periodic(0.40, 1.60),
+    ),
+    Statement(
+        "forced-0.40-kinds",
+        "8",
+        "s = 0.40, one forcing amplitude: over the frequency one-, two-, higher- and non-periodic motions about equilibrium.",
+        "kinds of motion without sticks at 36 η in 0.25 … 2.00, at u₀ = 0.05, 0.10, 0.15",
+        "all four kinds at one u₀; partly: two or three of them",
+        "calibration: f_s(0, δ) and d",
+        _kinds(0.40),
     ),
 )

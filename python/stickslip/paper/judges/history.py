@@ -14,25 +14,23 @@ from stickslip.simulation import simulate
 if TYPE_CHECKING:
     from stickslip.orbit import Orbit
 
-#: Starts in slip: positions, and velocities over the drive velocity.
-_STARTS_X, _STARTS_V = np.linspace(-0.5, 2.0, 9), np.array([-2.0, -1.0, -0.3, 0.0, 0.3, 0.7])
-
 
 def _single_cycle(study: Study) -> Seen:
     values = (0.10, 0.20, 0.25, 0.26, 0.30, 0.36, 0.39)
     several, oscillates = [], False
     for s in values:
-        motions = [study.motion(s)] + [study.motion(s, x0, v0) for x0 in _STARTS_X for v0 in s * _STARTS_V]
+        motions = study.motions(s)
         amplitude = np.array([motion["amplitude"] for motion in motions])
         oscillates |= bool(amplitude[0] > 1e-3)
         # Alike: the same regime, and the amplitude of the motion from rest within 2 %.
         other = np.abs(amplitude - amplitude[0]) > 0.02 * amplitude[0]
         other |= np.array([motion["regime"] != motions[0]["regime"] for motion in motions])
         if other.any():
-            several.append(f"{s:.2f} ({100 * other.mean():.0f} % of them)")
+            kinds = sorted({motions[i]["regime"].replace("_", " ") for i in np.flatnonzero(other)})
+            several.append(f"{s:.2f} ({', '.join(kinds)} from {100 * other.mean():.0f} % of them)")
     if not oscillates:
         return Seen(NOT, np.nan, "no limit cycle at all")
-    alone, starts = len(values) - len(several), 1 + _STARTS_X.size * _STARTS_V.size
+    alone, starts = len(values) - len(several), len(motions)
     sentence = f"one motion from {starts} starts at {alone} of {len(values)} drive velocities"
     if several:
         sentence += f", another one at s = {', '.join(several)}"
@@ -91,6 +89,32 @@ def _first_break_away(study: Study) -> Seen:
     return Seen(verdict, float(sum(decided)), f"first break-away force from x = −0.6 and 0.4: {', '.join(sentences)}")
 
 
+def _memory(study: Study) -> Seen:
+    differs, parted = [], []
+    for s in (0.20, 0.30, 0.45):
+        system = study.make(s, None)
+        rising = []
+        for x0 in (-0.6, 0.4):
+            orbit = simulate(system, 8 * system.natural_period, x0=x0)
+            release = orbit.events["t"][orbit.events["kind"] == "release"]
+            if release.empty:
+                return Seen(NOT, np.nan, f"no break-away at s = {s:.2f}")
+            # The first slip while w grows.
+            start = float(release.iloc[0])
+            motion = orbit.to_xarray(np.linspace(start, min(start + system.natural_period, orbit.t_end), 2001))
+            w, force = (motion[name].to_numpy() for name in ("slip_velocity", "force"))
+            turn = int(np.argmax(np.append(np.diff(w[1:]) < 0, True))) + 1
+            rising.append((w[1:turn], force[1:turn]))
+        grid = np.linspace(0.02, 0.9 * min(float(w[-1]) for w, _ in rising), 101)
+        one, other = (np.interp(grid, w, force) for w, force in rising)
+        parted.append(float(np.abs(one - other).max()))
+        differs.append(parted[-1] > 0.005 * float(np.abs(one).max()))
+    verdict = REPRODUCED if all(differs) else PARTLY if any(differs) else NOT
+    sentence = "friction at one w in the first slip after two sticks differs by up to "
+    sentence += ", ".join(f"{value:.3f} at s = {s:.2f}" for value, s in zip(parted, (0.20, 0.30, 0.45), strict=True))
+    return Seen(verdict, min(parted), sentence)
+
+
 STATEMENTS: tuple[Statement, ...] = (
     Statement(
         "single-limit-cycle",
@@ -118,5 +142,14 @@ STATEMENTS: tuple[Statement, ...] = (
         "by 0.5 % larger after the longer stick, and both above f_s(0, s), at all of them; partly: at some",
         "calibration: growth of f_s(t_s, δ)",
         _first_break_away,
+    ),
+    Statement(
+        "history",
+        "7, 9",
+        "The motion depends on its history: friction remembers the last stick.",
+        "friction over growing w in the first slip from two stuck starts at s = 0.20, 0.30, 0.45, one in each kind of motion",
+        "at one w more than 0.5 % apart at all of them; partly: at some",
+        "calibration: growth of f_s(t_s, δ)",
+        _memory,
     ),
 )
