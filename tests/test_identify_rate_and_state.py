@@ -61,6 +61,7 @@ def test_known_numbers_lie_in_their_intervals(form: str, wave: float) -> None:
     assert fit.law.reference_friction == pytest.approx(known, abs=4e-3)  # the drift adds up to 2 / m times 2 mm
 
 
+@pytest.mark.slow
 def test_errors_grow_with_what_differs_between_the_steps() -> None:
     calm, wavy = (fit_velocity_steps(measure(steps_record("aging", 2, wave=wave), RIG)) for wave in (0.0, 2e-3))
     assert wavy.parameters.loc["a", "error"] > 3 * calm.parameters.loc["a", "error"]
@@ -94,3 +95,13 @@ def test_a_layer_of_till_strengthens_with_velocity_at_all_its_steps(shared_data:
     assert fit.parameters.loc["a_minus_b", "low"] > 0
     ten = fit.loads.loc[1]
     assert ten["a_minus_b_low"] <= 0.001 <= ten["a_minus_b_high"]  # "~ +.001 per e-fold" at 10 MPa
+
+
+def test_the_ramp_from_one_speed_to_the_next_is_no_hold() -> None:
+    # 30 um/s, then 300 um/s by way of a twentieth of a second at 100 um/s, sampled at 1 kHz
+    speed = np.concatenate([np.full(12000, 30e-6), np.full(50, 100e-6), np.full(1200, 300e-6)])
+    record = {"t": np.arange(len(speed)) * 1e-3, "x": np.cumsum(speed) * 1e-3, "f": 0.6 + 0 * speed}
+    record["f"] += 1e-4 * np.random.default_rng(0).standard_normal(len(speed))
+    friction = measure(record, {**RIG, "tolerance": 5e-7})
+    np.testing.assert_allclose(friction["steady"]["slip_velocity"], [30e-6, 300e-6], rtol=0.01)
+    assert friction["step"].sizes["step"] == 1

@@ -1,6 +1,5 @@
 """Friction over slip velocity alone: which form, with what numbers, and whether the known ones lie in the intervals."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,7 @@ import xarray as xr
 
 import stickslip as ss
 from stickslip.identification import fit_static_friction, fit_steady
-from stickslip.measurement import load_rig, measure
+from stickslip.measurement import measure
 
 RIGS = Path(__file__).parents[1] / "examples" / "rigs"
 
@@ -155,25 +154,6 @@ def test_seal_friction_grows_with_the_pressure(shared_data: Path) -> None:
         assert inside(found.parameters, "kinetic", np.mean(known))
     # pressure slows the piston, so the two cannot be told apart
     assert "Load and slip velocity are tied" in " ".join(ring.notes)
-
-
-def test_a_layer_of_till_strengthens_with_velocity_and_drifts(shared_data: Path) -> None:
-    path = shared_data / "rock_biax_p446" / "p446s7tr005l"
-    if not path.exists():
-        pytest.skip("no rock_biax_p446 among the real records")
-    bench = load_rig(RIGS / "rock_biax_p446.toml")
-    at_ten = measure(path, replace(bench, read=replace(bench.read, window=(2920.0, 4140.0))))
-    found = fit_steady(at_ten)
-    assert found.chosen == "logarithmic, drift"
-    assert inside(found.parameters, "logarithm", 0.001)  # a - b, ~ .001 per e-fold
-    assert found.parameters.loc["logarithm", "low"] > 0
-    assert found.parameters.loc["drift", "low"] > 0
-
-
-def test_a_pendulums_coulomb_torque_lies_in_its_interval(shared_data: Path) -> None:
-    found = fit_steady(measured(shared_data, "single_pendulum", "single_pendulum/*.mat"))
-    assert inside(found.parameters, "kinetic", 5.9e-4)
-    assert found.chosen == "Coulomb + quadratic"
 
 
 def test_a_log_of_peaks_gives_static_friction_that_is_confounded(shared_data: Path) -> None:

@@ -170,23 +170,39 @@ class SteadyFit:
     curve: Curve = field(repr=False)
     numbers: Array = field(repr=False)
 
-    def __call__(self, slip_velocity: npt.ArrayLike) -> Array:
-        """Friction at these slip velocities, any shape; load and place at their means."""
+    def __call__(
+        self, slip_velocity: npt.ArrayLike, load: npt.ArrayLike | None = None, place: npt.ArrayLike | None = None
+    ) -> Array:
+        """Friction at these slip velocities, any shape; load and place at their means where they are not given."""
         w = np.asarray(slip_velocity, dtype=float)
-        return np.asarray(self.curve.columns(self._at(w)) @ self.numbers).reshape(w.shape)
+        return np.asarray(self.curve.columns(self._at(w, load, place)) @ self.numbers).reshape(w.shape)
 
-    def interval(self, slip_velocity: npt.ArrayLike) -> tuple[Array, Array]:
-        """Lower and upper end of the 95 % interval of the curve at these slip velocities."""
+    def interval(
+        self,
+        slip_velocity: npt.ArrayLike,
+        load: npt.ArrayLike | None = None,
+        place: npt.ArrayLike | None = None,
+        *,
+        single: bool = False,
+    ) -> tuple[Array, Array]:
+        """Lower and upper end of the 95 % interval of the curve at these slip velocities, or of a `single` measurement.
+
+        A single measurement is one more row (of a series: one more sample), so its scatter, the rms of the fit, is in it.
+        """
         w = np.asarray(slip_velocity, dtype=float)
-        columns = self.curve.jacobian(self._at(w), self.numbers)
+        columns = self.curve.jacobian(self._at(w, load, place), self.numbers)
         variance = np.einsum("ni,ij,nj->n", columns, self.covariance, columns).reshape(w.shape)
-        half = np.sqrt(variance) * half_width(1.0, self.freedom)
-        return self(w) - half, self(w) + half
+        half = np.sqrt(variance + self.rms**2 * single) * half_width(1.0, self.freedom)
+        middle = self(w, load, place)
+        return middle - half, middle + half
 
-    def _at(self, w: Array) -> Rows:
+    def _at(self, w: Array, load: npt.ArrayLike | None, place: npt.ArrayLike | None) -> Rows:
         unknown = np.zeros(w.size)
-        load, place = (np.full(w.size, middle) for middle in self.curve.middle)
-        return Rows(w.ravel(), unknown, unknown, load, place, np.full(w.size, ""), False)
+        given = zip((load, place), self.curve.middle, strict=True)
+        beside = [
+            np.broadcast_to(mean if value is None else value, w.shape).astype(float).ravel() for value, mean in given
+        ]
+        return Rows(w.ravel(), unknown, unknown, beside[0], beside[1], np.full(w.size, ""), False)
 
 
 def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str, ...]]]:

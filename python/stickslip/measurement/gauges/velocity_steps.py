@@ -30,6 +30,10 @@ STEP = (
 """Columns of the table of steps."""
 LEAST = 16
 """Samples a hold must have."""
+LEAST_PATH = 10
+"""Tolerances that a hold must be long: less is a piece of the ramp from one speed to the next."""
+GAP = 0.25
+"""Ramp between two holds, as a part of the shorter one, above which they are no step."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +164,11 @@ def _holds(time: Array, x: Array, tolerance: float) -> list[_Hold]:
             joined[-1] = _Hold(before.first, part.last, whole)
         else:
             joined.append(part)
-    return [part for part in joined if part.last - part.first >= LEAST]
+    return [
+        part
+        for part in joined
+        if part.last - part.first >= LEAST and abs(x[part.last] - x[part.first]) >= LEAST_PATH * tolerance
+    ]
 
 
 def _ratio(a: float, b: float) -> float:
@@ -205,7 +213,7 @@ def _steps(
         apart = float(time[new.first] - time[old.last])
         loads = before["normal_force"], after["normal_force"]
         unlike = math.isfinite(loads[0]) and abs(loads[1] - loads[0]) > SAME_LOAD * sum(loads) / 2
-        if unlike or apart > 0.1 * min(before["duration"], after["duration"]):
+        if unlike or apart > GAP * min(before["duration"], after["duration"]):
             continue
         # friction just before the step, and its extreme just after it; a running median keeps single samples out
         calm = median_filter(friction[old.first : new.last], 5, mode="nearest")
