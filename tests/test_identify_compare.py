@@ -171,3 +171,49 @@ def test_the_offset_of_a_robot_joint_is_found_by_the_comparison(shared_data):
         <= 0.40
         <= found.best.parameters.loc["nodes[0].force", "high"]
     )
+
+
+BENT = ss.laws.PiecewiseLinear(nodes=[(0, 1), (0.2, 0.6), (0.8, 0.75)], break_away=1.05)
+
+
+def test_the_number_of_pieces_is_chosen_by_prediction_and_the_reason_said():
+    found = identify(swept(BENT, count=500), law="PiecewiseLinear", pieces="auto")
+    assert len(found.law.nodes) == 3
+    assert found.law.nodes[1] == pytest.approx((0.2, 0.6), abs=0.01)
+    assert found.notes[0].startswith("2 pieces of PiecewiseLinear taken: each of 5 blocks of time was held back")
+    assert found.command.endswith("--pieces auto")
+    with pytest.raises(
+        InputError, match=r"nodes\[1\]\.force names a node, and with pieces = 'auto' their number is not"
+    ):
+        identify(swept(BENT), law="PiecewiseLinear", pieces="auto", fixed={"nodes[1].force": 0.6})
+    with pytest.raises(InputError, match="pieces are counted for PiecewiseLinear and TwoBranch, got Cubic"):
+        identify(swept(BENT), law="Cubic", pieces="auto")
+
+
+def test_bounds_hold_and_a_number_on_its_bound_is_named(tmp_path):
+    free = identify(swept(BENT), law="PiecewiseLinear", pieces=2)
+    bounds = {"nodes[1].force": (0.62, 0.7), "nodes[1].slip_velocity": (0.1, 0.3)}
+    held = identify(swept(BENT), law="PiecewiseLinear", pieces=2, bounds=bounds)
+    assert free.law.nodes[1][1] < 0.61
+    assert held.law.nodes[1][1] == pytest.approx(0.62, abs=1e-6)
+    assert any("nodes[1].force = 0.62 lies on the bound it was given" in note for note in held.notes)
+    assert not any("nodes[1].slip_velocity" in note and "bound" in note for note in held.notes)
+    path, law = tmp_path / "friction.nc", tmp_path / "law.toml"
+    swept(BENT).to_netcdf(path)
+    asked = ["--law", "PiecewiseLinear", "--pieces", "2", "--bounds", "nodes[1].force=0.62:0.7"]
+    main(["identify", str(path), *asked, "--no-simulation", "-o", str(law)])
+    assert ss.load_law(law).nodes[1][1] == pytest.approx(0.62, abs=1e-6)
+    assert " ".join(asked) in law.read_text()
+
+
+@pytest.mark.parametrize(
+    ("bounds", "sentence"),
+    [
+        ({"nodes[1].force": (0.7, 0.62)}, "must be the lower and the higher value"),
+        ({"nodes[2].slip_velocity": (0.1, 0.9)}, "has bounds but is not fitted"),
+        ({"nodes[9].force": (0.1, 0.9)}, "has no parameter"),
+    ],
+)
+def test_wrong_bounds_are_refused(bounds, sentence):
+    with pytest.raises(InputError, match=sentence):
+        identify(swept(BENT), law="PiecewiseLinear", pieces=2, bounds=bounds)

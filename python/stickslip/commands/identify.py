@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from stickslip.identification import Agreement, Identification
 
 
+COMPARED = 5
+"""The most linear pieces that --compare --pieces auto tries."""
+
+
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Declare the options."""
     command = commands.add_parser("identify", help="fit a friction law to friction files, and simulate with it")
@@ -23,7 +27,16 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--free", nargs="+", metavar="NAME", help="numbers of the law to fit; default what the records tell"
     )
     command.add_argument("--fixed", nargs="+", default=[], metavar="NAME=VALUE", help="numbers to hold")
-    command.add_argument("--pieces", type=int, default=3, help="linear pieces of PiecewiseLinear; default 3")
+    command.add_argument(
+        "--bounds", nargs="+", default=[], metavar="NAME=LOW:HIGH", help="lowest and highest value of fitted numbers"
+    )
+    command.add_argument(
+        "--pieces",
+        type=_pieces,
+        default=3,
+        metavar="N|auto",
+        help="linear pieces of PiecewiseLinear and TwoBranch; default 3; auto: as few as predict held-back parts best",
+    )
     command.add_argument("--offset", action="store_true", help="fit a constant offset of the measured force too")
     command.add_argument(
         "--trajectories", action="store_true", help="sharpen the law by laying its motion over each (steady) record"
@@ -82,6 +95,7 @@ def run(options: argparse.Namespace) -> None:
         fixed=dict(map(_assignment, options.fixed)),
         pieces=options.pieces,
         offset=options.offset,
+        bounds=dict(map(_bounds, options.bounds)),
     )
     if options.trajectories:
         unfinished = Path(options.output).with_suffix(".unfinished.toml") if options.output else None
@@ -136,8 +150,9 @@ def _compare(options: argparse.Namespace) -> None:
     for name, given in (("--trajectories", options.trajectories), ("--plot", options.plot)):
         if given:
             raise InputError(f"--compare does not go with {name}: compare first, then identify the law that is best")
+    pieces = COMPARED if options.pieces == "auto" else options.pieces
     with Bar() as bar:
-        found = compare_laws(options.friction, options.compare or None, pieces=options.pieces, progress=bar)
+        found = compare_laws(options.friction, options.compare or None, pieces=pieces, progress=bar)
     if options.output:
         found.best.save(options.output)
     if options.report:
@@ -191,6 +206,24 @@ def _say_tables(found: Any, options: argparse.Namespace) -> None:
         return
     say(found.report())
     say_written(options.output, options.plot)
+
+
+def _pieces(text: str) -> int | str:
+    if text == "auto":
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a whole number or auto, got {text!r}") from None
+
+
+def _bounds(text: str) -> tuple[str, tuple[float, float]]:
+    name, _, ends = text.partition("=")
+    low, _, high = ends.partition(":")
+    try:
+        return name, (float(low), float(high))
+    except ValueError:
+        raise InputError(f"--bounds: expected NAME=LOW:HIGH with two numbers, got {text!r}") from None
 
 
 def _assignment(text: str) -> tuple[str, float]:

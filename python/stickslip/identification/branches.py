@@ -159,8 +159,10 @@ class Problem:
 
     def bounds(self) -> tuple[Array, Array]:
         """Limits of the free numbers."""
-        pairs = [(-50.0, 50.0) if by_ratio(name) else self.within.get(name, limits(name)) for name in self.free]
-        return np.array([low for low, _ in pairs]), np.array([high for _, high in pairs])
+        pairs = np.array([self.within.get(name, limits(name)) for name in self.free], float)
+        ratios = np.array([by_ratio(name) for name in self.free])
+        pairs[ratios] = np.log(np.clip(pairs[ratios], math.exp(-50), math.exp(50)))
+        return pairs[:, 0], pairs[:, 1]
 
     # --- residuals
 

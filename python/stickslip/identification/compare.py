@@ -34,6 +34,8 @@ LEAST = 0.01
 BY_NAME_ONLY = (BoucWen, RateState, Regularised, Tabulated)
 """Laws that are compared where they are asked for: for what a record tells they are others (Dahl, a logarithm, a curve with a
 width that is no number of the contact, linear pieces), and they would crowd the table."""
+COUNTED = ("PiecewiseLinear", "TwoBranch")
+"""Laws that are tried with each number of linear pieces."""
 STATES = tuple(kind.__name__ for kind in GUESSES if issubclass(kind, StateLaw))
 """Laws that have no break-away force of their own."""
 SAMPLES = 6000
@@ -81,7 +83,7 @@ def compare_laws(
     Parameters
     ----------
     friction : as for :func:`stickslip.identify`.
-    laws : names or classes; default all but those in `BY_NAME_ONLY`, the piecewise-linear law with one to `pieces` pieces.
+    laws : names or classes; default all but those in `BY_NAME_ONLY`; those of linear pieces with one to `pieces` of them.
     pieces : linear pieces.
     progress : called as ``progress(what, done, of)`` before each law.
 
@@ -109,7 +111,7 @@ def compare_laws(
     """
     records = [_thinned(record) for record in read_records(friction)]
     candidates = _candidates(laws, pieces)
-    folds = _folds(records)
+    parts = folds(records)
     offsets = [False, True] if any(record.both_senses() for record in records) else [False]
     breaks = any(len(record.break_away) for record in records)
     found: dict[str, Identification] = {}
@@ -126,7 +128,7 @@ def compare_laws(
                     f"adhesion is a state of {kind}, so its break-aways cannot be predicted like the others'"
                 )
             whole = identify(records, law=kind, pieces=count, offset=offset)
-            errors[label] = [_held_back(whole, train, test, offset) for train, test in folds]
+            errors[label] = [held_back(whole, train, test, offset) for train, test in parts]
             found[label] = whole
         except InputError as error:
             refused.append(f"{label} was not compared: {error}")
@@ -134,8 +136,8 @@ def compare_laws(
         raise InputError(
             f"compare: no law could be identified; {refused[0]}" if refused else "compare: no law was asked for"
         )
-    table, alike, verdict = _ranked(found, errors)
-    kept = "each of the records" if len(records) >= WHOLE else f"each of {len(folds)} blocks of time"
+    table, alike, verdict = ranked(found, errors)
+    kept = "each of the records" if len(records) >= WHOLE else f"each of {len(parts)} blocks of time"
     sentences = [f"Held back and predicted from the rest was {kept} in turn."]
     sentences += verdict
     sentences += _offset_sentences(table, found)
@@ -148,7 +150,7 @@ def _candidates(laws: Iterable[str | type[Law]] | None, pieces: int) -> list[tup
     asked: Sequence[str | type[Law]] = usual if laws is None else [laws] if isinstance(laws, str) else [*laws]
     found: list[tuple[str, str, int]] = []
     for name in [law if isinstance(law, str) else law.__name__ for law in asked]:
-        counts = range(1, pieces + 1) if name == "PiecewiseLinear" else [pieces]
+        counts = range(1, pieces + 1) if name in COUNTED else [pieces]
         many = len(counts) > 1
         found += [(f"{name} ({n} piece{'s' * (n > 1)})" if many else name, name, n) for n in counts]
     return found
@@ -165,25 +167,26 @@ def _thinned(record: FrictionRecord) -> FrictionRecord:
 Fold = tuple[list[FrictionRecord], list[FrictionRecord]]
 
 
-def _folds(records: list[FrictionRecord]) -> list[Fold]:
+def folds(records: list[FrictionRecord]) -> list[Fold]:
+    """What is learnt from and what is held back, in turn."""
     if len(records) >= WHOLE:
         return [([r for r in records if r is not record], [record]) for record in records]
     cut: list[list[FrictionRecord]] = []
     for record in records:
         edges = np.linspace(0, record.time.size, PARTS + 1).astype(int)
         cut.append([record.part(a, b) for a, b in pairwise(edges)])
-    folds = []
+    found = []
     for k in range(PARTS):
         train = [part for parts in cut for i, part in enumerate(parts) if i != k and not part.stuck.all()]
         test = [parts[k] for parts in cut if not parts[k].stuck.all()]
         if train and test:
-            folds.append((train, test))
-    if len(folds) < 2:
+            found.append((train, test))
+    if len(found) < 2:
         raise InputError("compare: the records are too short to hold parts of them back; take longer ones, or more")
-    return folds
+    return found
 
 
-def _held_back(
+def held_back(
     whole: Identification, train: list[FrictionRecord], test: list[FrictionRecord], offset: bool
 ) -> tuple[Array, Array]:
     """Errors of the prediction of held-back slip (NaN where nothing is compared) and break-aways."""
@@ -248,7 +251,7 @@ def _sums(errors: dict[str, list[tuple[Array, Array]]]) -> tuple[_Sums, _Sums]:
     return kinetic, breaks
 
 
-def _ranked(
+def ranked(
     found: dict[str, Identification], errors: dict[str, list[tuple[Array, Array]]]
 ) -> tuple[pd.DataFrame, list[str], list[str]]:
     """The table, the names that predict alike (the simplest first), and what the data decide."""

@@ -150,7 +150,9 @@ def _two_branch(seen: Seen) -> Guess:
         sense = np.gradient(smooth)
         for part, keep in ((rising, sense > 0), (falling, sense < 0)):
             part.append(np.stack([smooth, force])[:, keep & ~record.stuck])
-    nodes = np.linspace(0.0, float(w.max()), seen.pieces + 1)
+    nodes = np.array([0.0, *np.quantile(w, np.arange(1, seen.pieces) / seen.pieces), float(w.max())])
+    if not (np.diff(nodes) > 0).all():
+        raise InputError(f"identify: the slip velocities are too few for {seen.pieces} pieces; ask for fewer")
     branches = []
     for part in (rising, falling):
         speed, force = np.concatenate(part, axis=1)
@@ -165,6 +167,7 @@ def _two_branch(seen: Seen) -> Guess:
         branches.append(tuple((float(a), float(b)) for a, b in zip(nodes, np.maximum(values, 0.0), strict=True)))
     up, down = branches
     free = [f"{name}[{i}].force" for name in ("rising", "falling") for i in range(nodes.size)]
+    free += [f"{name}[{i}].slip_velocity" for name in ("rising", "falling") for i in range(1, nodes.size - 1)]
     top = max(up[0][1], down[0][1], seen.break_away if len(seen.rows) >= 2 else 0.0)
     if len(seen.rows) >= 2:
         free.append("break_away")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -25,7 +25,7 @@ from stickslip.identification.break_away import (
 )
 from stickslip.identification.first_guess import GUESSES, first_guess
 from stickslip.identification.motion import Motion
-from stickslip.identification.parameters import check_names, maybe, places, with_values
+from stickslip.identification.parameters import check_names, maybe, places, value, with_values
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.seen import Guess, Seen, refuse_unreadable
 from stickslip.laws import Coulomb, DwellTime, ForceRate, Law, LogarithmicDwell, StaticKinetic
@@ -168,8 +168,9 @@ def identify(
     law: str | type[Law] | Law | None = None,
     free: Iterable[str] | None = None,
     fixed: Mapping[str, float] | None = None,
-    pieces: int = 3,
+    pieces: int | Literal["auto"] = 3,
     offset: bool = False,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
 ) -> Identification:
     """Identify a friction law, with its uncertainty, from one or more friction records.
 
@@ -185,9 +186,11 @@ def identify(
         ``"l.slope"``, ``"B.w"``; default: what the records can tell. For a law given as first guess: default as for its
         class.
     fixed : numbers to hold, by name.
-    pieces : linear pieces of ``PiecewiseLinear`` and ``TwoBranch``, 1 to 12.
+    pieces : linear pieces of ``PiecewiseLinear`` and ``TwoBranch``, 1 to 12, or ``"auto"``: the fewest that predict held-back
+        parts of the records as well as any number of them; the first of the notes says why.
     offset : whether a constant in the measured force is fitted too: the zero of a gauge, or friction that differs by the
         sense of the slip. The records must slip in both.
+    bounds : lowest and highest value of numbers that are fitted, by name.
 
     Returns
     -------
@@ -225,15 +228,20 @@ def identify(
     """
     records = read_records(friction)
     if law is None:
-        return _by_default(records, free, fixed, pieces, offset)
+        return _by_default(records, free, fixed, pieces, offset, bounds)
     kind, start = _kind(law)
     if not any(record.slips for record in records):
         raise InputError(
             f"identify: {records[0].name} is a table of break-aways, so nothing is known of kinetic friction: leave the law "
             "out to fit static friction alone, or add a record of the motion"
         )
+    if pieces == "auto":
+        from stickslip.identification.pieces import choose_pieces
+
+        chosen = choose_pieces(records, kind, {"free": free, "fixed": fixed, "offset": offset, "bounds": bounds})
+        return replace(chosen, command=_command(records, kind, free, fixed, pieces, offset, bounds))
     if isinstance(pieces, bool) or not isinstance(pieces, int) or not 1 <= pieces <= 12:
-        raise InputError(f"identify: pieces must be a whole number from 1 to 12, got {pieces!r}")
+        raise InputError(f"identify: pieces must be a whole number from 1 to 12, or 'auto', got {pieces!r}")
     if offset and not any(record.both_senses() for record in records):
         raise InputError(
             "identify: an offset can be told from friction only where a record slips in both senses, and none does: add one, "
@@ -245,12 +253,17 @@ def identify(
     static = fit_static_friction(records) if len(rows) >= FEWEST_ROWS and kind is not Coulomb else None
     relative, drift = is_relative(rows) if kind is not Coulomb else (False, [])
     seen = Seen(records, rows, static, relative, pieces)
-    guess = _guess(kind, start, seen, free, fixed)
+    guess = _bounded(_guess(kind, start, seen, free, fixed), bounds or {})
     problem = Problem(
         records, guess.law, guess.free, relative=relative, ties=guess.ties, within=guess.within, offset=offset
     )
     found = fit_branches(problem, _best_start(problem, guess))
-    notes = [*(static.notes if static is not None else drift), *guess.notes, *_what_could_not_be_told(found)]
+    notes = [
+        *(static.notes if static is not None else drift),
+        *guess.notes,
+        *_at_bounds(found, bounds or {}),
+        *_what_could_not_be_told(found),
+    ]
     if kind is DwellTime and static is not None and static.chosen != "exponential":
         notes.append("The law asked for has the exponential form; the other form is named for comparison.")
     if relative:
@@ -265,7 +278,7 @@ def identify(
         static=static,
         notes=list(dict.fromkeys(notes)),
         records=records,
-        command=_command(records, kind, free, fixed, pieces, offset),
+        command=_command(records, kind, free, fixed, pieces, offset, bounds),
         ties=guess.ties,
         within=guess.within,
         offset=found.offset,
@@ -276,8 +289,9 @@ def _by_default(
     records: list[FrictionRecord],
     free: Iterable[str] | None,
     fixed: Mapping[str, float] | None,
-    pieces: int,
+    pieces: int | Literal["auto"],
     offset: bool,
+    bounds: Mapping[str, tuple[float, float]] | None,
 ) -> Identification:
     """The law whose static friction has the form that the break-aways show; a simpler one where they show none."""
     rows = break_away_rows(records)
@@ -296,7 +310,7 @@ def _by_default(
     refused: list[str] = []
     for kind in dict.fromkeys(kinds):
         try:
-            found = identify(records, kind, free, fixed, pieces, offset)
+            found = identify(records, kind, free, fixed, pieces, offset, bounds)
         except InputError as error:
             refused.append(str(error))
             continue
@@ -350,6 +364,39 @@ def _guess(
     return Guess(laws[0], names, guess.ties, notes, laws[1:], guess.within)
 
 
+def _bounded(guess: Guess, bounds: Mapping[str, tuple[float, float]]) -> Guess:
+    """The guess with the bounds asked for, and its numbers inside them."""
+    if not bounds:
+        return guess
+    for name in check_names(guess.law, bounds):
+        low, high = bounds[name]
+        if name not in guess.free:
+            raise InputError(f"identify: {name} has bounds but is not fitted; add it to free, or leave its bounds out")
+        if not low < high:
+            raise InputError(
+                f"identify: the bounds of {name} must be the lower and the higher value, got {low:g} and {high:g}"
+            )
+    laws: list[Law] = []
+    for law in [guess.law, *guess.rivals]:
+        inside = {name: float(np.clip(value(law, name), *bounds[name])) for name in bounds}
+        try:
+            laws.append(with_values(law, inside))
+        except InputError as error:
+            reason = error
+    if not laws:
+        raise InputError(f"identify: within these bounds there is no law to begin with: {reason}")
+    return replace(guess, law=laws[0], rivals=laws[1:], within=guess.within | dict(bounds))
+
+
+def _at_bounds(found: BranchFit, bounds: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Which numbers the records push against the bounds they were given."""
+    return [
+        f"{name} = {number:.4g} lies on the bound it was given: the records ask for a value beyond it."
+        for name, number, error in found.parameters[["value", "error"]].itertuples()
+        if name in bounds and min(abs(number - end) for end in bounds[name]) < 0.01 * error
+    ]
+
+
 def _best_start(problem: Problem, guess: Guess) -> Law:
     """Of the first guesses the one with the least misfit."""
     if not guess.rivals:
@@ -388,8 +435,9 @@ def _command(
     kind: type[Law],
     free: Iterable[str] | None,
     fixed: Mapping[str, float] | None,
-    pieces: int,
+    pieces: int | Literal["auto"],
     offset: bool,
+    bounds: Mapping[str, tuple[float, float]] | None,
 ) -> str:
     files = [f"FRICTION-{i}.nc" if record.name == f"record {i}" else record.name for i, record in enumerate(records, 1)]
     parts = ["stickslip identify", *files, "--law", kind.__name__]
@@ -401,6 +449,8 @@ def _command(
         parts += ["--pieces", str(pieces)]
     if offset:
         parts.append("--offset")
+    if bounds:
+        parts += ["--bounds", *(f"{name}={low:g}:{high:g}" for name, (low, high) in bounds.items())]
     return " ".join(parts)
 
 

@@ -215,7 +215,7 @@ class Free:
         self.scale = np.where(self.ratios, 0.05, 0.02 * size)
         self.start = np.where(self.ratios, np.log(np.where(self.ratios, at, 1.0)), at)
         pairs = np.array([(within or {}).get(name, limits(name)) for name in self.names], float).reshape(-1, 2)
-        pairs[self.ratios] = (-700.0, 700.0)
+        pairs[self.ratios] = np.log(np.clip(pairs[self.ratios], 1e-300, 1e300))
         self.low, self.high = (pairs[:, 0] - self.start) / self.scale, (pairs[:, 1] - self.start) / self.scale
 
     def law(self, numbers: Array) -> Law:
