@@ -1,7 +1,7 @@
 """Friction measured from records whose truth is known: closed forms and oscillators integrated here."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -71,6 +71,32 @@ def oscillator(
     )  # fmt: skip
 
 
+def random_slips(stiffness: float, mass: float, drive: float, end: float) -> Truth:
+    """Sticks of random strength over constant kinetic friction, without damping: every slip is half a sine."""
+    rng, own = np.random.default_rng(7), np.sqrt(stiffness / mass)
+    kinetic, typical = 0.1 / stiffness, 0.012 / stiffness
+    time = np.arange(0.0, end, 5e-4)
+    x, now, at = np.empty_like(time), 0.0, kinetic
+    releases, captures = [], []
+    while now < end:
+        top = typical * np.exp(0.6 * rng.standard_normal())
+        release = now + (kinetic + top - at) / drive
+        slip = 2 * (np.pi - np.arctan(own * top / drive)) / own  # until x' = V again
+        part = (time >= now) & (time < release)
+        x[part] = at + drive * (time[part] - now)
+        part = (time >= release) & (time < release + slip)
+        since = own * (time[part] - release)
+        x[part] = kinetic + top * np.cos(since) + drive / own * np.sin(since)
+        releases.append(release)
+        captures.append(release + slip)
+        now, at = release + slip, kinetic - top
+    nothing = np.zeros_like(time)
+    return Truth(
+        time, x, nothing, nothing, nothing > 0,
+        np.array([r for r in releases if r < end]), np.array([c for c in captures if c < end]),
+    )  # fmt: skip
+
+
 def kinetic(_: float) -> float:
     return 0.6
 
@@ -134,6 +160,42 @@ def test_no_stick_is_missed_and_none_invented(drive: float, noise: float) -> Non
     limit = 2 if noise < 2e-3 else 4
     assert np.max(np.abs(table["t"].values - truth.releases)) < limit * 0.0371
     np.testing.assert_allclose(table["force"], 1.0, atol=0.02 if noise < 2e-3 else 0.05)
+
+
+def test_honest_uneven_stamps_are_believed() -> None:
+    # a logger that writes when it has time, and loses a tenth of its samples
+    truth = oscillator(kinked, 0.2, 0.28, 0.0371 / 4, 70.0)
+    rng = np.random.default_rng(4)
+    kept = np.sort(rng.choice(len(truth.time), len(truth.time) // 4, replace=False))
+    truth = replace(truth, **{name: getattr(truth, name)[kept] for name in ("time", "x", "velocity", "force", "stuck")})
+    friction = measured(truth, 0.2, 0.28, 1e-3)
+    assert any("the time stamps are uneven" in note for note in friction.attrs["notes"])
+    given = np.isin(friction["time"], truth.time)
+    np.testing.assert_array_equal(np.isfinite(friction["recorded"]), given)
+    table = friction["break_away"]
+    assert table.sizes["event"] == len(truth.releases)
+    assert np.max(np.abs(table["t"].values - truth.releases)) < 3 * 0.0371
+    error = friction["force"].values[given] - truth.force
+    assert np.sqrt(np.mean(error**2)) < 0.03
+    assert 0.2 < np.sqrt(np.mean((error / friction["force_error"].values[given]) ** 2)) < 1.5
+
+
+def test_small_slips_of_a_noisy_slider_are_all_found() -> None:
+    # noise, stiffness and speed of a slider of paper on paper (Colas et al. 2019): the speed between two samples is noise
+    truth, noise = random_slips(stiffness=1002.0, mass=0.0307, drive=42e-6, end=8.0), 1.1e-6
+    x = truth.x + noise * np.random.default_rng(0).standard_normal(len(truth.x))
+    rig = Rig(gauge="displacement", column="x", stiffness=1002.0, mass=0.0307, drive_velocity=42e-6)
+    friction = measure({"t": truth.time, "x": x}, rig)
+    table = friction["break_away"]
+    assert friction.attrs["creeps"] == 0
+    assert table.sizes["event"] == len(truth.releases)
+    # the errors that are stated are the errors that are made
+    before = np.searchsorted(truth.time, truth.releases) - 1
+    at = truth.x[before] + 42e-6 * (truth.releases - truth.time[before])
+    sticks = truth.releases[1:] - truth.captures[: len(truth.releases) - 1]
+    for name, right in (("t", truth.releases), ("force", 1002.0 * at), ("stick_time", np.append(np.nan, sticks))):
+        pull = (table[name].values - right) / table[f"{name}_error"].values
+        assert 0.5 < np.sqrt(np.nanmean(pull**2)) < 1.5, name
 
 
 def test_motion_without_sticks_has_none() -> None:

@@ -1,6 +1,7 @@
 """Wrong records and rigs through the command line: one sentence, exit code 2, nothing written."""
 
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,8 @@ from scipy.io import savemat
 
 from stickslip.cli import main
 from stickslip.errors import InputError
-from stickslip.measurement import load_rig, measure
+from stickslip.measurement import Layout, load_rig, measure
+from stickslip.measurement.read import read_table
 
 N = 200
 T = np.arange(N) / 100
@@ -82,11 +84,31 @@ def said(tmp_path: Path, capsys, record: bytes, rig: str, name: str = "r.csv") -
         (cell(50, 1, "0.1,5"), "r.csv: row 51 has 5 cells and the header 4"),
         (cell(50, 0, "0.48"), "r.csv: row 51, column 't' repeats the time stamp 0.48"),
         (cell(50, 0, "0.1"), "r.csv: row 51, column 't' goes back in time to 0.1"),
-        (cell(50, 0, "0.499"), "r.csv: row 51, column 't': a step of 0.019 s where the record has 0.01 s"),
+        (
+            rows(np.where(T < 0.495, T, T + 3)).encode(),
+            "row 52, column 't': a step of 3.01 s where the record has 0.01 s",
+        ),
+        (rows(10 ** (T - 1)).encode(), "the time stamps leave gaps for "),
         (rows().replace(",", ";").replace(".", ",").encode(), '[read] decimal = "," reads decimal commas'),
         (rows(x=0 * X).encode(), "column 'x' is constant"),
         (rows(T[:20], X[:20]).encode(), "20 samples are too short a record"),
         (rows().replace("x", "y", 1).encode(), "there is no column 'x'; the columns are t, y, f, p"),
+        (
+            b"Rig 12\n2026\n" + rows().encode(),
+            "row 1 was read as the header, and row 3 names t, x; write [read] skip_rows = 2",
+        ),
+        (b"sep=,\n" + rows().encode(), "row 2 names t, x; write [read] skip_rows = 1"),
+        (rows().replace("x", "x [m]", 1).encode(), "there is no column 'x' (did you mean 'x [m]'?)"),
+        (
+            rows(1000 * T).encode(),
+            "samples are 10 s apart, and by the rig's stiffness and mass the free mass swings once in",
+        ),
+        (
+            rows(x=1e3 * X).encode(),
+            "rises at 7.36e+03 m/s between two falls, and the drive that drags the mass goes at 20",
+        ),
+        (rows(x=1e90 * X).encode(), "correct the unit, the drive_velocity or the stiffness in the rig"),
+        (rows(x=1e-200 * X).encode(), "column 'x' is constant"),
         (b"", "the file is empty"),
         (b"t,x,f,p\n", "a header line and rows of numbers were expected"),
         (bytes(range(256)) * 9, "holds binary bytes"),
@@ -95,6 +117,24 @@ def said(tmp_path: Path, capsys, record: bytes, rig: str, name: str = "r.csv") -
 )
 def test_a_wrong_record_is_one_sentence_with_its_place(tmp_path, capsys, record: bytes, words: str) -> None:
     assert words in said(tmp_path, capsys, record, SPRING)
+
+
+@pytest.mark.parametrize("coding", ["utf-8-sig", "utf-16", "utf-16-le", "latin-1"])
+def test_other_codings_and_a_row_of_units_are_read(tmp_path, coding: str) -> None:
+    plain, named = tmp_path / "r.csv", tmp_path / "u.csv"
+    plain.write_text(rows())
+    named.write_bytes(rows().replace("\n", "\ns,µm,N,\n", 1).encode(coding))
+    layout = Layout()
+    read, expected = read_table(named, layout, ["t", "x"]), read_table(plain, layout, ["t", "x"])
+    np.testing.assert_array_equal(read.columns["x"], expected.columns["x"])
+    assert read.notes == ("row 2 has no number in it (s, µm, N): it was taken for units",)
+    assert read.row(0) == 3
+
+
+def test_a_mass_that_overtakes_its_drive_is_said() -> None:
+    rig = load_rig(tomllib.loads(SPRING) | {"drive_velocity": 5.0, "stiffness": 100.0})
+    notes = measure({"t": T, "x": X}, rig).attrs["notes"]
+    assert any("the mass overtakes the drive for 35 % of the time, by up to 1.1 V" in note for note in notes)
 
 
 @pytest.mark.parametrize(

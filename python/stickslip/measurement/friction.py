@@ -14,11 +14,19 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.measurement.break_away import break_aways
 from stickslip.measurement.chain import Chain, pull_together
-from stickslip.measurement.force import Friction, fit_pieces, friction_force, likeliest_inertia
+from stickslip.measurement.contradictions import (
+    check_rise,
+    check_sampling,
+    inertia,
+    overtaking,
+    unlike_stated_noise,
+    without_mains,
+)
+from stickslip.measurement.force import Friction, fit_pieces, friction_force
 from stickslip.measurement.gauges import GAUGES, Bench
 from stickslip.measurement.limits import LimitSearch, refine_sticks
 from stickslip.measurement.masses import masses_of, opened
-from stickslip.measurement.noise import impulses, line_excess, mains_line, noise_level
+from stickslip.measurement.noise import impulses, noise_level
 from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.read import Record, as_record
 from stickslip.measurement.regime import intermittence, regime, slow_share
@@ -42,11 +50,10 @@ from stickslip.measurement.sticks import (
 
 Array = npt.NDArray[np.float64]
 
-MOSTLY_SLOW = 0.4
-"""Share of slow time below which the main line of a record is that of the oscillator."""
-
 MOST_MISTAKEN = 0.1
 """A drive velocity is known better than this, unlike the stiffness of a spring."""
+SPRING_MISTAKEN = (0.5, 2.0)
+"""So far the stiffness of a spring, or the scale of its gauge, may be off."""
 FACTS = ["regime", "slips", "stuck_share", "slow_share", "main_line", "main_line_error", "stiffness", "inertia"]
 """What a summary prints."""
 
@@ -172,13 +179,14 @@ class _Found:
 
 def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     notes = list(record.notes)
-    signal = (_without_mains(record, rig, notes) - rig.rest) * rig.force_unit
+    signal = (without_mains(record, rig, notes) - rig.rest) * rig.force_unit
     o = Oscillator(rig.inertia, rig.damping, rig.stiffness, rig.drive_velocity)
     spring = rig.gauge == "spring_force"
     x = signal / o.stiffness if spring else signal
     time = record.time
-    if float(np.ptp(x)) == 0.0:
+    if float(np.ptp(x)) < 1e-100:
         raise InputError(f"{record.source}: column {rig.column!r} is constant; there is no motion in it to measure")
+    check_sampling(record, rig)
     known_noise = None if rig.noise is None else rig.noise * rig.force_unit / (o.stiffness if spring else 1.0)
     noise = known_noise or noise_level(x)
     if noise == 0.0:
@@ -193,12 +201,13 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     pilot = make_pilot(time, x, weight, o, noise)
     flanks = find_flanks(pilot, 0.0)  # every fall that stands clear of the noise
 
+    check_rise(record, rig, pilot, flanks)
+
     # the spring and the drive as the sticks show them
-    fine = 4 * pilot.rate_error < 0.5 * o.drive_velocity
-    trial = rigid_candidates(pilot, flanks, o.drive_velocity, 1 / own_period(o)) if fine else []
+    trial = rigid_candidates(pilot, flanks, o.drive_velocity, 1 / own_period(o))
     slope = rigid_slope(time, x, weight, trial, noise) if trial else None
     rigid = slope is not None and is_rigid(time, x, weight, trial, slope.value, noise)
-    if not trial and fine:
+    if not trial:
         rigid = True  # nothing sticks, so nothing creeps
     if not rigid:
         flanks = find_flanks(pilot, rig.least_drop)
@@ -208,7 +217,9 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
                 "as creep inside a stick, not as slips (rig: least_drop)"
             )
         slope = stick_slope(time, x, weight, flanks, pilot, o.drive_velocity)
-        if slope is not None and not spring and abs(slope.value / o.drive_velocity - 1) > MOST_MISTAKEN:
+    if slope is not None:
+        low, high = SPRING_MISTAKEN if spring else (1 - MOST_MISTAKEN, 1 + MOST_MISTAKEN)
+        if not low < slope.value / o.drive_velocity < high:
             slope = None  # the slowest slip of a mass that never sticks
     ratio = 1.0 if slope is None else slope.value / o.drive_velocity
     if slope is not None and abs(slope.value - o.drive_velocity) > max(4 * slope.error, 0.003 * o.drive_velocity):
@@ -246,51 +257,17 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
                 "w is measured, not set to zero, inside them"
             )
     friction = friction_force(fit, sticks)
-    if record.error:
-        stated = record.error * rig.force_unit / (o.stiffness if spring else 1.0)
-        if not 0.5 < friction.noise / max(stated, 1e-300) < 2:
-            notes.append(
-                f"the record says its samples are good to {stated:.2g}{_length(rig)}, they scatter by "
-                f"{friction.noise:.2g}{_length(rig)} about the fit: the scatter was believed"
-            )
+    notes += [*overtaking(friction, pilot.rate_error), *unlike_stated_noise(friction, record, rig)]
     lasting = [stick.end - stick.start for stick in sticks]
     slow = slow_share(friction.slip_velocity, o.drive_velocity, noise, record.step, lasting)
     word = regime(friction.slip_velocity, o.drive_velocity, slow, rigid, len(sticks), len(flanks.limits))
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)
-    line = main_line(friction.slip_acceleration, record.step)
+    even = np.linspace(time[0], time[-1], len(time))
+    line = main_line(np.interp(even, time, friction.slip_acceleration), record.step)
     if alone:  # the pull of other masses has its own lines
-        _inertia_notes(friction, rig, slow, line, notes)
+        notes += inertia(friction, rig, slow, line)
     return _Found(friction, sticks, rigid, slow, line, word, notes)
-
-
-def _length(rig: Rig) -> str:
-    return "" if rig.unit == "1" else " m"
-
-
-def _without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:
-    signal = record.signal
-    if rig.mains_frequency is not None:
-        if rig.mains_frequency * record.step > 0.4:
-            raise InputError(
-                f"{record.source}: a mains line of {rig.mains_frequency:g} Hz cannot be seen at "
-                f"{1 / record.step:g} samples per second; remove mains_frequency from the rig"
-            )
-        line = mains_line(signal, record.step, rig.mains_frequency)
-        notes.append(
-            f"a mains line at {rig.mains_frequency:g} Hz with an amplitude of {math.sqrt(2) * float(np.std(line)):.2g} "
-            f"{rig.unit} was subtracted"
-        )
-        return signal - line
-    if rig.unit != "1":  # a dimensionless record has no mains
-        for frequency in (50.0, 60.0):
-            excess = line_excess(signal, record.step, frequency)
-            if excess > 10:
-                notes.append(
-                    f"the record has a line at {frequency:g} Hz, {excess:.0f} times its neighbourhood; set "
-                    f"mains_frequency = {frequency:g} in the rig to take it out"
-                )
-    return signal
 
 
 def _knots(pilot: Pilot, oscillator: Oscillator) -> float:
@@ -316,29 +293,6 @@ def _rigid_fit(
         if changed < 0.1 or not sticks:
             break
     return sticks, fit
-
-
-def _inertia_notes(friction: Friction, rig: Rig, slow: float, line: Line, notes: list[str]) -> None:
-    o = friction.fit.oscillator
-    own = math.sqrt(o.stiffness / o.mass) / (2 * math.pi)
-    nominal = math.sqrt(rig.stiffness / o.mass) / (2 * math.pi)
-    # A slider that is slow most of the time sounds at the rate of its slips, not at its resonance.
-    if slow < MOSTLY_SLOW and line.frequency > 0:
-        ratio = line.frequency / own
-        if abs(ratio - 1) > max(0.05, 3 * line.error / own):
-            notes.append(
-                f"the resonance line at {line.frequency:.3g} +- {line.error:.2g} Hz is {ratio:.2f} times sqrt(k/m)/2pi "
-                f"= {own:.3g} Hz ({line.frequency / nominal:.2f} times the {nominal:.3g} Hz of the nominal stiffness): "
-                "friction that depends on velocity shifts it, or the effective inertia is "
-                f"{1 / ratio**2:.2f} of the mass {o.mass:g}"
-            )
-    inertia, error = likeliest_inertia(friction)
-    if math.isfinite(inertia) and abs(inertia - o.mass) > max(3 * error, 0.15 * o.mass):
-        notes.append(
-            f"the inertia that makes the friction force of the slips smoothest is {inertia / o.mass:.2f} +- "
-            f"{error / o.mass:.2f} times the {o.mass:g} kg used here (a law that is steep in w shifts this; "
-            f"rig: effective_mass sets another)"
-        )
 
 
 def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:

@@ -356,7 +356,8 @@ class _OneStick:
         if len(ends) > 1:
             end, end_error = self._centre(lambda to: self.value(start, to), ends, table[row], self.soft)
         best = min(best, self.value(start, end))
-        if stick.starts or stick.ends:
+        # no slip looks like rest for as long as the free mass takes to swing to and fro
+        if (stick.starts or stick.ends) and end - start < own_period(self.search.oscillator):
             without = min(
                 replace(self.search, cutoff=cutoff).slip(self.low, self.high, self.origin, "nowhere").integrated()
                 for cutoff in (self.search.cutoff, before, after)

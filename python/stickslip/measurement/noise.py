@@ -46,7 +46,7 @@ def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     return np.asarray(deviation > 5 * max(noise, 1e-300) + 3 * slope)
 
 
-def mains_line(signal: Array, step: float, frequency: float, block: float = 4.0) -> Array:
+def mains_line(signal: Array, time: Array, frequency: float, block: float = 4.0) -> Array:
     """The mains line of a record, as a sine whose amplitude and phase may drift from block to block.
 
     It is fitted to what is left after a running mean over one period, with the samples near events left out, so it
@@ -55,7 +55,7 @@ def mains_line(signal: Array, step: float, frequency: float, block: float = 4.0)
     Parameters
     ----------
     signal : (n,) record.
-    step : sampling interval in s.
+    time : (n,) of its samples in s.
     frequency : of the line in Hz, below half the sampling rate.
     block : length over which amplitude and phase are taken as constant, in s.
 
@@ -64,7 +64,7 @@ def mains_line(signal: Array, step: float, frequency: float, block: float = 4.0)
     (n,) the line.
     """
     n = len(signal)
-    time = np.arange(n) * step
+    step = float(time[-1] - time[0]) / (n - 1)
     period = max(round(1 / (frequency * step)), 2)
     trend = uniform_filter1d(uniform_filter1d(signal, period, mode="nearest"), period, mode="nearest")
     rest = signal - trend

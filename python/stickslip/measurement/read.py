@@ -28,6 +28,9 @@ LEAST_SAMPLES = 64
 HUGE = 1e100
 """Larger numbers overflow when they are squared; no gauge gives them in any unit."""
 
+UNEVEN = 0.5
+"""Steps that differ from their median by less than this share are jitter, and need no note."""
+
 FORMAT_OF_ENDING = {".mat": "matlab", ".json": "json", ".nc": "netcdf"}
 """All other endings are text, unless the rig says otherwise."""
 
@@ -38,7 +41,7 @@ class Record:
 
     Attributes
     ----------
-    time : (n,) seconds, evenly spaced and increasing.
+    time : (n,) seconds, increasing; about evenly spaced.
     signal : (n,) the gauge in its own unit.
     source : where it came from, for messages and provenance.
     notes : what was found worth telling while reading.
@@ -133,8 +136,8 @@ def as_record(source: Any, rig: Rig) -> Record:
     Raises
     ------
     InputError
-        for a wrong column, NaN or infinity (row and column), stamps that repeat, run backwards or are uneven, a
-        sampling rate that contradicts the stamps, a record that is too short.
+        for a wrong column, NaN or infinity (row and column), stamps that repeat, run backwards or leave gaps in which a slip
+        could hide, a sampling rate that contradicts the stamps, a record that is too short.
     """
     if isinstance(source, Record):
         return source
@@ -162,8 +165,10 @@ def as_record(source: Any, rig: Rig) -> Record:
                 f"{table.source}: {len(signal)} samples lie in the window {list(rig.read.window)} s, at least "
                 f"{LEAST_SAMPLES} are needed"
             )
-    weight = None
     good = np.isfinite(signal)
+    if not good.any():
+        raise InputError(f"{table.source}: column {column!r} holds no number; name another column")
+    weight = None
     if not good.all():
         count = int(np.count_nonzero(~good))
         if count > len(signal) / 2:
@@ -171,6 +176,7 @@ def as_record(source: Any, rig: Rig) -> Record:
         signal = np.interp(time, time[good], signal[good])
         weight = good.astype(np.float64)
         notes.append(f"{count} missing samples of {column!r} were left out ({100 * count / len(good):.1f} %)")
+    time, signal, weight = _bridged(time, signal, weight, table.source, notes)
     stated = table.columns.get(f"{column}_error", np.zeros(0))
     stated = stated[np.isfinite(stated)]
     error = float(np.median(stated)) if len(stated) else None
@@ -273,12 +279,15 @@ def _time(table: Table, rig: Rig, n: int, notes: list[str]) -> Array:
     check_increasing(time, wanted, table)
     steps = np.diff(time)
     step = float(np.median(steps))
-    uneven = np.flatnonzero(np.abs(steps - step) > 0.5 * step)
-    if len(uneven):
-        row = uneven[0] + 1
+    # a free mass slips for half its own period, so a slip cannot hide in a gap of a quarter
+    most = max(1.5 * step, 0.25 / rig.natural_frequency)
+    gaps = np.flatnonzero(steps > most)
+    if len(gaps):
+        row = gaps[0] + 1
         raise InputError(
-            f"{name}: row {table.row(row)}, column {wanted!r}: a step of {steps[uneven[0]]:g} s where the record has "
-            f"{step:g} s ({len(uneven)} such in all); cut the record at its gaps"
+            f"{name}: row {table.row(row)}, column {wanted!r}: a step of {steps[gaps[0]]:g} s where the record has "
+            f"{step:g} s ({len(gaps)} such in all), and a slip could hide in {most:.3g} s; cut the record at its gaps "
+            "([read] window)"
         )
     if rig.sampling_rate is not None and abs(rig.sampling_rate * step - 1) > 0.01:
         raise InputError(
@@ -286,6 +295,38 @@ def _time(table: Table, rig: Rig, n: int, notes: list[str]) -> Array:
             f"{rig.sampling_rate:g}; correct one"
         )
     return time
+
+
+def _bridged(
+    time: Array, signal: Array, weight: Array | None, source: str, notes: list[str]
+) -> tuple[Array, Array, Array | None]:
+    """Samples of no weight in the gaps of uneven stamps, so that neighbours stand about one step apart."""
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    uneven = np.abs(steps - step) > UNEVEN * step
+    if not uneven.any():
+        return time, signal, weight
+    extra = np.maximum(np.round(steps / step).astype(np.int64) - 1, 0)
+    added = int(extra.sum())
+    if added > len(time):
+        raise InputError(
+            f"{source}: the time stamps leave gaps for {added} samples among {len(time)} (a median step of {step:g} s, "
+            f"{steps.max():g} s at most); export the record with even stamps, or at its true rate"
+        )
+    owner = np.repeat(np.arange(len(extra)), extra)
+    within = np.arange(added) - np.repeat(np.cumsum(extra) - extra, extra) + 1
+    filled = time[owner] + steps[owner] * within / (extra[owner] + 1)
+    order = np.argsort(np.concatenate([time, filled]), kind="stable")
+    weight = np.ones(len(time)) if weight is None else weight
+    notes.append(
+        f"the time stamps are uneven: steps of {steps.min():.3g} to {steps.max():.3g} s, {step:.3g} s in the median; the "
+        f"stamps were believed, and {added} places in gaps count as missing samples"
+    )
+    return (
+        np.concatenate([time, filled])[order],
+        np.concatenate([signal, np.interp(filled, time, signal)])[order],
+        np.concatenate([weight, np.zeros(added)])[order],
+    )
 
 
 def check_increasing(time: Array, column: str, table: Table) -> None:

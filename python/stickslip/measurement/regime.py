@@ -36,7 +36,8 @@ def slow_share(
     window = quiet_window(noise, step, drive_velocity)
     if len(stick_times):
         window = min(window, round(0.25 * float(np.median(stick_times)) / step))
-    mean = uniform_filter1d(slip_velocity, max(window, 1), mode="nearest")
+    window = min(max(window, 1), len(slip_velocity))
+    mean = uniform_filter1d(slip_velocity, window, mode="nearest")
     return float(np.mean(np.abs(mean) < SLOW_LEVEL * drive_velocity))
 
 

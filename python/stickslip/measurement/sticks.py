@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
+from scipy.stats import chi2
 
 from stickslip.measurement.pieces import Oscillator, PiecewiseFit
 from stickslip.measurement.regime import quiet_window
@@ -19,6 +20,12 @@ AT_REST = 0.05
 """A creeping stick must come to rest: to this fraction of the drive velocity, or to within its noise."""
 CREEP_LEVEL = 0.5
 """A creeping stick ends where the slip velocity passes this fraction of the drive velocity."""
+
+
+UNEVEN = 0.01
+"""A drive may run so unevenly, as a share of its speed, from one stick to the next."""
+COLOURED = 2.0
+"""Noise need not be white: the slopes of sticks may scatter with so many times the variance that white noise gives."""
 
 
 @dataclass(frozen=True)
@@ -247,8 +254,6 @@ def stick_slope(
         return None
     values = slopes[:, 1] / drive_velocity
     value = _mode(values)
-    if not 0.5 < value < 2.0:
-        return None
     near = np.abs(values - value) < 0.15 * value
     # the scatter of modes over interleaved parts of the record
     parts = [_mode(values[slopes[:, 0] % 6 == i]) for i in range(6)]
@@ -326,7 +331,16 @@ def rigid_candidates(pilot: Pilot, flanks: Flanks, drive_velocity: float, own_fr
 
 def rigid_slope(time: Array, extension: Array, weight: Array, sticks: list[Stick], noise: float) -> StickSlope | None:
     """One slope for the middle halves of all sticks, by least squares with an offset for each; None without samples."""
-    product = square = 0.0
+    slopes, errors = _own_slopes(time, extension, weight, sticks, noise)
+    if len(slopes) == 0:
+        return None
+    total = float(np.sum(errors**-2))
+    return StickSlope(float(np.sum(slopes * errors**-2)) / total, 1 / math.sqrt(total), 1.0)
+
+
+def _own_slopes(time: Array, extension: Array, weight: Array, sticks: list[Stick], noise: float) -> tuple[Array, Array]:
+    """Slope of the middle half of each stick and its error, of those with samples enough."""
+    found: list[tuple[float, float]] = []
     for stick in sticks:
         part = slice(*np.searchsorted(time, stick.middle_half))
         w = weight[part]
@@ -334,15 +348,18 @@ def rigid_slope(time: Array, extension: Array, weight: Array, sticks: list[Stick
         if total < 6:
             continue
         t = time[part] - np.sum(w * time[part]) / total
-        product += float(np.sum(w * t * extension[part]))
-        square += float(np.sum(w * t * t))
-    if square == 0.0:
-        return None
-    return StickSlope(product / square, noise / math.sqrt(square), 1.0)
+        square = float(np.sum(w * t * t))
+        found.append((float(np.sum(w * t * extension[part])) / square, noise / math.sqrt(square)))
+    slopes, errors = np.array(found).reshape(-1, 2).T
+    return slopes, errors
 
 
 def is_rigid(time: Array, extension: Array, weight: Array, sticks: list[Stick], slope: float, noise: float) -> bool:
-    """Whether the middle halves of the sticks are lines of this slope to within the noise."""
+    """Whether the middle halves of the sticks are lines of this one slope to within the noise.
+
+    Their samples must lie on such lines, and their own slopes, each known far better than a sample, must agree: creep that
+    is lost in the noise of samples shows there.
+    """
     squares, count = 0.0, 0
     for stick in sticks:
         a, b = np.searchsorted(time, stick.middle_half)
@@ -351,9 +368,14 @@ def is_rigid(time: Array, extension: Array, weight: Array, sticks: list[Stick], 
             continue
         rest = extension[a:b] - slope * (time[a:b] - time[a])
         rest = rest - np.sum(w * rest) / w.sum()
-        # a running mean of four keeps slow departures and halves the noise, so creep shows sooner
         squares += float(np.sum(w * rest**2))
         count += int(w.sum()) - 1
     if count == 0:
         return True
-    return math.sqrt(squares / count) < 1.15 * noise + 3 * noise / math.sqrt(2 * count)
+    if math.sqrt(squares / count) > 1.15 * noise + 3 * noise / math.sqrt(2 * count):
+        return False
+    slopes, errors = _own_slopes(time, extension, weight, sticks, noise)
+    if len(slopes) < 2:
+        return True
+    scatter = np.sum((slopes - slope) ** 2 / (errors**2 + (UNEVEN * slope) ** 2))
+    return bool(scatter < COLOURED * chi2.isf(1e-3, len(slopes) - 1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -44,9 +45,10 @@ class Table:
             return names[column - 1]
         if column not in self.columns:
             names = [*self.columns][:40]
+            longer = [name for name in names if column in re.split(r"\W+", name)]  # "x" of "x [mm]" or "% x"
+            hint = f" (did you mean {longer[0]!r}?)" if len(longer) == 1 else did_you_mean(column, names)
             raise InputError(
-                f"{self.source}: there is no column {column!r}{did_you_mean(column, names)}; the columns are "
-                f"{', '.join(names) or 'none'}"
+                f"{self.source}: there is no column {column!r}{hint}; the columns are {', '.join(names) or 'none'}"
             )
         return column
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Collection
+import re
+from collections.abc import Callable, Collection
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,9 @@ import numpy as np
 from stickslip.errors import InputError
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.layout import DELIMITERS, Layout
+
+HEADER_LINES = 60
+"""So far down a header is looked for where the first line is none."""
 
 
 def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[str | int] | None = None) -> Table:
@@ -51,6 +56,7 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
             return [cell.strip() for cell in line.split(delimiter)]
 
     header = cells(rows[0][1])
+    units: tuple[str, ...] = ()
     if layout.header:
         first_row, rows = rows[0][0], rows[1:]
         if all(_is_number(name, layout.decimal) for name in header if name):
@@ -63,6 +69,8 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
             raise InputError(f"{path}: row {first_row} names a column twice ({', '.join(header)}); rename one")
         # a column without a name keeps its number, so that the others keep theirs
         header = [name or str(i) for i, name in enumerate(header, start=1)]
+        if wanted is not None:
+            rows, units = _below_header(path, first_row, header, rows, wanted, cells)
         unnamed = {i for i, name in enumerate(header) if name == str(i + 1)}
     else:
         header = [str(i) for i in range(1, len(header) + 1)]
@@ -83,10 +91,36 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
         # loadtxt does not mind rows that are too long; count the cells only where that is cheap and matters
         if delimiter is None or all(line.count(delimiter) == rows[0][1].count(delimiter) for _, line in rows):
             columns = {header[i]: np.ascontiguousarray(table[:, j]) for j, i in enumerate(use)}
-            return Table(_in_order(columns, header), str(path), numbers)
+            return Table(_in_order(columns, header), str(path), numbers, notes=units)
     except ValueError:
         pass
-    return _walk(path, rows, header, use, cells, layout)
+    walked = _walk(path, rows, header, use, cells, layout)
+    return replace(walked, notes=units + walked.notes)
+
+
+def _below_header(
+    path: Path,
+    first_row: int,
+    header: list[str],
+    rows: list[tuple[int, str]],
+    wanted: Collection[str | int],
+    cells: Callable[[str], list[str]],
+) -> tuple[list[tuple[int, str]], tuple[str, ...]]:
+    """The rows of numbers below a header line, and a note where the first of them held units."""
+    names = {name for name in wanted if isinstance(name, str)}
+    if not names & set(header):
+        for number, line in rows[:HEADER_LINES]:
+            if found := names & set(re.split(r"[\t;,\s]+", line)):
+                raise InputError(
+                    f"{path}: row {first_row} was read as the header, and row {number} names {', '.join(sorted(found))}; "
+                    f"write [read] skip_rows = {number - 1} in the rig"
+                )
+    below = cells(rows[0][1])
+    if len(rows) > 1 and len(below) == len(header) and not any(any(c.isdigit() for c in cell) for cell in below):
+        unlike = [cell for cell in below if cell and cell.lower() not in ("nan", "inf", "-inf")]
+        if len(unlike) > 1:
+            return rows[1:], (f"row {rows[0][0]} has no number in it ({', '.join(unlike)}): it was taken for units",)
+    return rows, ()
 
 
 def _walk(
@@ -94,11 +128,10 @@ def _walk(
     rows: list[tuple[int, str]],
     header: list[str],
     use: list[int],
-    cells: object,
+    cells: Callable[[str], list[str]],
     layout: Layout,
 ) -> Table:
     """Row by row, to drop what the layout says may be dropped and to say where the rest is wrong."""
-    assert callable(cells)
     kept: list[int] = []
     values: list[list[float]] = []
     torn = 0
@@ -147,8 +180,11 @@ def _delimiter(line: str, decimal: str) -> str | None:
 
 
 def _decoded(path: Path, content: bytes) -> str:
-    """Text in UTF-8, UTF-16 with its mark, or the Latin-1 in which older instruments write units."""
-    encodings = ["utf-16"] if content[:2] in (b"\xff\xfe", b"\xfe\xff") else ["utf-8-sig", "latin-1"]
+    """Text in UTF-8, UTF-16 (with its mark, or little-endian), or the Latin-1 in which older instruments write units."""
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        encodings = ["utf-16"]
+    else:
+        encodings = ["utf-16-le" if content[1:2] == b"\0" else "utf-8-sig", "latin-1"]
     for encoding in encodings:
         try:
             text = content.decode(encoding)
