@@ -73,3 +73,22 @@ def test_gauges_without_velocity_are_drawn_as_tables() -> None:
     runs = [{"t": T, "w": np.full(len(T), w) + 1e-3 * np.sin(9 * T), "q": np.sin(T) + w} for w in (0.1, 0.3)]
     (ax,) = ss.show.friction_record(measure(runs, observer))
     assert "rad/s" in ax.get_xlabel()
+
+
+def test_several_masses_get_a_picture_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+    x = [ss.simulate(ss.Oscillator(damping=d, drive_velocity=0.3, law=law), 40.0).at(T)[0] for d in (0.05, 0.2)]
+    both = xr.Dataset({"x": (("time", "mass"), np.stack(x, axis=1), {"units": "1"})}, {"time": T, "mass": [0, 1]})
+    both.to_netcdf(tmp_path / "motion.nc", engine="h5netcdf")
+    (tmp_path / "rig.toml").write_text(
+        'gauge = "displacement"\ncolumn = "x"\nunit = "1"\nstiffness = 1\nmass = 1\ndrive_velocity = 0.3\n'
+    )
+    given = [str(tmp_path / "motion.nc"), "--rig", str(tmp_path / "rig.toml")]
+    drawn = ["--plot", str(tmp_path / "force.png"), "--plot-motion", str(tmp_path / "motion.png")]
+    assert main(["measure", *given, *drawn]) == 0
+    names = ["force-0.png", "force-1.png", "motion-0.png", "motion-1.png"]
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == names
+    said = capsys.readouterr().out
+    assert all(name in said for name in names)
+    assert main(["measure", *given, "--mass", "1", "--plot", str(tmp_path / "one.png")]) == 0
+    assert (tmp_path / "one.png").exists()

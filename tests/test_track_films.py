@@ -129,6 +129,8 @@ def test_the_check_film_shows_every_track(tmp_path):
     assert int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) == 20
     ax = tracks_over_film(motion, tmp_path / "film.avi")
     assert ax.get_xlabel() == "x (px)"
+    named = tracks_over_film(motion.assign_coords(name=("mass", ["slider"])), tmp_path / "film.avi")
+    assert [text.get_text() for one in (ax, named) for text in one.get_legend().get_texts()] == ["mass 0", "slider"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["check", "check.avi", "film.avi"]
 
 

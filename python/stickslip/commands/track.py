@@ -95,7 +95,7 @@ def _track_one(source: str | list[Path], options: argparse.Namespace, given: dic
         elif name == "masses":
             for row in value:
                 say(
-                    f"mass {row['mass']:<15d}seen in {row['seen']} of {facts['pictures']} pictures, "
+                    f"{row['name']:20s}seen in {row['seen']} of {facts['pictures']} pictures, "
                     f"x {row['x_from']:.6g} to {row['x_to']:.6g}, error {row['x_error']:.2g} {facts['units']}"
                 )
         else:
@@ -141,6 +141,7 @@ def _facts(motion: xr.Dataset) -> dict[str, Any]:
         rows.append(
             {
                 "mass": int(mass),
+                "name": str(motion["name"].item(int(mass))) if "name" in motion.coords else f"mass {mass}",
                 "seen": int(seen.sum()),
                 "x_from": float(known.min()),
                 "x_to": float(known.max()),

@@ -40,6 +40,7 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     releases = friction["break_away"]["t"].to_numpy() if "break_away" in friction.children else np.array([])
     middle = slice(*np.searchsorted(time, _window(time, releases)))
     unit = "" if data["force"].attrs.get("units", "1") == "1" else f" ({data['force'].attrs['units']})"
+    seconds = "" if data["time"].attrs.get("units", "1") == "1" else f" ({data['time'].attrs['units']})"
     speed = data["slip_velocity"].attrs.get("units", "1")
     speed_unit = "" if speed == "1" else f" ({speed})"
 
@@ -52,7 +53,7 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
         ax.fill_between(
             time[middle], 0, 1, where=stuck[middle], transform=ax.get_xaxis_transform(), color="0.5", alpha=0.2, lw=0
         )
-        ax.set(xlabel="time t", ylabel=name)
+        ax.set(xlabel="time t" + seconds, ylabel=name)
         ax.margins(x=0)
     speeding = data["slip_acceleration"].to_numpy() * np.sign(w) > 0
     stride = max(1, int((~stuck).sum()) // 20_000)

@@ -130,7 +130,8 @@ def tracks_over_film(
     colours = [OKABE_ITO[name] for name in ("vermilion", "sky", "yellow", "purple", "green", "orange", "blue")]
     for mass in range(motion.sizes["mass"]):
         x, y = motion["x_px"].to_numpy()[:, mass], motion["y_px"].to_numpy()[:, mass]
-        style: dict[str, Any] = {"lw": 1.2, "label": f"mass {mass}", "color": colours[mass % len(colours)]} | options
+        name = str(motion["name"].item(mass)) if "name" in motion.coords else f"mass {mass}"
+        style: dict[str, Any] = {"lw": 1.2, "label": name, "color": colours[mass % len(colours)]} | options
         ax.plot(x, y, **style)
         if math.isfinite(x[index]) and math.isfinite(y[index]):
             ax.plot(x[index], y[index], "+", ms=7, mew=1.0, color=style["color"])
