@@ -64,6 +64,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="rank laws (default all that can be identified) by their prediction of held-back parts of the records",
     )
     command.add_argument(
+        "--predict",
+        nargs="+",
+        metavar="RUN.nc",
+        help="foretell kind of motion and stick times of further runs by the law, beside what was measured",
+    )
+    command.add_argument(
         "--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one"
     )
     command.add_argument("-o", "--output", metavar="LAW.toml", help="write the law file")
@@ -78,7 +84,7 @@ def run(options: argparse.Namespace) -> None:
     if options.compare is not None:
         _compare(options)
         return
-    from stickslip.identification import compare_motion, fit_trajectories, identify
+    from stickslip.identification import compare_motion, fit_trajectories, identify, predict_motion
 
     if options.plot and options.no_simulation:
         raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
@@ -116,6 +122,7 @@ def run(options: argparse.Namespace) -> None:
                 sys.stderr.write(f"stickslip: {sentence}\n")
             raise
     agreements = [] if options.no_simulation else [compare_motion(name, result) for name in options.friction[:1]]
+    prediction = predict_motion(result, options.predict) if options.predict else None
     if options.output:
         result.save(options.output)
     if options.plot:
@@ -125,11 +132,14 @@ def run(options: argparse.Namespace) -> None:
 
         page(result, simulate=not options.no_simulation).write(options.report)
     if options.json:
-        say_json(_document(result, agreements))
+        foretold = {} if prediction is None else {"prediction": prediction.to_dict()}
+        say_json(_document(result, agreements) | foretold)
         return
     say(result.report())
     for agreement in agreements:
         say("\n" + agreement.report())
+    if prediction is not None:
+        say("\n" + prediction.report())
     say_written(options.output, options.plot, options.report)
 
 

@@ -4,6 +4,7 @@ from stickslip.identification.agreement import Agreement, compare_motion
 from stickslip.identification.break_away import StaticFriction, fit_static_friction
 from stickslip.identification.compare import Comparison, compare_laws
 from stickslip.identification.fit import Identification, identify
+from stickslip.identification.prediction import Prediction, predict_motion
 from stickslip.identification.rate_and_state import VelocityStepsFit, fit_velocity_steps
 from stickslip.identification.sensitivity import Sensitivity, sensitivity
 from stickslip.identification.steady import SteadyFriction, fit_steady
@@ -15,6 +16,7 @@ __all__ = [
     "Agreement",
     "Comparison",
     "Identification",
+    "Prediction",
     "Sensitivity",
     "StaticFriction",
     "SteadyFriction",
@@ -29,5 +31,6 @@ __all__ = [
     "fit_velocity_steps",
     "friction_of_orbit",
     "identify",
+    "predict_motion",
     "sensitivity",
 ]

@@ -83,7 +83,7 @@ class Agreement:
         axes = plt.subplots()[1] if ax is None else ax
         measured = _trace(self.record, self.system)
         simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
-        span = cycles * _cycle(self.record)
+        span = cycles * cycle_of(self.record)
         starts = self.record.break_away["t"].to_numpy()
         middle = float(self.record.time[0]) + 0.5 * float(np.ptp(self.record.time))
         events = self.orbit.events
@@ -153,8 +153,8 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     if len(records) != 1:
         raise InputError(f"compare: expected one friction record, got {len(records)}; compare them one by one")
     record = records[0]
-    system = _system(record, law)
-    t_end = CYCLES * max(_cycle(record), system.natural_period)
+    system = oscillator_of(record, law)
+    t_end = CYCLES * max(cycle_of(record), system.natural_period)
     orbit = simulate(system, t_end)
     rows: dict[str, tuple[float, float, float]] = {}
     read = read_motion(record, orbit, TRANSIENT)
@@ -187,7 +187,8 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     return Agreement(frame, regimes, sentences, record, orbit, system)
 
 
-def _system(record: FrictionRecord, law: Law | Identification | Oscillator) -> Oscillator:
+def oscillator_of(record: FrictionRecord, law: Law | Identification | Oscillator) -> Oscillator:
+    """The oscillator under whose drive the record was taken, with this law."""
     if isinstance(law, Oscillator):
         return law
     if isinstance(law, Identification):
@@ -222,7 +223,7 @@ def _upward(trace: pd.DataFrame, after: float) -> float:
     return float(late["time"].iloc[rises[0] + 1]) if rises.size else after
 
 
-def _cycle(record: FrictionRecord) -> float:
+def cycle_of(record: FrictionRecord) -> float:
     """Mean time from slip to slip, or of an oscillation of w where nothing sticks."""
     starts = record.break_away["t"].to_numpy()
     if starts.size >= 3:

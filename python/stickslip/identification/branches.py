@@ -13,6 +13,7 @@ import pandas as pd
 from scipy.optimize import least_squares
 
 from stickslip.errors import InputError
+from stickslip.identification.between import scatter_between
 from stickslip.identification.motion import WITH_MEMORY, Motion
 from stickslip.identification.parameters import by_ratio, limits, value, with_values
 from stickslip.identification.records import FrictionRecord
@@ -26,6 +27,8 @@ ROUNDS = 4
 """Times that the fit is repeated with new scales and weights."""
 MOST_CORRELATED = 20.0
 """Correlation beyond that many rows is taken for misfit, which must not take weight from a group during the fit."""
+FEWEST_ROWS = 5
+"""Rows of which a mean and its error can be told."""
 OFFSET = "offset"
 """Name of the constant in the measured force."""
 OUTLIER = 3.0
@@ -42,7 +45,8 @@ class BranchFit:
     parameters : value, error, low and high of the 95 % interval, by name.
     offset : the same of a constant in the measured force, where it was asked for.
     covariance : of the numbers, by name in both directions.
-    groups : one row per group of residuals: record, kind, rows, independent rows, scale.
+    groups : one row per group of residuals: record, kind, rows, independent rows, scale, between (standard deviation from
+        record to record).
     rms : root mean square of measured minus predicted kinetic force over the samples of all slips.
     """
 
@@ -59,7 +63,8 @@ class Problem:
 
     Residuals come in groups (the kinetic force of each record, the break-aways of each record). A group has its own
     scale, found from its residuals, and its own correlation time τ: smoothed data are not independent, and each group
-    weighs what its n / τ independent rows are worth.
+    weighs what its n / τ independent rows are worth. Where records differ from one another by more than that, each weighs
+    as one observation.
     """
 
     def __init__(
@@ -255,20 +260,24 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
     inside = 1e-6 * np.array([problem.scale(name) for name in problem.free])
     numbers = np.clip(numbers, low + inside, high - inside)
     groups = problem.groups_at(numbers)
-    sigma, tau = _scales(problem, groups)
+    between = _between(problem, groups)
+    sigma, tau = _scales(problem, groups, between)
     weights = [np.ones_like(rest) for rest in groups]
-    assumed = _assumed(problem, sigma, tau)
+    assumed = _assumed(problem, sigma, tau, between)
     for number in range(ROUNDS):
         factor = np.concatenate([w / a for w, a in zip(weights, assumed, strict=True)])
         numbers = _solve(problem, numbers, factor, effort if number in (0, ROUNDS - 1) else effort // 2)
         groups = problem.groups_at(numbers)
-        sigma, tau = _scales(problem, groups)
-        weights = [(1 + (rest / (OUTLIER * s)) ** 2) ** -0.25 for rest, s in zip(groups, sigma, strict=True)]
+        between = _between(problem, groups)
+        sigma, tau = _scales(problem, groups, between)
+        weights = [
+            (1 + (rest / (OUTLIER * np.hypot(s, apart))) ** 2) ** -0.25
+            for rest, s, apart in zip(groups, sigma, between, strict=True)
+        ]
         if number < ROUNDS - 1:
-            assumed = _assumed(problem, sigma, tau)
-    return _result(
-        problem, numbers, groups, sigma, tau, [w / a for w, a in zip(weights, assumed, strict=True)], assumed
-    )
+            assumed = _assumed(problem, sigma, tau, between)
+    factors = [w / a for w, a in zip(weights, assumed, strict=True)]
+    return _result(problem, numbers, groups, sigma, tau, between, factors, assumed)
 
 
 def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Array:
@@ -302,10 +311,11 @@ def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Arra
     return np.asarray(found.x)
 
 
-def _scales(problem: Problem, groups: Sequence[Array]) -> tuple[list[Array], list[float]]:
-    """Standard deviation of each row and correlation time of each group."""
+def _scales(problem: Problem, groups: Sequence[Array], between: Sequence[float]) -> tuple[list[Array], list[float]]:
+    """Standard deviation of each row and correlation time of each group, beside what sets the records apart."""
     sigma, tau = [], []
-    for rest, stated in zip(groups, problem.stated, strict=True):
+    for group, stated, apart in zip(groups, problem.stated, between, strict=True):
+        rest = group - float(np.median(group)) if apart > 0 else group
         spread = robust_scale(rest)
         inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if rest.size >= 5 else 0.0
         if not stated.any():
@@ -321,19 +331,40 @@ def _scales(problem: Problem, groups: Sequence[Array]) -> tuple[list[Array], lis
     return sigma, tau
 
 
-def _assumed(problem: Problem, sigma: Sequence[Array], tau: Sequence[float]) -> list[Array]:
+def _between(problem: Problem, groups: Sequence[Array]) -> list[float]:
+    """Standard deviation from record to record of the groups' means, for each group; 0 where its rows are no plain forces."""
+    found = [0.0] * len(groups)
+    for kind in ("kinetic", "break-away"):
+        same = [
+            i
+            for i, (number, name) in enumerate(problem.groups)
+            if name == kind and groups[i].size >= FEWEST_ROWS and (kind != "kinetic" or problem.motions[number].by_work)
+        ]
+        if len(same) < 2:
+            continue
+        means = [float(np.median(groups[i])) for i in same]
+        centred = [groups[i] - mean for i, mean in zip(same, means, strict=True)]
+        # the variance of a median is pi / 2 times that of a mean
+        variances = [0.5 * math.pi * robust_scale(rest) ** 2 * correlation_time(rest) / rest.size for rest in centred]
+        for i in same:
+            found[i] = scatter_between(means, variances)
+    return found
+
+
+def _assumed(problem: Problem, sigma: Sequence[Array], tau: Sequence[float], between: Sequence[float]) -> list[Array]:
     """Standard deviations by which rows are weighed in the fit, as if each row stood alone.
 
-    Where the noise of the gauge is known it is that: a group that fits badly may not excuse itself by a large scale.
+    Where the noise of the gauge is known it is that: a group that fits badly may not excuse itself by a large scale. What
+    sets records apart is common to the n rows of a group, so that it counts n times in each.
     """
     found = []
-    for (number, kind), row, t in zip(problem.groups, sigma, tau, strict=True):
+    for (number, kind), row, t, apart in zip(problem.groups, sigma, tau, between, strict=True):
         motion = problem.motions[number]
         noise = motion.record.constants.get("noise", 0.0)
         if kind == "kinetic" and motion.indirect and noise > 0:
             found.append(np.full_like(row, noise))
         else:
-            found.append(row * math.sqrt(min(t, MOST_CORRELATED)))
+            found.append(np.hypot(row * math.sqrt(min(t, MOST_CORRELATED)), apart * math.sqrt(row.size)))
     return found
 
 
@@ -343,6 +374,7 @@ def _result(
     groups: Sequence[Array],
     sigma: Sequence[Array],
     tau: Sequence[float],
+    between: Sequence[float],
     factors: Sequence[Array],
     assumed: Sequence[Array],
 ) -> BranchFit:
@@ -366,14 +398,16 @@ def _result(
     edges = np.cumsum([0, *[len(rest) for rest in groups]])
     # Ordinary least squares with weights 1 / assumed, but residuals of variance σ² that go τ by τ: the sandwich.
     inner = (left / singular) @ right  # J (JᵀJ)⁻¹ in units of the columns
-    excess = np.concatenate([(s / a) ** 2 * t for s, a, t in zip(sigma, assumed, tau, strict=True)])
+    together = [s**2 * t + len(s) * b**2 for s, t, b in zip(sigma, tau, between, strict=True)]
+    excess = np.concatenate([whole / a**2 for whole, a in zip(together, assumed, strict=True)])
     spread = inner * excess[:, None]
     covariance = inner.T @ spread / np.outer(length, length)
     share = np.array([np.sum(inner[a:b] * spread[a:b], axis=0) for a, b in pairwise(edges)])
     share = share / share.sum(axis=0)
     # Few independent rows: each group's variance is that of its residuals over its own degrees of freedom.
     leverage = np.array([np.sum(left[a:b] ** 2) for a, b in pairwise(edges)])
-    independent = np.array([len(rest) / t for rest, t in zip(groups, tau, strict=True)])
+    alone = [float(np.mean(s**2 / whole)) for s, whole in zip(sigma, together, strict=True)]
+    independent = np.array([max(len(s) * part, 1.0) for s, part in zip(sigma, alone, strict=True)])
     freedom = np.maximum(independent - leverage, 1.0)
     swell = np.sqrt(np.sum(share * (independent / freedom)[:, None], axis=0))
     covariance = covariance * np.outer(swell, swell)
@@ -402,6 +436,7 @@ def _result(
             "rows": len(groups[i]),
             "independent": independent[i],
             "scale": float(np.median(sigma[i])),
+            "between": between[i],
         }
         for i, (number, kind) in enumerate(problem.groups)
     ]

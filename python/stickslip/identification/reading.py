@@ -53,7 +53,7 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
     system = orbit.system
     assert isinstance(system, Oscillator)
     start = transient * orbit.t_end
-    times = np.arange(start, orbit.t_end, record.step)
+    times = np.minimum(np.arange(start, orbit.t_end, record.step), orbit.t_end)  # arange may overshoot its end
     data = orbit.to_xarray(times)
     x, v = data["x"].to_numpy(), data["v"].to_numpy()
     trace = pd.DataFrame({"time": times, "v": v, "spring": system.stiffness * x, "stuck": data["stuck"].to_numpy()})
