@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.signal import lfilter
 
 import stickslip as ss
 from stickslip.identification import fit_static_friction, fit_steady
+from stickslip.identification.curves import Rows, fit_form
 from stickslip.measurement import measure
 
 RIGS = Path(__file__).parents[1] / "examples" / "rigs"
@@ -180,3 +182,32 @@ def test_the_command_fits_tables_and_refuses_a_law_of_motion(tmp_path: Path, cap
     assert (tmp_path / "law.toml").exists()
     assert main(["identify", str(tmp_path / "f.nc"), "--law", "DwellTime"]) == 2
     assert "not a curve over slip velocity alone" in capsys.readouterr().err
+
+
+TRUE = {"kinetic": 0.4, "viscous": 0.2, "offset": -0.17}
+
+
+def _noise(kind: str, t: np.ndarray, x: np.ndarray, w: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    if kind == "waves of 0.4 s":
+        return 0.1 * lfilter([np.sqrt(1 - 0.95**2)], [1, -0.95], rng.standard_normal(len(t) + 500))[500:]
+    if kind == "a ripple along the path":  # the same at every passage: no average over passages removes it
+        return 0.14 * np.sin(x * rng.uniform(30, 60) + rng.uniform(0, 7))
+    passage = np.cumsum(np.diff(np.sign(w), prepend=np.sign(w[0])) != 0)
+    return 0.1 * rng.standard_normal(passage.max() + 1)[passage] + 0.02 * rng.standard_normal(len(t))
+
+
+@pytest.mark.parametrize("kind", ["waves of 0.4 s", "a ripple along the path", "another level at every passage"])
+def test_intervals_hold_the_truth_where_residuals_go_together(kind: str) -> None:
+    rng = np.random.default_rng(3)
+    t = np.arange(0, 60, 0.02)
+    held = dict.fromkeys(("kinetic", "viscous", "offset"), 0)
+    for _ in range(40):
+        w = np.sin(2 * np.pi * t / 5 + rng.uniform(0, 7))
+        x = np.cumsum(w) * 0.02
+        force = 0.4 * np.sign(w) + 0.2 * w - 0.17 + _noise(kind, t, x, w, rng)
+        unknown = np.full(len(t), np.nan)
+        rows = Rows(w, force, np.ones(len(t)), unknown, unknown, np.full(len(t), "r"), True).take(np.abs(w) > 0.05)
+        fit = fit_form(rows, "Coulomb + viscous, offset", ("kinetic", "viscous", "offset"))
+        held = {name: count + inside(fit.parameters, name, TRUE[name]) for name, count in held.items()}
+    # 95 % of 40 is 38; below 34 once in a hundred. Counting each sample alone held the offset under a ripple in 56 of 100.
+    assert min(held.values()) >= 34

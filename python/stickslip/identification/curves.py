@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.optimize import minimize_scalar
 
-from stickslip.identification.uncertainty import correlation_time, half_width
+from stickslip.identification.uncertainty import half_width, recurrence, worth
 
 Array = npt.NDArray[np.float64]
 
@@ -248,12 +248,17 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
     if singular[-1] < 1e-6 * singular[0]:
         return None  # two of its terms are one and the same on these rows
     z = rest / rows.error
-    tau = min(correlation_time(z), len(rows) / (len(names) + 2)) if len(rows) > FEW else 1.0
-    freedom = max(len(rows) / tau - len(names), 1.0)
-    chi = float(np.sum(z**2)) / tau / freedom
+    inverse = np.linalg.inv(scaled.T @ scaled)
+    inflate = np.ones(len(names))
+    if len(rows) > FEW:
+        period = recurrence(rows.w) if rows.series else 0
+        most = len(rows) / (len(names) + 2)
+        inflate = np.array([min(worth(pulls, period), most) for pulls in (scaled @ inverse * z[:, None]).T])
+    freedom = max(len(rows) / float(inflate.max()) - len(names), 1.0)
+    chi = float(np.sum(z**2)) / (len(rows) - len(names))
     # stated errors are believed unless the scatter is larger
-    inflate = (max(chi, 1.0) if rows.known else chi) * tau
-    covariance = np.linalg.inv(scaled.T @ scaled) * inflate / np.outer(size, size)
+    spread = np.sqrt(inflate * (max(chi, 1.0) if rows.known else chi)) / size
+    covariance = inverse * np.outer(spread, spread)
     errors = np.sqrt(np.diag(covariance))
     half = [half_width(float(error), freedom) for error in errors]
     table = pd.DataFrame(

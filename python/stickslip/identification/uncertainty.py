@@ -8,6 +8,9 @@ from scipy import stats
 
 Array = npt.NDArray[np.float64]
 
+RECURRENT = 0.8
+"""Correlation of a motion with itself, some time later, from which on it is said to repeat itself."""
+
 
 def robust_scale(residuals: Array) -> float:
     """Standard deviation of normal residuals from their median absolute value; outliers do not count.
@@ -60,6 +63,56 @@ def correlation_time(residuals: Array) -> float:
     pairs = rho[: n - n % 2].reshape(-1, 2).sum(axis=1)
     end = int(np.argmax(pairs <= 0)) if (pairs <= 0).any() else pairs.size
     return float(np.clip(2 * pairs[:end].sum() - 1, 1.0, n / 2))
+
+
+def recurrence(motion: Array) -> int:
+    """Samples after which a motion repeats itself, 0 where it does not: the first lag at which it is again what it was.
+
+    Parameters
+    ----------
+    motion : shape (n,), evenly sampled; repeated at least once, its correlation there at least `RECURRENT`.
+
+    >>> t = np.arange(1000)
+    >>> recurrence(np.sin(2 * np.pi * t / 130) + 0.5 * np.cos(4 * np.pi * t / 130))
+    130
+    >>> recurrence(np.random.default_rng(0).standard_normal(1000))
+    0
+    """
+    n = motion.size
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.fft.rfft(motion - motion.mean(), size)
+    covariance = np.fft.irfft(spectrum * spectrum.conj(), size)[: n // 2 + 1] / (n - np.arange(n // 2 + 1))
+    if covariance[0] <= 0 or not (covariance < 0).any():
+        return 0
+    rho = covariance / covariance[0]
+    first = int(np.argmax(rho < 0))
+    top = float(rho[first:].max())
+    if top < RECURRENT:
+        return 0
+    high = first + np.flatnonzero(rho[first:] > 0.98 * top)
+    end = int(np.argmax(np.diff(high, append=high[-1] + 2) > 1)) + 1
+    return int(high[:end][np.argmax(rho[high[:end]])])
+
+
+def worth(pulls: Array, period: int) -> float:
+    """By how much the variance of a sum of pulls exceeds that of as many independent ones.
+
+    A pull is what one sample's residual does to a number, in the order of time. Pulls that go together over τ samples are
+    one in τ (see :func:`correlation_time`). Where the motion repeats itself after `period` samples (0: never) and the
+    residuals with it, so that they are the law's and not the noise's, further periods say nothing new of them: their
+    share, the correlation over one period, is not averaged down.
+
+    Parameters
+    ----------
+    pulls : shape (n,).
+    period : samples, 0 where the motion does not repeat.
+    """
+    factor = correlation_time(pulls)
+    if period:
+        again = float(np.dot(pulls[period:], pulls[:-period]) / max(np.dot(pulls, pulls), 1e-300)) * pulls.size
+        share = min(max(again / (pulls.size - period), 0.0), 1.0)
+        factor *= 1 + share * (pulls.size / period - 1)
+    return factor
 
 
 def half_width(error: float, freedom: float) -> float:
