@@ -198,6 +198,17 @@ def test_errors_follow_the_scale(tmp_path):
     np.testing.assert_allclose([x_error[0], y_error[0]], [1e-4, 2e-4])
 
 
+def test_what_an_edge_takes_is_said_of_the_other_coordinate_too(tmp_path):
+    for index in range(6):
+        cv2.imwrite(str(tmp_path / f"{index}.png"), disc(40.0 + 4 * index, 4.0).astype(np.uint8))
+    # half of what is seen of the marker, 17.7 px wide as a disc, times the sine of the angle, over 1000 px per m
+    for angle, said in ((0.0, "cut off at the edge."), (5.0, "the axis leans, so x is known to ± 0.00077 m only.")):
+        motion = track(tmp_path, frame_rate=1.0, calibration={"scale": 1000.0, "angle": angle})
+        assert np.isnan(motion["y"]).all()
+        assert np.isfinite(motion["x"]).all()
+        assert motion.attrs["notes"][-1].endswith(said)
+
+
 def test_marks_of_a_curved_ruler_are_found_and_followed(tmp_path):
     pitch = 40 + 0.02 * np.arange(700)
     place = np.concatenate([[0], np.cumsum(1 / pitch)])[:700]

@@ -12,14 +12,14 @@ import numpy as np
 from stickslip.documents import check_writable
 from stickslip.errors import InputError
 from stickslip.tracking.blobs import find_blobs
-from stickslip.tracking.calibration import PIXELS, read_calibration
+from stickslip.tracking.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.likeness import likeness
 from stickslip.tracking.links import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
 from stickslip.tracking.osp import PROJECTS, TEXTS, read_osp
 from stickslip.tracking.setup import Setup
-from stickslip.tracking.sightings import Sightings
+from stickslip.tracking.sightings import Array, Sightings
 from stickslip.tracking.source import Film, Picture
 from stickslip.tracking.template import find_templates
 from stickslip.tracking.writing import check_place
@@ -231,7 +231,7 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> xr.Da
     if setup.names is not None:
         motion = motion.assign_coords(name=("mass", list(setup.names)))
     motion.attrs["setup"] = setup.to_toml()
-    motion.attrs["notes"] = [*film.notes, *calibration.notes, *_remarks(motion)]
+    motion.attrs["notes"] = [*film.notes, *calibration.notes, *_remarks(motion, calibration, size)]
     return motion
 
 
@@ -254,14 +254,30 @@ def _reasons(marker: Track, seen: _Seen) -> list[str]:
     return reasons
 
 
-def _remarks(motion: xr.Dataset) -> list[str]:
+def _leaning(motion: xr.Dataset, reason: str, calibration: Calibration, size: Array) -> str:
+    """How far half a marker across the cut moves the coordinate along it, where that is more than noise."""
+    if calibration.unit == "px" or reason not in ("x" + CUT, "y" + CUT):
+        return ""
+    rows = motion["lost"].to_numpy() == reason
+    x, y, half = motion["x_px"].to_numpy()[rows], motion["y_px"].to_numpy()[rows], 0.5 * size[rows]
+    along, other = ("y", 1) if reason.startswith("x") else ("x", 0)
+    aside = calibration.to_world(x + half * other, y + half * (1 - other))[other]
+    off = float(np.abs(aside - calibration.to_world(x, y)[other]).max())
+    noise = float(np.nanmedian(motion[f"{along}_error"].to_numpy()))
+    return f"{along} is known to ± {off:.2g} {calibration.unit} only" if off > 2 * noise else ""
+
+
+def _remarks(motion: xr.Dataset, calibration: Calibration, size: Array) -> list[str]:
+    """What a reader of the motion should know, a sentence each."""
     remarks = []
     for mass in range(motion.sizes["mass"]):
         reasons = motion["lost"].to_numpy()[:, mass]
         counts = {str(reason): int((reasons == reason).sum()) for reason in dict.fromkeys(reasons) if reason}
         cut = {reason: counts.pop(reason) for reason in [*counts] if reason.endswith(CUT)}
         for reason, count in cut.items():
-            remarks.append(f"Mass {mass} has no {reason.removesuffix(CUT)} in {count} of {len(reasons)} pictures{CUT}.")
+            told = f"Mass {mass} has no {reason.removesuffix(CUT)} in {count} of {len(reasons)} pictures{CUT}"
+            off = _leaning(motion.isel(mass=mass), reason, calibration, size[:, mass])
+            remarks.append(told + (f"; the axis leans, so {off}." if off else "."))
         if counts:
             told = ", ".join(f"{count} {reason}" for reason, count in counts.items())
             remarks.append(f"Mass {mass} is missing in {sum(counts.values())} of {len(reasons)} pictures ({told}).")
