@@ -9,6 +9,7 @@ import re
 from importlib.metadata import version
 from pathlib import Path
 
+import derivatives
 import numpy as np
 import regimes
 import sweep
@@ -65,6 +66,7 @@ def main() -> None:
     options = parser.parse_args()
     lines = [f"Run on {machine()}.", ""]
     tables = [(problem.name, lambda problem=problem: compare(problem, options.rounds)) for problem in PROBLEMS]
+    tables.append(("Derivatives through every event", lambda: derivatives.compare(options.rounds)))
     tables.append(("A sweep of 1000 frequencies", lambda: sweep.compare(options.rounds)))
     tables.append(("A regime map", lambda: regimes.compare(options.side)))
     for name, table in tables:

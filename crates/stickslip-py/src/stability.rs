@@ -270,7 +270,7 @@ pub(crate) fn follow<'py>(
     });
     Ok((
         states.into_pyarray(py),
-        followed.rates.concat().into_pyarray(py),
+        followed.rates.into_pyarray(py),
         followed.durations.into_pyarray(py),
         tests.collect::<Vec<_>>().into_pyarray(py),
     ))

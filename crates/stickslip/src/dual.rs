@@ -1,14 +1,55 @@
 //! Numbers that carry their derivatives along several directions (forward differentiation, without a difference).
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Deref, DerefMut, Mul, Neg, Sub};
+
+/// So many directions lie in the number itself: those of one mass with one contact.
+const FEW: usize = 16;
+
+/// Derivatives, one a direction. Few of them ask for no memory, which would cost more than the arithmetic.
+#[derive(Clone, Debug)]
+pub enum Rates {
+    /// They, and how many count.
+    Few([f64; FEW], usize),
+    /// Any number.
+    Many(Vec<f64>),
+}
+
+impl Rates {
+    fn zero(lanes: usize) -> Self {
+        if lanes <= FEW {
+            Self::Few([0.0; FEW], lanes)
+        } else {
+            Self::Many(vec![0.0; lanes])
+        }
+    }
+}
+
+impl Deref for Rates {
+    type Target = [f64];
+    fn deref(&self) -> &[f64] {
+        match self {
+            Self::Few(rates, lanes) => &rates[..*lanes],
+            Self::Many(rates) => rates,
+        }
+    }
+}
+
+impl DerefMut for Rates {
+    fn deref_mut(&mut self) -> &mut [f64] {
+        match self {
+            Self::Few(rates, lanes) => &mut rates[..*lanes],
+            Self::Many(rates) => rates,
+        }
+    }
+}
 
 /// A value and its derivatives.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Dual {
     /// The value.
     pub value: f64,
     /// Its derivatives, one a direction.
-    pub rates: Vec<f64>,
+    pub rates: Rates,
 }
 
 impl Dual {
@@ -17,7 +58,7 @@ impl Dual {
     pub fn fixed(value: f64, lanes: usize) -> Self {
         Self {
             value,
-            rates: vec![0.0; lanes],
+            rates: Rates::zero(lanes),
         }
     }
 
@@ -29,13 +70,11 @@ impl Dual {
         number
     }
 
-    /// This plus `slope` times the derivatives of `other`, whose value does not count.
-    #[must_use]
-    pub fn shifted(mut self, slope: f64, other: &Self) -> Self {
-        for (rate, along) in self.rates.iter_mut().zip(&other.rates) {
+    /// Add `slope` times the derivatives of `other`, whose value does not count.
+    pub fn shift(&mut self, slope: f64, other: &Self) {
+        for (rate, along) in self.rates.iter_mut().zip(other.rates.iter()) {
             *rate += slope * along;
         }
-        self
     }
 
     /// |self|
@@ -50,7 +89,8 @@ impl Add<&Dual> for Dual {
     type Output = Self;
     fn add(mut self, other: &Self) -> Self {
         self.value += other.value;
-        self.shifted(1.0, other)
+        self.shift(1.0, other);
+        self
     }
 }
 
@@ -58,7 +98,8 @@ impl Sub<&Dual> for Dual {
     type Output = Self;
     fn sub(mut self, other: &Self) -> Self {
         self.value -= other.value;
-        self.shifted(-1.0, other)
+        self.shift(-1.0, other);
+        self
     }
 }
 
@@ -66,7 +107,7 @@ impl Mul<f64> for Dual {
     type Output = Self;
     fn mul(mut self, factor: f64) -> Self {
         self.value *= factor;
-        for rate in &mut self.rates {
+        for rate in self.rates.iter_mut() {
             *rate *= factor;
         }
         self

@@ -24,8 +24,8 @@ pub(crate) use state::contact_of;
 pub use state::{Arc, CONTACT, Ending, Flags, Layout, Phase, State};
 pub use varied::Varied;
 
-use border::Traced;
-use segment::Course;
+use saltation::ArcEnd;
+use segment::{Course, Place};
 use state::Moving;
 
 use crate::dual::Dual;
@@ -36,8 +36,8 @@ use crate::error::Error;
 pub struct Followed {
     /// The state after each arc.
     pub states: Vec<State>,
-    /// The derivatives of its numbers, row after row: by those of the start, and by the parameter.
-    pub rates: Vec<Vec<f64>>,
+    /// The derivatives of its numbers, arc after arc, row after row: by those of the start, and by the parameter.
+    pub rates: Vec<f64>,
     /// How long each arc took.
     pub durations: Vec<f64>,
     /// The test functions.
@@ -64,22 +64,29 @@ pub fn follow(
 ) -> Result<Followed, Error> {
     let course = Course::new(varied);
     let (width, lanes) = (course.layout.width(), course.layout.lanes());
-    let mut followed = Followed::default();
+    let mut followed = Followed {
+        rates: Vec::with_capacity(arcs.len() * width * lanes),
+        ..Followed::default()
+    };
     let mut state = start.clone();
     // The derivatives so far, row after row; what an arc adds is found by its own start.
-    let mut rates = identity(width);
+    let unit = identity(width);
+    let mut place = course.place();
     for (index, arc) in arcs.iter().enumerate() {
         let next = arcs.get(index + 1).map_or(last, |arc| &arc.phases);
-        if reseed {
-            rates = identity(width);
-        }
-        let chained = |number: &Dual| chained(number, &rates);
         let seeded = state.seeded(course.all_lanes());
-        let tau = end_of(&course, &state.still(1), arc).ok_or_else(|| lost(index, "does not end"))?;
-        let place = course.go(&seeded, &arc.phases, tau);
-        let moment = course.moment(&place, &seeded);
-        let moves = Course::moves(&course.guard(&seeded, arc, tau, &moment));
-        let after = course.pass(&seeded, arc, tau, &moment, &moves, next);
+        let tau = end_of(&course, &seeded, arc, &mut place).ok_or_else(|| lost(index, "does not end"))?;
+        let moves = Course::moves(&course.guard(&seeded, arc, tau, &place));
+        let end = ArcEnd {
+            index,
+            arc,
+            start: &seeded,
+            tau,
+            place: &place,
+            moved: course.moved(&seeded, tau, &place),
+            next,
+        };
+        let after = course.pass(&end, &moves);
         let strays = |number: &Dual| !number.rates.iter().all(|rate| rate.is_finite());
         let motion = &after.numbers[..course.layout.contact(0)];
         if motion
@@ -88,29 +95,30 @@ pub fn follow(
         {
             return Err(lost(index, "leaves the numbers"));
         }
+        let first = followed.rates.len();
+        followed.rates.resize(first + width * lanes, 0.0);
+        let (before, rows) = followed.rates.split_at_mut(first);
+        let rates = if reseed || index == 0 {
+            &unit
+        } else {
+            &before[first - width * lanes..]
+        };
         if tests {
-            let traced = Traced {
-                index,
-                arc,
-                start: &seeded,
-                tau,
-            };
             let first = followed.tests.len();
-            course.borders(&traced, &mut followed.tests);
-            if let Some(&next) = next.get(arc.contact) {
-                course.entry(&traced, &moment, &moves, next, &mut followed.tests);
-            }
+            course.borders(&end, &mut followed.tests);
+            course.entry(&end, &moves, &mut followed.tests);
             for test in &mut followed.tests[first..] {
-                test.value.rates = chained(&test.value);
+                let mut row = vec![0.0; lanes];
+                chain(&test.value, rates, &mut row);
+                test.value.rates[..lanes].copy_from_slice(&row);
             }
         }
-        let rows: Vec<f64> = after.numbers.iter().flat_map(chained).collect();
+        for (number, row) in after.numbers.iter().zip(rows.chunks_exact_mut(lanes)) {
+            chain(number, rates, row);
+        }
         followed.durations.push(tau);
         state = after.values();
         followed.states.push(state.clone());
-        debug_assert_eq!(rows.len(), width * lanes);
-        followed.rates.push(rows.clone());
-        rates = rows;
     }
     Ok(followed)
 }
@@ -125,23 +133,22 @@ fn identity(width: usize) -> Vec<f64> {
 }
 
 /// The derivatives of a number by the start of the trail, from those by the start of the arc and of that by the trail's.
-fn chained(number: &Dual, rates: &[f64]) -> Vec<f64> {
-    let parameter = number.rates.len() - 2;
-    let mut row = vec![0.0; parameter + 1];
+fn chain(number: &Dual, rates: &[f64], row: &mut [f64]) {
+    let parameter = row.len() - 1;
     row[parameter] = number.rates[parameter];
-    for (slope, from) in number.rates.iter().zip(rates.chunks_exact(parameter + 1)) {
+    for (slope, from) in number.rates.iter().zip(rates.chunks_exact(row.len())) {
         if *slope != 0.0 {
             for (rate, from) in row.iter_mut().zip(from) {
                 *rate += slope * from;
             }
         }
     }
-    row
 }
 
-/// When the arc ends, near where it did: Newton.
-fn end_of(course: &Course, start: &Moving, arc: &Arc) -> Option<f64> {
+/// When the arc ends, near where it did: Newton. The place goes there.
+fn end_of(course: &Course, start: &Moving, arc: &Arc, place: &mut Place) -> Option<f64> {
     let mut tau = arc.duration;
+    course.go(start, &arc.phases, tau, place);
     if arc.ending == Ending::Time {
         return Some(tau);
     }
@@ -149,11 +156,9 @@ fn end_of(course: &Course, start: &Moving, arc: &Arc) -> Option<f64> {
     let longest = 0.3 / rate_of_all;
     let mut best = f64::INFINITY;
     let mut first = None;
-    let mut place = course.go(start, &arc.phases, tau);
     for round in 0..60 {
-        let moment = course.moment(&place, start);
-        let guard: Dual = course.guard(start, arc, tau, &moment);
-        let (value, rate) = (guard.value, guard.rates[0]);
+        let guard = course.guard(start, arc, tau, place);
+        let (value, rate) = (guard.value, guard.rates[course.all_lanes() - 1]);
         if !(value.is_finite() && rate.is_finite()) || rate == 0.0 {
             return (value == 0.0).then_some(tau);
         }
@@ -161,6 +166,7 @@ fn end_of(course: &Course, start: &Moving, arc: &Arc) -> Option<f64> {
         // Beside a tangency Newton may run away from an end that was known from the start.
         let known = *first.get_or_insert(step);
         if round > 0 && known.abs() < 1e-9 / rate_of_all && (tau - arc.duration).abs() > 1e-6 / rate_of_all {
+            course.shift(start, &arc.phases, arc.duration, place);
             return Some(arc.duration);
         }
         // Rounding ends the descent.
@@ -170,12 +176,7 @@ fn end_of(course: &Course, start: &Moving, arc: &Arc) -> Option<f64> {
         best = best.min(step.abs());
         let step = step.clamp(-longest, longest);
         tau += step;
-        let h = tau - place.begin;
-        if (-0.1 * place.reach..=place.reach).contains(&h) {
-            place.h = h;
-        } else {
-            place = course.go(start, &arc.phases, tau);
-        }
+        course.shift(start, &arc.phases, tau, place);
         if step.abs() <= 1e-16 * tau.abs() {
             return Some(tau);
         }

@@ -13,6 +13,7 @@ use crate::law::{Friction, Law, Piece};
 use crate::matrix::Matrix;
 use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature, free_time, slope_at};
 use crate::system::{Drive, System, add_wave};
+use tangent::Linear;
 
 /// The last terms of a step may be this large compared with the motion.
 const NEGLIGIBLE: f64 = 5e-17;
@@ -83,6 +84,11 @@ pub(crate) struct Held {
 }
 
 impl Held {
+    /// What a held contact's force owes to what each of them wants.
+    pub(crate) fn gain(&self, row: usize) -> &[f64] {
+        self.gain.row(row)
+    }
+
     /// The forces that make up for what the contacts want.
     pub(crate) fn forces(&self, wants: impl Fn(usize) -> f64) -> Vec<f64> {
         let wants: Vec<f64> = (0..self.contacts.len()).map(wants).collect();
@@ -154,9 +160,13 @@ impl Frame {
     }
 
     /// b_c · a for any vector over the masses.
-    pub(crate) fn across(&self, contact: usize, a: impl Fn(usize) -> f64) -> f64 {
+    pub(crate) fn across<T: Linear>(&self, contact: usize, a: impl Fn(usize) -> T) -> T {
         let (mass, other) = self.ends[contact];
-        a(mass) - other.map_or(0.0, a)
+        let mut across = a(mass);
+        if let Some(other) = other {
+            across.add(-1.0, a(other));
+        }
+        across
     }
 
     /// How much a unit force of `from` accelerates `to`: b_to M⁻¹ b_from.

@@ -1,8 +1,8 @@
 //! The borders of an event sequence: test functions that vanish where the real motion would take another one.
 
-use super::saltation::settle;
-use super::segment::{Course, Moment, Place};
-use super::state::{Arc, Ending, HIGH, LOW, Moving, Phase};
+use super::saltation::{ArcEnd, settle};
+use super::segment::{Course, Place};
+use super::state::{Ending, HIGH, LOW, Moving, Phase};
 use crate::dual::Dual;
 use crate::law::End;
 
@@ -42,34 +42,26 @@ pub struct Test {
     pub detail: f64,
 }
 
-/// One arc of a trail, with its number, and what is known of it.
-pub(super) struct Traced<'a> {
-    pub(super) index: usize,
-    pub(super) arc: &'a Arc,
-    pub(super) start: &'a Moving,
-    pub(super) tau: f64,
-}
-
 impl Course<'_> {
     /// The test functions inside an arc.
-    pub(super) fn borders(&self, traced: &Traced, tests: &mut Vec<Test>) {
-        if traced.tau <= 0.0 {
+    pub(super) fn borders(&self, end: &ArcEnd, tests: &mut Vec<Test>) {
+        if end.tau <= 0.0 {
             return;
         }
-        let plain = traced.start.values().still(1);
-        let mut places: Vec<Place> = Vec::new();
-        let last = self.walk(&plain, &traced.arc.phases, traced.tau, &mut |place| {
-            places.push(place);
+        let plain = end.start.values().still(1);
+        let (mut places, mut last) = (Vec::new(), self.place());
+        self.walk(&plain, &end.arc.phases, end.tau, &mut last, &mut |place| {
+            places.push(place.clone());
         });
         places.push(last);
         for c in 0..self.layout.contacts {
             let mut before: Option<(f64, f64)> = None;
             for place in &mut places {
                 // The last one ends where the arc does.
-                let length = if place.begin + place.reach < traced.tau {
+                let length = if place.begin + place.reach < end.tau {
                     place.reach
                 } else {
-                    (traced.tau - place.begin) * (1.0 - 1e-9)
+                    (end.tau - place.begin) * (1.0 - 1e-9)
                 };
                 #[expect(
                     clippy::cast_possible_truncation,
@@ -85,11 +77,11 @@ impl Course<'_> {
                         i as f64
                     };
                     let h = length * share / count as f64;
-                    let mut watched = |h: f64| self.watched(&plain, traced.arc.phases[c], c, place, h);
+                    let mut watched = |h: f64| self.watched(&plain, end.arc.phases[c], c, place, h);
                     let now = (h, watched(h));
                     if let Some(earlier) = before.filter(|earlier| i > 0 && earlier.1 * now.1 < 0.0) {
                         let tau = root(&mut watched, earlier, now);
-                        self.extremum(traced, c, place.begin + tau, now.1 > 0.0, tests);
+                        self.extremum(end, c, place.begin + tau, now.1 > 0.0, tests);
                     }
                     before = Some(now);
                 }
@@ -101,57 +93,49 @@ impl Course<'_> {
     fn watched(&self, start: &Moving, phase: Phase, c: usize, place: &mut Place, h: f64) -> f64 {
         place.h = h;
         match phase {
-            Phase::Slip(_) => place.turn(c),
+            Phase::Slip(_) => place.turn(c).value,
             Phase::Stick => {
                 let age = self.age(start, c, place.begin + h);
-                let [force, rate] = place.force(c);
-                (self.bears(c, &age, &rate) - &force.abs()).rates[0]
+                (self.bears(c, &age, &place.force_rate(c)) - &place.force(c).abs()).rates[0]
             }
             Phase::Hold(_) => 1.0,
         }
     }
 
-    fn extremum(&self, traced: &Traced, c: usize, tau: f64, least: bool, tests: &mut Vec<Test>) {
-        let place = self.go(traced.start, &traced.arc.phases, tau);
-        let moment = self.moment(&place, traced.start);
-        match traced.arc.phases[c] {
-            Phase::Slip(_) => self.both_ends(traced, c, tau, &still(&moment.u[c]), least, tests),
+    fn extremum(&self, end: &ArcEnd, c: usize, tau: f64, least: bool, tests: &mut Vec<Test>) {
+        let mut place = self.place();
+        self.go(end.start, &end.arc.phases, tau, &mut place);
+        match end.arc.phases[c] {
+            Phase::Slip(_) => self.both_ends(end, c, tau, &still(place.u(c)), least, tests),
             _ if least => tests.push(Test {
                 border: Border::Stick,
                 contact: c,
-                arc: traced.index,
+                arc: end.index,
                 tau,
-                value: still(&self.margin(traced.start, c, tau, &moment)),
+                value: still(self.margin(end.start, c, tau, &place)),
                 detail: 0.0,
             }),
             _ => {}
         }
     }
 
-    /// The test functions where a slip velocity reaches zero; the end moves by `moves`, `next` is what the contact does then.
-    pub(super) fn entry(
-        &self,
-        traced: &Traced,
-        moment: &Moment,
-        moves: &Dual,
-        next: Phase,
-        tests: &mut Vec<Test>,
-    ) {
-        let (arc, tau) = (traced.arc, traced.tau);
+    /// The test functions where a slip velocity reaches zero; the end `moves`.
+    pub(super) fn entry(&self, end: &ArcEnd, moves: &Dual, tests: &mut Vec<Test>) {
+        let &ArcEnd { arc, tau, place, .. } = end;
         let c = arc.contact;
-        let Some(Phase::Slip(_)) = arc.phases.get(c) else {
+        if !matches!(arc.phases[c], Phase::Slip(_)) {
             return;
-        };
-        let settled = |number: &Dual| {
-            let mut number = number.clone();
+        }
+        let sticks = end.next[c] == Phase::Stick;
+        let settled = |mut number: Dual| {
             settle(&mut number, moves);
             number
         };
-        let mut push = |border, value: &Dual, detail| {
+        let mut push = |border, value: Dual, detail| {
             tests.push(Test {
                 border,
                 contact: c,
-                arc: traced.index,
+                arc: end.index,
                 tau,
                 value: settled(value),
                 detail,
@@ -159,20 +143,20 @@ impl Course<'_> {
         };
         match arc.ending {
             Ending::Line(End::Turn { rising }) => {
-                self.both_ends(traced, c, tau, &settled(&moment.u[c]), rising, tests);
+                self.both_ends(end, c, tau, &settled(place.u(c)), rising, tests);
             }
-            Ending::Section if next == Phase::Stick => push(Border::Low, &moment.u[c], 0.0),
-            Ending::Line(End::Low) if traced.start.numbers[self.layout.contact(c) + LOW].value <= 0.0 => {
-                let [force, rate] = self.if_stuck(traced.start, &arc.phases, c, tau, moment);
+            Ending::Section if sticks => push(Border::Low, place.u(c), 0.0),
+            Ending::Line(End::Low) if end.start.numbers[self.layout.contact(c) + LOW].value <= 0.0 => {
+                let [force, rate] = self.if_stuck(&end.moved, &arc.phases, c);
                 let detail = rate.value * force.value.signum();
                 let at_once = Dual::fixed(0.0, moves.rates.len());
                 let margin = self.bears(c, &at_once, &rate) - &force.abs();
-                if next == Phase::Stick {
-                    push(Border::Entry, &margin, detail);
+                if sticks {
+                    push(Border::Entry, margin, detail);
                 } else {
-                    push(Border::Crossing, &-margin, detail);
+                    push(Border::Crossing, -margin, detail);
                 }
-                push(Border::Arrival, &-moment.turn[c].clone(), detail);
+                push(Border::Arrival, -place.turn(c), detail);
             }
             _ => {}
         }
@@ -180,17 +164,17 @@ impl Course<'_> {
 
     /// How far an extremum of a slip speed lies from both ends of its line: from the one it may reach, and from the one
     /// behind it, where the arc itself may vanish.
-    fn both_ends(&self, traced: &Traced, c: usize, tau: f64, u: &Dual, least: bool, tests: &mut Vec<Test>) {
+    fn both_ends(&self, end: &ArcEnd, c: usize, tau: f64, u: &Dual, least: bool, tests: &mut Vec<Test>) {
         let at = self.layout.contact(c);
-        let (low, high) = (&traced.start.numbers[at + LOW], &traced.start.numbers[at + HIGH]);
-        let mut push = |border, value, end: &Dual| {
+        let (low, high) = (&end.start.numbers[at + LOW], &end.start.numbers[at + HIGH]);
+        let mut push = |border, value, bound: &Dual| {
             tests.push(Test {
                 border,
                 contact: c,
-                arc: traced.index,
+                arc: end.index,
                 tau,
                 value,
-                detail: end.value,
+                detail: bound.value,
             });
         };
         // The end it may reach comes first.
@@ -207,8 +191,7 @@ impl Course<'_> {
 }
 
 /// A number at an extremum, where time does not count.
-fn still(number: &Dual) -> Dual {
-    let mut number = number.clone();
+fn still(mut number: Dual) -> Dual {
     if let Some(along) = number.rates.last_mut() {
         *along = 0.0;
     }

@@ -1,37 +1,49 @@
 //! The jump of the derivative at an event: what vanishes there, and the state and memory that follow.
 
-use super::segment::{Course, Moment};
+use super::segment::{Course, Place};
 use super::state::{AGE, Arc, Ending, Flags, HIGH, LOW, Moving, Phase, line_of};
 use super::varied::{LINE_STEP, RELATIVE_STEP};
 use crate::drive::Clock;
 use crate::dual::Dual;
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 
+/// Where an arc of a trail ends.
+pub(super) struct ArcEnd<'a> {
+    /// Which arc.
+    pub(super) index: usize,
+    pub(super) start: &'a Moving,
+    pub(super) arc: &'a Arc,
+    pub(super) tau: f64,
+    pub(super) place: &'a Place,
+    /// The state with the time, the positions and the velocities there.
+    pub(super) moved: Moving,
+    /// What the contacts do then.
+    pub(super) next: &'a [Phase],
+}
+
 impl Course<'_> {
     /// What vanishes where the arc ends, given the motion there.
-    pub(super) fn guard(&self, start: &Moving, arc: &Arc, tau: f64, moment: &Moment) -> Dual {
+    pub(super) fn guard(&self, start: &Moving, arc: &Arc, tau: f64, place: &Place) -> Dual {
         let c = arc.contact;
         let line = |which: usize| &start.numbers[self.layout.contact(c) + which];
         match (arc.phases.get(c), arc.ending) {
-            (Some(Phase::Stick), Ending::Release) => self.margin(start, c, tau, moment),
+            (Some(Phase::Stick), Ending::Release) => self.margin(start, c, tau, place),
             (Some(Phase::Hold(direction)), Ending::Line(end)) => {
                 let rising = usize::from(end == End::High);
-                let parameter = self.parameter(moment.t.rates.len());
+                let parameter = self.parameter(start.numbers[0].rates.len());
                 let [between] = self
                     .varied
-                    .ask(c, [&moment.u[c]], parameter, LINE_STEP, |law, [u]| {
+                    .ask(c, [&place.u(c)], parameter, LINE_STEP, |law, [u]| {
                         [law.branches(u).map_or(f64::NAN, |pair| pair[rising])]
                     });
-                moment.force[c].clone() * *direction - &between
+                place.force(c) * *direction - &between
             }
-            (Some(Phase::Slip(_)), Ending::Line(End::Low)) => moment.u[c].clone() - line(LOW),
-            (Some(Phase::Slip(_)), Ending::Line(End::High)) => moment.u[c].clone() - line(HIGH),
-            (Some(Phase::Slip(_)), Ending::Line(End::Turn { .. }) | Ending::Section) => {
-                moment.turn[c].clone()
-            }
+            (Some(Phase::Slip(_)), Ending::Line(End::Low)) => place.u(c) - line(LOW),
+            (Some(Phase::Slip(_)), Ending::Line(End::High)) => place.u(c) - line(HIGH),
+            (Some(Phase::Slip(_)), Ending::Line(End::Turn { .. }) | Ending::Section) => place.turn(c),
             // A time on the clock: an arc that starts later takes less.
             _ => {
-                let mut guard = moment.t.clone();
+                let mut guard = later(&start.numbers[0], tau);
                 guard.value = tau - arc.duration;
                 guard
             }
@@ -39,18 +51,13 @@ impl Course<'_> {
     }
 
     /// What adhesion of a contact bears beyond the force that holds it.
-    pub(super) fn margin(&self, start: &Moving, c: usize, tau: f64, moment: &Moment) -> Dual {
-        self.bears(c, &self.age(start, c, tau), &moment.force_rate[c]) - &moment.force[c].clone().abs()
+    pub(super) fn margin(&self, start: &Moving, c: usize, tau: f64, place: &Place) -> Dual {
+        self.bears(c, &self.age(start, c, tau), &place.force_rate(c)) - &place.force(c).abs()
     }
 
     /// How long a stuck contact has stuck.
     pub(super) fn age(&self, start: &Moving, c: usize, tau: f64) -> Dual {
-        let mut age = start.numbers[self.layout.contact(c) + AGE].clone();
-        age.value += tau;
-        if let Some(rate) = age.rates.last_mut() {
-            *rate = 1.0;
-        }
-        age
+        later(&start.numbers[self.layout.contact(c) + AGE], tau)
     }
 
     pub(super) fn bears(&self, c: usize, stick_time: &Dual, rate: &Dual) -> Dual {
@@ -68,35 +75,22 @@ impl Course<'_> {
         bears
     }
 
-    /// The force that would hold a contact, did it stick at this moment, and its rate.
-    pub(super) fn if_stuck(
-        &self,
-        start: &Moving,
-        phases: &[Phase],
-        c: usize,
-        tau: f64,
-        moment: &Moment,
-    ) -> [Dual; 2] {
-        let mut here = self.moved(start, moment);
-        here.numbers[0].value += tau;
+    /// The force that would hold a contact, did it stick in this state, and its rate.
+    pub(super) fn if_stuck(&self, state: &Moving, phases: &[Phase], c: usize) -> [Dual; 2] {
+        let mut here = state.clone();
         let mut stuck = phases.to_vec();
         stuck[c] = Phase::Stick;
         self.stop(&mut here, &stuck);
-        let clock = Clock {
-            high: here.numbers[0].value,
-            low: 0.0,
-        };
-        let place = self.expand(&here, &stuck, clock);
-        [0, 1].map(|k| place.coefficient(k, |motion| &motion.force[c], |tangent| &tangent.force[c]))
+        self.holding(&here, &stuck, c)
     }
 
-    /// The state with the time, the positions and the velocities of the moment; the time is still that of the start.
-    fn moved(&self, start: &Moving, moment: &Moment) -> Moving {
+    /// The state with the time, the positions and the velocities of a place.
+    pub(super) fn moved(&self, start: &Moving, tau: f64, place: &Place) -> Moving {
         let mut here = start.clone();
-        here.numbers[0] = moment.t.clone();
+        here.numbers[0] = later(&start.numbers[0], tau);
         for i in 0..self.layout.masses {
-            here.numbers[self.layout.x(i)] = moment.x[i].clone();
-            here.numbers[self.layout.v(i)] = moment.v[i].clone();
+            here.numbers[self.layout.x(i)] = place.x(i);
+            here.numbers[self.layout.v(i)] = place.v(i);
         }
         here
     }
@@ -147,32 +141,23 @@ impl Course<'_> {
         state.flags[c] = Flags::of(&piece, &memory);
     }
 
-    /// The state after `arc`, which ends at `tau` and moves its end by `moves`; `next` is what follows.
-    pub(super) fn pass(
-        &self,
-        start: &Moving,
-        arc: &Arc,
-        tau: f64,
-        moment: &Moment,
-        moves: &Dual,
-        next: &[Phase],
-    ) -> Moving {
-        let mut after = self.moved(start, moment);
-        after.numbers[0].value += tau;
-        for c in 0..self.layout.contacts {
-            let at = self.layout.contact(c);
-            if arc.phases[c] == Phase::Stick {
-                after.numbers[at + AGE] = self.age(start, c, tau);
+    /// The state after an arc whose end `moves`.
+    pub(super) fn pass(&self, end: &ArcEnd, moves: &Dual) -> Moving {
+        let &ArcEnd { arc, next, .. } = end;
+        let mut after = end.moved.clone();
+        for (c, (phase, next)) in arc.phases.iter().zip(next).enumerate() {
+            if *phase == Phase::Stick {
+                after.numbers[self.layout.contact(c) + AGE] = self.age(end.start, c, end.tau);
             }
             let event = c == arc.contact && !matches!(arc.ending, Ending::Time | Ending::Section);
-            if arc.phases[c] != next[c] || event {
-                self.change(&mut after, start, arc, c, tau, moment, next);
+            if phase != next || event {
+                self.change(&mut after, end, c);
             }
         }
         for number in &mut after.numbers {
             settle(number, moves);
         }
-        self.arrive(&mut after, start, arc, next);
+        self.arrive(&mut after, end);
         self.stop(&mut after, next);
         after
     }
@@ -188,7 +173,8 @@ impl Course<'_> {
     }
 
     /// The slip speed at the end of a line of friction is that end, to the last digit.
-    fn arrive(&self, after: &mut Moving, start: &Moving, arc: &Arc, next: &[Phase]) {
+    fn arrive(&self, after: &mut Moving, end: &ArcEnd) {
+        let &ArcEnd { start, arc, next, .. } = end;
         let c = arc.contact;
         let (Some(Phase::Slip(direction)), Ending::Line(end @ (End::Low | End::High))) =
             (arc.phases.get(c), arc.ending)
@@ -210,25 +196,20 @@ impl Course<'_> {
     }
 
     /// What a contact does anew.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the contact, and what lies before and after"
-    )]
-    fn change(
-        &self,
-        after: &mut Moving,
-        start: &Moving,
-        arc: &Arc,
-        c: usize,
-        tau: f64,
-        moment: &Moment,
-        next: &[Phase],
-    ) {
+    fn change(&self, after: &mut Moving, end: &ArcEnd, c: usize) {
+        let &ArcEnd {
+            start,
+            arc,
+            tau,
+            place,
+            next,
+            ..
+        } = end;
         let at = self.layout.contact(c);
-        let lanes = moment.t.rates.len();
+        let lanes = start.numbers[0].rates.len();
         let rate = || {
             if self.laws[c].feels_force_rate() {
-                let [_, rate] = self.if_stuck(start, &arc.phases, c, tau, moment);
+                let [_, rate] = self.if_stuck(&end.moved, &arc.phases, c);
                 rate
             } else {
                 Dual::fixed(0.0, lanes)
@@ -238,7 +219,7 @@ impl Course<'_> {
         match (arc.phases[c], next[c]) {
             (_, Phase::Stick) => after.numbers[at + AGE] = Dual::fixed(0.0, lanes),
             (Phase::Stick, _) => {
-                let force = self.bears(c, &self.age(start, c, tau), &moment.force_rate[c]);
+                let force = self.bears(c, &self.age(start, c, tau), &place.force_rate(c));
                 after.numbers[at + AGE] = Dual::fixed(0.0, lanes);
                 self.turn_to(after, c, &force, &Dual::fixed(0.0, lanes), leave);
             }
@@ -248,7 +229,7 @@ impl Course<'_> {
                 } else {
                     f64::NEG_INFINITY
                 };
-                self.turn_to(after, c, &moment.u[c], &rate(), |law, _, u, memory| {
+                self.turn_to(after, c, &place.u(c), &rate(), |law, _, u, memory| {
                     law.begin(u, balance, memory)
                 });
             }
@@ -264,7 +245,7 @@ impl Course<'_> {
                 let u = match end {
                     End::Low => low,
                     End::High => &start.numbers[at + HIGH],
-                    End::Turn { .. } => &moment.u[c],
+                    End::Turn { .. } => &place.u(c),
                 };
                 self.turn_to(after, c, u, &rate(), |law, piece, u, memory| {
                     law.next(piece, end, u, memory)
@@ -274,11 +255,21 @@ impl Course<'_> {
     }
 }
 
+/// A number that grows with time, so much later.
+fn later(number: &Dual, tau: f64) -> Dual {
+    let mut later = number.clone();
+    later.value += tau;
+    if let Some(rate) = later.rates.last_mut() {
+        *rate = 1.0;
+    }
+    later
+}
+
 /// Time along the arc is no direction of its own where the arc ends.
 pub(super) fn settle(number: &mut Dual, moves: &Dual) {
     let slope = number.rates.last().copied().unwrap_or(0.0);
     if slope != 0.0 {
-        *number = std::mem::take(number).shifted(slope, moves);
+        number.shift(slope, moves);
         if let Some(along) = number.rates.last_mut() {
             *along = 0.0;
         }

@@ -1,13 +1,15 @@
 //! The derivative of a segment: the motion between two events with the derivatives of its numbers, by Taylor steps.
 
+use std::cell::RefCell;
+
 use super::state::{Layout, Moving, Phase};
 use super::varied::{Varied, difference};
 use crate::drive::Clock;
 use crate::dual::Dual;
-use crate::flow::taylor::tangent::{Given, Tangent, stiffening};
+use crate::flow::taylor::tangent::{ABREAST, Given, Lanes, Linear, Tangent, Wide, stiffening, wide_at};
 use crate::flow::taylor::{Frame, Held, Motion, Rub};
 use crate::law::Law;
-use crate::series::{Series, ZERO, at, derivative, slope_at};
+use crate::series::{ORDER, Series, ZERO, derivative, slope_at};
 use crate::system::System;
 
 /// An arc of more steps has run away from the motion it was taken from, to where its law grows without bound.
@@ -20,18 +22,44 @@ pub(super) struct Course<'a> {
     pub(super) laws: Vec<&'a Law>,
     pub(super) layout: Layout,
     beside: Vec<(Frame, Vec<&'a Law>)>,
+    /// Memory for a look at what would be.
+    spare: RefCell<Place>,
 }
 
-/// A Taylor expansion with its derivatives, and the time into it. The last lane is the time along the arc.
+/// What the contacts do along an arc, as the flow needs to know it.
+pub(super) struct Mode {
+    rubs: Vec<Rub>,
+    held: Held,
+    beside: Vec<Held>,
+}
+
+/// A Taylor expansion with its derivatives, and the time into it; its memory is used again for the next. The last lane is the
+/// time along the arc.
+#[derive(Clone)]
 pub(super) struct Place {
     motion: Motion,
-    tangents: Vec<(usize, Tangent)>,
+    /// The lanes along which the motion moves, [`ABREAST`] to a tangent.
+    moving: Vec<usize>,
+    tangents: Vec<Tangent>,
+    /// F′ along the motion, of smooth laws.
+    slopes: Vec<Series>,
+    beside: Vec<Beside>,
+    given: Given,
+    x: Vec<f64>,
+    v: Vec<f64>,
     lanes: usize,
     /// When the expansion begins, from the start of the arc.
     pub(super) begin: f64,
     pub(super) h: f64,
     /// How far it is good.
     pub(super) reach: f64,
+}
+
+/// What a system beside would give to the motion.
+#[derive(Clone)]
+struct Beside {
+    motion: Motion,
+    acceleration: Vec<Series>,
 }
 
 fn laws(system: &System) -> Vec<&Law> {
@@ -67,16 +95,24 @@ impl<'a> Course<'a> {
     pub(super) fn new(varied: &'a Varied) -> Self {
         let base = &varied.base;
         let beside = varied.around.iter().flat_map(|(systems, _)| systems);
+        let beside: Vec<_> = beside.map(|system| (Frame::of(system), laws(system))).collect();
+        let frame = Frame::of(base);
         Self {
             varied,
-            frame: Frame::of(base),
             laws: laws(base),
             layout: Layout {
                 masses: base.masses(),
                 contacts: base.contacts.len(),
             },
-            beside: beside.map(|system| (Frame::of(system), laws(system))).collect(),
+            spare: RefCell::new(Place::of(&frame, beside.iter().map(|(frame, _)| frame))),
+            frame,
+            beside,
         }
+    }
+
+    /// Room for expansions.
+    pub(super) fn place(&self) -> Place {
+        Place::of(&self.frame, self.beside.iter().map(|(frame, _)| frame))
     }
 
     /// Lanes of a state that carries all derivatives: its numbers, the parameter, the time along the arc.
@@ -89,49 +125,74 @@ impl<'a> Course<'a> {
         (lanes > 1).then(|| self.layout.width())
     }
 
-    pub(super) fn held(&self, rubs: &[Rub]) -> Held {
-        self.frame
-            .held((0..rubs.len()).filter(|&c| rubs[c].holds()).collect())
+    /// What the contacts do along an arc from a state.
+    fn mode(&self, state: &Moving, phases: &[Phase]) -> Mode {
+        let rubs = rubs(phases, |c| {
+            let at = self.layout.contact(c);
+            [state.numbers[at].value, state.numbers[at + 1].value]
+        });
+        let held = self
+            .frame
+            .held((0..rubs.len()).filter(|&c| rubs[c].holds()).collect());
+        Mode {
+            beside: self
+                .beside
+                .iter()
+                .map(|(frame, _)| frame.held(held.contacts.clone()))
+                .collect(),
+            rubs,
+            held,
+        }
     }
 
-    /// The motion `tau` from the start of an arc.
-    pub(super) fn go(&self, start: &Moving, phases: &[Phase], tau: f64) -> Place {
-        self.walk(start, phases, tau, &mut |_| {})
+    /// To the motion `tau` from the start of an arc.
+    pub(super) fn go(&self, start: &Moving, phases: &[Phase], tau: f64, place: &mut Place) {
+        self.walk(start, phases, tau, place, &mut |_| {});
     }
 
-    /// The same; `pass` sees every expansion on the way but the last.
+    /// The same from a place near by.
+    pub(super) fn shift(&self, start: &Moving, phases: &[Phase], tau: f64, place: &mut Place) {
+        let h = tau - place.begin;
+        if (-0.1 * place.reach..=place.reach).contains(&h) {
+            place.h = h;
+        } else {
+            self.go(start, phases, tau, place);
+        }
+    }
+
+    /// To the motion `tau` from the start of an arc; `pass` sees every expansion on the way but the last.
     pub(super) fn walk(
         &self,
         start: &Moving,
         phases: &[Phase],
         tau: f64,
-        pass: &mut dyn FnMut(Place),
-    ) -> Place {
+        place: &mut Place,
+        pass: &mut dyn FnMut(&Place),
+    ) {
         let mut here = start.clone();
-        let mut gone = 0.0;
         let mut clock = Clock {
             high: start.numbers[0].value,
             low: 0.0,
         };
         self.stop(&mut here, phases);
+        let mode = self.mode(&here, phases);
+        place.begin = 0.0;
         for step in 0.. {
-            let mut place = self.expand(&here, phases, clock);
-            place.begin = gone;
-            if tau - gone <= place.reach {
-                place.h = tau - gone;
-                return place;
+            self.expand(ORDER, &here, phases, &mode, clock, place);
+            if tau - place.begin <= place.reach {
+                place.h = tau - place.begin;
+                return;
             }
             if step == MOST_STEPS || place.reach.is_nan() || place.reach <= 0.0 {
                 place.h = f64::NAN;
-                return place;
+                return;
             }
             place.h = place.reach;
-            let moment = self.moment(&place, &here);
-            gone += place.reach;
+            pass(place);
             clock = clock.after(place.reach);
             for i in 0..self.layout.masses {
-                here.numbers[self.layout.x(i)] = moment.x[i].clone();
-                here.numbers[self.layout.v(i)] = moment.v[i].clone();
+                here.numbers[self.layout.x(i)] = place.x(i);
+                here.numbers[self.layout.v(i)] = place.v(i);
             }
             // Time along the arc is counted from where it ends.
             for number in &mut here.numbers {
@@ -139,9 +200,8 @@ impl<'a> Course<'a> {
                     *rate = 0.0;
                 }
             }
-            pass(place);
+            place.begin += place.reach;
         }
-        unreachable!("the steps of an arc are counted");
     }
 
     /// Stuck contacts leave no choice of their slip velocity.
@@ -168,20 +228,13 @@ impl<'a> Course<'a> {
                 }
             })
             .collect();
-        for lane in 0..=slip[0].rates.len() {
-            let of = |number: &Dual| number.rates.get(lane).copied().unwrap_or(number.value);
-            let pulls = held.forces(|row| of(&slip[row]));
-            for i in 0..self.layout.masses {
-                let change: f64 = held
-                    .contacts
-                    .iter()
-                    .zip(&pulls)
-                    .map(|(&c, pull)| self.frame.response(c, i) * pull)
-                    .sum();
-                let number = &mut state.numbers[self.layout.v(i)];
-                match number.rates.get_mut(lane) {
-                    Some(rate) => *rate += change,
-                    None => number.value += change,
+        for (row, &c) in held.contacts.iter().enumerate() {
+            for (slip, gain) in slip.iter().zip(held.gain(row)) {
+                for i in 0..self.layout.masses {
+                    let share = self.frame.response(c, i) * gain;
+                    let number = &mut state.numbers[self.layout.v(i)];
+                    number.value += share * slip.value;
+                    number.shift(share, slip);
                 }
             }
         }
@@ -200,7 +253,8 @@ impl<'a> Course<'a> {
         (0..self.layout.contacts)
             .map(|c| {
                 self.frame.drives[c].expand(clock, &mut series);
-                let mut drive = Dual::fixed(series[0], lanes).shifted(series[1], t);
+                let mut drive = Dual::fixed(series[0], lanes);
+                drive.shift(series[1], t);
                 if let (Some(lane), Some((_, step))) = (self.parameter(lanes), &self.varied.around) {
                     let around = std::array::from_fn(|i| {
                         self.beside[i].0.drives[c].expand(clock, &mut series);
@@ -213,191 +267,226 @@ impl<'a> Course<'a> {
             .collect()
     }
 
-    /// The expansion from a state, with a tangent for every lane along which it moves.
-    pub(super) fn expand(&self, state: &Moving, phases: &[Phase], clock: Clock) -> Place {
+    /// The expansion from a state, with a tangent for every lane along which it moves, up to the `order`.
+    fn expand(
+        &self,
+        order: usize,
+        state: &Moving,
+        phases: &[Phase],
+        mode: &Mode,
+        clock: Clock,
+        place: &mut Place,
+    ) {
         let layout = self.layout;
         let number = |lane: usize| &state.numbers[lane];
-        let lanes = number(0).rates.len();
-        let smooth = |c: usize| self.frame.is_smooth(c);
-        let rubs = rubs(phases, |c| {
-            let at = layout.contact(c);
-            [number(at).value, number(at + 1).value]
-        });
-        let held = self.held(&rubs);
-        let x: Vec<f64> = (0..layout.masses).map(|i| number(layout.x(i)).value).collect();
-        let v: Vec<f64> = (0..layout.masses).map(|i| number(layout.v(i)).value).collect();
-        let mut motion = Motion::of(&self.frame);
+        let Mode { rubs, held, .. } = mode;
+        for i in 0..layout.masses {
+            place.x[i] = number(layout.x(i)).value;
+            place.v[i] = number(layout.v(i)).value;
+        }
+        let (x, v, motion) = (&place.x, &place.v, &mut place.motion);
         motion.aim(&self.frame, clock);
-        motion.expand(&self.frame, &self.laws, &rubs, &held, &x, &v);
+        motion.expand(&self.frame, &self.laws, rubs, held, x, v);
         let rate = self.frame.rate;
         let sizes = x.iter().map(|x| rate * x.abs()).chain(v.iter().map(|v| v.abs()));
         let scale = sizes
             .fold(self.frame.push, f64::max)
             .max(motion.size(rate, 1) / rate)
             .max(f64::MIN_POSITIVE);
-        let step = motion.reach(&self.frame, &rubs, scale);
-        // The series of a motion that stands still never ends; those of its tangents do.
-        let step = if step.is_finite() { step } else { 1.0 / rate };
-        let reach = motion.agreed(&self.frame, &self.laws, &rubs, scale, step);
-        let slopes: Vec<Series> = rubs
-            .iter()
-            .enumerate()
-            .map(|(c, rub)| {
-                if lanes == 1 || rub.holds() || !smooth(c) {
-                    ZERO
-                } else {
-                    stiffening(self.laws[c], &motion.u[c])
-                }
-            })
-            .collect();
-        let given = (lanes > 1 && !self.beside.is_empty()).then(|| self.given(&motion, &rubs, &held, clock));
-        let mut tangents = Vec::new();
+        let step = motion.reach(&self.frame, rubs, scale);
+        // The series of a motion that stands still is good for ever.
+        place.reach = if step.is_finite() {
+            motion.agreed(&self.frame, &self.laws, rubs, scale, step)
+        } else {
+            f64::INFINITY
+        };
+        place.lanes = number(0).rates.len();
+        place.moving.clear();
         // Without other lanes time needs no tangent: it is the slope of the series.
-        for lane in (0..lanes).filter(|_| lanes > 1) {
-            let mut tangent = Tangent::new(&self.frame);
-            tangent.clock = number(0).rates[lane];
-            tangent.parameter = given.is_some() && self.parameter(lanes) == Some(lane);
-            for i in 0..layout.masses {
-                tangent.x[i][0] = number(layout.x(i)).rates[lane];
-                tangent.v[i][0] = number(layout.v(i)).rates[lane];
-            }
-            for (c, line) in tangent.line.iter_mut().enumerate() {
-                if matches!(phases[c], Phase::Slip(_)) && !smooth(c) {
-                    let at = layout.contact(c);
-                    *line = [number(at).rates[lane], number(at + 1).rates[lane]];
-                }
-            }
-            if tangent.moves() {
-                tangent.expand(&self.frame, &motion, &rubs, &held, &slopes, given.as_ref());
-                tangents.push((lane, tangent));
+        if place.lanes == 1 {
+            return;
+        }
+        let smooth = |c: usize| self.frame.is_smooth(c);
+        for (c, slope) in place.slopes.iter_mut().enumerate() {
+            if smooth(c) && !rubs[c].holds() {
+                *slope = stiffening(self.laws[c], &place.motion.u[c]);
             }
         }
-        Place {
-            motion,
-            tangents,
-            lanes,
-            begin: 0.0,
-            h: 0.0,
-            reach,
+        self.give(mode, clock, place);
+        let parameter = self.parameter(place.lanes).filter(|_| !self.beside.is_empty());
+        let line = |c: usize| {
+            let counts = matches!(phases[c], Phase::Slip(_)) && !smooth(c);
+            let at = layout.contact(c);
+            counts.then(|| [number(at), number(at + 1)])
+        };
+        let lines = (0..layout.contacts).filter_map(line).flatten();
+        let counts: Vec<&Dual> = state.numbers[..layout.contact(0)].iter().chain(lines).collect();
+        let moves =
+            |lane: usize| parameter == Some(lane) || counts.iter().any(|number| number.rates[lane] != 0.0);
+        place.moving.extend((0..place.lanes).filter(|&lane| moves(lane)));
+        let blocks = place.moving.len().div_ceil(ABREAST);
+        if place.tangents.len() < blocks {
+            place.tangents.resize(blocks, Tangent::new(&self.frame));
+        }
+        for (tangent, moving) in place.tangents.iter_mut().zip(place.moving.chunks(ABREAST)) {
+            let along = |number: &Dual| -> Lanes {
+                let rates = &*number.rates;
+                std::array::from_fn(|lane| moving.get(lane).map_or(0.0, |&lane| rates[lane]))
+            };
+            tangent.clock = along(number(0));
+            tangent.parameter = Lanes::NOTHING;
+            for (own, &lane) in tangent.parameter.iter_mut().zip(moving) {
+                *own = f64::from(u8::from(parameter == Some(lane)));
+            }
+            for i in 0..layout.masses {
+                tangent.x[i][0] = along(number(layout.x(i)));
+                tangent.v[i][0] = along(number(layout.v(i)));
+            }
+            for (c, own) in tangent.line.iter_mut().enumerate() {
+                *own = line(c).map_or([Lanes::NOTHING; 2], |line| line.map(along));
+            }
+            let given = parameter.map(|_| &place.given);
+            tangent.expand(
+                order,
+                &self.frame,
+                &place.motion,
+                (rubs, held),
+                &place.slopes,
+                given,
+            );
+            // Those of its tangents need not be.
+            if place.reach.is_infinite() && !tangent.ended() {
+                place.reach = 1.0 / rate;
+            }
         }
     }
 
     /// What the parameter changes while the motion is held.
-    fn given(&self, motion: &Motion, rubs: &[Rub], held: &Held, clock: Clock) -> Given {
-        let beside: Vec<Given> = self
-            .beside
-            .iter()
-            .map(|(frame, laws)| {
-                let mut other = Motion::of(frame);
-                other.aim(frame, clock);
-                let held = frame.held(held.contacts.clone());
-                other.given(frame, laws, rubs, &held, (&motion.x, &motion.v))
-            })
-            .collect();
-        let step = self.varied.around.as_ref().map_or(1.0, |(_, step)| *step);
-        let differences = |of: fn(&Given) -> &Vec<Series>| {
-            (0..of(&beside[0]).len())
-                .map(|row| {
-                    std::array::from_fn(|k| difference(std::array::from_fn(|i| of(&beside[i])[row][k]), step))
-                })
-                .collect()
+    fn give(&self, mode: &Mode, clock: Clock, place: &mut Place) {
+        let Some((_, step)) = self.varied.around else {
+            return;
         };
-        Given {
-            acceleration: differences(|given| &given.acceleration),
-            force: differences(|given| &given.force),
-            drive: differences(|given| &given.drive),
+        for (((frame, laws), held), Beside { motion, acceleration }) in
+            self.beside.iter().zip(&mode.beside).zip(&mut place.beside)
+        {
+            motion.aim(frame, clock);
+            motion.give(frame, laws, &mode.rubs, held, &place.motion, acceleration);
         }
+        let beside = &place.beside;
+        let differ = |rows: &mut [Series], of: fn(&Beside) -> &[Series]| {
+            for (row, series) in rows.iter_mut().enumerate() {
+                for (k, term) in series.iter_mut().enumerate() {
+                    *term = difference(std::array::from_fn(|i| of(&beside[i])[row][k]), step);
+                }
+            }
+        };
+        differ(&mut place.given.acceleration, |beside| &beside.acceleration);
+        differ(&mut place.given.force, |beside| &beside.motion.force);
+        differ(&mut place.given.drive, |beside| beside.motion.drives());
     }
 
-    /// Everything an event may depend on, at a place.
-    pub(super) fn moment(&self, place: &Place, start: &Moving) -> Moment {
-        let each = |count: usize, of: &dyn Fn(usize) -> Dual| (0..count).map(of).collect::<Vec<_>>();
-        let (n, c) = (self.layout.masses, self.layout.contacts);
-        let mut t = start.numbers[0].clone();
-        if let Some(rate) = t.rates.last_mut() {
-            *rate = 1.0;
-        }
-        Moment {
-            x: each(n, &|i| {
-                place.number(|motion| &motion.x[i], |tangent| &tangent.x[i])
-            }),
-            v: each(n, &|i| {
-                place.number(|motion| &motion.v[i], |tangent| &tangent.v[i])
-            }),
-            u: each(c, &|c| {
-                place.number(|motion| &motion.u[c], |tangent| &tangent.u[c])
-            }),
-            turn: each(c, &|c| place.rate(|motion| &motion.u[c], |tangent| &tangent.u[c])),
-            force: each(c, &|c| {
-                place.number(|motion| &motion.force[c], |tangent| &tangent.force[c])
-            }),
-            force_rate: each(c, &|c| {
-                place.rate(|motion| &motion.force[c], |tangent| &tangent.force[c])
-            }),
-            t,
-        }
+    /// The force of a contact and its rate at the start of an arc on which it would stick.
+    pub(super) fn holding(&self, state: &Moving, phases: &[Phase], c: usize) -> [Dual; 2] {
+        let clock = Clock {
+            high: state.numbers[0].value,
+            low: 0.0,
+        };
+        let place = &mut *self.spare.borrow_mut();
+        self.expand(2, state, phases, &self.mode(state, phases), clock, place);
+        [0, 1].map(|k| place.coefficient(k, |motion| &motion.force[c], |tangent| &tangent.force[c]))
     }
 }
 
 impl Place {
+    fn of<'a>(frame: &Frame, beside: impl Iterator<Item = &'a Frame>) -> Self {
+        let motion = Motion::of(frame);
+        let (x, u) = (motion.x.clone(), motion.u.clone());
+        let beside = beside.map(|frame| Beside {
+            motion: Motion::of(frame),
+            acceleration: x.clone(),
+        });
+        Self {
+            beside: beside.collect(),
+            motion,
+            moving: Vec::new(),
+            tangents: Vec::new(),
+            slopes: u.clone(),
+            given: Given {
+                acceleration: x.clone(),
+                force: u.clone(),
+                drive: u,
+            },
+            x: vec![0.0; x.len()],
+            v: vec![0.0; x.len()],
+            lanes: 0,
+            begin: 0.0,
+            h: 0.0,
+            reach: 0.0,
+        }
+    }
+
     /// The derivative of a coefficient at the start of the expansion.
-    pub(super) fn coefficient(
+    fn coefficient(
         &self,
         k: usize,
         of: impl Fn(&Motion) -> &Series,
-        along: impl Fn(&Tangent) -> &Series,
+        along: impl Fn(&Tangent) -> &Wide,
     ) -> Dual {
-        let mut number = Dual::fixed(of(&self.motion)[k], self.lanes);
-        for (lane, tangent) in &self.tangents {
-            number.rates[*lane] = along(tangent)[k];
+        self.gather(of(&self.motion)[k], |tangent| along(tangent)[k])
+    }
+
+    /// A number and its rates along the lanes that move.
+    fn gather(&self, value: f64, along: impl Fn(&Tangent) -> Lanes) -> Dual {
+        let mut number = Dual::fixed(value, self.lanes);
+        for (tangent, moving) in self.tangents.iter().zip(self.moving.chunks(ABREAST)) {
+            for (&lane, rate) in moving.iter().zip(along(tangent)) {
+                number.rates[lane] = rate;
+            }
         }
         number
     }
 
-    /// The slip acceleration of a contact along its direction.
-    pub(super) fn turn(&self, c: usize) -> f64 {
-        slope_at(&self.motion.u[c], self.h).1
-    }
-
-    /// The friction force of a contact and its rate.
-    pub(super) fn force(&self, c: usize) -> [Dual; 2] {
-        [
-            self.number(|motion| &motion.force[c], |tangent| &tangent.force[c]),
-            self.rate(|motion| &motion.force[c], |tangent| &tangent.force[c]),
-        ]
-    }
-
-    fn number(&self, of: impl Fn(&Motion) -> &Series, along: impl Fn(&Tangent) -> &Series) -> Dual {
-        let (value, slope) = slope_at(of(&self.motion), self.h);
-        let mut number = Dual::fixed(value, self.lanes);
-        for (lane, tangent) in &self.tangents {
-            number.rates[*lane] = at(along(tangent), self.h);
-        }
+    fn number(&self, of: &Series, along: impl Fn(&Tangent) -> &Wide) -> Dual {
+        let (value, slope) = slope_at(of, self.h);
+        let mut number = self.gather(value, |tangent| wide_at(along(tangent), self.h)[0]);
         number.rates[self.lanes - 1] += slope;
         number
     }
 
-    fn rate(&self, of: impl Fn(&Motion) -> &Series, along: impl Fn(&Tangent) -> &Series) -> Dual {
-        let (value, slope) = slope_at(&derivative(of(&self.motion)), self.h);
-        let mut number = Dual::fixed(value, self.lanes);
-        for (lane, tangent) in &self.tangents {
-            number.rates[*lane] = slope_at(along(tangent), self.h).1;
-        }
+    fn rate(&self, of: &Series, along: impl Fn(&Tangent) -> &Wide) -> Dual {
+        let (value, slope) = slope_at(&derivative(of), self.h);
+        let mut number = self.gather(value, |tangent| wide_at(along(tangent), self.h)[1]);
         number.rates[self.lanes - 1] += slope;
         number
     }
-}
 
-/// Everything an event may depend on. The last lane is the time along the arc.
-pub(super) struct Moment {
-    /// The clock; its value is that of the start of the arc.
-    pub(super) t: Dual,
-    pub(super) x: Vec<Dual>,
-    pub(super) v: Vec<Dual>,
-    /// Slip speeds and their rates.
-    pub(super) u: Vec<Dual>,
-    pub(super) turn: Vec<Dual>,
-    /// Friction forces and their rates.
-    pub(super) force: Vec<Dual>,
-    pub(super) force_rate: Vec<Dual>,
+    /// Position of a mass.
+    pub(super) fn x(&self, mass: usize) -> Dual {
+        self.number(&self.motion.x[mass], |tangent| &tangent.x[mass])
+    }
+
+    /// Velocity of a mass.
+    pub(super) fn v(&self, mass: usize) -> Dual {
+        self.number(&self.motion.v[mass], |tangent| &tangent.v[mass])
+    }
+
+    /// Slip speed of a contact.
+    pub(super) fn u(&self, contact: usize) -> Dual {
+        self.number(&self.motion.u[contact], |tangent| &tangent.u[contact])
+    }
+
+    /// Its rate.
+    pub(super) fn turn(&self, contact: usize) -> Dual {
+        self.rate(&self.motion.u[contact], |tangent| &tangent.u[contact])
+    }
+
+    /// Friction force of a contact.
+    pub(super) fn force(&self, contact: usize) -> Dual {
+        self.number(&self.motion.force[contact], |tangent| &tangent.force[contact])
+    }
+
+    /// Its rate.
+    pub(super) fn force_rate(&self, contact: usize) -> Dual {
+        self.rate(&self.motion.force[contact], |tangent| &tangent.force[contact])
+    }
 }

@@ -113,7 +113,9 @@ impl Varied {
             for (o, output) in outputs.iter_mut().enumerate() {
                 if output.value.is_finite() {
                     let slope = difference(around.map(|answers| answers[o]), step);
-                    *output = std::mem::take(output).shifted(slope, along);
+                    if slope != 0.0 {
+                        output.shift(slope, along);
+                    }
                 }
             }
         };

@@ -6,31 +6,75 @@
 
 use super::{Frame, Held, Motion, Rub};
 use crate::law::{Friction, Law};
-use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, derivative, product};
+use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, product};
 
-/// One direction of differentiation: how the clock, the lines of friction and the parameter move along it, and what becomes of
+/// So many directions of differentiation go abreast, through the registers of a processor.
+pub(crate) const ABREAST: usize = 8;
+/// A number along each of them.
+pub(crate) type Lanes = [f64; ABREAST];
+/// A series along each of them.
+pub(crate) type Wide = [Lanes; ORDER + 1];
+
+/// What linear equations move: a number, or several abreast.
+pub(crate) trait Linear: Copy {
+    const NOTHING: Self;
+    fn add(&mut self, factor: f64, other: Self);
+}
+
+impl Linear for f64 {
+    const NOTHING: Self = 0.0;
+    #[inline]
+    fn add(&mut self, factor: f64, other: Self) {
+        *self += factor * other;
+    }
+}
+
+impl Linear for Lanes {
+    const NOTHING: Self = [0.0; ABREAST];
+    #[inline]
+    fn add(&mut self, factor: f64, other: Self) {
+        for (own, other) in self.iter_mut().zip(other) {
+            *own += factor * other;
+        }
+    }
+}
+
+/// Directions of differentiation: how the clock, the lines of friction and the parameter move along each, and what becomes of
 /// the motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent {
     /// How far the clock moves.
-    pub(crate) clock: f64,
+    pub(crate) clock: Lanes,
     /// How far offset and slope of the line of friction of each contact move.
-    pub(crate) line: Vec<[f64; 2]>,
-    /// Whether the parameter moves.
-    pub(crate) parameter: bool,
-    pub(crate) x: Vec<Series>,
-    pub(crate) v: Vec<Series>,
+    pub(crate) line: Vec<[Lanes; 2]>,
+    /// How far the parameter moves.
+    pub(crate) parameter: Lanes,
+    pub(crate) x: Vec<Wide>,
+    pub(crate) v: Vec<Wide>,
     /// Of the slip speeds.
-    pub(crate) u: Vec<Series>,
-    pub(crate) force: Vec<Series>,
+    pub(crate) u: Vec<Wide>,
+    pub(crate) force: Vec<Wide>,
+    acceleration: Vec<Lanes>,
 }
 
 /// What a motion would be given by a system: accelerations, friction forces, drive velocities.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Given {
     pub(crate) acceleration: Vec<Series>,
     pub(crate) force: Vec<Series>,
     pub(crate) drive: Vec<Series>,
+}
+
+/// Series along several directions at `h`, and their slopes.
+pub(crate) fn wide_at(series: &Wide, h: f64) -> [Lanes; 2] {
+    let (mut value, mut slope) = (series[ORDER], Lanes::NOTHING);
+    for term in series[..ORDER].iter().rev() {
+        for lane in 0..ABREAST {
+            slope[lane] = slope[lane] * h + value[lane];
+            value[lane] = value[lane] * h + term[lane];
+        }
+    }
+    [value, slope]
 }
 
 /// F′(u(h)), by composition of the series of F′ around u(0) with u(h).
@@ -43,7 +87,8 @@ pub(crate) fn stiffening(law: &Law, u: &Series) -> Series {
     let mut slope = ZERO;
     for k in (1..=ORDER).rev() {
         let mut next = ZERO;
-        for (j, term) in next.iter_mut().enumerate() {
+        // It will be multiplied with what begins at h another k − 1 times.
+        for (j, term) in next.iter_mut().enumerate().take(ORDER + 2 - k) {
             *term = product(&slope, &away, j);
         }
         next[0] += k as f64 * around[k];
@@ -53,77 +98,77 @@ pub(crate) fn stiffening(law: &Law, u: &Series) -> Series {
 }
 
 impl Motion {
-    /// What this system, aimed at the same clock, would give to the motion `x`, `v`.
-    pub(crate) fn given(
-        &self,
+    /// What this system, aimed at the same clock, would give to another motion: its accelerations go to `acceleration`,
+    /// friction to the own forces.
+    pub(crate) fn give(
+        &mut self,
         frame: &Frame,
         laws: &[&Law],
         rubs: &[Rub],
         held: &Held,
-        (x, v): (&[Series], &[Series]),
-    ) -> Given {
-        let (n, contacts) = (frame.masses, rubs.len());
-        let mut given = Given {
-            acceleration: vec![ZERO; n],
-            force: vec![ZERO; contacts],
-            drive: self.drive.clone(),
-        };
-        let mut u = vec![ZERO; contacts];
-        let mut grown = vec![Grown::default(); contacts];
-        let mut acceleration = vec![0.0; n];
+        motion: &Self,
+        acceleration: &mut [Series],
+    ) {
         for k in 0..ORDER {
-            frame.freely(k, &self.input, (x, v), &mut acceleration);
+            let given = &mut self.acceleration;
+            frame.freely(k, |i| self.input[i][k], (&motion.x, &motion.v), given);
             for (c, rub) in rubs.iter().enumerate() {
-                u[c][k] = rub.sign() * (self.drive[c][k] - frame.across(c, |i| v[i][k]));
+                self.u[c][k] = rub.sign() * (self.drive[c][k] - frame.across(c, |i| motion.v[i][k]));
                 if rub.holds() {
                     continue;
                 }
                 let size = if frame.smooth[c] {
-                    laws[c].extend(&u[c], k, &mut grown[c])
+                    laws[c].extend(&self.u[c], k, &mut self.grown[c])
                 } else {
-                    rub.slope * u[c][k] + if k == 0 { rub.offset } else { 0.0 }
+                    rub.slope * self.u[c][k] + if k == 0 { rub.offset } else { 0.0 }
                 };
-                given.force[c][k] = rub.direction * size;
-                frame.push_by(c, given.force[c][k], &mut acceleration);
+                self.force[c][k] = rub.direction * size;
+                frame.push_by(c, self.force[c][k], given);
             }
-            frame.hold(held, k, &self.drive, &mut given.force, &mut acceleration);
-            for (series, a) in given.acceleration.iter_mut().zip(&acceleration) {
-                series[k] = *a;
+            let drive = |c: usize| (k + 1) as f64 * self.drive[c][k + 1];
+            frame.hold(held, k, drive, &mut self.force, given);
+            for (series, given) in acceleration.iter_mut().zip(given) {
+                series[k] = *given;
             }
         }
-        given
-    }
-
-    /// The derivatives of all drives and free accelerations by the clock, times `amount`.
-    fn later(&self, amount: f64) -> (Vec<Series>, Vec<Series>) {
-        let shifted = |series: &Series| derivative(series).map(|term| amount * term);
-        (
-            self.drive.iter().map(shifted).collect(),
-            self.input.iter().map(shifted).collect(),
-        )
     }
 }
 
 impl Frame {
     /// The accelerations without friction that an input, positions and velocities give.
-    fn freely(&self, k: usize, input: &[Series], (x, v): (&[Series], &[Series]), acceleration: &mut [f64]) {
+    fn freely<T: Linear>(
+        &self,
+        k: usize,
+        input: impl Fn(usize) -> T,
+        (x, v): (&[[T; ORDER + 1]], &[[T; ORDER + 1]]),
+        acceleration: &mut [T],
+    ) {
         for (i, a) in acceleration.iter_mut().enumerate() {
             let (spring, damper) = (self.spring.row(i), self.damper.row(i));
-            *a = input[i][k];
+            *a = input(i);
             for j in 0..self.masses {
-                *a -= spring[j] * x[j][k] + damper[j] * v[j][k];
+                a.add(-spring[j], x[j][k]);
+                a.add(-damper[j], v[j][k]);
             }
         }
     }
 
-    /// The forces of the held contacts, added to their series and to the accelerations.
-    fn hold(&self, held: &Held, k: usize, drive: &[Series], force: &mut [Series], acceleration: &mut [f64]) {
+    /// The forces that let the held contacts follow what their drives do, added to their series and to the accelerations.
+    fn hold<T: Linear>(
+        &self,
+        held: &Held,
+        k: usize,
+        drive: impl Fn(usize) -> T,
+        force: &mut [[T; ORDER + 1]],
+        acceleration: &mut [T],
+    ) {
         for (row, &c) in held.contacts.iter().enumerate() {
-            let gain = held.gain.row(row);
-            let wants = held.contacts.iter().zip(gain).map(|(&c, gain)| {
-                gain * ((k + 1) as f64 * drive[c][k + 1] - self.across(c, |i| acceleration[i]))
-            });
-            force[c][k] = wants.sum();
+            let mut pull = T::NOTHING;
+            for (&c, gain) in held.contacts.iter().zip(held.gain.row(row)) {
+                pull.add(*gain, drive(c));
+                pull.add(-gain, self.across(c, |i| acceleration[i]));
+            }
+            force[c][k] = pull;
         }
         for &c in &held.contacts {
             self.push_by(c, force[c][k], acceleration);
@@ -131,9 +176,9 @@ impl Frame {
     }
 
     /// Add what a force of a contact accelerates.
-    fn push_by(&self, contact: usize, force: f64, acceleration: &mut [f64]) {
+    fn push_by<T: Linear>(&self, contact: usize, force: T, acceleration: &mut [T]) {
         for (a, response) in acceleration.iter_mut().zip(&self.response[contact]) {
-            *a += response * force;
+            a.add(*response, force);
         }
     }
 
@@ -151,79 +196,110 @@ impl Tangent {
     /// Along nothing.
     pub(crate) fn new(frame: &Frame) -> Self {
         let (n, c) = (frame.masses, frame.ends.len());
+        let nothing = [Lanes::NOTHING; ORDER + 1];
         Self {
-            clock: 0.0,
-            line: vec![[0.0; 2]; c],
-            parameter: false,
-            x: vec![ZERO; n],
-            v: vec![ZERO; n],
-            u: vec![ZERO; c],
-            force: vec![ZERO; c],
+            clock: Lanes::NOTHING,
+            line: vec![[Lanes::NOTHING; 2]; c],
+            parameter: Lanes::NOTHING,
+            x: vec![nothing; n],
+            v: vec![nothing; n],
+            u: vec![nothing; c],
+            force: vec![nothing; c],
+            acceleration: vec![Lanes::NOTHING; n],
         }
     }
 
-    /// Whether anything moves along it at all.
-    pub(crate) fn moves(&self) -> bool {
-        let still = |series: &[Series]| series.iter().all(|series| series[0] == 0.0);
-        self.parameter
-            || self.clock != 0.0
-            || self.line.iter().any(|line| *line != [0.0; 2])
-            || !still(&self.x)
-            || !still(&self.v)
+    /// Whether its series have come to their end.
+    pub(crate) fn ended(&self) -> bool {
+        let series = self.x.iter().chain(&self.v);
+        let forces = self.force.iter().map(|force| &force[ORDER - 1]);
+        series
+            .map(|series| &series[ORDER])
+            .chain(forces)
+            .all(|last| *last == Lanes::NOTHING)
     }
 
-    /// Expand along an expanded motion from the coefficients 0 of x and v; `slopes` are F′ of the slipping contacts, `given`
-    /// what the parameter changes while the motion is held.
+    /// Expand along an expanded motion from the coefficients 0 of x and v up to the `order`; `slopes` are F′ of the slipping
+    /// contacts, `given` what the parameter changes while the motion is held.
     pub(crate) fn expand(
         &mut self,
+        order: usize,
         frame: &Frame,
         motion: &Motion,
-        rubs: &[Rub],
-        held: &Held,
+        (rubs, held): (&[Rub], &Held),
         slopes: &[Series],
         given: Option<&Given>,
     ) {
-        let n = frame.masses;
-        let given = given.filter(|_| self.parameter);
-        let (drive, input) = motion.later(self.clock);
-        let mut acceleration = vec![0.0; n];
-        for k in 0..ORDER {
-            frame.freely(k, &input, (&self.x, &self.v), &mut acceleration);
+        let clock = self.clock;
+        // What the clock changes in a series that comes from outside: its derivative.
+        let later = |series: &Series, k: usize| {
+            let slope = if k < ORDER {
+                (k + 1) as f64 * series[k + 1]
+            } else {
+                0.0
+            };
+            clock.map(|amount| amount * slope)
+        };
+        for k in 0..order {
+            let acceleration = &mut self.acceleration;
+            frame.freely(
+                k,
+                |i| later(&motion.input[i], k),
+                (&self.x, &self.v),
+                acceleration,
+            );
             for (c, rub) in rubs.iter().enumerate() {
-                self.u[c][k] = rub.sign() * (drive[c][k] - frame.across(c, |i| self.v[i][k]));
+                self.u[c][k] = slip(frame, rub, c, later(&motion.drive[c], k), |i| self.v[i][k]);
                 if rub.holds() {
                     continue;
                 }
-                let stiff = if frame.smooth[c] {
-                    product(&slopes[c], &self.u[c], k)
+                let mut force = Lanes::NOTHING;
+                if frame.smooth[c] {
+                    for (j, slope) in slopes[c][..=k].iter().enumerate() {
+                        force.add(rub.direction * slope, self.u[c][k - j]);
+                    }
                 } else {
-                    rub.slope * self.u[c][k]
-                };
+                    force.add(rub.direction * rub.slope, self.u[c][k]);
+                }
                 let [offset, slope] = self.line[c];
-                let own = slope * motion.u[c][k] + if k == 0 { offset } else { 0.0 };
-                self.force[c][k] = rub.direction * (stiff + own);
-                frame.push_by(c, self.force[c][k], &mut acceleration);
+                force.add(rub.direction * motion.u[c][k], slope);
+                if k == 0 {
+                    force.add(rub.direction, offset);
+                }
+                self.force[c][k] = force;
+                frame.push_by(c, force, acceleration);
             }
-            frame.hold(held, k, &drive, &mut self.force, &mut acceleration);
+            let drive = |c: usize| later(&motion.drive[c], k + 1).map(|rate| (k + 1) as f64 * rate);
+            frame.hold(held, k, drive, &mut self.force, acceleration);
             if let Some(given) = given {
                 for (a, series) in acceleration.iter_mut().zip(&given.acceleration) {
-                    *a += series[k];
+                    a.add(series[k], self.parameter);
                 }
             }
             for (i, a) in acceleration.iter().enumerate() {
-                self.x[i][k + 1] = self.v[i][k] * INVERSE[k + 1];
-                self.v[i][k + 1] = a * INVERSE[k + 1];
+                self.x[i][k + 1] = self.v[i][k].map(|v| v * INVERSE[k + 1]);
+                self.v[i][k + 1] = a.map(|a| a * INVERSE[k + 1]);
             }
         }
         for (c, rub) in rubs.iter().enumerate() {
-            self.u[c][ORDER] = rub.sign() * (drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
+            self.u[c][order] = slip(frame, rub, c, later(&motion.drive[c], order), |i| {
+                self.v[i][order]
+            });
             if let Some(given) = given {
                 // The law has answered for these in what is given.
-                for k in 0..=ORDER {
-                    self.u[c][k] += rub.sign() * given.drive[c][k];
-                    self.force[c][k] += given.force[c][k];
+                for k in 0..=order {
+                    self.u[c][k].add(rub.sign() * given.drive[c][k], self.parameter);
+                    self.force[c][k].add(given.force[c][k], self.parameter);
                 }
             }
         }
     }
+}
+
+/// The slip speed of a contact from the velocities of its drive and of the masses.
+fn slip(frame: &Frame, rub: &Rub, contact: usize, drive: Lanes, v: impl Fn(usize) -> Lanes) -> Lanes {
+    let mut slip = Lanes::NOTHING;
+    slip.add(rub.sign(), drive);
+    slip.add(-rub.sign(), frame.across(contact, v));
+    slip
 }
