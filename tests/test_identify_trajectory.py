@@ -11,11 +11,12 @@ import pytest
 import stickslip as ss
 from stickslip.cli import main
 from stickslip.errors import InputError
-from stickslip.identification import fit_trajectories, friction_of_orbit, identify, sensitivity, trajectory
+from stickslip.identification import fit_trajectories, friction_of_orbit, identify, sensitivity
 from stickslip.identification.coverage import CASES, coverage
 from stickslip.identification.overlay import Landmarks, Overlay
-from stickslip.identification.parameters import places, value
+from stickslip.identification.parameters import Free, places, value
 from stickslip.identification.records import read_records
+from stickslip.identification.single_shooting import SingleShooting
 from stickslip.measurement import Rig
 
 LAW = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
@@ -104,11 +105,11 @@ def test_slopes_through_events_are_those_of_differences(name, monkeypatch):
     overlays = [Overlay(item, 0.0) for item in records]
     free = case.free or [item for item in places(case.law) if item not in ("exponent", "nodes[0].slip_velocity")]
     ties = {"break_away": "kinetic"} if name == "StaticKinetic" else {}
-    fit = trajectory.Fit(overlays, trajectory.Free(case.law, [item for item in free if item not in ties], ties))
+    fit = SingleShooting(overlays, Free(case.law, [item for item in free if item not in ties], ties))
     shifts = [overlay.first_shift(case.law, overlay.time.size) for overlay in overlays]
     at = np.concatenate([np.zeros(fit.count), shifts])
     expected = np.stack([fit.differences(at, j, step=0.003) for j in range(fit.count)], axis=1)
-    monkeypatch.setattr(trajectory.Fit, "differences", lambda *_: pytest.fail("no derivative of the core"))
+    monkeypatch.setattr(SingleShooting, "differences", lambda *_: pytest.fail("no derivative of the core"))
     found = fit.slopes(at)[:, : fit.count]
     # Samples at which one of the two sides of a difference has passed an event are off by more, hence the norm.
     assert (np.linalg.norm(found - expected, axis=0) < 3e-3 * np.linalg.norm(expected, axis=0)).all()
@@ -165,20 +166,20 @@ def test_options_that_make_no_sense_are_refused(first, options, sentence):
 
 def test_an_interrupted_search_leaves_its_best_law_and_goes_on_from_it(first, sharpened, tmp_path, monkeypatch):
     path = tmp_path / "law.unfinished.toml"
-    lay = trajectory.Fit.lay
+    lay = SingleShooting.lay
 
     def stop_after_one(self, numbers):
         lay(self, numbers)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(trajectory.Fit, "lay", stop_after_one)
+    monkeypatch.setattr(SingleShooting, "lay", stop_after_one)
     with pytest.raises(KeyboardInterrupt):
         fit_trajectories(first, settled_after=0.0, checkpoint=path)
     best = ss.load_law(path)
     assert best.kinetic == pytest.approx(0.6, abs=1e-3)
     assert "Unfinished" in tomllib.loads(path.read_text())["source"]["notes"][0]
     # Going on takes the start that is done from the file: nothing is laid anew, as only noise was left.
-    monkeypatch.setattr(trajectory.Fit, "lay", lambda *_: pytest.fail("begun anew"))
+    monkeypatch.setattr(SingleShooting, "lay", lambda *_: pytest.fail("begun anew"))
     found = fit_trajectories(first, settled_after=0.0, checkpoint=path)
     np.testing.assert_allclose(found.parameters["value"], sharpened.parameters["value"], rtol=1e-7)
     assert not path.exists()
@@ -187,13 +188,13 @@ def test_an_interrupted_search_leaves_its_best_law_and_goes_on_from_it(first, sh
 def test_command_says_where_an_interrupted_search_is_kept(friction, tmp_path, monkeypatch, capsys):
     path, law = tmp_path / "friction.nc", tmp_path / "law.toml"
     friction[1].to_netcdf(path, engine="h5netcdf")
-    lay = trajectory.Fit.lay
+    lay = SingleShooting.lay
 
     def stop_after_one(self, numbers):
         lay(self, numbers)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(trajectory.Fit, "lay", stop_after_one)
+    monkeypatch.setattr(SingleShooting, "lay", stop_after_one)
     assert main(["identify", str(path), "--law", "StaticKinetic", "--trajectories", "-o", str(law)]) == 130
     assert "law.unfinished.toml; the same command goes on from it" in capsys.readouterr().err
     assert [item.name for item in tmp_path.glob("*.toml")] == ["law.unfinished.toml"]

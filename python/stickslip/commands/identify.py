@@ -39,7 +39,16 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     command.add_argument("--offset", action="store_true", help="fit a constant offset of the measured force too")
     command.add_argument(
-        "--trajectories", action="store_true", help="sharpen the law by laying its motion over each (steady) record"
+        "--trajectories", action="store_true", help="sharpen the law by laying its motion over each record"
+    )
+    command.add_argument(
+        "--shooting",
+        choices=("auto", "records", "slips"),
+        default="auto",
+        help="what --trajectories lays over each other: whole records or slip by slip; default by whether cycles scatter",
+    )
+    command.add_argument(
+        "--bounds", nargs="+", default=[], metavar="NAME=LOW:HIGH", help="limits of numbers, for --trajectories"
     )
     command.add_argument("--starts", type=int, default=8, help="the most starting points of --trajectories; default 8")
     command.add_argument(
@@ -90,6 +99,8 @@ def run(options: argparse.Namespace) -> None:
         raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
     if options.profile and not options.trajectories:
         raise InputError("--profile belongs to the misfit of the motions: add --trajectories")
+    if options.bounds and not options.trajectories:
+        raise InputError("--bounds belong to the fit of the motions: add --trajectories")
     tables = _tables(options)
     if tables is not None:
         _say_tables(tables, options)
@@ -109,6 +120,8 @@ def run(options: argparse.Namespace) -> None:
             with Bar() as bar:
                 result = fit_trajectories(
                     result,
+                    shooting=options.shooting,
+                    bounds=dict(map(_bounds, options.bounds)),
                     starts=options.starts,
                     profile=options.profile,
                     zero_error=options.zero_error,
@@ -242,3 +255,12 @@ def _assignment(text: str) -> tuple[str, float]:
         return name, float(number)
     except ValueError:
         raise InputError(f"--fixed: expected NAME=VALUE with a number, got {text!r}") from None
+
+
+def _bounds(text: str) -> tuple[str, tuple[float, float]]:
+    name, _, pair = text.partition("=")
+    low, _, high = pair.partition(":")
+    try:
+        return name, (float(low), float(high))
+    except ValueError:
+        raise InputError(f"--bounds: expected NAME=LOW:HIGH with two numbers, got {text!r}") from None

@@ -8,7 +8,7 @@ from stickslip.identification.prediction import Prediction, predict_motion
 from stickslip.identification.rate_and_state import VelocityStepsFit, fit_velocity_steps
 from stickslip.identification.sensitivity import Sensitivity, sensitivity
 from stickslip.identification.steady import SteadyFriction, fit_steady
-from stickslip.identification.synthetic import friction_of_orbit
+from stickslip.identification.synthetic import friction_of_orbit, friction_of_sticks
 from stickslip.identification.trajectory import fit_trajectories
 from stickslip.identification.velocity_step import VelocityStepFit, fit_velocity_step
 
@@ -30,6 +30,7 @@ __all__ = [
     "fit_velocity_step",
     "fit_velocity_steps",
     "friction_of_orbit",
+    "friction_of_sticks",
     "identify",
     "predict_motion",
     "sensitivity",

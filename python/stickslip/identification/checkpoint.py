@@ -18,7 +18,7 @@ from stickslip.documents import write_whole
 
 if TYPE_CHECKING:
     from stickslip.identification.fit import Identification
-    from stickslip.identification.trajectory import Fit
+    from stickslip.identification.search import Shooting
 
 Array = npt.NDArray[np.float64]
 Best = tuple[float, Array]
@@ -30,16 +30,14 @@ class Checkpoint:
     Parameters
     ----------
     path : the file; None keeps nothing.
-    first, names, settled_after, seed : what the search is about: a file from another search is not gone on from.
+    first, about : what the search is about, its options as plain data: a file from another search is not gone on from.
     """
 
-    def __init__(
-        self, path: str | Path | None, first: Identification, names: Sequence[str], settled_after: float, seed: int
-    ) -> None:
+    def __init__(self, path: str | Path | None, first: Identification, about: Sequence[Any]) -> None:
         self.path = None if path is None else Path(path)
-        about: list[Any] = [first.law.to_dict(), list(names), settled_after, seed]
-        about += [[record.name, record.time.size, float(np.sum(record.force))] for record in first.records]
-        self.fingerprint = hashlib.sha256(json.dumps(about).encode()).hexdigest()[:16]
+        whole = [first.law.to_dict(), *about]
+        whole += [[record.name, record.time.size, float(np.sum(record.force))] for record in first.records]
+        self.fingerprint = hashlib.sha256(json.dumps(whole).encode()).hexdigest()[:16]
 
     def read(self, best: Best) -> tuple[int, Best]:
         """Number of starts that are done, and the best of them; (0, `best`) where there is nothing to go on from."""
@@ -54,9 +52,9 @@ class Checkpoint:
             # Half a file, or one of another kind: begin anew.
             return 0, best
 
-    def write(self, fit: Fit, starts: int) -> None:
+    def write(self, shooting: Shooting, starts: int) -> None:
         """Keep the best so far, once there is one."""
-        misfit, unknowns = fit.best
+        misfit, unknowns = shooting.best
         if self.path is None or not math.isfinite(misfit):
             return
         search = {
@@ -66,7 +64,7 @@ class Checkpoint:
             "unknowns": [float(number) for number in unknowns],
         }
         notes = ["Unfinished: the best law so far of a search that did not come to its end; it has no intervals yet."]
-        law = fit.free.law(unknowns[: fit.count]).to_dict()
+        law = shooting.free.law(unknowns[: len(shooting.free.names)]).to_dict()
         text = tomli_w.dumps({"law": law, "source": {"notes": notes, "search": search}})
         write_whole(self.path, lambda draft: draft.write_text(text, encoding="utf-8"))
 

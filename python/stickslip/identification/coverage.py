@@ -221,17 +221,17 @@ def _with_recorded(record: FrictionRecord, recorded: Any) -> FrictionRecord:
     return FrictionRecord(**{**vars(record), "recorded": np.asarray(recorded, float)})
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(arguments: Sequence[str] | None = None, cases: Mapping[str, Case] = CASES) -> None:
     """Print the table of coverage of each law asked for."""
     parser = argparse.ArgumentParser(prog="python -m stickslip.identification.coverage", description=__doc__)
-    parser.add_argument("laws", nargs="*", default=[*CASES], metavar="LAW", help=f"of {', '.join(CASES)}")
+    parser.add_argument("laws", nargs="*", default=[*cases], metavar="LAW", help=f"of {', '.join(cases)}")
     parser.add_argument("-n", type=int, default=200, help="repetitions; default 200")
     parser.add_argument("-o", default=".", metavar="FOLDER", help="where LAW.csv is kept, to go on from")
     options = parser.parse_args(arguments)
     for law in options.laws:
-        if law not in CASES:
-            parser.error(f"unknown law {law!r}; known are {', '.join(CASES)}")
-        table = coverage(CASES[law], options.n, path=Path(options.o) / f"{law}.csv")
+        if law not in cases:
+            parser.error(f"unknown law {law!r}; known are {', '.join(cases)}")
+        table = coverage(cases[law], options.n, path=Path(options.o) / f"{law}.csv")
         sys.stdout.write(f"{law}\n{table.to_string(float_format=lambda number: f'{number:.5g}')}\n")
         sys.stdout.flush()
 

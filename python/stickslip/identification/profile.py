@@ -12,7 +12,7 @@ import pandas as pd
 from scipy.stats import norm
 
 if TYPE_CHECKING:
-    from stickslip.identification.trajectory import Fit
+    from stickslip.identification.single_shooting import SingleShooting
 
 Array = npt.NDArray[np.float64]
 
@@ -23,7 +23,7 @@ TRIALS = 8
 
 
 def profile_intervals(
-    fit: Fit, unknowns: Array, covariance: Array, progress: Callable[[str, int, int], Any] | None = None
+    fit: SingleShooting, unknowns: Array, covariance: Array, progress: Callable[[str, int, int], Any] | None = None
 ) -> tuple[pd.DataFrame, list[str]]:
     """Ends of the 95 % intervals where the signed root of the profile reaches 1.96.
 

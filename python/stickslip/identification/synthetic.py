@@ -1,14 +1,24 @@
-"""A friction record of a simulated orbit, as a measurement without the indirect method would give it."""
+"""Friction records of simulated motions, as a measurement without the indirect method would give them."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import pandas as pd
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.documents import number
 from stickslip.errors import InputError
+from stickslip.identification.first_passage import own_number
+from stickslip.identification.parameters import value, with_values
 from stickslip.orbit import Orbit
+from stickslip.simulation import simulate
+from stickslip.system import Oscillator
+
+LONGEST = 1000.0
+"""Natural periods in which a stick and the slip that follows must end."""
 
 
 def friction_of_orbit(
@@ -44,29 +54,116 @@ def friction_of_orbit(
     >>> friction["break_away"]["force"].values.round(6)[:2]
     array([1., 1.])
     """
-    for what, noise in (("force_noise", force_noise), ("displacement_noise", displacement_noise)):
+    t = np.asarray(times, float)
+    system = orbit.system
+    sampled = orbit.to_xarray(t).rename(x="displacement", v="velocity").drop_vars("a")
+    source = f"simulated {type(system.law).__name__}, drive velocity {system.drive_velocity:g}, seed {seed}"
+    events = orbit.events[(orbit.events["kind"] == "release").to_numpy()]
+    return _record(sampled, system, events, source, (force_noise, displacement_noise), seed)
+
+
+def friction_of_sticks(
+    system: Oscillator,
+    times: ArrayLike,
+    scatter: float,
+    force_noise: float = 0.0,
+    seed: int = 0,
+    displacement_noise: float = 0.0,
+) -> xr.DataTree:
+    """A record whose sticks each break away at a force of their own, as those of real surfaces do.
+
+    Each stick and the slip that follows are simulated with a law in which the number of static friction (see
+    :func:`stickslip.identification.first_passage.own_number`) is drawn anew, evenly around that of the law.
+
+    Parameters
+    ----------
+    system : of the motion, with a law whose sticks have a number of their own.
+    times : increasing, ≥ 0, shape (n,); the motion begins there stuck at x = 0.
+    scatter : standard deviation of that number, relative to it, in [0, 0.5].
+    force_noise, seed, displacement_noise : as for :func:`friction_of_orbit`; the seed is also that of the sticks.
+
+    Returns
+    -------
+    DataTree as of :func:`friction_of_orbit`.
+
+    Raises
+    ------
+    InputError
+        for a scatter outside its range, or a stick or slip that does not end.
+
+    >>> import stickslip as ss
+    >>> system = ss.Oscillator(damping=0.1, drive_velocity=0.05, law=ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6))
+    >>> friction = friction_of_sticks(system, np.arange(0, 100, 0.1), scatter=0.15, seed=1)
+    >>> friction["break_away"]["force"].values.round(2)
+    array([0.96, 0.96, 0.88, 1.17])
+    """
+    t = np.asarray(times, float)
+    if not 0 <= number("scatter", scatter, "friction_of_sticks") <= 0.5:
+        raise InputError(f"friction_of_sticks: scatter must lie in [0, 0.5], got {scatter}")
+    random = np.random.default_rng([seed, 2])
+    name = own_number(system.law)
+    usual = value(system.law, name)
+    begin, x0, parts, events = 0.0, 0.0, [], []
+    while begin <= t[-1]:
+        own = usual * (1 + scatter * np.sqrt(3) * random.uniform(-1, 1))
+        law = with_values(system.law, {name: own})
+        once = Oscillator(system.damping, system.drive_velocity, law, system.mass, system.stiffness)
+        orbit, release, capture = _stick_and_slip(once, x0)
+        inside = t[(t >= begin) & (t < begin + capture["t"])]
+        parts.append(orbit.to_xarray(inside - begin).assign_coords(time=inside))
+        events.append({**release, "t": begin + release["t"]})
+        begin, x0 = begin + capture["t"], capture["x"]
+    sampled = xr.concat(parts, "time").rename(x="displacement", v="velocity").drop_vars("a")
+    source = (
+        f"simulated {type(system.law).__name__} with {name} scattered by {scatter:g}, drive velocity "
+        f"{system.drive_velocity:g}, seed {seed}"
+    )
+    return _record(sampled, system, pd.DataFrame(events), source, (force_noise, displacement_noise), seed)
+
+
+def _stick_and_slip(system: Oscillator, x0: float) -> tuple[Orbit, dict[str, Any], dict[str, Any]]:
+    """The motion from a stick to the next, with the events of its release and capture."""
+    span = 8 * system.natural_period
+    while span < LONGEST * system.natural_period:
+        orbit = simulate(system, span, x0=x0)
+        kinds = orbit.events["kind"].to_numpy()
+        released = np.flatnonzero(kinds == "release")
+        captured = np.flatnonzero(kinds == "capture")
+        captured = captured[captured > released[0]] if released.size else released
+        if captured.size:
+            return orbit, *(orbit.events.iloc[i].to_dict() for i in (released[0], captured[0]))
+        span *= 2
+    raise InputError(
+        f"friction_of_sticks: the motion from x = {x0:.4g} does not stick and slip within {span:.4g} of time: take a lower "
+        "drive velocity or less scatter"
+    )
+
+
+def _record(
+    sampled: xr.Dataset, system: Oscillator, events: pd.DataFrame, source: str, noises: tuple[float, float], seed: int
+) -> xr.DataTree:
+    """The record of a sampled motion and its releases."""
+    for what, noise in zip(("force_noise", "displacement_noise"), noises, strict=True):
         if number(what, noise, "friction_of_orbit") < 0:
             raise InputError(f"friction_of_orbit: {what} must not be negative, got {noise}")
-    t = np.asarray(times, float)
+    force_noise, displacement_noise = noises
+    t: NDArray[np.float64] = sampled["time"].to_numpy()
     random = np.random.default_rng(seed)
-    sampled = orbit.to_xarray(t).rename(x="displacement", v="velocity").drop_vars("a")
     sampled["force"] = sampled["force"] + force_noise * random.standard_normal(t.size)
     sampled["force_error"] = ("time", np.full(t.size, float(force_noise)))
     if displacement_noise > 0:
         gauge = np.random.default_rng([seed, 1]).standard_normal(t.size)
         sampled["recorded"] = sampled["displacement"] + displacement_noise * gauge
-    system = orbit.system
     sampled.attrs = {
-        "source": f"simulated {type(system.law).__name__}, drive velocity {system.drive_velocity:g}, seed {seed}",
+        "source": source,
         "mass": system.mass,
         "damping": system.damping,
         "stiffness": system.stiffness,
         "drive_velocity": system.drive_velocity,
         "notes": [],
     }
-    events = orbit.events
     begun = (events["t"] - events["stick_time"]).to_numpy() > t[0]
-    rows = events[(events["kind"] == "release").to_numpy() & begun & (events["t"] <= t[-1]).to_numpy()]
+    rows = events[begun & (events["t"] <= t[-1]).to_numpy()]
     force = rows["force"].to_numpy() + force_noise * random.standard_normal(len(rows))
     columns = {"t": rows["t"], "stick_time": rows["stick_time"], "force_rate": rows["force_rate"].abs(), "force": force}
     table = xr.Dataset({name: ("event", np.asarray(column, float)) for name, column in columns.items()})

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 from scipy import stats
+
+from stickslip.errors import InputError
 
 Array = npt.NDArray[np.float64]
 
@@ -122,3 +126,27 @@ def half_width(error: float, freedom: float) -> float:
     1.96
     """
     return float(error * stats.t.ppf(0.975, max(freedom, 1.0)))
+
+
+def inverse(information: Array, names: Sequence[str]) -> Array:
+    """The inverse of what the records say about some unknowns, of which the first have names; columns all act.
+
+    Raises
+    ------
+    InputError
+        where a combination of them is not told, with the names in it.
+
+    >>> inverse(np.array([[1.0, 1.0], [1.0, 1.0]]), ["limit", "rate"])
+    Traceback (most recent call last):
+    stickslip.errors.InputError: identify: limit and rate cannot be told apart by these motions: hold one of them ...
+    """
+    length = np.sqrt(np.abs(np.diag(information)))
+    scaled = information / np.outer(length, length)
+    if np.linalg.cond(scaled) > 1e13:
+        weak = np.linalg.svd(scaled)[2][-1, : len(names)]
+        mixed = [name for name, part in zip(names, weak, strict=True) if abs(part) > 0.3]
+        raise InputError(
+            f"identify: {' and '.join(mixed) or 'the free numbers'} cannot be told apart by these motions: hold one of them "
+            "fixed, or add records at other drive velocities"
+        )
+    return np.asarray(np.linalg.inv(scaled) / np.outer(length, length))
