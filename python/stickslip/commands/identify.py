@@ -47,9 +47,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         default="auto",
         help="what --trajectories lays over each other: whole records or slip by slip; default by whether cycles scatter",
     )
-    command.add_argument(
-        "--bounds", nargs="+", default=[], metavar="NAME=LOW:HIGH", help="limits of numbers, for --trajectories"
-    )
     command.add_argument("--starts", type=int, default=8, help="the most starting points of --trajectories; default 8")
     command.add_argument(
         "--profile", action="store_true", help="intervals of --trajectories from the profile of the likelihood"
@@ -99,8 +96,6 @@ def run(options: argparse.Namespace) -> None:
         raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
     if options.profile and not options.trajectories:
         raise InputError("--profile belongs to the misfit of the motions: add --trajectories")
-    if options.bounds and not options.trajectories:
-        raise InputError("--bounds belong to the fit of the motions: add --trajectories")
     tables = _tables(options)
     if tables is not None:
         _say_tables(tables, options)
@@ -121,7 +116,6 @@ def run(options: argparse.Namespace) -> None:
                 result = fit_trajectories(
                     result,
                     shooting=options.shooting,
-                    bounds=dict(map(_bounds, options.bounds)),
                     starts=options.starts,
                     profile=options.profile,
                     zero_error=options.zero_error,
@@ -255,12 +249,3 @@ def _assignment(text: str) -> tuple[str, float]:
         return name, float(number)
     except ValueError:
         raise InputError(f"--fixed: expected NAME=VALUE with a number, got {text!r}") from None
-
-
-def _bounds(text: str) -> tuple[str, tuple[float, float]]:
-    name, _, pair = text.partition("=")
-    low, _, high = pair.partition(":")
-    try:
-        return name, (float(low), float(high))
-    except ValueError:
-        raise InputError(f"--bounds: expected NAME=LOW:HIGH with two numbers, got {text!r}") from None

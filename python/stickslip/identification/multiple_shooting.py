@@ -36,6 +36,8 @@ QUIET = 1e-3
 """A number that moves no slip by that part of its noise does not act on slips."""
 VISIBLE = 0.02
 """Of the duration and the depth of a slip: the units of where it begins."""
+LEVELS = 0.125
+"""Slips whose middles scatter by more than that part of their depth have a level of friction each of their own."""
 FAR = 0.3
 """Slips farther than this from the measured ones, in the standard deviations of these, are not near them."""
 
@@ -61,8 +63,13 @@ def scattering(first: Identification, settled_after: float) -> str | None:
 class MultipleShooting:
     """Slips and free numbers: the misfit of the slips, its slopes, and the way down.
 
-    The vector of unknowns is (free numbers, how late each slip begins, how far off), the latter two in parts of the slip;
-    `gauge_error` holds the standard errors of the gauge's zero (a length) and scale (relative).
+    The vector of unknowns is (free numbers, how late each slip begins, how far off, and the level of its friction), the
+    latter three in parts of the slip; `gauge_error` holds the standard errors of the gauge's zero (a length) and scale
+    (relative).
+
+    A level is a force by which static and kinetic friction are higher together than the law has them, as they are along a
+    real track. Where the slips' middles show that levels scatter, they are unknowns too, held to zero by their own scatter
+    (a random effect); else they are zero.
     """
 
     def __init__(
@@ -96,48 +103,62 @@ class MultipleShooting:
         self.known = bool(np.isfinite(self.noise).all())
         #: Standard deviation of the residuals of each slip's record, by which they count.
         self.sigma = np.where(np.isfinite(self.noise), self.noise, 0.02 * np.array([s.depth for s in self.slips]))
-        self._edges = np.cumsum([0, *(slip.time.size for slip in self.slips)])
+        self._edges = np.cumsum([0, *(slip.time.size + 1 for slip in self.slips)])
+        middle = np.array([slip.place + 0.5 * (slip.x.max() + slip.x.min()) for slip in self.slips])
+        depth = np.array([slip.depth for slip in self.slips])
+        #: First guess of each slip's level as a displacement, and the scatter of the levels; 0 where all are alike.
+        self.level = middle - np.median(middle)
+        self.level_scatter = robust_scale(self.level)
+        if self.level_scatter < LEVELS * float(np.median(depth)):
+            self.level, self.level_scatter = np.zeros(middle.size), 0.0
         known = [record.constants for record in records]
         self._known = [known[slip.record] for slip in self.slips]
 
-    def _split(self, unknowns: Array) -> tuple[Array, Array, Array]:
-        """The free numbers, and how late and how far off the place each slip begins."""
-        late, off = np.split(unknowns[self.count :], 2)
-        reach = np.array([(slip.duration, slip.depth) for slip in self.slips])
-        return unknowns[: self.count], VISIBLE * late * reach[:, 0], VISIBLE * off * reach[:, 1]
+    def _split(self, unknowns: Array) -> tuple[Array, Array, Array, Array]:
+        """The free numbers, how late and how far off the place each slip begins, and its level as a displacement."""
+        late, off, level = np.split(unknowns[self.count :], 3)
+        reach = VISIBLE * np.array([(slip.duration, slip.depth) for slip in self.slips]).T
+        return unknowns[: self.count], late * reach[0], off * reach[1], self.level + level * reach[1]
 
     def sticks(self, unknowns: Array) -> Sticks:
-        """How the slips begin."""
-        _, late, off = self._split(unknowns)
+        """How the slips begin, their force above their level."""
+        _, late, off, level = self._split(unknowns)
         known, slips = self._known, self.slips
         drive = np.array([item["drive_velocity"] for item in known])
         stiffness, damping = (np.array([item[name] for item in known]) for name in ("stiffness", "damping"))
-        spring = stiffness * (np.array([slip.place for slip in slips]) + off)
+        spring = stiffness * (np.array([slip.place for slip in slips]) + off - level)
         stick_time = np.array([slip.stick_time for slip in slips]) + late
         return Sticks(stick_time, stiffness * np.abs(drive), np.sign(drive) * spring + damping * np.abs(drive))
 
     def _traces(self, unknowns: Array) -> list[tuple[Array, Array] | None]:
         """What :meth:`Slip.trace` gives for each slip, with a law of its own that ends its stick where it begins."""
-        numbers, late, off = self._split(unknowns)
+        numbers, late, off, level = self._split(unknowns)
         try:
             law = self.free.law(numbers)
             own = self.sticks(unknowns).own(law)[0]
         except InputError:
             return [None] * len(self.slips)
-        return [self._trace(*each, law) for each in zip(self.slips, own, late, off, strict=True)]
+        return [self._trace(*each, law) for each in zip(self.slips, own, late, off, level, strict=True)]
 
-    def _trace(self, slip: Slip, own: float, late: float, off: float, law: Law) -> tuple[Array, Array] | None:
+    def _trace(
+        self, slip: Slip, own: float, late: float, off: float, level: float, law: Law
+    ) -> tuple[Array, Array] | None:
         try:
             its = with_values(law, {self.own: own})
         except InputError:
             return None
-        return slip.trace(its, late, off)
+        return slip.trace(its, late, off, level)
 
     def residuals(self, unknowns: Array) -> Array:
-        """(simulated − measured) / σ of all slips one after the other; far off for a slip that the law does not make."""
-        parts = []
-        for slip, sigma, trace in zip(self.slips, self.sigma, self._traces(unknowns), strict=True):
-            parts.append(np.full(slip.x.size, slip.depth / sigma) if trace is None else (trace[0] - slip.x) / sigma)
+        """(simulated − measured) / σ of all slips one after the other, each with its level over the scatter of levels.
+
+        Far off for a slip that the law does not make.
+        """
+        parts: list[Array] = []
+        levels = self._split(unknowns)[3] / (self.level_scatter or 1.0)
+        for slip, sigma, trace, level in zip(self.slips, self.sigma, self._traces(unknowns), levels, strict=True):
+            off = np.full(slip.x.size, slip.depth) if trace is None else trace[0] - slip.x
+            parts.append(np.append(np.clip(off, -10 * slip.depth, 10 * slip.depth) / sigma, level))
         return np.concatenate(parts)
 
     def slopes(self, unknowns: Array) -> Any:
@@ -146,38 +167,35 @@ class MultipleShooting:
         Those by how late a slip begins are minus the velocity. Of a number that acts on no slip they are exactly zero.
         """
         base, count, slips = self._traces(unknowns), self.count, len(self.slips)
-        blocks = np.zeros((self._edges[-1], count + 2))
+        # One block of columns a slip: the free numbers, then late, off and level of that slip.
+        blocks = np.zeros((self._edges[-1], count + 3))
         _, high = self.bounds()
-        for j in (*range(count), count + 1):
+        owns = count + np.arange(3 * slips).reshape(3, slips)
+        for j in (*range(count), count + 1, *([count + 2] if self.level_scatter else [])):
             trial = unknowns.copy()
-            moved = [j] if j < count else np.arange(count + slips, count + 2 * slips)
-            step = np.where(trial[moved] + STEP <= high[moved], STEP, -STEP)
-            trial[moved] += step
+            moved = np.full(slips, j) if j < count else owns[j - count]
+            step = np.where(unknowns[moved] + STEP <= high[moved], STEP, -STEP)
+            trial[moved] = unknowns[moved] + step
             for i, (beside, here) in enumerate(zip(self._traces(trial), base, strict=True)):
                 if beside is not None and here is not None:
-                    rows = slice(self._edges[i], self._edges[i + 1])
-                    blocks[rows, j] = (beside[0] - here[0]) / step[i if j > count else 0] / self.sigma[i]
-        for i, here in enumerate(base):
+                    blocks[self._edges[i] : self._edges[i + 1] - 1, j] = (beside[0] - here[0]) / step[i] / self.sigma[i]
+        for i, (slip, here) in enumerate(zip(self.slips, base, strict=True)):
             if here is not None:
-                unit = VISIBLE * self.slips[i].duration / self.sigma[i]
-                blocks[self._edges[i] : self._edges[i + 1], count] = -unit * here[1]
+                unit = VISIBLE * slip.duration / self.sigma[i]
+                blocks[self._edges[i] : self._edges[i + 1] - 1, count] = -unit * here[1]
+            if self.level_scatter:
+                blocks[self._edges[i + 1] - 1, count + 2] = VISIBLE * slip.depth / self.level_scatter
         quiet = np.max(np.abs(blocks[:, :count]), axis=0, initial=0.0) < QUIET
         blocks[:, :count][:, quiet] = 0.0
         number = np.repeat(np.arange(slips), np.diff(self._edges))
-        columns = np.concatenate(
-            [
-                np.tile(np.arange(count), (number.size, 1)),
-                np.stack([count + number, count + slips + number], axis=1),
-            ],
-            axis=1,
-        )
-        ends = np.arange(number.size + 1) * (count + 2)
+        columns = np.concatenate([np.tile(np.arange(count), (number.size, 1)), owns[:, number].T], axis=1)
+        ends = np.arange(number.size + 1) * (count + 3)
         return csr_array((blocks.ravel(), columns.ravel(), ends), shape=(number.size, unknowns.size))
 
     def bounds(self) -> tuple[Array, Array]:
         """Limits of the unknowns."""
         reach = np.array([(slip.reach[0] / slip.duration, slip.reach[1] / slip.depth) for slip in self.slips])
-        around = reach.T.ravel() / VISIBLE
+        around = np.append(reach.T.ravel(), np.full(len(self.slips), 10.0)) / VISIBLE
         return np.concatenate([self.free.low, -around]), np.concatenate([self.free.high, around])
 
     def near(self, numbers: Array) -> Array:
@@ -186,7 +204,7 @@ class MultipleShooting:
 
     def lay(self, numbers: Array) -> float:
         """Least squares of the slips from these free numbers, then the sticks; returns the misfit of the slips."""
-        unknowns = np.concatenate([numbers, np.zeros(2 * len(self.slips))])
+        unknowns = np.concatenate([numbers, np.zeros(3 * len(self.slips))])
         unknowns = self._with_sticks(self._down(unknowns, 0.01))
         misfit = float(np.mean(np.square(self.residuals(unknowns))))
         if misfit < self.best[0]:
@@ -221,7 +239,7 @@ class MultipleShooting:
         found = np.zeros(of.size)
         for number in np.unique(of):
             rows = np.flatnonzero(of == number)
-            found[rows] = robust_scale(np.concatenate([self.sigma[i] * rest[i] for i in rows]))
+            found[rows] = robust_scale(np.concatenate([self.sigma[i] * rest[i][:-1] for i in rows]))
         return found
 
     def finish(self) -> Laid:
@@ -235,6 +253,8 @@ class MultipleShooting:
         unknowns = self.best[1]
         for _ in range(2):
             self.sigma = np.maximum(self.scatter(unknowns), 1e-12)
+            if self.level_scatter:
+                self.level_scatter = robust_scale(self._split(unknowns)[3])
             unknowns = self._down(unknowns, 1e-3)
         unknowns = self._with_sticks(unknowns)
         self.best = (self.best[0], unknowns)
@@ -249,6 +269,11 @@ class MultipleShooting:
             f"Each stick has its own {self.own}: they scatter by {robust_scale(ends.own - np.median(ends.own)):.3g} about "
             f"{np.median(ends.own):.4g}.",
         ]
+        if self.level_scatter:
+            notes.append(
+                "Friction as a whole is higher in one slip than in the other: each has a level of its own, by which static "
+                f"and kinetic friction are shifted together, with a scatter of {self.level_scatter:.3g} in the displacement."
+            )
         made = sum(trace is not None for trace in self._traces(unknowns))
         if made < len(self.slips):
             notes.append(f"{len(self.slips) - made} of {len(self.slips)} slips are none that the law can make.")
@@ -295,8 +320,8 @@ class MultipleShooting:
     def _covariance(self, unknowns: Array, ends: Passage, static: list[int]) -> tuple[Array, float]:
         """Of the free numbers, by leaving out one slip after the other, and the degrees of freedom.
 
-        Where a slip begins is an unknown of its own and drops out with it. How alike neighbouring slips are is taken into
-        account; what an error of the gauge's zero and scale, common to all, would do is added.
+        Where a slip begins and its level are unknowns of its own and drop out with it. How alike neighbouring slips are is
+        taken into account; what an error of the gauge's zero and scale, common to all, would do is added.
         """
         if silent := self.silent(unknowns):
             raise InputError(
@@ -314,11 +339,12 @@ class MultipleShooting:
             rows = slice(self._edges[i], self._edges[i + 1])
             part = slopes[rows]
             shared = part[:, moving].toarray()
-            beginning = part[:, [self.count + i, self.count + slips + i]].toarray()
+            beginning = part[:, self.count + i + slips * np.arange(3)].toarray()
             heavy = (root[rows] ** -3)[:, None]
             onto = np.linalg.pinv(beginning.T @ (heavy * beginning)) @ (beginning.T @ (heavy * shared))
             freed = shared - beginning @ onto
-            zero = np.stack([np.ones(slip.x.size), slip.x + slip.place], axis=1) * self.gauge_error / sigma
+            zero = np.zeros((rest[rows].size, 2))
+            zero[:-1] = np.stack([np.ones(slip.x.size), slip.x + slip.place], axis=1) * self.gauge_error / sigma
             pulls[i, :size] = freed.T @ (rest[rows] / root[rows])
             gives[i, :size, :size] = freed.T @ (heavy * shared)
             gauge[:size] += freed.T @ (heavy * zero)

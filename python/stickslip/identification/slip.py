@@ -57,21 +57,23 @@ class Slip:
         """How far its true beginning may lie from where it was seen, in time and place."""
         return EARLIER * min(self.duration, self.stick_time), 0.5 * self.depth
 
-    def trace(self, law: Law, late: float, off: float) -> tuple[Array, Array] | None:
+    def trace(self, law: Law, late: float, off: float, level: float = 0.0) -> tuple[Array, Array] | None:
         """Position (from `place`) and velocity at the samples, of the law's slip begun `late` and `off` the place seen.
+
+        With friction higher than the law has it by the stiffness times `level`, which shifts the motion as a whole.
 
         The motion starts in the stick, so that the memory of the law is that of its end; `law` is one whose break-away ends
         this stick there. None where it makes no such motion.
         """
         drive = self.make.args[1]
         clock = self.time + self.stick_time
-        x0 = self.place + off - drive * (self.stick_time + late)
+        x0 = self.place + off - level - drive * (self.stick_time + late)
         try:
             orbit = simulate(self.make(law=law), float(clock[-1]), x0=x0)
             x, v = orbit.at(clock)
         except InputError:
             return None
-        return np.asarray(x) - self.place, np.asarray(v)
+        return np.asarray(x) + level - self.place, np.asarray(v)
 
 
 def slips_of(record: FrictionRecord, number: int, settled_after: float) -> Iterator[Slip]:

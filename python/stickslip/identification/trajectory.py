@@ -56,7 +56,7 @@ def fit_trajectories(
     free : names of the numbers to fit; default those of `first`.
     settled_after : the fraction of each record that is left out as transient, in [0, 1).
     shooting : ``"records"``, ``"slips"``, or ``"auto"``: by slips where the cycles of a record scatter, which `notes` says.
-    bounds : (low, high) by name, within which a free number stays.
+    bounds : (low, high) by name, within which a free number stays, beyond those that `first` was given.
     starts : the most starting points that are tried; the first is that of `first`, the others lie around it. The search
         ends where only noise is left.
     profile : intervals by the profile of the likelihood instead of the curvature at its top; by records.
