@@ -94,7 +94,26 @@ def test_the_pictures_axes_say_what_is_drawn() -> None:
     [
         (xr.DataTree(), None, "holds no friction over slip velocity"),
         (curve(W[:2], W[:2], 1.0), None, "2 points of friction over slip velocity are too few for any form"),
-        (curve(W, W * np.nan, 1.0), None, "must be numbers at slip velocities other than zero"),
+        (
+            curve(W, W * np.nan, 1.0),
+            None,
+            "record 1: friction force is nan in row 0, where a number below 1e+60",
+        ),
+        (curve(np.where(W > 0.9, np.inf, W), W, 1.0), None, "slip velocity is inf in row 14"),
+        (curve(1e-200 * W, W, 1.0), None, "not all below 1e-60 was expected; remove that row or correct the unit"),
+        (curve(0 * W, W, 1.0), None, "nothing slides in it"),
+        (curve(W, W, -1.0), None, "force_error is -1 in row 0, where a standard error was expected"),
+        (
+            curve(np.full(9, 0.3), np.ones(9), 1.0),
+            "ExponentialStribeck",
+            "9 points at the one slip velocity of 0.3 show no curve",
+        ),
+        (curve(W[:1], W[:1], 1.0), None, "1 point of friction over slip velocity is too few for any form"),
+        (
+            curve(np.array(["a", "b"]), np.ones(2), 1.0),
+            None,
+            "slip_velocity must be one number a row, got <U1 of shape (2,)",
+        ),
         (curve(W, W, 1.0), "DwellTime", "DwellTime is not a curve over slip velocity alone"),
         ([], None, "expected at least one friction record"),
         ("friction", None, "no such file"),
@@ -170,6 +189,14 @@ def test_a_list_of_rock_slips_gives_strength_over_waiting_time(shared_data: Path
     slope = found.fits["logarithmic"].parameters.loc["slope"]
     assert slope["low"] > 0
     assert "Stick time and force rate are tied" in " ".join(found.notes)
+
+
+def test_a_row_that_stands_out_is_named_and_so_is_a_law_that_is_not_seen() -> None:
+    force = TRUTHS["Coulomb"][0] + 0.004 * np.random.default_rng(1).standard_normal(30)
+    force[7] = 4.0
+    assert "Row 7 (w = 0.1, f = 4) lies " in " ".join(fit_steady(curve(W, force, 0.004)).notes)
+    straight = fit_steady(curve(W, TRUTHS["Coulomb"][0], 0.004), law="ExponentialStribeck")
+    assert straight.notes[0].startswith("ExponentialStribeck was asked for; Coulomb + viscous, its limit,")
 
 
 def test_the_command_fits_tables_and_refuses_a_law_of_motion(tmp_path: Path, capsys) -> None:

@@ -21,6 +21,8 @@ Array = npt.NDArray[np.float64]
 BLOCKS = 8
 """Stretches of a record that are held back in turn; of a table with few rows each row is."""
 FEW = 40
+ONE_SPEED = 1.05
+"""Speeds within this ratio are one, and show no curve."""
 
 SHAPES: dict[str, tuple[str, ...]] = {
     "Coulomb": ("kinetic",),
@@ -219,7 +221,7 @@ def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str
         extras.append("drift")
     subsets = list(chain.from_iterable(combinations(extras, n) for n in range(len(extras) + 1)))
     for shape in shapes:
-        if shape != "Coulomb" and varied < 1.05:
+        if shape != "Coulomb" and varied < ONE_SPEED:
             continue
         for subset in subsets:
             yield ", ".join([shape, *subset]), (*SHAPES[shape], *subset)

@@ -15,7 +15,7 @@ import xarray as xr
 
 from stickslip.documents import did_you_mean, write_whole
 from stickslip.errors import InputError
-from stickslip.identification.curves import BLOCKS, COLUMNS, SHAPES, Rows, SteadyFit, fit_form, forms_of
+from stickslip.identification.curves import BLOCKS, COLUMNS, FEW, ONE_SPEED, SHAPES, Rows, SteadyFit, fit_form, forms_of
 from stickslip.identification.records import opened
 from stickslip.laws import Coulomb, ExponentialStribeck, Law, Tabulated
 from stickslip.measurement.noise import noise_level
@@ -26,6 +26,12 @@ SENSE = 0.05
 """Below this share of its top speed (and within four sigmas of its noise) a record does not tell which way it slides."""
 EVIDENCE = 2.0
 """By so much the sum of squared misfits, in units of the stated errors, must differ to tell two forms apart."""
+
+FARTHEST = 1e60
+"""Numbers larger than this are no friction in any unit."""
+
+STANDS_OUT = 6.0
+"""A row that is missed by more than so many median misfits is named."""
 
 OF_LAW = {"Coulomb": ("Coulomb",), "ExponentialStribeck": ("Stribeck", "Coulomb + viscous")}
 """Shapes that are a law of the catalogue."""
@@ -249,12 +255,21 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         if fit is not None:
             fits[form] = fit
     if not fits:
+        speed = np.abs(rows.w)
+        alike = len(rows) > 2 and float(speed.max()) < ONE_SPEED * float(speed.min())
         raise InputError(
-            f"identify: {len(rows)} points of friction over slip velocity are too few for {law or 'any form'}; measure more "
-            "speeds"
+            f"identify: {len(rows)} points at the one slip velocity of {speed.mean():.4g} show no curve of {law}; "
+            "measure other speeds"
+            if alike
+            else f"identify: {len(rows)} point{'s' * (len(rows) != 1)} of friction over slip velocity "
+            f"{'are' if len(rows) != 1 else 'is'} too few for {law or 'any form'}; measure more speeds"
         )
     fits = dict(sorted(fits.items(), key=lambda item: item[1].held_back))
     chosen, undecided = _choose(fits, rows.known)
+    if law is not None and not chosen.startswith(OF_LAW[law][0]):
+        notes.append(
+            f"{law} was asked for; {chosen}, its limit, predicts held-back rows as well or is all that can be fitted."
+        )
     notes += _words(rows, fits, chosen, undecided)
     data = {"slip_velocity": rows.w, "force": rows.force, "force_error": rows.error, "source": rows.source}
     command = " ".join(["stickslip identify", *names, "--steady", *(["--law", law] if law else [])])
@@ -266,29 +281,64 @@ def _rows(tree: Any, name: str) -> Rows:
         raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
     root = tree.to_dataset(inherit=False)
     table = tree.children["steady"].to_dataset(inherit=False) if "steady" in tree.children else None
-    if {"time", "slip_velocity", "force"} <= set(map(str, root.variables)) and (table is None or "branch" in table):
-        w, force = root["slip_velocity"].to_numpy(), root["force"].to_numpy()
-        least = max(SENSE * float(np.quantile(np.abs(w), 0.99)), 4 * noise_level(w))
-        moving = np.abs(w) > least
+    series = {"time", "slip_velocity", "force"} <= set(map(str, root.variables))
+    if series and (table is None or "branch" in table):
+        w, force = (_numbers(root, key, name) for key in ("slip_velocity", "force"))
+        unknown = np.full(len(w), math.nan)
+        rows = Rows(w, force, np.ones(len(w)), unknown, unknown, np.full(len(w), name), True)
+        _check(rows, name, "sample")
+        moving = np.abs(w) > max(SENSE * float(np.quantile(np.abs(w), 0.99)), 4 * noise_level(w))
         if "stuck" in root:
             moving &= ~root["stuck"].to_numpy().astype(bool)
-        unknown = np.full(len(w), math.nan)
-        rows = Rows(w, force, np.ones(len(w)), unknown, unknown, np.full(len(w), name), True).take(moving)
     elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
-        count = table.sizes["row"]
-        source = np.full(count, name)
+        w = _numbers(table, "slip_velocity", name)
+        unknown = np.full(len(w), math.nan)
 
         def column(key: str) -> Array:
-            return table[key].to_numpy().astype(float) if key in table else np.full(count, math.nan)
+            return _numbers(table, key, name) if key in table else unknown
 
-        w, load = column("slip_velocity"), column("pressure" if "pressure" in table else "normal_force")
+        load = column("pressure" if "pressure" in table else "normal_force")
+        source = np.full(len(w), name)
         rows = Rows(w, column("force"), column("force_error"), load, column("displacement"), source, False)
-        rows = rows.take(np.abs(w) > 0)
+        _check(rows, name, "row")
+        moving = np.abs(w) > 0
     else:
         raise InputError(f"{name}: holds no friction over slip velocity; measure a record that slides")
-    if not len(rows) or not (np.isfinite(rows.w) & np.isfinite(rows.force)).all():
-        raise InputError(f"{name}: friction over slip velocity must be numbers at slip velocities other than zero")
-    return rows
+    if not moving.any():
+        raise InputError(f"{name}: nothing slides in it, so it holds no friction of slip; measure a record that slides")
+    return rows.take(moving)
+
+
+def _numbers(table: xr.Dataset, key: str, name: str) -> Array:
+    values = table[key].to_numpy()
+    if values.ndim != 1 or values.shape != table["slip_velocity"].shape or values.dtype.kind not in "fiu":
+        raise InputError(
+            f"{name}: {key} must be one number a row, got {values.dtype} of shape {values.shape}; measure the record first"
+        )
+    return np.asarray(values, dtype=float)
+
+
+def _check(rows: Rows, name: str, place: str) -> None:
+    """Refuse what is no number, and what is out of all proportion."""
+    for words, values in (("slip velocity", rows.w), ("friction force", rows.force)):
+        wrong = np.flatnonzero(~(np.abs(values) < FARTHEST))
+        if not wrong.size and 0 < np.max(np.abs(values), initial=0.0) < 1 / FARTHEST:
+            wrong = np.array([int(np.argmax(np.abs(values)))])
+        if wrong.size:
+            raise InputError(
+                f"{name}: {words} is {values[wrong[0]]:g} in {place} {wrong[0]}, where a number below {FARTHEST:g} and "
+                f"not all below {1 / FARTHEST:g} was expected; remove that {place} or correct the unit"
+            )
+    if len(rows) < 4 and place == "sample":
+        raise InputError(
+            f"{name}: {len(rows)} samples are too few for friction over slip velocity; give a longer record"
+        )
+    wrong = np.flatnonzero(rows.error < 0)
+    if wrong.size:
+        raise InputError(
+            f"{name}: force_error is {rows.error[wrong[0]]:g} in {place} {wrong[0]}, where a standard error was expected; "
+            "correct it"
+        )
 
 
 def _joined(parts: list[Rows]) -> Rows:
@@ -349,6 +399,13 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
                 f"Load and slip velocity are tied in these records (correlation {tie:.2f}): what is given as the one may be "
                 "the other; vary them apart."
             )
+    apart = np.sqrt(best.losses / np.median(best.losses)) if np.median(best.losses) > 0 else np.zeros(1)
+    if len(rows) <= FEW and float(apart.max()) > STANDS_OUT:
+        at = int(np.argmax(apart))
+        notes.append(
+            f"Row {at} (w = {rows.w[at]:.4g}, f = {rows.force[at]:.4g}) lies {apart[at]:.2g} times as far off as rows do in "
+            "the median, and least squares follow it: look at it."
+        )
     if rows.series:
         notes.append(
             "Samples slower than a twentieth of the top speed, or not clear of their noise, were left out: there the sense "
