@@ -29,9 +29,10 @@ def moved() -> object:
 
 def test_motion_is_drawn_with_its_bands() -> None:
     axes = ss.show.motion_plot(moved(), window=(5, 20))
-    assert [ax.get_ylabel() for ax in axes] == ["displacement x", "velocity v", "acceleration a"]
+    names = ["displacement x", "velocity v", "acceleration a"]
+    assert [ax.get_ylabel() for ax in axes] == [f"{name} (dimensionless)" for name in names]
     assert len(axes[0].lines[0].get_xdata()) == 300
-    assert ss.show.motion_phase(moved()).get_xlabel() == "displacement x"
+    assert ss.show.motion_phase(moved()).get_xlabel() == "displacement x (dimensionless)"
     total, actual = ss.show.spectra_plot(moved()["a"])
     assert (total.get_title(), actual.get_title()) == ("spectrum, total", "spectrum, actual")
     assert (total.get_xlabel(), actual.get_xlabel()) == ("frequency", "time")  # the record has no units
@@ -44,7 +45,8 @@ def test_motion_is_drawn_with_its_bands() -> None:
 def test_a_motion_is_drawn_on_one_page() -> None:
     axes = ss.show.motion_figure(moved())
     assert len({ax.figure for ax in axes}) == 1
-    assert [ax.get_ylabel() for ax in axes[:4]] == ["displacement x", "velocity v", "acceleration a", "velocity v"]
+    names = ["displacement x", "velocity v", "acceleration a", "velocity v"]
+    assert [ax.get_ylabel() for ax in axes[:4]] == [f"{name} (dimensionless)" for name in names]
     short = moved().isel(time=slice(0, 10))
     assert "16 samples" in ss.show.motion_figure(short)[-1].texts[0].get_text()
 

@@ -56,16 +56,7 @@ def see(drive_velocity: float, folder: Path, seed: int, filmed: bool) -> Seen:
     system = MODEL.oscillator(drive_velocity)
     orbit = simulate(system, SETTLED + DURATION)
     motion, facts = (_track if filmed else _pretend)(orbit, folder / f"film-s{drive_velocity:.2f}.avi", seed)
-    rig = Rig(
-        gauge="displacement",
-        column="x",
-        unit="1",
-        time_column="time",
-        stiffness=system.stiffness,
-        mass=system.mass,
-        damping=system.damping,
-        drive_velocity=drive_velocity,
-    )
+    rig = Rig.of(system, time_column="time")
     write_whole(folder / f"film-s{drive_velocity:.2f}.rig.toml", lambda draft: draft.write_text(rig.to_toml()))
     friction = measure(motion, rig, mass=0)
     write_whole(folder / f"friction-s{drive_velocity:.2f}.nc", partial(friction.to_netcdf, engine="h5netcdf"))

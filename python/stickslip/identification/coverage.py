@@ -75,17 +75,7 @@ class Case:
             x = simulate(system, SETTLED + self.duration).at(SETTLED + t)[0]
             noise = self.noise * float(np.std(x))
             x = x + noise * np.random.default_rng([seed, number]).standard_normal(t.size)
-            rig = Rig(
-                gauge="displacement",
-                column="x",
-                unit="1",
-                time_column="t",
-                stiffness=1.0,
-                mass=1.0,
-                damping=self.damping,
-                drive_velocity=s,
-            )
-            made.append(({"t": t, "x": x}, rig))
+            made.append(({"t": t, "x": x}, Rig.of(system)))
         return made
 
     def first(self, seed: int) -> Identification:

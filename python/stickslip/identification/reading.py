@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 import numpy.typing as npt
@@ -72,7 +73,7 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
     kind = regime(w, speed, slow, rigid=False, sticks=len(found), cycles=len(flanks.limits))
     stuck = np.zeros(times.size, dtype=bool)
     rows = []
-    for stick, after in zip(found, [*found[1:], None], strict=True):
+    for stick, after in zip_longest(found, found[1:]):
         a, b = np.searchsorted(times, [stick.start, stick.end])
         stuck[a : b + 1] = True
         if stick.starts and stick.ends and after is not None:

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
@@ -16,6 +16,9 @@ from stickslip.errors import InputError
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.units import UNITS as SIZES
 from stickslip.measurement.units import find_unit, quantity
+
+if TYPE_CHECKING:
+    from stickslip.system import Oscillator
 
 GAUGES = ("spring_force", "displacement")
 UNITS = {"spring_force": ("N", "mg", "1"), "displacement": ("m", "1")}
@@ -151,6 +154,25 @@ class Rig:
     def natural_frequency(self) -> float:
         """sqrt(k/m)/2pi in Hz, with the inertia."""
         return math.sqrt(self.stiffness / self.inertia) / (2 * math.pi)
+
+    @classmethod
+    def of(cls, system: Oscillator, time_column: str = "t") -> Rig:
+        """The rig that sees the position, in column ``x``, of an oscillator whose numbers are dimensionless.
+
+        >>> from stickslip import paper
+        >>> Rig.of(paper.oscillator(0.3)).drive_velocity
+        0.3
+        """
+        return cls(
+            gauge="displacement",
+            column="x",
+            unit="1",
+            time_column=time_column,
+            stiffness=system.stiffness,
+            mass=system.mass,
+            damping=system.damping,
+            drive_velocity=system.drive_velocity,
+        )
 
     @classmethod
     def from_toml(cls, text: str, source: str = "rig") -> Rig:

@@ -78,7 +78,7 @@ def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None
     which = units_of(result.system, units)
     across = label("drive velocity s", "velocity", which) if velocity else words(result.parameter)
     ax.set(xlabel=across, ylabel=label("greatest and least position x", "position", which), xlim=result.bounds)
-    ax.legend(loc="best")
+    ax.legend(loc="best", fontsize=8, frameon=False)
     return ax
 
 
@@ -128,5 +128,5 @@ def loci_plot(loci: Sequence[Locus], ax: Axes | None = None) -> Axes:
         first, second = loci[0].parameters
         (left, right), (low, high) = loci[0].bounds
         ax.set(xlabel=words(first), ylabel=words(second), xlim=(left, right), ylim=(low, high))
-        ax.legend(loc="best")
+        ax.legend(loc="best", fontsize=8, frameon=False)
     return ax

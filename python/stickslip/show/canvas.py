@@ -10,6 +10,7 @@ from cycler import cycler
 from stickslip.errors import InputError
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
     from stickslip.system import Oscillator, System
@@ -119,6 +120,17 @@ def label(quantity: str, kind: str, units: str) -> str:
     if units not in _UNITS:
         raise InputError(f"show: units must be 'dimensionless' or 'SI', got {units!r}")
     return f"{quantity} ({_UNITS[units][kind]})"
+
+
+def unit(values: xr.DataArray) -> str:
+    """The unit of measured values, as it stands behind their name.
+
+    >>> import xarray as xr
+    >>> "time t" + unit(xr.DataArray(0.0, attrs={"units": "s"}))
+    'time t (s)'
+    """
+    name = values.attrs.get("units", "1")
+    return f" ({'dimensionless' if name == '1' else name})"
 
 
 def parameter_label(parameter: str, units: str) -> str:

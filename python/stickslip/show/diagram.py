@@ -116,5 +116,12 @@ def _draw_directions(diagram: xr.Dataset, parameter: str, variable: str, ax: Axe
         )
         ax.plot([], [], "o", ms=4, mew=0, color=DIRECTION_COLOURS[direction], label=_DIRECTIONS[direction])
     ax.set_xlim(values[0], values[-1])
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(directions), handletextpad=0.1, frameon=False)
+    ax.legend(
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        ncols=len(directions),
+        handletextpad=0.1,
+        fontsize=8,
+        frameon=False,
+    )
     return ax

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import OKABE_ITO, STYLE, axes, new_axes
+from stickslip.show.canvas import OKABE_ITO, STYLE, axes, new_axes, unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,9 +52,9 @@ def motion_plot(
         place.fill_between(t, values - error, values + error, color=OKABE_ITO[colour], alpha=0.25, lw=0)
         place.plot(t, values, color=OKABE_ITO[colour], lw=0.9)
         place.fill_between(t, 0, 1, where=stuck, transform=place.get_xaxis_transform(), color="0.5", alpha=0.2, lw=0)
-        place.set_ylabel(NAMES[name] + _unit(motion[name]))
+        place.set_ylabel(NAMES[name] + unit(motion[name]))
         place.margins(x=0)
-    places[-1].set_xlabel("time t" + _unit(motion["time"]))
+    places[-1].set_xlabel("time t" + unit(motion["time"]))
     return places
 
 
@@ -68,7 +68,7 @@ def motion_phase(motion: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.plot(x, v, color=OKABE_ITO["blue"], lw=0.7, rasterized=len(x) > 5000)
     if stuck.any():
         ax.plot(np.where(stuck, x, np.nan), np.where(stuck, v, np.nan), color=OKABE_ITO["vermilion"], lw=2.2)
-    ax.set(xlabel=NAMES["x"] + _unit(motion["x"]), ylabel=NAMES["v"] + _unit(motion["v"]))
+    ax.set(xlabel=NAMES["x"] + unit(motion["x"]), ylabel=NAMES["v"] + unit(motion["v"]))
     return ax
 
 
@@ -103,7 +103,7 @@ def spectra_plot(
     dimensionless = getattr(signal, "coords", {}).get("time", total["frequency"]).attrs.get("units") == "1"
     hertz, seconds = ("", "") if dimensionless else (" (Hz)", " (s)")
     places[0].plot(frequency[seen], amplitude[seen], lw=0.8)
-    places[0].set(xlabel="frequency" + hertz, ylabel="amplitude" + _unit(total["amplitude"]), xlim=(0, highest))
+    places[0].set(xlabel="frequency" + hertz, ylabel="amplitude" + unit(total["amplitude"]), xlim=(0, highest))
     places[0].set_title("spectrum, total", fontsize=9)
     rows = actual["frequency"].to_numpy() <= highest
     image = places[1].pcolormesh(
@@ -113,7 +113,7 @@ def spectra_plot(
     places[1].set(xlabel="time" + seconds, ylabel="frequency" + hertz)
     places[1].set_title("spectrum, actual", fontsize=9)
     figure = places[1].figure
-    figure.colorbar(image, ax=places[1], label="amplitude" + _unit(total["amplitude"]))
+    figure.colorbar(image, ax=places[1], label="amplitude" + unit(total["amplitude"]))
     return places
 
 
@@ -148,8 +148,3 @@ def _one_mass(motion: xr.Dataset) -> xr.Dataset:
     if "mass" in motion.dims:
         raise InputError(f"motion: one mass was expected, got {motion.sizes['mass']}; choose with motion.isel(mass=0)")
     return motion.dropna("time", subset=["x"])
-
-
-def _unit(values: xr.DataArray) -> str:
-    unit = values.attrs.get("units", "1")
-    return "" if unit == "1" else f" ({unit})"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.show.canvas import OKABE_ITO, new_axes
+from stickslip.show.canvas import OKABE_ITO, new_axes, unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,21 +39,24 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     w, stuck = data["slip_velocity"].to_numpy(), data["stuck"].to_numpy().astype(bool)
     releases = friction["break_away"]["t"].to_numpy() if "break_away" in friction.children else np.array([])
     middle = slice(*np.searchsorted(time, _window(time, releases)))
-    unit = "" if data["force"].attrs.get("units", "1") == "1" else f" ({data['force'].attrs['units']})"
-    seconds = "" if data["time"].attrs.get("units", "1") == "1" else f" ({data['time'].attrs['units']})"
-    speed = data["slip_velocity"].attrs.get("units", "1")
-    speed_unit = "" if speed == "1" else f" ({speed})"
-
     over_time, velocity, loop = new_axes(1, 3, figsize=(12.5, 3.6), layout="constrained")
     for ax, values, name, colour in (
-        (over_time, force, "friction F" + unit, OKABE_ITO["vermilion"]),
-        (velocity, w, "slip velocity w" + speed_unit, OKABE_ITO["blue"]),
+        (over_time, force, "friction F" + unit(data["force"]), OKABE_ITO["vermilion"]),
+        (velocity, w, "slip velocity w" + unit(data["slip_velocity"]), OKABE_ITO["blue"]),
     ):
         ax.plot(time[middle], values[middle], color=colour, lw=0.9)
         ax.fill_between(
-            time[middle], 0, 1, where=stuck[middle], transform=ax.get_xaxis_transform(), color="0.5", alpha=0.2, lw=0
+            time[middle],
+            0,
+            1,
+            where=stuck[middle],
+            transform=ax.get_xaxis_transform(),
+            color="0.5",
+            alpha=0.2,
+            lw=0,
+            label="stuck",
         )
-        ax.set(xlabel="time t" + seconds, ylabel=name)
+        ax.set(xlabel="time t" + unit(data["time"]), ylabel=name)
         ax.margins(x=0)
     speeding = data["slip_acceleration"].to_numpy() * np.sign(w) > 0
     stride = max(1, int((~stuck).sum()) // 20_000)
@@ -63,8 +66,10 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     ):
         rows = np.flatnonzero(which & ~stuck)[::stride]
         loop.plot(w[rows], force[rows], ".", ms=1.5, color=colour, label=name, rasterized=True)
-    loop.set(xlabel="slip velocity w" + speed_unit, ylabel="friction F" + unit)
+    loop.set(xlabel=velocity.get_ylabel(), ylabel=over_time.get_ylabel())
     loop.legend(fontsize=8, frameon=False, markerscale=5)
+    if stuck[middle].any():
+        velocity.legend(handles=velocity.collections, fontsize=8, frameon=False)
     return [over_time, velocity, loop]
 
 
@@ -73,7 +78,6 @@ def _tables(friction: xr.DataTree) -> list[Axes]:
     if "steady" in friction.children:
         table = friction["steady"].to_dataset()
         (ax,) = new_axes()
-        unit = table["force"].attrs.get("units", "1")
         w, force, error = (table[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
         branch = table["branch"].to_numpy() if "branch" in table else np.full(len(w), "")
         for name, colour in (("", "black"), ("speeding_up", "blue"), ("slowing_down", "orange")):
@@ -85,22 +89,19 @@ def _tables(friction: xr.DataTree) -> list[Axes]:
                 )  # fmt: skip
         if "branch" in table:
             ax.legend(fontsize=8, frameon=False)
-        ax.set(
-            xlabel=f"slip velocity w ({table['slip_velocity'].attrs.get('units', '1')})",
-            ylabel="friction F" + ("" if unit == "1" else f" ({unit})"),
-        )
+        ax.set(xlabel="slip velocity w" + unit(table["slip_velocity"]), ylabel="friction F" + unit(table["force"]))
         return [ax]
     over_time, law = new_axes(1, 2, figsize=(9, 3.4), layout="constrained")
     data, table = friction.to_dataset(), friction["break_away"].to_dataset()
-    unit = data["force"].attrs.get("units", "1") if "force" in data else "1"
+    of_force = unit(data["force"] if "force" in data else table["force"])
     if "force" in data:
         over_time.plot(data["time"].to_numpy(), data["force"].to_numpy(), color=OKABE_ITO["vermilion"], lw=0.8)
     over_time.plot(table["t"], table["force"], "v", ms=4, color=OKABE_ITO["black"])
-    over_time.set(xlabel="time t (s)", ylabel=f"force ({unit})")
+    over_time.set(xlabel="time t (s)", ylabel="force" + of_force)
     law.errorbar(
         table["stick_time"], table["force"], table["force_error"], fmt="o", ms=4, color=OKABE_ITO["blue"], capsize=2
     )
-    law.set(xlabel="stick time (s)", ylabel=f"break-away force ({unit})", xscale="log")
+    law.set(xlabel="stick time (s)", ylabel="break-away force" + of_force, xscale="log")
     return [over_time, law]
 
 

@@ -44,7 +44,8 @@ def section_plot(
     """
     ax = axes(ax)
     ax.plot(points[across], points[up], "o", ms=1.8, mew=0, color=colour, rasterized=True)
-    ax.set(xlabel=_label(points, across), ylabel=_label(points, up), title=_title(points))
+    ax.set(xlabel=_label(points, across), ylabel=_label(points, up))
+    ax.set_title(_title(points), fontsize=9)
     return ax
 
 

@@ -51,18 +51,7 @@ def measured_friction(drive_velocities: Sequence[float] = (0.27, 0.30, 0.34)) ->
     panels = new_axes(1, columns, figsize=(3.3 * columns, 3.0), sharex=True, sharey=True)
     for ax, s in zip(panels, drive_velocities, strict=True):
         t, x, _ = _record(s, 100.0, 80.0)
-        system = oscillator(s)
-        rig = Rig(
-            gauge="displacement",
-            column="x",
-            unit="1",
-            time_column="t",
-            stiffness=system.stiffness,
-            mass=system.mass,
-            damping=system.damping,
-            drive_velocity=s,
-        )
-        friction = measure({"t": t, "x": x}, rig)
+        friction = measure({"t": t, "x": x}, Rig.of(oscillator(s)))
         w, force = friction["slip_velocity"].to_numpy(), friction["force"].to_numpy()
         inner = slice(w.size // 20, -w.size // 20)
         w, force = w[inner], force[inner]
