@@ -125,7 +125,7 @@ def tracks_over_film(
     high, wide = picture.shape[:2]
     if ax is None:  # as wide or as high as the picture asks for
         size = min(7.0, 6.0 * wide / high)
-        (ax,) = new_axes(figsize=(size + 1.2, size * high / wide + 0.8))
+        (ax,) = new_axes(figsize=(max(size, 3.0) + 1.4, size * high / wide + 0.8))
     ax.imshow(picture[..., ::-1])
     colours = [OKABE_ITO[name] for name in ("vermilion", "sky", "yellow", "purple", "green", "orange", "blue")]
     for mass in range(motion.sizes["mass"]):
