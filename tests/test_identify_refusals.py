@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -164,3 +166,56 @@ def test_where_no_law_is_asked_for_the_break_aways_choose_it(friction):
     assert "cannot be told from an effect of the force rate" in identify(several).notes[0]
     slides = record(ss.laws.Coulomb(0.5), t_end=60.0)
     assert type(identify(slides).law) is ss.laws.Coulomb
+
+
+def test_a_displacement_of_the_wrong_sign_is_refused_as_friction_does_no_work():
+    for law in ("Coulomb", "PiecewiseLinear", "TwoBranch"):
+        with pytest.raises(
+            InputError, match=r"friction does work on the slip \(it is -0\.\d+ in its sense on average\)"
+        ):
+            identify(measured(change=lambda x: -x), law=law)
+
+
+def test_a_law_that_would_drive_is_refused():
+    # Friction that pushes at low speed, though it does no work over a whole cycle.
+    t = np.arange(0, 100, 0.05)
+    w = 0.4 + 0.35 * np.sin(t)
+    force = 3 * (w - 0.45) + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    data = xr.Dataset({"slip_velocity": ("time", w), "force": ("time", force)}, coords={"time": t})
+    with pytest.raises(InputError, match=r"PiecewiseLinear closest to the records pushes with the slip over \d+ %"):
+        identify(xr.DataTree(data), law="PiecewiseLinear", pieces=1)
+
+
+def test_records_of_two_contacts_are_told():
+    found = identify([record(), record(ss.laws.StaticKinetic(break_away=3.0, kinetic=2.0))], law="Coulomb")
+    assert re.search(
+        r"records do not obey one Coulomb: their mean friction is .* off from it by .* \(record 1\)", found.notes[0]
+    )
+    alike = identify([record(), record(s=0.25)], law="Coulomb")
+    assert not any("do not obey one" in note for note in alike.notes)
+
+
+def test_a_law_of_the_wrong_form_or_rig_is_told_by_the_noise_it_leaves():
+    law = ss.laws.PiecewiseLinear(nodes=[(0, 1), (0.2, 0.6), (0.6, 0.75)], break_away=1.05)
+    t = np.arange(0, 60, 0.05)
+    x = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=0.2, law=law), 120).at(60 + t)[0]
+    x = x + 0.005 * np.std(x) * np.random.default_rng(0).standard_normal(t.size)
+    rig = {"gauge": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "damping": 0.1}
+    right, wrong = (ss.measure({"t": t, "x": x}, {**rig, "mass": mass, "drive_velocity": 0.2}) for mass in (1.0, 2.0))
+
+    def leaves(friction, pieces):
+        found = identify(friction, law="PiecewiseLinear", pieces=pieces)
+        return any("times the noise of the gauge" in note for note in found.notes)
+
+    assert not leaves(right, 2)
+    assert leaves(right, 1)
+    assert leaves(wrong, 2)
+
+
+def test_a_mass_that_goes_with_the_drive_throughout_is_refused():
+    t = np.arange(0, 100, 0.05)
+    x = 0.2 * t + 0.001 * np.random.default_rng(0).standard_normal(t.size)
+    rig = {"gauge": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "mass": 1.0}
+    friction = ss.measure({"t": t, "x": x}, {**rig, "damping": 0.1, "drive_velocity": 0.2})
+    with pytest.raises(InputError, match=r"the mass goes with the drive throughout|holds no slip"):
+        identify(friction, law="Coulomb")

@@ -234,7 +234,7 @@ class Problem:
                     continue
             if len(sides) < 2:
                 here = residuals(numbers) if here is None else here
-                sides.append((0.0, here))
+                sides += [(0.0, here)] * (2 - len(sides))
             (above, up), (below, down) = sides[0], sides[1]
             columns.append((up - down) / (above - below) if above != below else np.zeros_like(up))
         return np.stack(columns, axis=1)

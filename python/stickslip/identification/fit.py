@@ -24,6 +24,7 @@ from stickslip.identification.break_away import (
     unlike,
 )
 from stickslip.identification.first_guess import GUESSES, first_guess
+from stickslip.identification.lack_of_fit import lack_of_fit
 from stickslip.identification.motion import Motion
 from stickslip.identification.parameters import check_names, maybe, places, value, with_values
 from stickslip.identification.records import FrictionRecord, read_records
@@ -259,7 +260,9 @@ def identify(
         records, guess.law, guess.free, relative=relative, ties=guess.ties, within=guess.within, offset=offset
     )
     found = fit_branches(problem, _best_start(problem, guess))
+    constant = 0.0 if found.offset is None else float(found.offset["value"])
     notes = [
+        *lack_of_fit(problem, found.law, constant),
         *(static.notes if static is not None else drift),
         *guess.notes,
         *_at_bounds(found, bounds or {}),

@@ -16,8 +16,10 @@ from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
 
-DROWNED = 0.5
+DROWNED = 0.3
 """Noise of the gauge beyond that part of the usual fall at a break-away hides where sticks begin and end."""
+WITH_DRIVE = 0.02
+"""Slip that is slower than that part of the drive velocity is none."""
 CLIPPED = 0.02
 """More than this part of the samples at the last reading, ten times as many as at the one before, is a clipped gauge."""
 
@@ -97,7 +99,21 @@ def need_rows(seen: Seen, kind: str, fewest: int) -> None:
 
 
 def refuse_unreadable(record: FrictionRecord) -> None:
-    """Refuse a record whose gauge was clipped, or whose noise is as large as the falls of its break-aways."""
+    """Refuse a record whose friction drives, whose gauge was clipped, or whose noise is as large as its falls."""
+    w, drive = record.slip_velocity[~record.stuck], abs(record.constants.get("drive_velocity", 0.0))
+    if w.size and float(np.quantile(np.abs(w), 0.9)) < WITH_DRIVE * drive:
+        raise InputError(
+            f"{record.name}: the mass goes with the drive throughout (nine tenths of its slip is slower than "
+            f"{WITH_DRIVE:g} of the drive velocity), so nothing can be said about the friction of slip; take a record in "
+            "which it breaks away"
+        )
+    work = float(np.sum((record.force * record.slip_velocity)[~record.stuck]))
+    if work < 0:
+        path = float(np.sum(np.abs(record.slip_velocity[~record.stuck])))
+        raise InputError(
+            f"{record.name}: friction does work on the slip (it is {work / path:.3g} in its sense on average), as no "
+            "friction does: check the signs of displacement and drive velocity, and the rest position of the rig"
+        )
     if record.recorded is not None:
         levels, counts = np.unique(record.recorded[np.isfinite(record.recorded)], return_counts=True)
         for end, beside in ((0, 1), (-1, -2)) if levels.size > 2 else ():
