@@ -61,7 +61,9 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
         report.figure(result.static.plot_residuals()[0].figure, "Break-away forces above the chosen form.")
     report.heading("Residuals")
     report.figure(
-        _residuals(result), "Measured minus predicted friction over time, over slip velocity, and its density."
+        _residuals(result),
+        "Measured minus predicted friction over time, over slip velocity, and its density. An indirect force is rounded by "
+        "smoothing where friction bends or a slip begins; the fit compares displacements, whose scale the table gives.",
     )
     report.table(result.groups.set_index("record"))
     if result.motions is not None:
@@ -161,4 +163,7 @@ def _motions(report: Report, result: Identification) -> None:
     )
     report.table(found.table)
     strongest = str(found.table.abs().max(axis=1).idxmax())
-    report.figure(found.plot(strongest).figure, f"Phase trajectories with {strongest} changed by 10 % to either side.")
+    report.figure(
+        found.plot(strongest).figure,
+        f"Phase trajectories with {strongest} changed by 10 % to either side, where that is a law.",
+    )
