@@ -66,14 +66,17 @@ import stickslip as ss
 import numpy as np
 
 engine = sys.argv[1]
-ss.simulate(long_run("closed form" if engine == "batch" else engine), 1.0)  # everything is imported
+system = long_run("closed form" if engine in ("batch", "section") else engine)
+ss.simulate(system, 1.0)  # everything is imported
 print("ready", flush=True)
 try:
     if engine == "batch":
         system = ss.paper.oscillator(0.2)
         ss.simulate_many(system, {"drive_velocity": np.linspace(0.1, 0.2, 8)}, FOREVER, max_events=10**10, workers=2)
+    elif engine == "section":
+        ss.section(system, "release", t_end=FOREVER, max_events=MANY)
     else:
-        ss.simulate(long_run(engine), FOREVER, max_events=MANY)
+        ss.simulate(system, FOREVER, max_events=MANY)
 except KeyboardInterrupt:
     stopped = time.monotonic()
     # Nothing else is lost.
@@ -81,7 +84,7 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize("engine", [*ENGINES, "batch"])
+@pytest.mark.parametrize("engine", [*ENGINES, "batch", "section"])
 def test_ctrl_c_ends_a_run_at_once(engine, request):
     child = subprocess.Popen(
         [sys.executable, "-c", CHILD, engine], stdout=subprocess.PIPE, text=True, cwd=request.path.parent

@@ -2,6 +2,7 @@
 
 mod batch;
 mod network;
+mod rows;
 mod stability;
 mod state;
 mod sweep;
@@ -10,18 +11,17 @@ mod watch;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use stickslip::drive::Clock;
 use stickslip::error::Error;
-use stickslip::event::Work;
 use stickslip::law::{self, Friction, Law};
 use stickslip::mode::Kind;
-use stickslip::orbit::{self, Segment};
+use stickslip::orbit;
 use stickslip::regime::Regime;
-use stickslip::simulate::{self, Run, Stop};
+use stickslip::simulate::{Run, Stop, simulate_while};
 use stickslip::state_law::StateLaw;
 use stickslip::structure::Oscillator;
 
-use crate::watch::Watch;
+use crate::rows::Counts;
+use crate::watch::watched;
 
 fn refused(error: &Error) -> PyErr {
     PyValueError::new_err(error.to_string())
@@ -57,10 +57,7 @@ impl Orbit {
             t_end,
             max_events,
         };
-        let mut watch = Watch::new(max_seconds);
-        let orbit = py.detach(|| simulate::simulate_while(&oscillator, run, || watch.go_on()));
-        watch.result()?;
-        orbit.map(Self).map_err(|error| refused(&error))
+        watched(py, max_seconds, |go_on| simulate_while(&oscillator, run, go_on)).map(Self)
     }
 
     /// An orbit from its saved columns.
@@ -73,24 +70,16 @@ impl Orbit {
         document: &str,
         run: (f64, Option<f64>, f64, u64),
         stop: usize,
-        work: (u64, u64, u64),
+        work: Counts,
         segments: PyReadonlyArray1<'_, f64>,
         events: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
-        let broken = || PyValueError::new_err("the columns of the saved orbit do not fit together");
         let oscillator = Oscillator::from_json(document).map_err(|error| refused(&error))?;
         let (x0, v0, t_end, max_events) = run;
-        let segments = segments.as_slice().map_err(|_| broken())?;
-        let events = events.as_slice().map_err(|_| broken())?;
-        if segments.is_empty() || segments.len() % 8 != 0 || events.len() % 7 != 0 {
-            return Err(broken());
+        let segments: Vec<orbit::Segment> = rows::read(&segments)?;
+        if segments.is_empty() {
+            return Err(rows::broken());
         }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "small whole numbers"
-        )]
-        let index = |value: f64| value as usize;
         Ok(Self(orbit::Orbit {
             oscillator,
             run: Run {
@@ -99,75 +88,21 @@ impl Orbit {
                 t_end,
                 max_events,
             },
-            segments: segments
-                .chunks_exact(8)
-                .map(|row| Segment {
-                    clock: Clock {
-                        high: row[0],
-                        low: row[1],
-                    },
-                    x: row[2],
-                    v: row[3],
-                    direction: row[4],
-                    offset: row[5],
-                    slope: row[6],
-                    branch: u32::try_from(index(row[7])).unwrap_or(0),
-                })
-                .collect(),
-            events: events
-                .chunks_exact(7)
-                .map(|row| {
-                    Ok(orbit::Event {
-                        t: row[0],
-                        kind: *Kind::ALL.get(index(row[1])).ok_or_else(broken)?,
-                        x: row[2],
-                        v: row[3],
-                        force: row[4],
-                        stick_time: row[5],
-                        force_rate: row[6],
-                    })
-                })
-                .collect::<PyResult<_>>()?,
-            stop: *Stop::ALL.get(stop).ok_or_else(broken)?,
-            work: Work {
-                events: work.0,
-                evaluations: work.1,
-                grazes: work.2,
-            },
+            segments,
+            events: rows::read(&events)?,
+            stop: rows::stop_of(stop)?,
+            work: rows::work_of(work),
         }))
     }
 
     /// The segments, one row of 8 numbers each: time (high, low), x, v, direction, offset, slope, branch.
     fn segments<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
-        let rows = self.0.segments.iter().flat_map(|s| {
-            [
-                s.clock.high,
-                s.clock.low,
-                s.x,
-                s.v,
-                s.direction,
-                s.offset,
-                s.slope,
-                f64::from(s.branch),
-            ]
-        });
-        rows.collect::<Vec<_>>().into_pyarray(py)
+        rows::laid_out(py, &self.0.segments)
     }
 
     /// The events, one row of 7 numbers each: t, kind, x, v, force, stick_time, force_rate.
     fn events<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
-        let rows = self.0.events.iter().flat_map(|e| {
-            [
-                e.t,
-                f64::from(e.kind as u8),
-                e.x,
-                e.v,
-                e.force,
-                e.stick_time,
-                e.force_rate,
-            ]
-        });
-        rows.collect::<Vec<_>>().into_pyarray(py)
+        rows::laid_out(py, &self.0.events)
     }
 
     /// Position, velocity, acceleration, friction force and adhesion at times.
@@ -218,13 +153,12 @@ impl Orbit {
 
     #[getter]
     fn stop(&self) -> (usize, &'static str, &'static str) {
-        (self.0.stop as usize, self.0.stop.name(), self.0.stop.sentence())
+        rows::stop_row(self.0.stop)
     }
 
     #[getter]
-    fn work(&self) -> (u64, u64, u64) {
-        let work = self.0.work;
-        (work.events, work.evaluations, work.grazes)
+    fn work(&self) -> Counts {
+        rows::work_row(self.0.work)
     }
 }
 

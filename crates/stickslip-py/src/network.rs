@@ -1,18 +1,15 @@
 //! Systems of masses and their orbits across the border.
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use stickslip::event::Work;
 use stickslip::law::Law;
-use stickslip::mode::Kind;
-use stickslip::network::{self, Event, Run, sequence};
-use stickslip::simulate::Stop;
+use stickslip::network::{self, Run, sequence};
 use stickslip::state_law::StateLaw;
 use stickslip::system::System;
 
+use crate::rows::{self, Counts};
 use crate::stability::Document;
-use crate::watch::Watch;
+use crate::watch::watched;
 use crate::{Array, refused, state};
 
 /// A whole run of a system, kept in the core.
@@ -36,10 +33,11 @@ impl Network {
     #[staticmethod]
     fn simulate(py: Python<'_>, document: &str, run: Start, max_seconds: Option<f64>) -> PyResult<Self> {
         let system = System::from_json(document).map_err(|error| refused(&error))?;
-        let mut watch = Watch::new(max_seconds);
-        let orbit = py.detach(|| network::simulate_while(&system, run_of(run), || watch.go_on()));
-        watch.result()?;
-        orbit.map(Self).map_err(|error| refused(&error))
+        let run = run_of(run);
+        watched(py, max_seconds, |go_on| {
+            network::simulate_while(&system, run, go_on)
+        })
+        .map(Self)
     }
 
     /// Go on from a state of a trail in which the contacts do what `phases` say.
@@ -73,50 +71,21 @@ impl Network {
         document: &str,
         run: Start,
         stop: usize,
-        work: (u64, u64, u64),
+        work: Counts,
         steps: PyReadonlyArray1<'_, f64>,
         events: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
-        let broken = || PyValueError::new_err("the columns of the saved orbit do not fit together");
         let system = System::from_json(document).map_err(|error| refused(&error))?;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "small whole numbers"
-        )]
-        let index = |value: f64| value as usize;
-        let events = events.as_slice().map_err(|_| broken())?;
-        if !events.len().is_multiple_of(8) {
-            return Err(broken());
-        }
         let orbit = network::Orbit {
             run: run_of(run),
-            steps: steps.as_slice().map_err(|_| broken())?.to_vec(),
-            events: events
-                .chunks_exact(8)
-                .map(|row| {
-                    Ok(Event {
-                        t: row[0],
-                        kind: *Kind::ALL.get(index(row[1])).ok_or_else(broken)?,
-                        contact: index(row[2]),
-                        x: row[3],
-                        v: row[4],
-                        force: row[5],
-                        stick_time: row[6],
-                        force_rate: row[7],
-                    })
-                })
-                .collect::<PyResult<_>>()?,
-            stop: *Stop::ALL.get(stop).ok_or_else(broken)?,
-            work: Work {
-                events: work.0,
-                evaluations: work.1,
-                grazes: work.2,
-            },
+            steps: steps.as_slice().map_err(|_| rows::broken())?.to_vec(),
+            events: rows::read(&events)?,
+            stop: rows::stop_of(stop)?,
+            work: rows::work_of(work),
             system,
         };
         if orbit.steps.is_empty() || !orbit.steps.len().is_multiple_of(orbit.width()) {
-            return Err(broken());
+            return Err(rows::broken());
         }
         Ok(Self(orbit))
     }
@@ -128,19 +97,7 @@ impl Network {
 
     /// The events, one row of 8 numbers each: t, kind, contact, x, v, force, stick_time, force_rate.
     fn events<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
-        let rows = self.0.events.iter().flat_map(|e| {
-            [
-                e.t,
-                f64::from(e.kind as u8),
-                e.contact as f64,
-                e.x,
-                e.v,
-                e.force,
-                e.stick_time,
-                e.force_rate,
-            ]
-        });
-        rows.collect::<Vec<_>>().into_pyarray(py)
+        rows::laid_out(py, &self.0.events)
     }
 
     /// Positions, velocities, accelerations mass by mass; slip velocities, friction forces, adhesion contact by contact.
@@ -187,13 +144,12 @@ impl Network {
 
     #[getter]
     fn stop(&self) -> (usize, &'static str, &'static str) {
-        (self.0.stop as usize, self.0.stop.name(), self.0.stop.sentence())
+        rows::stop_row(self.0.stop)
     }
 
     #[getter]
-    fn work(&self) -> (u64, u64, u64) {
-        let work = self.0.work;
-        (work.events, work.evaluations, work.grazes)
+    fn work(&self) -> Counts {
+        rows::work_row(self.0.work)
     }
 }
 

@@ -11,6 +11,7 @@ use stickslip::sweep::{Begin, Onward, Steady, Sweep};
 use stickslip::zero_one;
 
 use crate::refused;
+use crate::watch::watched;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
@@ -73,9 +74,9 @@ pub(crate) fn section<'py>(
         t_end,
         max_events,
     };
-    let (points, stop) = py
-        .detach(|| points_of(&oscillator, run, &surface, after, most))
-        .map_err(|error| refused(&error))?;
+    let (points, stop) = watched(py, None, |go_on| {
+        points_of(&oscillator, run, &surface, after, most, go_on)
+    })?;
     let rows = points.iter().flat_map(|row| {
         let point = row.point;
         [

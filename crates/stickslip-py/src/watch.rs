@@ -7,6 +7,9 @@ use std::time::{Duration, Instant};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::ThreadPool;
+use stickslip::error::Error;
+
+use crate::refused;
 
 /// Time between two looks at the interpreter's signals.
 const LOOK: Duration = Duration::from_millis(50);
@@ -48,11 +51,18 @@ impl Watch {
         }
         self.interrupt.is_none() && self.until.is_none_or(|until| now < until)
     }
+}
 
-    /// The interrupt, if there was one.
-    pub(crate) fn result(self) -> PyResult<()> {
-        self.interrupt.map_or(Ok(()), Err)
-    }
+/// Do a run that asks whether to go on.
+pub(crate) fn watched<T: Send>(
+    py: Python<'_>,
+    max_seconds: Option<f64>,
+    run: impl FnOnce(&mut dyn FnMut() -> bool) -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    let mut watch = Watch::new(max_seconds);
+    let done = py.detach(|| run(&mut || watch.go_on()));
+    watch.interrupt.map_or(Ok(()), Err)?;
+    done.map_err(|error| refused(&error))
 }
 
 /// Do work on the threads of a pool while the present one looks at the signals; the work is asked to end by its flag.

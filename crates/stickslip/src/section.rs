@@ -162,6 +162,10 @@ pub(crate) trait View<const H: usize> {
     fn pass(&mut self, course: &Course<H>, span: (f64, f64), last: bool);
     /// An event occurred.
     fn event(&mut self, event: Event);
+    /// Whether to go on; asked every thousand events.
+    fn go_on(&mut self) -> bool {
+        true
+    }
     /// The end of the run was reached here.
     fn arrived(&mut self, _place: Place) {}
 }
@@ -222,6 +226,10 @@ impl<const H: usize, V: View<H>> Record for Follower<'_, H, V> {
         if event.t >= self.after {
             self.view.event(event);
         }
+    }
+
+    fn go_on(&mut self) -> bool {
+        self.view.go_on()
     }
 
     fn arrived(&mut self, place: Place) {
@@ -454,7 +462,7 @@ pub(crate) fn keep<T>(ring: &mut VecDeque<T>, most: usize, value: T) {
     }
 }
 
-/// The last `most` points of a section from the time `after` on, and why the run ended.
+/// The last `most` points of a section from the time `after` on, as long as `go_on` says so, and why the run ended.
 ///
 /// # Errors
 /// The first value of the oscillator, the run or the surface that makes no sense.
@@ -464,14 +472,23 @@ pub fn section(
     surface: &Surface,
     after: f64,
     most: usize,
+    go_on: impl FnMut() -> bool,
 ) -> Result<(Vec<SectionPoint>, Stop), Error> {
-    match oscillator.forcing.len() {
-        0 => points::<0>(oscillator, run, surface, after, most),
-        1 => points::<1>(oscillator, run, surface, after, most),
-        2 => points::<2>(oscillator, run, surface, after, most),
-        3 => points::<3>(oscillator, run, surface, after, most),
-        _ => points::<4>(oscillator, run, surface, after, most),
-    }
+    surface.validate()?;
+    let mut gather = Gather {
+        passing: Passing::new(surface),
+        most,
+        points: VecDeque::new(),
+        go_on,
+    };
+    let (stop, _) = match oscillator.forcing.len() {
+        0 => follow::<0>(oscillator, run, None, after, &mut gather),
+        1 => follow::<1>(oscillator, run, None, after, &mut gather),
+        2 => follow::<2>(oscillator, run, None, after, &mut gather),
+        3 => follow::<3>(oscillator, run, None, after, &mut gather),
+        _ => follow::<4>(oscillator, run, None, after, &mut gather),
+    }?;
+    Ok((gather.points.into(), stop))
 }
 
 /// A point of a section, with what its event says where it is one; not a number elsewhere.
@@ -498,13 +515,14 @@ impl From<Point> for SectionPoint {
     }
 }
 
-struct Gather {
+struct Gather<F> {
     passing: Passing,
     most: usize,
     points: VecDeque<SectionPoint>,
+    go_on: F,
 }
 
-impl<const H: usize> View<H> for Gather {
+impl<const H: usize, F: FnMut() -> bool> View<H> for Gather<F> {
     fn pass(&mut self, course: &Course<H>, span: (f64, f64), last: bool) {
         let (points, most) = (&mut self.points, self.most);
         self.passing
@@ -522,21 +540,8 @@ impl<const H: usize> View<H> for Gather {
             keep(&mut self.points, self.most, point);
         }
     }
-}
 
-fn points<const H: usize>(
-    oscillator: &Oscillator,
-    run: Run,
-    surface: &Surface,
-    after: f64,
-    most: usize,
-) -> Result<(Vec<SectionPoint>, Stop), Error> {
-    surface.validate()?;
-    let mut gather = Gather {
-        passing: Passing::new(surface),
-        most,
-        points: VecDeque::new(),
-    };
-    let (stop, _) = follow::<H>(oscillator, run, None, after, &mut gather)?;
-    Ok((gather.points.into(), stop))
+    fn go_on(&mut self) -> bool {
+        (self.go_on)()
+    }
 }
