@@ -53,6 +53,12 @@ def test_a_stick_too_short_to_linger_is_no_stick_slip(creeping):
     assert read_motion(creeping, orbit, 0.3).kind == "almost_harmonic"
 
 
+def test_a_motion_without_sticks_is_read_too(creeping):
+    steady = ss.Oscillator(damping=0.5, drive_velocity=1.0, law=ss.laws.Coulomb(kinetic=1.0))
+    read = read_motion(creeping, ss.simulate(steady, 120.0), 0.5)
+    assert (read.kind, len(read.sticks)) == ("stable_slip", 0)
+
+
 def test_where_a_mass_rests_while_it_sticks_the_exact_sticks_are_told():
     rigid = read_records(record_of(0.8, creeps=0))[0]
     read = read_motion(rigid, ss.simulate(moving(0.5), 120.0), 0.3)

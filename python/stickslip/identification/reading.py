@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -72,13 +72,14 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
     slow = slow_share(w, speed, noise, record.step, [stick.end - stick.start for stick in found])
     kind = regime(w, speed, slow, rigid=False, sticks=len(found), cycles=len(flanks.limits))
     stuck = np.zeros(times.size, dtype=bool)
-    rows = []
-    for stick, after in zip_longest(found, found[1:]):
+    for stick in found:
         a, b = np.searchsorted(times, [stick.start, stick.end])
         stuck[a : b + 1] = True
-        if stick.starts and stick.ends and after is not None:
-            c = int(np.searchsorted(times, after.start, side="right"))
-            rows.append((stick.end, stick.end - stick.start, system.stiffness * float(x[b] - x[b:c].min())))
+    rows = []
+    for stick, after in pairwise(found):
+        if stick.starts:
+            b, c = np.searchsorted(times, [stick.end, after.start])
+            rows.append((stick.end, stick.end - stick.start, system.stiffness * float(x[b] - x[b : c + 1].min())))
     sticks = pd.DataFrame(rows, columns=["t", "stick_time", "drop"], dtype=float)
     return Reading(kind, trace.assign(stuck=stuck), sticks)
 
