@@ -71,6 +71,17 @@ def test_load_and_drift_are_told_from_velocity() -> None:
         assert inside(found.parameters, name, value)
 
 
+def test_a_force_of_the_place_is_told_from_friction() -> None:
+    rng = np.random.default_rng(0)
+    place = np.sin(np.linspace(0, 12, 40))
+    w = np.cos(np.linspace(0, 12, 40))
+    force = 0.4 * np.sign(w) - 0.17 - 0.5 * (place - place.mean()) + 0.004 * rng.standard_normal(40)
+    found = fit_steady(curve(w, force, 0.004, displacement=place))
+    assert found.chosen == "Coulomb, offset, restoring"
+    assert all(inside(found.parameters, *known) for known in (("kinetic", 0.4), ("offset", -0.17), ("restoring", -0.5)))
+    assert found.law == ss.laws.Coulomb(kinetic=found.parameters.loc["kinetic", "value"])
+
+
 def test_the_law_has_the_chosen_form_without_its_offset(tmp_path: Path) -> None:
     found = fit_steady(curve(W, TRUTHS["Coulomb + viscous, offset"][0], 0.004))
     assert found.law is not None
@@ -131,23 +142,24 @@ def test_what_holds_no_curve_is_refused(friction, law, words) -> None:
 
 def test_the_offset_of_a_robots_torque_is_found_by_the_comparison(shared_data: Path) -> None:
     found = fit_steady(measured(shared_data, "robot_joint_nnfm", "robot_joint_nnfm/franka*.csv"))
-    assert found.chosen.endswith("offset")
+    assert found.chosen.endswith("offset, restoring")
     # Coulomb .40, viscous, offset -.17 fitted by hand: rms .148; laws without an offset .23 to .28 as published
     assert inside(found.parameters, "kinetic", 0.40)
     assert inside(found.parameters, "offset", -0.17)
-    assert found.best.rms == pytest.approx(0.148, abs=0.003)
     three = found.fits["Coulomb + viscous, offset"]
+    assert three.rms == pytest.approx(0.148, abs=0.003)
+    assert found.best.rms < 0.119  # the second best of the published, a network
     assert three.parameters.loc["kinetic", "low"] < 0.40 < three.parameters.loc["kinetic", "high"]
-    assert all(fit.rms > 0.2 for name, fit in found.fits.items() if "offset" not in name)
+    assert all(fit.rms > 0.2 for name, fit in found.fits.items() if not {"offset", "restoring"} & set(name.split(", ")))
     assert not any("offset" not in name for name in found.undecided)
     assert "that keeps its sign when the motion turns" in " ".join(found.notes)
 
 
 def test_a_slow_robot_joint_is_fitted_as_well_as_published(shared_data: Path) -> None:
     found = fit_steady(measured(shared_data, "robot_joint_fairino", "robot_joint_nnfm/fairino*.csv"))
+    assert found.chosen == "Coulomb, offset"  # 0.2 % more with the place and a logarithm are no better
     # rms of published laws: Coulomb + viscous 1.97, Stribeck 1.92, LuGre 11.3
     assert found.best.rms < 1.92
-    assert "offset" in found.chosen
 
 
 def test_a_robot_joint_has_its_torques_in_the_interval(shared_data: Path) -> None:

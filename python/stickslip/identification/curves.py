@@ -32,7 +32,7 @@ SHAPES: dict[str, tuple[str, ...]] = {
     "Stribeck": ("kinetic", "weakening", "viscous"),
 }
 """What friction may be over |w|, as terms; `EXTRAS` may come with each."""
-EXTRAS = ("offset", "load", "drift")
+EXTRAS = ("offset", "restoring", "load", "drift")
 COLUMNS = ("w", "force", "error", "load", "place", "source")
 FORMULAS = {
     "kinetic": "kinetic",
@@ -42,6 +42,7 @@ FORMULAS = {
     "weakening": "weakening * exp(-|w| / scale)",
     "load": "load * (N - {load:.4g})",
     "drift": "drift * (x - {place:.4g})",
+    "restoring": "restoring * (x - {place:.4g})",
 }
 
 
@@ -89,6 +90,7 @@ def _design(rows: Rows, terms: tuple[str, ...], scale: float, reference: float, 
         "logarithm": sense * np.log(np.maximum(speed, 1e-300) / reference),
         "weakening": sense * np.exp(-speed / scale) if scale > 0 else sense,
         "offset": np.ones(len(rows)),
+        "restoring": rows.place - middle[1],
         "load": sense * (rows.load - middle[0]),
         "drift": sense * (rows.place - middle[1]),
     }
@@ -218,7 +220,8 @@ def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str
     if np.isfinite(rows.load).all() and float(np.ptp(rows.load)) > 0.05 * abs(float(rows.load.mean())):
         extras.append("load")
     if np.isfinite(rows.place).all() and float(np.ptp(rows.place)) > 0:
-        extras.append("drift")
+        # to and fro a force of the place (gravity, a spring) shows; one way only, friction that changes along the path
+        extras.append("restoring" if both_ways else "drift")
     subsets = list(chain.from_iterable(combinations(extras, n) for n in range(len(extras) + 1)))
     for shape in shapes:
         if shape != "Coulomb" and varied < ONE_SPEED:

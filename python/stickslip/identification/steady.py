@@ -24,6 +24,8 @@ Array = npt.NDArray[np.float64]
 
 SENSE = 0.05
 """Below this share of its top speed (and within four sigmas of its noise) a record does not tell which way it slides."""
+GAIN = 0.02
+"""A form whose mean squared misfit of held-back rows is less than this share lower predicts no better, however surely."""
 EVIDENCE = 2.0
 """By so much the sum of squared misfits, in units of the stated errors, must differ to tell two forms apart."""
 
@@ -196,7 +198,8 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     On the side w > 0 friction is one of the shapes: f_k (Coulomb), f_k + b w, f_k + q w², f_k + a ln(w / w₀) (steady
     rate-and-state friction) or f_k + Δ exp(−w / w_s) + b w (Stribeck), turned over for w < 0. Each is also tried with an
     offset that keeps its sign (a gauge's zero, gravity), with a term in the load where that was varied, and with one in
-    the place where the record tells it. All are fitted by least squares and judged by rows that were held back from the
+    the place where the record tells it: to and fro a force that keeps its sign too (gravity, a spring), one way only a
+    drift of the friction. All are fitted by least squares and judged by rows that were held back from the
     fit; the simplest form within one standard error of the best is chosen.
 
     Parameters
@@ -285,7 +288,8 @@ def _rows(tree: Any, name: str) -> Rows:
     if series and (table is None or "branch" in table):
         w, force = (_numbers(root, key, name) for key in ("slip_velocity", "force"))
         unknown = np.full(len(w), math.nan)
-        rows = Rows(w, force, np.ones(len(w)), unknown, unknown, np.full(len(w), name), True)
+        place = _numbers(root, "displacement", name) if "displacement" in root else unknown
+        rows = Rows(w, force, np.ones(len(w)), unknown, place, np.full(len(w), name), True)
         _check(rows, name, "sample")
         moving = np.abs(w) > max(SENSE * float(np.quantile(np.abs(w), 0.99)), 4 * noise_level(w))
         if "stuck" in root:
@@ -358,8 +362,10 @@ def _choose(fits: dict[str, SteadyFit], known: bool) -> tuple[str, list[str]]:
         parts = np.array_split(fit.losses - best.losses, min(len(best.losses), BLOCKS))
         means = np.array([part.mean() for part in parts])
         error = float(np.std(means, ddof=1)) / math.sqrt(len(means)) if len(means) > 1 else 0.0
+        gain = float(means.mean())
         # rows that are all met to within their errors cannot tell forms apart, however alike they are missed
-        return float(means.mean()) > error and (not known or float(np.sum(fit.losses - best.losses)) > EVIDENCE)
+        told = not known or float(np.sum(fit.losses - best.losses)) > EVIDENCE
+        return gain > error and gain > GAIN * float(best.losses.mean()) and told
 
     def cost(fit: SteadyFit) -> tuple[int, bool, float]:
         return len(fit.parameters), not fit.form.startswith("Coulomb,"), float(fit.losses.mean())
@@ -388,6 +394,12 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
             f"The force has an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) that "
             f"keeps its sign when the motion turns, so it is no friction{gain}; it is not part of the law."
         )
+        if "restoring" in best.parameters.index:
+            slope = best.parameters.loc["restoring"]
+            notes.append(
+                f"The offset changes with the place, by {slope['value']:.3g} ({slope['low']:.3g} to {slope['high']:.3g}) per "
+                "length, as gravity or a spring would have it; at the mean place it is as given."
+            )
     elif len(set(np.sign(rows.w))) == 1:
         notes.append(
             "All slip is one way, so an offset of the gauge or of gravity cannot be told from the kinetic force and is in it."
