@@ -145,8 +145,9 @@ def spring_offset(
             "the force of the spring grows with its extension at no offset of the clocks; correct the sign or the columns"
         )
     floor = max(best.rest, (1e-9 * float(np.ptp(force))) ** 2)
-    likeness = np.corrcoef(best.left[1:], best.left[:-1])[0, 1] if best.rest == floor else 0.0
-    samples = (len(best.left) - 3) * (1 - np.clip(likeness, 0.0, 0.9)) / (1 + np.clip(likeness, 0.0, 0.9))
+    # residuals of rounding alone are like anything
+    alike = np.clip(np.corrcoef(best.left[1:], best.left[:-1])[0, 1], 0.0, 0.9) if best.rest == floor else 0.0
+    samples = (len(best.left) - 3) * (1 - alike) / (1 + alike)
     weight = (floor / np.maximum(rest, floor)) ** (samples / 2)
     weight /= weight.sum()
     value = float(weight @ offsets)
