@@ -134,7 +134,8 @@ READINGS: dict[str, Reading] = {
 }
 
 #: Calibrations to lay beside each other: the default; one that meets both statements at s = 0.30 with one forcing amplitude
-#: but not the two-periodic one at s = 0.40; and what each reading without one of its parts can do.
+#: but not the two-periodic one at s = 0.40; one that meets these three, but whose lowest friction grows where s is small; and
+#: what each reading without one of its parts can do.
 CALIBRATIONS: dict[str, Calibration] = {
     "default": Calibration("falling f_s(0, δ)", 0.35, BogaczRyczek()),
     "one u₀": Calibration(
@@ -145,6 +146,16 @@ CALIBRATIONS: dict[str, Calibration] = {
                 0.536, limit=0.66, rate=0.25, force_rate_scale=0.49, drop=1.40, drop_scale=0.363, drop_exponent=5.1
             ),
             alpha=((1.95, 0.0), (2.95, 2.05)),
+        ),
+    ),
+    "steep f_s(0, δ)": Calibration(
+        "falling f_s(0, δ)",
+        0.316,
+        BogaczRyczek(
+            static_friction=StaticFriction(
+                0.807, limit=0.36, rate=0.18, force_rate_scale=0.72, drop=0.96, drop_scale=0.382, drop_exponent=19.0
+            ),
+            alpha=((1.8, 0.0), (2.8, 1.65)),
         ),
     ),
     "α = 0": Calibration("falling f_s(0, δ)", 0.2615, BogaczRyczek(alpha=0.0)),

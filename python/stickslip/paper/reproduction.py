@@ -47,7 +47,8 @@ def reproduce(folder: str | Path, progress: Callable[[str, int, int], Any] | Non
     InputError
         where the folder cannot be made or written to, or an option makes no sense.
 
-    It takes less than a minute. The page is written last: where it is, all the rest is.
+    It takes half a minute of one core: a run that was stopped is begun anew. The page is written last; where it is, all the
+    rest is.
     """
     import matplotlib
 
@@ -79,6 +80,8 @@ def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict
     report.heading("Statements")
     report.text(LEGEND)
     report.table(scores[_COLUMNS], mark="verdict")
+    report.text("What is looked at for each, and when it counts as reproduced:")
+    report.table(scores[["measured", "threshold"]])
     report.heading("Figures")
     report.text(
         "The paper's figures are not available to us; of each it is said what it shows and what to see in ours, which is "
@@ -133,12 +136,18 @@ def markdown(scores: pd.DataFrame) -> str:
     ]
     for name, row in scores.iterrows():
         cells = (f"`{name}`", row["section"], row["statement"], row["verdict"], row["seen"], row["basis"])
-        lines.append("| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |")
+        lines.append("| " + " | ".join(map(_cell, cells)) + " |")
+    lines += ["", "## How each is judged", "", "| id | what is looked at | counts as reproduced |", "|---|---|---|"]
+    lines += [f"| `{name}` | {_cell(row['measured'])} | {_cell(row['threshold'])} |" for name, row in scores.iterrows()]
     lines += ["", "## Figures", "", "Fig. 1 is a sketch of the oscillator.", ""]
     for name, figure in FIGURES.items():
         number = int(name[4:6])
         lines += [f"**Fig. {number}.** *{figure.paper}* {figure.see}", "", f"![Fig. {number}](figures/{name}.png)", ""]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def _cell(text: object) -> str:
+    return str(text).replace("|", "\\|")
 
 
 def _records(scores: pd.DataFrame) -> list[dict[str, Any]]:
