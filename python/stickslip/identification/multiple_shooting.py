@@ -205,7 +205,7 @@ class MultipleShooting:
     def lay(self, numbers: Array) -> float:
         """Least squares of the slips from these free numbers, then the sticks; returns the misfit of the slips."""
         unknowns = np.concatenate([numbers, np.zeros(3 * len(self.slips))])
-        unknowns = self._with_sticks(self._down(unknowns, 0.01))
+        unknowns = self._with_sticks(self._down(unknowns, 1.0))
         misfit = float(np.mean(np.square(self.residuals(unknowns))))
         if misfit < self.best[0]:
             self.best = (misfit, unknowns)
@@ -251,11 +251,11 @@ class MultipleShooting:
             where the law makes no slips like the measured ones, or the numbers cannot be told apart.
         """
         unknowns = self.best[1]
-        for _ in range(2):
+        for enough in (0.1, 0.01):
             self.sigma = np.maximum(self.scatter(unknowns), 1e-12)
             if self.level_scatter:
                 self.level_scatter = robust_scale(self._split(unknowns)[3])
-            unknowns = self._down(unknowns, 1e-3)
+            unknowns = self._down(unknowns, enough)
         unknowns = self._with_sticks(unknowns)
         self.best = (self.best[0], unknowns)
         static = self._static(unknowns)
