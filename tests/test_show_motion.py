@@ -94,3 +94,13 @@ def test_several_masses_get_a_picture_each(tmp_path: Path, capsys: pytest.Captur
     assert all(name in said for name in names)
     assert main(["measure", *given, "--mass", "1", "--plot", str(tmp_path / "one.png")]) == 0
     assert (tmp_path / "one.png").exists()
+
+
+def test_a_drive_that_holds_its_speeds_is_drawn_by_its_holds() -> None:
+    speed = np.repeat([1.0, 20.0], [len(T) // 2, len(T) - len(T) // 2])
+    record = {"t": T, "x": np.cumsum(speed) * T[1], "f": 0.6 + 0.01 * np.log(speed) + 1e-4 * np.sin(9 * T)}
+    columns = {"time": "t", "displacement": {"column": "x", "unit": "um"}, "force": {"column": "f", "unit": "1"}}
+    over_time, _, holds = ss.show.friction_record(measure(record, {"gauge": "velocity_steps", "columns": columns}))
+    assert over_time.get_xlim() == (T[0], T[-1])
+    assert holds.get_xscale() == "log"
+    np.testing.assert_allclose(holds.lines[0].get_xdata(), [1e-6, 20e-6], rtol=0.02)

@@ -29,8 +29,8 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     Returns
     -------
     Three axes of a new figure: force over time and slip velocity over time, both around the middle of the record, and
-    force over slip velocity of the whole record, blue while the slip speeds up and orange while it slows down. One or two
-    axes where there is less to draw.
+    force over slip velocity of the whole record, blue while the slip speeds up and orange while it slows down. Of a drive
+    that holds its speeds, the whole record and one point a hold. One or two axes where there is less to draw.
     """
     data = friction.to_dataset()
     if "slip_velocity" not in data:
@@ -38,7 +38,8 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     time, force = data["time"].to_numpy(), data["force"].to_numpy()
     w, stuck = data["slip_velocity"].to_numpy(), data["stuck"].to_numpy().astype(bool)
     releases = friction["break_away"]["t"].to_numpy() if "break_away" in friction.children else np.array([])
-    middle = slice(*np.searchsorted(time, _window(time, releases)))
+    held = "slip_acceleration" not in data  # a drive that holds its speeds: there is no way up or down
+    middle = slice(None) if held else slice(*np.searchsorted(time, _window(time, releases)))
     over_time, velocity, loop = new_axes(1, 3, figsize=(12.5, 3.6), layout="constrained")
     for ax, values, name, colour in (
         (over_time, force, "friction F" + unit(data["force"]), OKABE_ITO["vermilion"]),
@@ -58,6 +59,9 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
         )
         ax.set(xlabel="time t" + unit(data["time"]), ylabel=name)
         ax.margins(x=0)
+    if held:
+        _steady(loop, friction["steady"].to_dataset())
+        return [over_time, velocity, loop]
     speeding = data["slip_acceleration"].to_numpy() * np.sign(w) > 0
     stride = max(1, int((~stuck).sum()) // 20_000)
     for which, colour, name in (
@@ -76,20 +80,8 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
 def _tables(friction: xr.DataTree) -> list[Axes]:
     """Friction over slip velocity from the table of steady runs, else the break-away force over the stick time."""
     if "steady" in friction.children:
-        table = friction["steady"].to_dataset()
         (ax,) = new_axes()
-        w, force, error = (table[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
-        branch = table["branch"].to_numpy() if "branch" in table else np.full(len(w), "")
-        for name, colour in (("", "black"), ("speeding_up", "blue"), ("slowing_down", "orange")):
-            rows = np.flatnonzero(branch == name)
-            if len(rows):
-                ax.errorbar(
-                    w[rows], force[rows], error[rows], fmt="o", ms=4, color=OKABE_ITO[colour], capsize=2,
-                    label=name.replace("_", " ") or None,
-                )  # fmt: skip
-        if "branch" in table:
-            ax.legend(fontsize=8, frameon=False)
-        ax.set(xlabel="slip velocity w" + unit(table["slip_velocity"]), ylabel="friction F" + unit(table["force"]))
+        _steady(ax, friction["steady"].to_dataset())
         return [ax]
     over_time, law = new_axes(1, 2, figsize=(9, 3.4), layout="constrained")
     data, table = friction.to_dataset(), friction["break_away"].to_dataset()
@@ -103,6 +95,26 @@ def _tables(friction: xr.DataTree) -> list[Axes]:
     )
     law.set(xlabel="stick time (s)", ylabel="break-away force" + of_force, xscale="log")
     return [over_time, law]
+
+
+def _steady(ax: Axes, table: xr.Dataset) -> None:
+    """Friction over slip velocity from a table of steady runs, over its logarithm where it spans more than a decade."""
+    w, force, error = (table[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
+    branch = table["branch"].to_numpy() if "branch" in table else np.full(len(w), "")
+    for name, colour in (("", "black"), ("speeding_up", "blue"), ("slowing_down", "orange")):
+        rows = np.flatnonzero(branch == name)
+        if len(rows):
+            ax.errorbar(
+                w[rows], force[rows], error[rows], fmt="o", ms=4, color=OKABE_ITO[colour], capsize=2,
+                label=name.replace("_", " ") or None,
+            )  # fmt: skip
+    if "branch" in table:
+        ax.legend(fontsize=8, frameon=False)
+    ax.set(
+        xlabel="slip velocity w" + unit(table["slip_velocity"]),
+        ylabel="friction F" + unit(table["force"]),
+        xscale="log" if 0 < 10 * np.min(w) < np.max(w) else "linear",
+    )
 
 
 def _window(time: np.ndarray, releases: np.ndarray) -> tuple[float, float]:

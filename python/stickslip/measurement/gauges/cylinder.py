@@ -9,7 +9,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
+from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples, notes_of
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.smooth import jerk_spline
 
@@ -27,7 +27,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     area = math.pi * bench.number("bore") ** 2 / 4
     runs = [_run(record, area, bench) for record in records]
     rows = {name: np.array([run[name] for run in runs]) for name in runs[0]}
-    notes = [note for record in records for note in record.notes]
+    notes = notes_of(records)
     known = bench.maybe("between_run_error")
     half = rows["force"]
     between, repeated = _between_runs(rows["pressure"], half)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -135,6 +135,13 @@ class Samples:
     def time(self) -> Array:
         """(n,) s."""
         return self.channels["time"]
+
+
+def notes_of(records: Sequence[Samples]) -> list[str]:
+    """What was told while reading; by the names of the files where there are several."""
+    if len(records) == 1:
+        return list(records[0].notes)
+    return [f"{Path(record.source).name}: {note}" for record in records for note in record.notes]
 
 
 @dataclass(frozen=True)

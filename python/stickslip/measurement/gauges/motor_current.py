@@ -7,7 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
+from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples, notes_of
 from stickslip.measurement.result import friction_tree
 from stickslip.measurement.smooth import Smooth, jerk_spline
 
@@ -27,7 +27,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     factor = bench.number("force_per_current")
     published = bench.maybe("mass")
     rows: list[dict[str, float]] = []
-    notes = [note for record in records for note in record.notes]
+    notes = notes_of(records)
     for number, record in enumerate(records):
         smooth = jerk_spline(record.time, record["displacement"])
         step = float(np.median(np.diff(record.time)))

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
+from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples, notes_of
 from stickslip.measurement.gauges.scatter import block_error
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.spectra import main_line
@@ -26,7 +26,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     """Mean torque of each run after it has settled, with the error of a mean of samples that follow each other."""
     rows: list[dict[str, float]] = []
     words: list[str] = []
-    notes = [note for record in records for note in record.notes]
+    notes = notes_of(records)
     for record in records:
         start = record.time[0] + bench.number("settle") * (record.time[-1] - record.time[0])
         late = record.time >= start
