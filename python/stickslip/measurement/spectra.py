@@ -14,6 +14,9 @@ from stickslip.errors import InputError
 
 Array = npt.NDArray[np.float64]
 
+LEAST_PERIODS = 8
+"""Periods of the line that a segment holds, where the record has as many."""
+
 
 @dataclass(frozen=True)
 class Line:
@@ -41,7 +44,8 @@ def main_line(signal: Array, step: float, least: float = 0.0) -> Line:
 
     Returns
     -------
-    Line; the error is the scatter of the peak over four stretches of the record, or a quarter of a bin if that is more.
+    Line; the error is a quarter of a bin, or the scatter of the peak over four stretches of the record if that is more. Records
+    of less than 32 periods are too short for the scatter, those of less than eight are taken as one segment.
 
     Examples
     --------
@@ -50,12 +54,16 @@ def main_line(signal: Array, step: float, least: float = 0.0) -> Line:
     >>> round(line.frequency, 1)
     15.1
     """
-    length = max(int(len(signal) / 4.5), 8)  # eight segments that overlap by half
+    first = _peak(signal, step, len(signal), least)[0]
+    periods = len(signal) * step * first if np.isfinite(first) else 0.0
+    # Eight segments that overlap by half, but never so short that the line falls among the lowest frequencies.
+    length = min(max(int(len(signal) * max(1 / 4.5, LEAST_PERIODS / max(periods, 1.0))), 8), len(signal))
     whole = _peak(signal, step, length, least)
-    quarters = [_peak(part, step, len(part), least)[0] for part in np.array_split(signal, 4)]
-    scatter = float(np.std(quarters, ddof=1)) / 2
-    bin_width = 1 / (length * step)
-    return Line(whole[0], max(scatter, bin_width / 4), whole[1])
+    error = 0.25 / (length * step)
+    if periods >= 4 * LEAST_PERIODS:
+        quarters = [_peak(part, step, len(part), least)[0] for part in np.array_split(signal, 4)]
+        error = max(error, float(np.std(quarters, ddof=1)) / 2)
+    return Line(whole[0], error, whole[1])
 
 
 def _peak(signal: Array, step: float, length: int, least: float) -> tuple[float, float]:
