@@ -44,8 +44,8 @@ def main_line(signal: Array, step: float, least: float = 0.0) -> Line:
 
     Returns
     -------
-    Line; the error is a quarter of a bin, or the scatter of the peak over four stretches of the record if that is more. Records
-    of less than 32 periods are too short for the scatter, those of less than eight are taken as one segment.
+    Line; the error is a quarter of a bin, or the scatter of the peak over four stretches of the record if that is more.
+    Records of less than 32 periods are too short for the scatter, those of less than eight are taken as one segment.
 
     Examples
     --------
