@@ -17,11 +17,12 @@ from stickslip.identification.between import scatter_between
 from stickslip.identification.motion import WITH_MEMORY, Motion
 from stickslip.identification.parameters import by_ratio, limits, value, with_values
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.uncertainty import correlation_time, half_width, robust_scale
+from stickslip.identification.uncertainty import cluster_pulls, correlation_time, half_width, robust_scale
 from stickslip.laws import Coulomb, Law
 from stickslip.state_laws import StateLaw
 
 Array = npt.NDArray[np.float64]
+Samples = npt.NDArray[np.int_]
 
 ROUNDS = 4
 """Times that the fit is repeated with new scales and weights."""
@@ -412,6 +413,15 @@ def _result(
     swell = np.sqrt(np.sum(share * (independent / freedom)[:, None], axis=0))
     covariance = covariance * np.outer(swell, swell)
     freedom_of = 1 / np.sum(share**2 / freedom[:, None], axis=0)
+    cycles = _cycles(problem, edges)
+    if cycles:
+        # The scatter of whole cycles sees what goes together within one, but nothing where they are few: the larger of both.
+        column = np.concatenate(groups) * factor
+        pulls = np.concatenate([cluster_pulls(left, column, cuts) for cuts in cycles]) / singular @ right / length
+        scatter = np.sum(pulls**2, axis=0) / np.diag(covariance)
+        part = np.array([np.sum(inner[a:b] * spread[a:b], axis=0) for cuts in cycles for a, b in pairwise(cuts)])
+        freedom_of = np.where(scatter > 1, np.sum(part, axis=0) ** 2 / np.sum(part**2, axis=0), freedom_of)
+        covariance = covariance * np.sqrt(np.outer(np.maximum(scatter, 1), np.maximum(scatter, 1)))
 
     law = problem.at(numbers)
     errors = np.sqrt(np.diag(covariance))
@@ -450,6 +460,22 @@ def _result(
         rms=problem.rms(law, problem.offset(numbers)),
         offset=table.T[OFFSET] if OFFSET in names else None,
     )
+
+
+def _cycles(problem: Problem, edges: Samples) -> list[list[int]]:
+    """Where the cycles of each record's kinetic force begin among all rows, for laws with memory.
+
+    These carry an error of a turn through all of the climb and the branch that follow. Cycles that are too few for their
+    scatter to be told are none.
+    """
+    if not isinstance(problem.law, WITH_MEMORY):
+        return []
+    found = [
+        [int(start) + row for row in problem.motions[number].cycles()]
+        for start, (number, kind) in zip(edges[:-1], problem.groups, strict=True)
+        if kind == "kinetic"
+    ]
+    return found if sum(len(cuts) - 1 for cuts in found) >= 2 * len(problem.free) else []
 
 
 def _usual_rate(record: FrictionRecord) -> float:

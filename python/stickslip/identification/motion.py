@@ -138,6 +138,23 @@ class Motion:
             errors.append(min(float(np.sqrt(together * np.sum((weight * sigma) ** 2))), float(sigma.max())))
         return np.array(errors)
 
+    def cycles(self) -> list[int]:
+        """Rows of :meth:`misfit` where a cycle begins, and the row after the last.
+
+        A cycle ends with its stretch and at the slowest points within.
+        """
+        w, rows = self.slip_velocity, [0]
+        slowest = [
+            int(i)
+            for (first, last), turn in zip(self.record.slips, self.turns, strict=True)
+            for i in turn
+            if _is_minimum(w, int(i), first, last)
+        ]
+        remembers = self.latent is not None and issubclass(self.law, WITH_MEMORY)
+        for a, b in self.stretches:
+            rows += [rows[-1] + i - a for i in slowest if a < i < b] + [rows[-1] + b - a + remembers]
+        return rows
+
     def misfit(self, law: Law, offset: float = 0.0) -> Array:
         """Measured minus predicted, over all stretches.
 

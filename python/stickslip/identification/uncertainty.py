@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -117,6 +118,38 @@ def worth(pulls: Array, period: int) -> float:
         share = min(max(again / (pulls.size - period), 0.0), 1.0)
         factor *= 1 + share * (pulls.size / period - 1)
     return factor
+
+
+def cluster_pulls(left: Array, residuals: Array, edges: Sequence[int]) -> Array:
+    """What each cluster of residuals does to the numbers of a least-squares fit: summed squares are their covariance.
+
+    Residuals of one cluster may go together in any way, those of two must not. The residuals r_c of a cluster that the fit
+    has drawn to itself by its leverage H_c are too small, so (I − H_c)^(-1/2) r_c is taken for them (the estimate CR2).
+
+    Parameters
+    ----------
+    left : left singular vectors of the whole Jacobian, shape (n, p).
+    residuals : shape (n,).
+    edges : first rows of the clusters, and the row after the last.
+
+    Returns
+    -------
+    pulls, shape (clusters, p), along the singular vectors; their sum of squares is unbiased for independent residuals.
+
+    Limits: what all clusters have in common is in no error.
+
+    Source: Liang & Zeger, Biometrika 73 (1986) 13; Bell & McCaffrey, Survey Methodology 28 (2002) 169 (CR2).
+
+    >>> column, normal = np.full((60, 1), 60**-0.5), np.random.default_rng(0).standard_normal(20)
+    >>> pulls = cluster_pulls(column, np.repeat(normal - normal.mean(), 3), range(0, 61, 3))  # twenty trios of one value
+    >>> bool(np.isclose(np.sum(pulls**2) / 60, np.var(normal, ddof=1) / 20))  # the squared error of their mean
+    True
+    """
+    found = []
+    for a, b in pairwise(edges):
+        own, size, along = np.linalg.svd(left[a:b], full_matrices=False)
+        found.append((size / np.sqrt(np.maximum(1 - size**2, 1e-12)) * (own.T @ residuals[a:b])) @ along)
+    return np.array(found)
 
 
 def half_width(error: float, freedom: float) -> float:
