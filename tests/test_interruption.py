@@ -60,7 +60,9 @@ def test_max_seconds_must_be_positive(seconds):
 
 
 CHILD = """
-import sys, time
+import signal, sys, time
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background of a shell is born deaf to it
 from test_interruption import FOREVER, MANY, long_run
 import stickslip as ss
 import numpy as np
