@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.documents import check_keys, did_you_mean, number, read_toml
+from stickslip.documents import check_keys, did_you_mean, number, read_toml, write_whole
 from stickslip.errors import InputError
 
 Point = tuple[float, float]
@@ -231,3 +231,12 @@ def load_law(path: str | Path) -> Law:
     document = read_toml(path)
     check_keys(document, ("law", "uncertainty", "source"), ("law",), str(path))
     return Law.from_dict(document["law"], f"{path}: law")
+
+
+def save_law(path: str | Path, law: Law, errors: Mapping[Any, float], notes: Sequence[str]) -> Path:
+    """Write a law file that :func:`load_law` reads back, with the standard errors of its numbers and the notes on them."""
+    import tomli_w
+
+    uncertainty = {str(name): float(error) for name, error in errors.items()}
+    document = {"law": law.to_dict(), "uncertainty": uncertainty, "source": {"notes": list(notes)}}
+    return write_whole(path, lambda draft: draft.write_text(tomli_w.dumps(document), encoding="utf-8"))

@@ -18,6 +18,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from stickslip.errors import InputError
 from stickslip.identification.uncertainty import half_width
 from stickslip.identification.velocity_step import path_of_decay, table_of_steps
+from stickslip.law import save_law
 from stickslip.state_laws import RateState
 
 Array = npt.NDArray[np.float64]
@@ -103,13 +104,7 @@ class VelocityStepsFit:
 
     def save(self, path: str | Path) -> Path:
         """Write the law file; :func:`stickslip.load_law` reads it back."""
-        import tomli_w
-
-        from stickslip.documents import write_whole
-
-        uncertainty = {str(name): float(error) for name, error in self.parameters["error"].items()}
-        text = tomli_w.dumps({"law": self.law.to_dict(), "uncertainty": uncertainty, "source": {"notes": self.notes}})
-        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+        return save_law(path, self.law, self.parameters["error"].to_dict(), self.notes)
 
     def plot(self, ax: Any = None) -> Any:
         """Friction from before each step over the path since it, over ln(V₂/V₁), measured and fitted; returns the Axes."""

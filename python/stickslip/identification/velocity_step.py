@@ -18,6 +18,7 @@ from scipy.optimize import least_squares
 from stickslip.errors import InputError
 from stickslip.identification.records import opened
 from stickslip.identification.uncertainty import correlation_time, half_width
+from stickslip.law import save_law
 from stickslip.state_laws import RateState
 
 Array = npt.NDArray[np.float64]
@@ -67,13 +68,7 @@ class VelocityStepFit:
 
     def save(self, path: str | Path) -> Path:
         """Write the law file; :func:`stickslip.load_law` reads it back."""
-        import tomli_w
-
-        from stickslip.documents import write_whole
-
-        uncertainty = {str(name): float(error) for name, error in self.parameters["error"].items()}
-        text = tomli_w.dumps({"law": self.law.to_dict(), "uncertainty": uncertainty, "source": {"notes": self.notes}})
-        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+        return save_law(path, self.law, self.parameters["error"].to_dict(), self.notes)
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over displacement around the step, measured and fitted; returns the Axes."""
