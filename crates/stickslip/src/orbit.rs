@@ -217,11 +217,16 @@ impl Orbit {
                 };
                 let slip = frame.closed(segment.clock, segment.x, segment.v, segment.direction, &piece);
                 let basis = slip.basis(tau);
-                let v = slip.v.at(&basis);
+                // The state at its start is known and need not be added up again.
+                let (x, v) = if tau == 0.0 {
+                    (segment.x, segment.v)
+                } else {
+                    (slip.x.at(&basis), slip.v.at(&basis))
+                };
                 let force = segment.direction * piece.force(segment.direction * (frame.drive_velocity - v));
                 let a = slip.v.derivative(&slip.decay, &slip.frequency).at(&basis);
                 State {
-                    x: slip.x.at(&basis),
+                    x,
                     v,
                     a,
                     force,
