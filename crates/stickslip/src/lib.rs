@@ -19,6 +19,7 @@
 //! | [`trail`] | the event sequence of a run, to be followed |
 //! | [`variation`] | derivatives of a motion through its events; test functions of sliding bifurcations |
 //! | [`dual`] | numbers that carry their derivatives |
+//! | [`watch`] | whether a run goes on, asked within every loop whose length nobody knows |
 //! | [`zero_one`] | the 0–1 test for chaos |
 //! | [`replay`] | a law along a measured motion |
 //! | [`system`] | masses, matrices, contacts, drives |
@@ -68,4 +69,5 @@ pub mod sweep;
 pub mod system;
 pub mod trail;
 pub mod variation;
+pub mod watch;
 pub mod zero_one;

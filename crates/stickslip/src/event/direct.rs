@@ -6,11 +6,12 @@
 
 use std::f64::consts::PI;
 
-use super::{Arrival, Start, Work, integral, polynomial};
+use super::{Arrival, Start, integral, polynomial};
 use crate::elementary::angle;
 use crate::flow::exact::{Decay, Slip};
 use crate::law::{End, Piece};
 use crate::series::INVERSE;
+use crate::watch::Watched;
 
 /// Degree of the Taylor polynomial at the start of slip, and at a sample beside the root.
 const DEGREE: usize = 12;
@@ -84,7 +85,7 @@ impl<'a, const H: usize> Direct<'a, H> {
         drive_velocity: f64,
         piece: &Piece,
         start: Start,
-        work: &mut Work,
+        work: &mut Watched,
     ) -> Option<Arrival> {
         let rest = self.direction * drive_velocity;
         let (low, high) = (piece.low - rest, piece.high - rest);
@@ -110,7 +111,7 @@ impl<'a, const H: usize> Direct<'a, H> {
     }
 
     /// The end towards which the slip speed goes, before it turns.
-    fn ahead(&self, sense: f64, bend: f64, (target, end): (f64, End), work: &mut Work) -> Option<Arrival> {
+    fn ahead(&self, sense: f64, bend: f64, (target, end): (f64, End), work: &mut Watched) -> Option<Arrival> {
         let way = target - self.a;
         let discriminant = self.rate * self.rate + 2.0 * bend * way;
         if discriminant < 0.0 {
@@ -138,7 +139,13 @@ impl<'a, const H: usize> Direct<'a, H> {
     }
 
     /// The other end, after the slip speed turned once at a distance from the first.
-    fn behind(&self, sense: f64, ahead: f64, (target, end): (f64, End), work: &mut Work) -> Option<Arrival> {
+    fn behind(
+        &self,
+        sense: f64,
+        ahead: f64,
+        (target, end): (f64, End),
+        work: &mut Watched,
+    ) -> Option<Arrival> {
         let decay = self.decay;
         let slow = decay.gamma * decay.per_omega;
         if !(decay.oscillates() && slow.abs() < SLOW) {
@@ -166,7 +173,7 @@ impl<'a, const H: usize> Direct<'a, H> {
     }
 
     /// The root beside `t` and the slope there.
-    fn beside(&self, mut t: f64, target: f64, end: End, work: &mut Work) -> Option<(Arrival, f64)> {
+    fn beside(&self, mut t: f64, target: f64, end: End, work: &mut Watched) -> Option<(Arrival, f64)> {
         let decay = self.decay;
         let fastest = decay.fastest();
         let second = decay.kappa * self.a - decay.gamma * self.b;

@@ -2,19 +2,20 @@
 //! an end of the piece is crossed there exactly once or not at all.
 
 use super::direct::Direct;
-use super::{Arrival, ROUNDING, Start, Work};
+use super::{Arrival, ROUNDING, Start};
 use crate::elementary::exp;
 use crate::flow::exact::{Basis, Signal, Slip};
 use crate::law::{End, Piece};
+use crate::watch::Watched;
 
 /// The slip speed as seen by the search.
-struct Search<'a, const H: usize> {
+struct Search<'a, 'w, const H: usize> {
     slip: &'a Slip<H>,
     direction: f64,
     u: Signal<H>,
     du: Signal<H>,
     ddu: Signal<H>,
-    work: &'a mut Work,
+    work: &'a mut Watched<'w>,
 }
 
 /// When and how slip along `piece` ends within `horizon`, if it does.
@@ -25,7 +26,7 @@ pub(super) fn end_of_free_slip<const H: usize>(
     piece: &Piece,
     start: Start,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<Arrival> {
     if let Some(arrival) = Direct::new(slip, direction, start).end(drive_velocity, piece, start, work) {
         return (arrival.t < horizon).then_some(arrival);
@@ -35,8 +36,8 @@ pub(super) fn end_of_free_slip<const H: usize>(
         .filter(|arrival| arrival.t < horizon)
 }
 
-impl<'a, const H: usize> Search<'a, H> {
-    fn new(slip: &'a Slip<H>, direction: f64, drive_velocity: f64, work: &'a mut Work) -> Self {
+impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
+    fn new(slip: &'a Slip<H>, direction: f64, drive_velocity: f64, work: &'a mut Watched<'w>) -> Self {
         let u = slip.speed(direction, drive_velocity);
         let du = u.derivative(&slip.decay, &slip.frequency);
         Self {
@@ -126,6 +127,9 @@ impl<'a, const H: usize> Search<'a, H> {
         let mut from = 0.0;
         let mut seen = [false; 2];
         loop {
+            if self.work.ends(from) {
+                return None;
+            }
             let (target, end) = if rising {
                 (piece.high, End::High)
             } else {
@@ -150,6 +154,9 @@ impl<'a, const H: usize> Search<'a, H> {
                     // No extremum ahead: bracket the crossing from the near side, if there is one.
                     let (mut near, mut step) = (from, decay.time());
                     loop {
+                        if self.work.ends(near) {
+                            return None;
+                        }
                         let far = (near + step).min(horizon);
                         let basis = self.basis(far);
                         if beyond(self.u.at(&basis)) {
@@ -256,6 +263,7 @@ mod tests {
     use crate::event::{Start, Work};
     use crate::flow::exact::Frame;
     use crate::law::Piece;
+    use crate::watch::Watched;
 
     /// Slips of all kinds of damping, to ends near and far: what is found at once is what the search between extrema finds.
     #[test]
@@ -302,7 +310,8 @@ mod tests {
             };
             let v = frame.drive_velocity - direction * u;
             let slip = frame.closed(Clock::default(), random(-1.5, 1.5), v, direction, &piece);
-            let mut work = Work::default();
+            let (mut work, mut go_on) = (Work::default(), || true);
+            let mut work = Watched::new(&mut work, &mut go_on);
             let Some(direct) =
                 Direct::new(&slip, direction, start).end(frame.drive_velocity, &piece, start, &mut work)
             else {

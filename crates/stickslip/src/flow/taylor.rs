@@ -22,6 +22,8 @@ const LONGEST: f64 = 4.0;
 
 /// At the end of a step a smooth law and its series may differ by as much as changes the speed by this share.
 const AGREES: f64 = 1e-14;
+/// They are compared at so many slip speeds along a step at the most.
+const ROUNDS: u32 = 10_000;
 
 /// What a contact does, as far as the flow cares.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -504,7 +506,15 @@ impl Motion {
             let u = &self.u[c];
             let bend = curvature(u, step);
             let (mut t, mut speed, mut slope) = (0.0, u[0], u[1]);
-            while t < step && speed >= 0.0 {
+            for round in 0..=ROUNDS {
+                if !(t < step && speed >= 0.0) {
+                    break;
+                }
+                if round == ROUNDS {
+                    // So far they agree.
+                    step = t;
+                    break;
+                }
                 // An infinite one is no limit: `min` passes over what is not a number.
                 let free = free_time(room(speed), -slope.abs(), bend);
                 let next = (t + free).min(step);
