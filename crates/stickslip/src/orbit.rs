@@ -88,11 +88,16 @@ impl Segment {
         };
         let slip = frame.closed(self.clock, self.x, self.v, self.direction, &piece);
         let basis = slip.basis(tau);
-        let v = slip.v.at(&basis);
+        // The state at its start is known and need not be added up again.
+        let (x, v) = if tau == 0.0 {
+            (self.x, self.v)
+        } else {
+            (slip.x.at(&basis), slip.v.at(&basis))
+        };
         let force = self.direction * piece.force(self.direction * (frame.drive_velocity - v));
         let a = slip.v.derivative(&slip.decay, &slip.frequency).at(&basis);
         State {
-            x: slip.x.at(&basis),
+            x,
             v,
             a,
             force,

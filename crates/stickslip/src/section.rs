@@ -377,8 +377,7 @@ impl Cut {
         };
         let g = Signal {
             constant: sum(|signal| signal.constant) - self.level,
-            a: sum(|signal| signal.a),
-            b: sum(|signal| signal.b),
+            free: [sum(|signal| signal.free[0]), sum(|signal| signal.free[1])],
             p: waves(|signal| &signal.p),
             q: waves(|signal| &signal.q),
         };

@@ -390,15 +390,14 @@ impl<'a, const H: usize> Loop<'a, H> {
                 force_rate: rate.abs(),
             })
         });
-        // The exact limit rather than the holding force computed beside it.
-        let pull = force.copysign(holding);
         let (stick_time, force_rate) = (t, rate * holding.signum());
         record.event(Event {
             stick_time,
             force_rate,
-            ..self.event(Kind::Release, pull)
+            ..self.event(Kind::Release, holding)
         });
-        Some(mode::slip_from_zero(self.law, pull, force, &mut self.memory))
+        // Slip begins with the limit itself, of which the holding force differs by rounding.
+        Some(mode::slip_from_zero(self.law, force.copysign(holding), force, &mut self.memory))
     }
 
     /// Slip at constant speed until friction meets one of the branches; the mode after that.

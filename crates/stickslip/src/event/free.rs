@@ -76,15 +76,30 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
         self.arrive(t, &basis, 0.0, end)
     }
 
-    /// The first time t > 0 at which the free slip acceleration e^{−γt}(a C + b S) vanishes, and the sign it has before.
+    /// The first time t > 0 at which the free slip acceleration vanishes, and the sign it has before.
     fn first_extremum(&self) -> (f64, bool) {
         let decay = &self.slip.decay;
-        let (a, b) = (self.du.a, self.du.b);
-        let rising = if a == 0.0 { b > 0.0 } else { a > 0.0 };
+        let [a, b] = self.du.free;
+        let mut start = decay.start([a, b]);
+        if decay.apart() && start.abs() <= f64::EPSILON * a.abs() {
+            start = 0.0;
+        }
+        let slope = decay.start(decay.derivative([a, b]));
+        let rising = if start == 0.0 { slope > 0.0 } else { start > 0.0 };
         let time = if decay.oscillates() {
+            // a cos + b sin / ω = 0; counted from zero, so that a slow oscillation loses no digits.
             let sine = b / decay.omega;
-            let phase = if rising { a.atan2(sine) } else { (-a).atan2(-sine) };
-            (std::f64::consts::PI - phase) / decay.omega
+            let angle = if rising { a.atan2(-sine) } else { (-a).atan2(sine) };
+            if angle > 0.0 { angle / decay.omega } else { std::f64::consts::PI / decay.omega }
+        } else if decay.apart() {
+            // a e^{slow t} + b e^{fast t} = 0
+            let (slow, fast) = decay.roots();
+            let time = (-b / a).ln() / (slow - fast);
+            if start != 0.0 && time > 0.0 {
+                time
+            } else {
+                f64::INFINITY
+            }
         } else {
             // a cosh + b sinh / ω = 0
             let ratio = -a * decay.omega / b;
@@ -102,8 +117,9 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
     /// The slip speed at an extremum at `t`: there ü = −(k/m)(u − rest), and only the decay has to be evaluated.
     fn extreme(&self, t: f64, rising: bool) -> f64 {
         let decay = &self.slip.decay;
-        let sine = self.du.b / decay.omega;
-        let swing = (self.du.a * self.du.a + sine * sine).sqrt() * decay.omega / decay.natural_squared;
+        let [a, b] = self.du.free;
+        let sine = b / decay.omega;
+        let swing = (a * a + sine * sine).sqrt() * decay.omega / decay.natural_squared;
         let size = swing * exp(-decay.gamma * t);
         self.u.constant + if rising { size } else { -size }
     }
@@ -112,9 +128,9 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
         let turning = start == Start::Turning;
         if turning {
             // Known to be zero here; rounding must not shift the extrema.
-            self.du.a = 0.0;
+            self.du = self.du.from_zero(&self.slip.decay);
         }
-        if self.du.a == 0.0 && self.du.b == 0.0 {
+        if self.du.free == [0.0; 2] {
             return None;
         }
         let decay = self.slip.decay;
@@ -190,8 +206,10 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
     /// A first guess of where u(t) = target in (from, until].
     fn guess(&self, target: f64, from: f64, until: f64, extremum: Option<f64>) -> f64 {
         if from == 0.0 {
-            let (travel, slope, bend) = (target - self.u.start(), self.du.start(), self.ddu.start());
-            let whole = extremum.map_or(f64::INFINITY, |value| value - self.u.start());
+            let decay = &self.slip.decay;
+            let (start, slope, bend) = (self.u.start(decay), self.du.start(decay), self.ddu.start(decay));
+            let travel = target - start;
+            let whole = extremum.map_or(f64::INFINITY, |value| value - start);
             let discriminant = slope * slope + 2.0 * bend * travel;
             if travel.abs() < 0.5 * whole.abs() && discriminant > 0.0 {
                 // Near the start the speed is a parabola.
@@ -208,8 +226,8 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
         }
     }
 
-    /// Where u(t) = target in (from, until], where u is monotone: Halley, kept inside the bracket by bisection.
-    /// `extremum` is u(until), where that is an extremum.
+    /// Where u(t) = target in (from, until], where u is monotone: Halley, kept inside the bracket by bisection, until what is
+    /// left is rounding or the bracket is. `extremum` is u(until), where that is an extremum.
     fn crossing(&mut self, target: f64, from: f64, until: f64, end: End, extremum: Option<f64>) -> Arrival {
         let sign = if end == End::High { 1.0 } else { -1.0 };
         let (mut low, mut high) = (from, until);
@@ -219,7 +237,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
         }
         let mut last = high - low;
         let settled = 1e-5 * self.slip.decay.time();
-        for _ in 0..200 {
+        loop {
             let basis = self.basis(t);
             let value = sign * (self.u.at(&basis) - target);
             let (first, second) = (sign * self.du.at(&basis), sign * self.ddu.at(&basis));
@@ -232,12 +250,20 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
                 } else {
                     (t - halley).max(low).min(high) - t
                 };
-                return self.arrive(t, &basis, step, end);
+                let sizes = [self.u.constant, self.u.free[0] * basis.c, self.u.free[1] * basis.s];
+                let rounding = ROUNDING * sizes.iter().map(|size| size.abs()).sum::<f64>();
+                if (value + step * (first + 0.5 * step * second)).abs() <= rounding {
+                    return self.arrive(t, &basis, step, end);
+                }
+                self.work.fallbacks += 1;
             }
             if value > 0.0 {
                 high = t;
             } else {
                 low = t;
+            }
+            if high - low <= 2.0 * f64::EPSILON * high {
+                return self.arrive_at(high, end);
             }
             let mut next = t - halley;
             // Beside an extremum Halley's step is tiny far from any root; Newton's is not.
@@ -247,11 +273,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
             }
             last = (next - t).abs();
             t = next;
-            if last <= f64::EPSILON * t {
-                break;
-            }
         }
-        self.arrive_at(t, end)
     }
 }
 
@@ -327,7 +349,7 @@ mod tests {
                 .at(&slip.basis(direct.t))
                 .abs();
             let close = 1e-14
-                * (1.0 + slip.x.a.abs() + slip.x.b.abs())
+                * (1.0 + slip.x.free[0].abs() + slip.x.free[1].abs())
                 * (1.0 + 1.0 / rate)
                 * slip.decay.growth(direct.t);
             assert!(
