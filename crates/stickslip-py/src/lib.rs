@@ -1,4 +1,5 @@
 //! The border between the core and Python: conversions only. Documents cross it as JSON, numbers as arrays.
+#![warn(clippy::disallowed_methods)]
 
 mod batch;
 mod network;

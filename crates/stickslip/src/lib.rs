@@ -27,7 +27,7 @@
 //! | [`series`] | Taylor coefficients, their recursions, the certified first root |
 //! | [`state_law`] | friction laws with an internal state, one file a law |
 //! | [`state_system`] | the right-hand side of masses under such laws |
-//! | [`elementary`] | exponential, sine and cosine with the same bits on every machine |
+//! | [`elementary`] | exponential, logarithm, sine and their kin with the same bits on every machine |
 //! | [`error`] | everything a user can get wrong, one sentence each |
 //!
 //! ```
@@ -42,6 +42,7 @@
 //! assert!((release[4] - release[3] - 8.068_887_871_591_405).abs() < 1e-13);
 //! ```
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod batch;
 pub mod drive;

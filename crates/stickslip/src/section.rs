@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 use serde::Deserialize;
 
 use crate::drive::Clock;
+use crate::elementary::hypot;
 use crate::error::{Error, finite, positive};
 use crate::event::Work;
 use crate::flow::exact::{Frame, Signal, Slip};
@@ -350,7 +351,7 @@ impl Cut {
             self.rest = self.rest.or_else(|| Some(course.point(from)));
         }
         if last.abs() > noise && last.signum() != self.side {
-            let root = (from - first / slope).clamp(from, to);
+            let root = (from - first / slope).max(from).min(to);
             self.see(last.signum(), || course.point(root), found);
         }
     }
@@ -384,7 +385,7 @@ impl Cut {
         let dg = g.derivative(&slip.decay, &slip.frequency);
         let (mut swing, mut waves) = (g.constant.abs() + self.level.abs(), 0.0);
         for j in 0..H {
-            let amplitude = g.p[j].hypot(g.q[j]);
+            let amplitude = hypot(g.p[j], g.q[j]);
             swing += amplitude;
             waves += slip.frequency[j] * slip.frequency[j] * amplitude;
         }

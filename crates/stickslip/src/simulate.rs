@@ -290,6 +290,9 @@ impl<'a, const H: usize> Loop<'a, H> {
                     start,
                 } => {
                     let slip = self.slip(direction, &piece)?;
+                    if !slip.is_finite() {
+                        return Ok((Stop::NotANumber, self.work));
+                    }
                     let drive_velocity = self.frame.drive_velocity;
                     let arrival = self.search(record, |work| {
                         end_of_slip(&slip, direction, drive_velocity, &piece, start, horizon, work)
@@ -397,7 +400,12 @@ impl<'a, const H: usize> Loop<'a, H> {
             ..self.event(Kind::Release, holding)
         });
         // Slip begins with the limit itself, of which the holding force differs by rounding.
-        Some(mode::slip_from_zero(self.law, force.copysign(holding), force, &mut self.memory))
+        Some(mode::slip_from_zero(
+            self.law,
+            force.copysign(holding),
+            force,
+            &mut self.memory,
+        ))
     }
 
     /// Slip at constant speed until friction meets one of the branches; the mode after that.

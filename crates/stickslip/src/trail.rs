@@ -1,6 +1,7 @@
 //! The event sequence of a motion, taken from a run: what `variation` follows.
 
 use crate::drive::Clock;
+use crate::elementary::sin_cos;
 use crate::error::Error;
 use crate::event::Start;
 use crate::flow::exact::Frame;
@@ -118,7 +119,7 @@ pub fn from(
             let forcing: f64 = oscillator
                 .forcing
                 .iter()
-                .map(|f| f.amplitude * (f.frequency * t + f.phase).cos())
+                .map(|f| f.amplitude * sin_cos(f.frequency * t + f.phase).1)
                 .sum();
             let balance = direction * (oscillator.damping * v + oscillator.stiffness * x - forcing);
             let still = (balance - piece.force(u)).abs() <= 1e-9 * (balance.abs() + piece.force(u).abs());

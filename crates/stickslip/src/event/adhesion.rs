@@ -219,7 +219,13 @@ fn close<const H: usize>(
         });
         let margin = limit.force - force.abs();
         let rounding = stick.rounding(t, limit.force);
-        if margin.abs() <= if polished { rounding } else { f64::EPSILON * limit.force } {
+        if margin.abs()
+            <= if polished {
+                rounding
+            } else {
+                f64::EPSILON * limit.force
+            }
+        {
             return Ok(t);
         }
         work.fallbacks += u64::from(polished);

@@ -3,7 +3,7 @@
 
 use super::direct::Direct;
 use super::{Arrival, ROUNDING, Start};
-use crate::elementary::exp;
+use crate::elementary::{acos, atan2, atanh, exp, ln};
 use crate::flow::exact::{Basis, Signal, Slip};
 use crate::law::{End, Piece};
 use crate::watch::Watched;
@@ -89,12 +89,16 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
         let time = if decay.oscillates() {
             // a cos + b sin / ω = 0; counted from zero, so that a slow oscillation loses no digits.
             let sine = b / decay.omega;
-            let angle = if rising { a.atan2(-sine) } else { (-a).atan2(sine) };
-            if angle > 0.0 { angle / decay.omega } else { std::f64::consts::PI / decay.omega }
+            let angle = if rising { atan2(a, -sine) } else { atan2(-a, sine) };
+            if angle > 0.0 {
+                angle / decay.omega
+            } else {
+                std::f64::consts::PI / decay.omega
+            }
         } else if decay.apart() {
             // a e^{slow t} + b e^{fast t} = 0
             let (slow, fast) = decay.roots();
-            let time = (-b / a).ln() / (slow - fast);
+            let time = ln(-b / a) / (slow - fast);
             if start != 0.0 && time > 0.0 {
                 time
             } else {
@@ -106,7 +110,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
             if a == 0.0 || a * b >= 0.0 || ratio.abs() >= 1.0 {
                 f64::INFINITY
             } else if ratio.abs() > 1e-8 {
-                ratio.abs().atanh() / decay.omega
+                atanh(ratio.abs()) / decay.omega
             } else {
                 -a / b
             }
@@ -220,7 +224,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
             // Between extrema it is nearly a cosine about its rest value.
             Some(value) if self.slip.decay.oscillates() => {
                 let share = (target - self.u.constant) / (value - self.u.constant);
-                until - share.clamp(-1.0, 1.0).acos() / self.slip.decay.omega
+                until - acos(share.clamp(-1.0, 1.0)) / self.slip.decay.omega
             }
             _ => 0.5 * (from + until),
         }
@@ -250,7 +254,11 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
                 } else {
                     (t - halley).max(low).min(high) - t
                 };
-                let sizes = [self.u.constant, self.u.free[0] * basis.c, self.u.free[1] * basis.s];
+                let sizes = [
+                    self.u.constant,
+                    self.u.free[0] * basis.c,
+                    self.u.free[1] * basis.s,
+                ];
                 let rounding = ROUNDING * sizes.iter().map(|size| size.abs()).sum::<f64>();
                 if (value + step * (first + 0.5 * step * second)).abs() <= rounding {
                     return self.arrive(t, &basis, step, end);

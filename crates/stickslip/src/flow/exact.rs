@@ -1,7 +1,7 @@
 //! Closed-form motion of one mass in a mode whose friction is linear in the slip speed: evaluated, never stepped.
 
 use crate::drive::{Clock, Harmonic};
-use crate::elementary::{exp, exp_m1, sin_cos};
+use crate::elementary::{exp, exp_m1, hypot, power, sin_cos};
 use crate::error::Error;
 use crate::law::Piece;
 use crate::structure::Oscillator;
@@ -308,7 +308,7 @@ impl<const H: usize> Frame<H> {
         for harmonic in &self.forcing {
             let real = 1.0 - self.mass / self.stiffness * harmonic.frequency * harmonic.frequency;
             let imaginary = (self.damping + slope) * harmonic.frequency / self.stiffness;
-            if real.hypot(imaginary) < 1e-9 {
+            if hypot(real, imaginary) < 1e-9 {
                 return Err(Error::Resonance {
                     frequency: harmonic.frequency,
                 });
@@ -434,6 +434,12 @@ fn waves<const H: usize>(frequency: &[f64; H], t: f64) -> ([f64; H], [f64; H]) {
 }
 
 impl<const H: usize> Slip<H> {
+    /// Whether all numbers it is made of are in the range of double precision.
+    pub(crate) fn is_finite(&self) -> bool {
+        let [a, b] = self.v.free;
+        (a + b + self.x.constant + self.decay.natural_squared + self.decay.omega).is_finite()
+    }
+
     /// The functions of time at τ = t.
     #[inline]
     #[must_use]
@@ -491,7 +497,10 @@ impl<const H: usize> Stick<H> {
     /// A bound of the second or third derivative of the holding force.
     pub(crate) fn derivative_bound(&self, order: i32) -> f64 {
         (0..H)
-            .map(|j| self.frequency[j].powi(order) * (self.p[j] * self.p[j] + self.q[j] * self.q[j]).sqrt())
+            .map(|j| {
+                power(self.frequency[j], f64::from(order))
+                    * (self.p[j] * self.p[j] + self.q[j] * self.q[j]).sqrt()
+            })
             .sum()
     }
 }
