@@ -320,10 +320,9 @@ impl<'a> Loop<'a> {
     }
 
     fn measure_scale(&mut self) {
-        let rate = self.frame.rate;
         let mut scale = self.scale.max(self.frame.push);
-        for (x, v) in self.x.iter().zip(&self.v) {
-            scale = scale.max(rate * x.abs()).max(v.abs());
+        for (i, v) in self.v.iter().enumerate() {
+            scale = scale.max(self.frame.sprung(i, &self.x)).max(v.abs());
         }
         // Nothing moves yet: what is pushed will, and what is not has no size.
         self.scale = if scale > 0.0 { scale } else { f64::MIN_POSITIVE };

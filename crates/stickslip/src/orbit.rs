@@ -92,7 +92,7 @@ impl Segment {
         let (x, v) = if tau == 0.0 {
             (self.x, self.v)
         } else {
-            (slip.x.at(&basis), slip.v.at(&basis))
+            (slip.position(tau, &basis), slip.v.at(&basis))
         };
         let force = self.direction * piece.force(self.direction * (frame.drive_velocity - v));
         let a = slip.v.derivative(&slip.decay, &slip.frequency).at(&basis);

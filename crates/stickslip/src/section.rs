@@ -148,7 +148,7 @@ impl<const H: usize> Course<H> {
             Motion::Steady { x, v } => (x + v * tau, *v),
             Motion::Slip(slip) => {
                 let basis = slip.basis(tau);
-                (slip.x.at(&basis), slip.v.at(&basis))
+                (slip.position(tau, &basis), slip.v.at(&basis))
             }
         };
         Point {

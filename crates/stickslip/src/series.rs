@@ -233,6 +233,7 @@ pub fn first_root(
             return None;
         }
     }
+    debug_assert!(false, "a root not closed in on: {guard:?} within {reach}");
     Some(t)
 }
 

@@ -132,7 +132,7 @@ impl<'a, const H: usize> Direct<'a, H> {
             return None;
         }
         if t < EXACT * unit && near {
-            let start = self.slip.x.start(self.decay);
+            let start = self.slip.start;
             return Some(self.arrive(t, end, start - self.direction * integral(&polynomial, t), target));
         }
         let (arrival, slope) = self.beside(t, target, end, work)?;
@@ -193,7 +193,7 @@ impl<'a, const H: usize> Direct<'a, H> {
             let (half, third) = (newton * bend, newton * newton * jerk);
             let step = newton * (rate + 0.5 * half) / (rate + half + third * (1.0 / 6.0));
             let far = step.abs() * fastest;
-            let x = self.slip.x.at(&basis);
+            let x = self.slip.position(t, &basis);
             // Householder's step can vanish far from any root: what it leaves must be rounding.
             let left = value - target + step * (rate + step * (0.5 * bend + step * (1.0 / 6.0) * jerk));
             let sizes = [self.u[0] * basis.c, self.u[1] * basis.s, target];

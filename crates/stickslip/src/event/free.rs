@@ -57,7 +57,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
 
     /// The state a step `h` from where `basis` was taken; for a step so short that its fourth power is below rounding.
     fn arrive(&self, t: f64, basis: &Basis<H>, h: f64, end: End) -> Arrival {
-        let (x, v) = (self.slip.x.at(basis), self.slip.v.at(basis));
+        let (x, v) = (self.slip.position(t, basis), self.slip.v.at(basis));
         let (a, jerk) = (
             -self.direction * self.du.at(basis),
             -self.direction * self.ddu.at(basis),

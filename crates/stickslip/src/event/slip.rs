@@ -40,9 +40,10 @@ pub fn end_of_slip<const H: usize>(
         turns: piece.turns,
     };
     let exit = first_exit(&speed, ends, start, horizon, work)?;
-    let x = if start == Start::Turning && !slip.decay.oscillates() {
+    let turning = start == Start::Turning && !slip.decay.oscillates();
+    let x = if turning || slip.decay.steep() {
         work.evaluations += 1;
-        slip.x.at(&slip.basis(exit.t))
+        slip.position(exit.t, &slip.basis(exit.t))
     } else {
         let step = exit.t - exit.sample.t;
         speed.position(&exit.sample) + drive_velocity * step - direction * exit.travel

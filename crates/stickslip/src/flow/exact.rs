@@ -53,6 +53,11 @@ impl Decay {
         1.0 / self.omega.max(self.gamma.abs())
     }
 
+    /// Whether it is so heavily damped that the position follows from the slip speed with half of its digits only.
+    pub(crate) fn steep(&self) -> bool {
+        self.kappa > 1e6 * self.natural_squared
+    }
+
     /// No exponent of the free motion is larger in size.
     #[inline]
     pub(crate) fn fastest(&self) -> f64 {
@@ -238,7 +243,9 @@ pub struct Slip<const H: usize> {
     pub decay: Decay,
     /// Frequencies of the forcing.
     pub frequency: [f64; H],
-    /// Position.
+    /// Position at τ = 0.
+    pub start: f64,
+    /// Position; to be evaluated by [`Slip::position`].
     pub x: Signal<H>,
     /// Velocity.
     pub v: Signal<H>,
@@ -404,6 +411,7 @@ impl<const H: usize> Response<H> {
             q[j] = force_sin * within + force_cos * behind;
         }
         let constant = (direction * piece.offset + piece.slope * frame.drive_velocity) / frame.stiffness;
+        let start = x;
         let free_position = x - constant - p.iter().sum::<f64>();
         let free_velocity = v - (0..H).map(|j| frequency[j] * q[j]).sum::<f64>();
         let x = Signal {
@@ -415,6 +423,7 @@ impl<const H: usize> Response<H> {
         Slip {
             decay,
             frequency,
+            start,
             x,
             v: x.derivative(&decay, &frequency),
         }
@@ -451,6 +460,22 @@ impl<const H: usize> Slip<H> {
         };
         let (cos, sin) = waves(&self.frequency, t);
         Basis { c, s, cos, sin }
+    }
+
+    /// The position at τ = t. On a steep piece of friction the mass rests far away, so that a sum that begins there would lose
+    /// the digits of the way made: it is counted from the start.
+    #[inline]
+    #[must_use]
+    pub fn position(&self, t: f64, basis: &Basis<H>) -> f64 {
+        if !self.decay.apart() {
+            return self.x.at(basis);
+        }
+        let ((slow, fast), [a, b]) = (self.decay.roots(), self.x.free);
+        let mut x = self.start + (a * exp_m1(slow * t) + b * exp_m1(fast * t));
+        for j in 0..H {
+            x += self.x.p[j] * (basis.cos[j] - 1.0) + self.x.q[j] * basis.sin[j];
+        }
+        x
     }
 
     /// The slip speed u = σ (s − ẋ) as a signal.

@@ -172,6 +172,13 @@ impl Frame {
         across
     }
 
+    /// The speed that the springs can give mass `i` while the motion changes. Under heavy damping that is far less than the
+    /// position times the fastest rate.
+    pub(crate) fn sprung(&self, i: usize, x: &[f64]) -> f64 {
+        let pulls = self.spring.row(i).iter().zip(x);
+        pulls.map(|(spring, x)| (spring * x).abs()).sum::<f64>() / self.rate
+    }
+
     /// How much a unit force of `from` accelerates `to`: b_to M⁻¹ b_from.
     pub(crate) fn coupling(&self, to: usize, from: usize) -> f64 {
         self.across(to, |i| self.response[from][i])

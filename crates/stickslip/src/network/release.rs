@@ -62,7 +62,7 @@ pub(super) fn end_of_adhesion(
             {
                 step *= 0.5;
                 if step < tiny {
-                    return Ok(Some(t));
+                    break;
                 }
             }
         }
@@ -78,10 +78,8 @@ pub(super) fn end_of_adhesion(
             }
             step = until - t;
         }
-        if step <= tiny && t + step < reach {
-            return Ok(Some(t));
-        }
-        t += step;
+        // However small the step that the bounds allow, only the margin itself says whether adhesion breaks.
+        t += step.max(tiny);
         if t >= reach {
             return Ok(None);
         }
@@ -89,16 +87,17 @@ pub(super) fn end_of_adhesion(
     Err(t)
 }
 
-/// The root of a falling margin, positive at `low` and not at `high`: secant steps inside a bracket (Illinois).
+/// The root of a falling margin, positive at `low` and not at `high`: secant steps inside a bracket (Illinois), halved where
+/// they are slow, until its ends are neighbours.
 fn close(margin: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let (mut above, mut below) = (margin(low), margin(high));
     let mut moved = 0;
-    for _ in 0..200 {
+    for tried in 0..200 {
         if below == 0.0 || high - low <= 2.0 * f64::EPSILON * high {
             break;
         }
         let mut t = high - below * (high - low) / (below - above);
-        if !(t > low && t < high) {
+        if tried >= 20 || !(t > low && t < high) {
             t = 0.5 * (low + high);
             if t <= low || t >= high {
                 break;
