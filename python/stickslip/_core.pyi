@@ -107,8 +107,15 @@ def batch(
     section: int | None,
     keep: int,
     workers: int,
+    max_seconds: float | None,
     progress: Callable[[int, int], object] | None,
 ) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
+
+@final
+class Halt:
+    def __new__(cls) -> Halt: ...
+    def heed(self) -> None: ...
+    def set(self) -> None: ...
 
 @final
 class StateLaw:
@@ -134,7 +141,12 @@ def force_along(document: str, t: _Floats, w: _Floats, stuck: _Flags, force_rate
 def regime(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str: ...
 def chaos(series: _Floats) -> float: ...
 def section(
-    document: str, surface: str, run: tuple[float, float | None, float, int], after: float, most: int
+    document: str,
+    surface: str,
+    run: tuple[float, float | None, float, int],
+    after: float,
+    most: int,
+    max_seconds: float | None,
 ) -> tuple[_Floats, int]: ...
 def sweep(
     document: str, names: list[str], values: _Floats, look: str, chain: bool, start: list[float] | None

@@ -100,7 +100,11 @@ class NetworkOrbit(Orbit):
         columns = dict(zip(names, self._network.states(times), strict=True))
         if isinstance(self.system, Oscillator):
             return columns
-        return {name: column.reshape(times.size, -1) for name, column in columns.items()}
+        widths = [self._masses] * 3 + [self._contacts] * 3
+        return {
+            name: column.reshape(times.size, width)
+            for (name, column), width in zip(columns.items(), widths, strict=True)
+        }
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file: the sampled motion at the root, the groups ``events`` and ``segments`` (the Taylor steps).

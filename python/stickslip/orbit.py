@@ -42,8 +42,8 @@ class Orbit:
     Attributes
     ----------
     system : the oscillator.
-    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"``, ``"accumulation"``, ``"diverged"`` or ``"stiff"``;
-        `stop_sentence` says what it means.
+    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"``, ``"accumulation"``, ``"diverged"``, ``"stiff"``,
+        ``"not_a_number"`` or ``"memory"``; `stop_sentence` says what it means.
     work : events, evaluations, grazes and fallbacks.
     t_end : the time up to which the orbit is known.
     """

@@ -19,6 +19,7 @@ pub use slip::{Arrival, end_of_slip};
 use crate::flow::enclosure::Span;
 use crate::law::End;
 use crate::series::INVERSE;
+use crate::watch::Watched;
 
 /// What finding events has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -227,15 +228,15 @@ enum Verdict {
 }
 
 /// A search along one mode.
-struct Search<'a, M, const H: usize> {
+struct Search<'a, 'w, M, const H: usize> {
     motion: &'a M,
     ends: Ends,
     /// The ends that can be reached first: both, or one and a turn.
     guards: [Guard; 2],
-    work: &'a mut Work,
+    work: &'a mut Watched<'w>,
 }
 
-impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
+impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
     #[inline]
     fn sample(&mut self, t: f64) -> Sample<H> {
         self.work.evaluations += 1;
@@ -447,6 +448,9 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
         let (mut near, mut far): (Option<Sample<H>>, Option<Sample<H>>) = (None, None);
         let mut splits = 0;
         loop {
+            if self.work.ends(left.t) {
+                return None;
+            }
             let right = if let Some(sample) = near.take().or(far.take()) {
                 sample
             } else {
@@ -536,7 +540,7 @@ fn first_exit<const H: usize>(
     ends: Ends,
     start: Start,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<Exit<H>> {
     let guards = [
         Guard {

@@ -51,6 +51,7 @@ fn lost(index: usize, why: &str) -> Error {
 }
 
 /// Follow a trail from `start`; `last` is what the contacts do after it. With `reseed` the derivatives begin anew with each arc.
+/// It ends early once `go_on` says no, asked before every arc.
 ///
 /// # Errors
 /// The arc whose end is not found near where it was.
@@ -61,6 +62,7 @@ pub fn follow(
     last: &[Phase],
     reseed: bool,
     tests: bool,
+    go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Followed, Error> {
     let course = Course::new(varied);
     let (width, lanes) = (course.layout.width(), course.layout.lanes());
@@ -73,6 +75,9 @@ pub fn follow(
     let unit = identity(width);
     let mut place = course.place();
     for (index, arc) in arcs.iter().enumerate() {
+        if !go_on() {
+            break;
+        }
         let next = arcs.get(index + 1).map_or(last, |arc| &arc.phases);
         let seeded = state.seeded(course.all_lanes());
         let tau = end_of(&course, &seeded, arc, &mut place).ok_or_else(|| lost(index, "does not end"))?;

@@ -1,10 +1,11 @@
 //! When adhesion breaks, and when friction leaves the branches between which it holds a slip speed.
 
 use super::slip::{add_waves, bounds, waves};
-use super::{DEGREE, Ends, Motion, Sample, Start, Work, first_exit};
+use super::{DEGREE, Ends, Motion, Sample, Start, first_exit};
 use crate::flow::exact::Stick;
 use crate::law::{End, Friction, Hold, Law};
 use crate::series::free_time;
+use crate::watch::Watched;
 
 /// The friction force that holds a speed.
 struct Reaction<'a, const H: usize> {
@@ -59,7 +60,7 @@ pub fn end_of_hold<const H: usize>(
     [low, high]: [f64; 2],
     start: Start,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<(f64, End)> {
     let reaction = Reaction {
         stick: &Stick {
@@ -84,7 +85,7 @@ fn constant_limit<const H: usize>(
     stick: &Stick<H>,
     bears: f64,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<f64> {
     if H == 0 {
         if stick.rate == 0.0 {
@@ -104,7 +105,7 @@ pub fn end_of_stick<const H: usize>(
     law: &Law,
     bears: Option<f64>,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<f64> {
     if let Some(bears) = bears {
         return constant_limit(stick, bears, horizon, work);
@@ -127,6 +128,9 @@ pub fn end_of_stick<const H: usize>(
         })
     };
     loop {
+        if work.ends(t) {
+            return None;
+        }
         work.evaluations += 1;
         let (force, rate, bend) = stick.at(t);
         let bears = limit(t, rate);
@@ -198,7 +202,7 @@ fn close<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
     (mut low, high): (f64, f64),
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Result<f64, f64> {
     let (mut t, mut above, mut crossed) = (low, high, false);
     let (mut last, mut polished) = (f64::INFINITY, false);
@@ -215,7 +219,13 @@ fn close<const H: usize>(
         });
         let margin = limit.force - force.abs();
         let rounding = stick.rounding(t, limit.force);
-        if margin.abs() <= if polished { rounding } else { f64::EPSILON * limit.force } {
+        if margin.abs()
+            <= if polished {
+                rounding
+            } else {
+                f64::EPSILON * limit.force
+            }
+        {
             return Ok(t);
         }
         work.fallbacks += u64::from(polished);

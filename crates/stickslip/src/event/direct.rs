@@ -6,11 +6,12 @@
 
 use std::f64::consts::PI;
 
-use super::{Arrival, ROUNDING, Start, Work, integral, polynomial};
+use super::{Arrival, ROUNDING, Start, integral, polynomial};
 use crate::elementary::angle;
 use crate::flow::exact::{Decay, Slip};
 use crate::law::{End, Piece};
 use crate::series::INVERSE;
+use crate::watch::Watched;
 
 /// Degree of the Taylor polynomial at the start of slip, and at a sample beside the root.
 const DEGREE: usize = 12;
@@ -86,7 +87,7 @@ impl<'a, const H: usize> Direct<'a, H> {
         drive_velocity: f64,
         piece: &Piece,
         start: Start,
-        work: &mut Work,
+        work: &mut Watched,
     ) -> Option<Arrival> {
         let rest = self.direction * drive_velocity;
         let (low, high) = (piece.low - rest, piece.high - rest);
@@ -112,7 +113,7 @@ impl<'a, const H: usize> Direct<'a, H> {
     }
 
     /// The end towards which the slip speed goes, before it turns.
-    fn ahead(&self, sense: f64, bend: f64, (target, end): (f64, End), work: &mut Work) -> Option<Arrival> {
+    fn ahead(&self, sense: f64, bend: f64, (target, end): (f64, End), work: &mut Watched) -> Option<Arrival> {
         let way = target - self.value;
         let discriminant = self.rate * self.rate + 2.0 * bend * way;
         if discriminant < 0.0 {
@@ -131,7 +132,7 @@ impl<'a, const H: usize> Direct<'a, H> {
             return None;
         }
         if t < EXACT * unit && near {
-            let start = self.slip.x.start(self.decay);
+            let start = self.slip.start;
             return Some(self.arrive(t, end, start - self.direction * integral(&polynomial, t), target));
         }
         let (arrival, slope) = self.beside(t, target, end, work)?;
@@ -140,7 +141,13 @@ impl<'a, const H: usize> Direct<'a, H> {
     }
 
     /// The other end, after the slip speed turned once at a distance from the first.
-    fn behind(&self, sense: f64, ahead: f64, (target, end): (f64, End), work: &mut Work) -> Option<Arrival> {
+    fn behind(
+        &self,
+        sense: f64,
+        ahead: f64,
+        (target, end): (f64, End),
+        work: &mut Watched,
+    ) -> Option<Arrival> {
         let decay = self.decay;
         let slow = decay.gamma * decay.per_omega;
         if !(decay.oscillates() && slow.abs() < SLOW) {
@@ -168,7 +175,7 @@ impl<'a, const H: usize> Direct<'a, H> {
     }
 
     /// The root beside `t` and the slope there.
-    fn beside(&self, mut t: f64, target: f64, end: End, work: &mut Work) -> Option<(Arrival, f64)> {
+    fn beside(&self, mut t: f64, target: f64, end: End, work: &mut Watched) -> Option<(Arrival, f64)> {
         let decay = self.decay;
         let fastest = decay.fastest();
         for _ in 0..3 {
@@ -186,7 +193,7 @@ impl<'a, const H: usize> Direct<'a, H> {
             let (half, third) = (newton * bend, newton * newton * jerk);
             let step = newton * (rate + 0.5 * half) / (rate + half + third * (1.0 / 6.0));
             let far = step.abs() * fastest;
-            let x = self.slip.x.at(&basis);
+            let x = self.slip.position(t, &basis);
             // Householder's step can vanish far from any root: what it leaves must be rounding.
             let left = value - target + step * (rate + step * (0.5 * bend + step * (1.0 / 6.0) * jerk));
             let sizes = [self.u[0] * basis.c, self.u[1] * basis.s, target];

@@ -2,19 +2,20 @@
 //! an end of the piece is crossed there exactly once or not at all.
 
 use super::direct::Direct;
-use super::{Arrival, ROUNDING, Start, Work};
-use crate::elementary::exp;
+use super::{Arrival, ROUNDING, Start};
+use crate::elementary::{acos, atan2, atanh, exp, ln};
 use crate::flow::exact::{Basis, Signal, Slip};
 use crate::law::{End, Piece};
+use crate::watch::Watched;
 
 /// The slip speed as seen by the search.
-struct Search<'a, const H: usize> {
+struct Search<'a, 'w, const H: usize> {
     slip: &'a Slip<H>,
     direction: f64,
     u: Signal<H>,
     du: Signal<H>,
     ddu: Signal<H>,
-    work: &'a mut Work,
+    work: &'a mut Watched<'w>,
 }
 
 /// When and how slip along `piece` ends within `horizon`, if it does.
@@ -25,7 +26,7 @@ pub(super) fn end_of_free_slip<const H: usize>(
     piece: &Piece,
     start: Start,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<Arrival> {
     if let Some(arrival) = Direct::new(slip, direction, start).end(drive_velocity, piece, start, work) {
         return (arrival.t < horizon).then_some(arrival);
@@ -35,8 +36,8 @@ pub(super) fn end_of_free_slip<const H: usize>(
         .filter(|arrival| arrival.t < horizon)
 }
 
-impl<'a, const H: usize> Search<'a, H> {
-    fn new(slip: &'a Slip<H>, direction: f64, drive_velocity: f64, work: &'a mut Work) -> Self {
+impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
+    fn new(slip: &'a Slip<H>, direction: f64, drive_velocity: f64, work: &'a mut Watched<'w>) -> Self {
         let u = slip.speed(direction, drive_velocity);
         let du = u.derivative(&slip.decay, &slip.frequency);
         Self {
@@ -56,7 +57,7 @@ impl<'a, const H: usize> Search<'a, H> {
 
     /// The state a step `h` from where `basis` was taken; for a step so short that its fourth power is below rounding.
     fn arrive(&self, t: f64, basis: &Basis<H>, h: f64, end: End) -> Arrival {
-        let (x, v) = (self.slip.x.at(basis), self.slip.v.at(basis));
+        let (x, v) = (self.slip.position(t, basis), self.slip.v.at(basis));
         let (a, jerk) = (
             -self.direction * self.du.at(basis),
             -self.direction * self.ddu.at(basis),
@@ -88,12 +89,16 @@ impl<'a, const H: usize> Search<'a, H> {
         let time = if decay.oscillates() {
             // a cos + b sin / ω = 0; counted from zero, so that a slow oscillation loses no digits.
             let sine = b / decay.omega;
-            let angle = if rising { a.atan2(-sine) } else { (-a).atan2(sine) };
-            if angle > 0.0 { angle / decay.omega } else { std::f64::consts::PI / decay.omega }
+            let angle = if rising { atan2(a, -sine) } else { atan2(-a, sine) };
+            if angle > 0.0 {
+                angle / decay.omega
+            } else {
+                std::f64::consts::PI / decay.omega
+            }
         } else if decay.apart() {
             // a e^{slow t} + b e^{fast t} = 0
             let (slow, fast) = decay.roots();
-            let time = (-b / a).ln() / (slow - fast);
+            let time = ln(-b / a) / (slow - fast);
             if start != 0.0 && time > 0.0 {
                 time
             } else {
@@ -105,7 +110,7 @@ impl<'a, const H: usize> Search<'a, H> {
             if a == 0.0 || a * b >= 0.0 || ratio.abs() >= 1.0 {
                 f64::INFINITY
             } else if ratio.abs() > 1e-8 {
-                ratio.abs().atanh() / decay.omega
+                atanh(ratio.abs()) / decay.omega
             } else {
                 -a / b
             }
@@ -142,6 +147,9 @@ impl<'a, const H: usize> Search<'a, H> {
         let mut from = 0.0;
         let mut seen = [false; 2];
         loop {
+            if self.work.ends(from) {
+                return None;
+            }
             let (target, end) = if rising {
                 (piece.high, End::High)
             } else {
@@ -166,6 +174,9 @@ impl<'a, const H: usize> Search<'a, H> {
                     // No extremum ahead: bracket the crossing from the near side, if there is one.
                     let (mut near, mut step) = (from, decay.time());
                     loop {
+                        if self.work.ends(near) {
+                            return None;
+                        }
                         let far = (near + step).min(horizon);
                         let basis = self.basis(far);
                         if beyond(self.u.at(&basis)) {
@@ -213,7 +224,7 @@ impl<'a, const H: usize> Search<'a, H> {
             // Between extrema it is nearly a cosine about its rest value.
             Some(value) if self.slip.decay.oscillates() => {
                 let share = (target - self.u.constant) / (value - self.u.constant);
-                until - share.clamp(-1.0, 1.0).acos() / self.slip.decay.omega
+                until - acos(share.clamp(-1.0, 1.0)) / self.slip.decay.omega
             }
             _ => 0.5 * (from + until),
         }
@@ -243,7 +254,11 @@ impl<'a, const H: usize> Search<'a, H> {
                 } else {
                     (t - halley).max(low).min(high) - t
                 };
-                let sizes = [self.u.constant, self.u.free[0] * basis.c, self.u.free[1] * basis.s];
+                let sizes = [
+                    self.u.constant,
+                    self.u.free[0] * basis.c,
+                    self.u.free[1] * basis.s,
+                ];
                 let rounding = ROUNDING * sizes.iter().map(|size| size.abs()).sum::<f64>();
                 if (value + step * (first + 0.5 * step * second)).abs() <= rounding {
                     return self.arrive(t, &basis, step, end);
@@ -278,6 +293,7 @@ mod tests {
     use crate::event::{Start, Work};
     use crate::flow::exact::Frame;
     use crate::law::Piece;
+    use crate::watch::Watched;
 
     /// Slips of all kinds of damping, to ends near and far: what is found at once is what the search between extrema finds.
     #[test]
@@ -324,7 +340,8 @@ mod tests {
             };
             let v = frame.drive_velocity - direction * u;
             let slip = frame.closed(Clock::default(), random(-1.5, 1.5), v, direction, &piece);
-            let mut work = Work::default();
+            let (mut work, mut go_on) = (Work::default(), || true);
+            let mut work = Watched::new(&mut work, &mut go_on);
             let Some(direct) =
                 Direct::new(&slip, direction, start).end(frame.drive_velocity, &piece, start, &mut work)
             else {

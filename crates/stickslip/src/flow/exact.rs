@@ -1,7 +1,7 @@
 //! Closed-form motion of one mass in a mode whose friction is linear in the slip speed: evaluated, never stepped.
 
 use crate::drive::{Clock, Harmonic};
-use crate::elementary::{exp, exp_m1, sin_cos};
+use crate::elementary::{exp, exp_m1, hypot, power, sin_cos};
 use crate::error::Error;
 use crate::law::Piece;
 use crate::structure::Oscillator;
@@ -51,6 +51,11 @@ impl Decay {
     /// The time in which the free motion changes much.
     pub(crate) fn time(&self) -> f64 {
         1.0 / self.omega.max(self.gamma.abs())
+    }
+
+    /// Whether it is so heavily damped that the position follows from the slip speed with half of its digits only.
+    pub(crate) fn steep(&self) -> bool {
+        self.kappa > 1e6 * self.natural_squared
     }
 
     /// No exponent of the free motion is larger in size.
@@ -238,7 +243,9 @@ pub struct Slip<const H: usize> {
     pub decay: Decay,
     /// Frequencies of the forcing.
     pub frequency: [f64; H],
-    /// Position.
+    /// Position at τ = 0.
+    pub start: f64,
+    /// Position; to be evaluated by [`Slip::position`].
     pub x: Signal<H>,
     /// Velocity.
     pub v: Signal<H>,
@@ -308,7 +315,7 @@ impl<const H: usize> Frame<H> {
         for harmonic in &self.forcing {
             let real = 1.0 - self.mass / self.stiffness * harmonic.frequency * harmonic.frequency;
             let imaginary = (self.damping + slope) * harmonic.frequency / self.stiffness;
-            if real.hypot(imaginary) < 1e-9 {
+            if hypot(real, imaginary) < 1e-9 {
                 return Err(Error::Resonance {
                     frequency: harmonic.frequency,
                 });
@@ -404,6 +411,7 @@ impl<const H: usize> Response<H> {
             q[j] = force_sin * within + force_cos * behind;
         }
         let constant = (direction * piece.offset + piece.slope * frame.drive_velocity) / frame.stiffness;
+        let start = x;
         let free_position = x - constant - p.iter().sum::<f64>();
         let free_velocity = v - (0..H).map(|j| frequency[j] * q[j]).sum::<f64>();
         let x = Signal {
@@ -415,6 +423,7 @@ impl<const H: usize> Response<H> {
         Slip {
             decay,
             frequency,
+            start,
             x,
             v: x.derivative(&decay, &frequency),
         }
@@ -434,6 +443,12 @@ fn waves<const H: usize>(frequency: &[f64; H], t: f64) -> ([f64; H], [f64; H]) {
 }
 
 impl<const H: usize> Slip<H> {
+    /// Whether all numbers it is made of are in the range of double precision.
+    pub(crate) fn is_finite(&self) -> bool {
+        let [a, b] = self.v.free;
+        (a + b + self.x.constant + self.decay.natural_squared + self.decay.omega).is_finite()
+    }
+
     /// The functions of time at τ = t.
     #[inline]
     #[must_use]
@@ -445,6 +460,22 @@ impl<const H: usize> Slip<H> {
         };
         let (cos, sin) = waves(&self.frequency, t);
         Basis { c, s, cos, sin }
+    }
+
+    /// The position at τ = t. On a steep piece of friction the mass rests far away, so that a sum that begins there would lose
+    /// the digits of the way made: it is counted from the start.
+    #[inline]
+    #[must_use]
+    pub fn position(&self, t: f64, basis: &Basis<H>) -> f64 {
+        if !self.decay.apart() {
+            return self.x.at(basis);
+        }
+        let ((slow, fast), [a, b]) = (self.decay.roots(), self.x.free);
+        let mut x = self.start + (a * exp_m1(slow * t) + b * exp_m1(fast * t));
+        for j in 0..H {
+            x += self.x.p[j] * (basis.cos[j] - 1.0) + self.x.q[j] * basis.sin[j];
+        }
+        x
     }
 
     /// The slip speed u = σ (s − ẋ) as a signal.
@@ -491,7 +522,10 @@ impl<const H: usize> Stick<H> {
     /// A bound of the second or third derivative of the holding force.
     pub(crate) fn derivative_bound(&self, order: i32) -> f64 {
         (0..H)
-            .map(|j| self.frequency[j].powi(order) * (self.p[j] * self.p[j] + self.q[j] * self.q[j]).sqrt())
+            .map(|j| {
+                power(self.frequency[j], f64::from(order))
+                    * (self.p[j] * self.p[j] + self.q[j] * self.q[j]).sqrt()
+            })
             .sum()
     }
 }

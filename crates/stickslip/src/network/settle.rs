@@ -174,7 +174,11 @@ impl Loop<'_> {
             } else {
                 // What held it; where an event elsewhere asked for more than it can bear, what it can bear.
                 let broken_by = passage.released.filter(|&(released, _)| released == c);
-                self.tell(Kind::Release, c, broken_by.map_or(limit[row] * direction, |(_, force)| force));
+                self.tell(
+                    Kind::Release,
+                    c,
+                    broken_by.map_or(limit[row] * direction, |(_, force)| force),
+                );
                 if let Some(event) = self.events.last_mut() {
                     (event.stick_time, event.force_rate) = (stick_time, passage.rates[c] * direction);
                 }
