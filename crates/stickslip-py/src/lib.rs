@@ -259,6 +259,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("STOPS", Stop::ALL.map(Stop::name))?;
     module.add_class::<Orbit>()?;
     module.add_class::<watch::Halt>()?;
+    module.add_function(wrap_pyfunction!(watch::halted, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
     module.add_function(wrap_pyfunction!(regime, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::chaos, module)?)?;

@@ -51,10 +51,15 @@ impl Halt {
     }
 }
 
+/// Whether the flag that this thread heeds is set: for runs in Python.
+#[pyfunction]
+pub(crate) fn halted() -> bool {
+    HEEDED.with_borrow(|halt| halt.as_ref().is_some_and(|halt| halt.load(Ordering::Relaxed)))
+}
+
 /// Whoever watches a run on the present thread.
 pub(crate) struct Watch {
     until: Option<Instant>,
-    halt: Option<Arc<AtomicBool>>,
     look: Instant,
     interrupt: Option<PyErr>,
 }
@@ -66,7 +71,6 @@ impl Watch {
         let limit = max_seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
         Self {
             until: limit.and_then(|limit| now.checked_add(limit)),
-            halt: HEEDED.with_borrow(Clone::clone),
             look: now + LOOK,
             interrupt: None,
         }
@@ -79,11 +83,7 @@ impl Watch {
             self.look = now + LOOK;
             self.interrupt = signals().err();
         }
-        if self
-            .halt
-            .as_ref()
-            .is_some_and(|halt| halt.load(Ordering::Relaxed))
-        {
+        if halted() {
             self.interrupt = Some(PyKeyboardInterrupt::new_err(()));
         }
         self.interrupt.is_none() && self.until.is_none_or(|until| now < until)

@@ -30,6 +30,7 @@ use state::Moving;
 
 use crate::dual::Dual;
 use crate::error::Error;
+use crate::simulate::MOST_BYTES;
 
 /// A trail followed: states at the ends of the arcs, durations, test functions.
 #[derive(Clone, Debug, Default)]
@@ -66,6 +67,14 @@ pub fn follow(
 ) -> Result<Followed, Error> {
     let course = Course::new(varied);
     let (width, lanes) = (course.layout.width(), course.layout.lanes());
+    if arcs.len().saturating_mul(width * lanes * size_of::<f64>()) > 4 * MOST_BYTES {
+        return Err(Error::Document {
+            reason: format!(
+                "the derivatives of {} events of this system take more than 4 GiB: follow fewer at a time",
+                arcs.len()
+            ),
+        });
+    }
     let mut followed = Followed {
         rates: Vec::with_capacity(arcs.len() * width * lanes),
         ..Followed::default()

@@ -54,11 +54,12 @@ pub(super) fn end_of_adhesion(
             .min(reach - t);
         if feels_rate && !flat {
             // The limit falls with the force rate: at the worst rate ahead it must still bear.
-            while limit(t, rate.abs() + bend * step)
-                - value.abs()
-                - rate.abs() * step
-                - 0.5 * bend * step * step
-                <= 0.0
+            while step > 0.0
+                && limit(t, rate.abs() + bend * step)
+                    - value.abs()
+                    - rate.abs() * step
+                    - 0.5 * bend * step * step
+                    <= 0.0
             {
                 step *= 0.5;
                 if step < tiny {
