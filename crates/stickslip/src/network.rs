@@ -297,6 +297,7 @@ impl<'a> Loop<'a> {
                     self.settle(&Passage {
                         arrived: Vec::new(),
                         released: None,
+                        returned: None,
                         rates,
                         starting: false,
                     });
