@@ -246,7 +246,8 @@ impl<'a> Loop<'a> {
             if !keep {
                 self.steps.clear();
             }
-            if let Some(stop) = lost(self.x.iter().chain(&self.v).copied())
+            if let Some(stop) = lost(&self.x)
+                .or_else(|| lost(&self.v))
                 .or_else(|| (!self.motion.is_finite()).then_some(Stop::NotANumber))
             {
                 self.record_step();
