@@ -342,7 +342,7 @@ impl<'a> Loop<'a> {
             self.scale = self
                 .scale
                 .max(self.motion.size(self.frame.rate, 1) / self.frame.rate);
-            let noise = 1e-9 * self.frame.rate * self.scale;
+            let size = self.frame.rate * self.scale;
             let mut turned = false;
             for c in 0..self.contacts.len() {
                 let contact = &mut self.contacts[c];
@@ -350,7 +350,8 @@ impl<'a> Loop<'a> {
                     continue;
                 }
                 let slope = self.motion.u[c][1];
-                contact.turning &= slope.abs() <= noise;
+                // A start known to have no slope keeps that but for the error with which its event was found.
+                contact.turning &= slope.abs() <= 1e-9 * size;
                 if !contact.piece.turns {
                     continue;
                 }
@@ -362,7 +363,7 @@ impl<'a> Loop<'a> {
                 .signum();
                 if contact.sense == 0.0 {
                     contact.sense = now;
-                } else if now != contact.sense && slope.abs() > noise {
+                } else if now != contact.sense && slope.abs() > 1e3 * ROUNDING * size {
                     let speed = self.motion.u[c][0].max(0.0);
                     self.turn(c, now > 0.0, speed);
                     (self.contacts[c].sense, self.contacts[c].turning) = (now, false);

@@ -11,7 +11,7 @@ use crate::series::slope_at;
 pub(super) struct Passage {
     /// Contacts whose slip speed reached zero just now.
     pub(super) arrived: Vec<usize>,
-    /// The contact whose adhesion broke, and the force that broke it.
+    /// The contact whose adhesion broke, and the force it reached; of infinite size where forces jumped beyond what it bears.
     pub(super) released: Option<(usize, f64)>,
     /// The rates of the friction forces just before.
     pub(super) rates: Vec<f64>,
@@ -167,13 +167,16 @@ impl Loop<'_> {
                 continue;
             }
             contact.piece = self.laws[c].leave(limit[row], &mut contact.memory);
-            // Adhesion that broke at the force slip starts with: the slip velocity leaves zero with no slope.
-            contact.turning = kinetic[row] >= limit[row];
+            // Adhesion that broke at the force slip starts with, within rounding: the slip velocity leaves zero with no slope.
+            let rounding = ROUNDING * (limit[row] + self.frame.rate * self.scale / self.frame.coupling(c, c));
+            contact.turning = kinetic[row] >= limit[row] - rounding;
             if is_new(c) {
                 self.tell(Kind::Crossing, c, was);
             } else {
-                // What held it; where an event elsewhere asked for more than it can bear, what it can bear.
-                let broken_by = passage.released.filter(|&(released, _)| released == c);
+                // What held it; where forces jumped and asked for more than it can bear, what it can bear.
+                let broken_by = passage
+                    .released
+                    .filter(|&(released, force)| released == c && force.is_finite());
                 self.tell(
                     Kind::Release,
                     c,

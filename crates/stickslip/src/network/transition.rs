@@ -26,8 +26,12 @@ impl Loop<'_> {
             })
             .collect();
         let speed = at(&self.motion.u[c], h).max(0.0);
+        let mut reached = at(&self.motion.force[c], h);
+        if h == 0.0 {
+            reached = f64::INFINITY.copysign(reached);
+        }
         let passage = Passage {
-            released: (cause == Cause::Release).then(|| (c, at(&self.motion.force[c], h))),
+            released: (cause == Cause::Release).then_some((c, reached)),
             rates: self.rates(h),
             starting: false,
             arrived,
