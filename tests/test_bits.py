@@ -2,6 +2,7 @@
 
 import hashlib
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -84,6 +85,5 @@ def test_the_library_asks_the_platform_for_no_function():
     names = (
         "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log2 log10 log1p pow cbrt"
     )
-    with open(_core.__file__, "rb") as file:
-        words = set(file.read().split(b"\0"))
+    words = set(Path(_core.__file__).read_bytes().split(b"\0"))
     assert not words & {name.encode() for name in [*names.split(), "hypot", "sincos", "fma"]}

@@ -105,7 +105,7 @@ def test_what_would_fill_the_memory_is_refused_before():
         ss.simulate_many(system, {"x0": [0.0, 0.1]}, 10, section="release", keep=10**9)
     with pytest.raises(ss.InputError, match="whole number"):
         ss.simulate_many(system, {"x0": [0.0, 0.1]}, 10, section="release", keep=10**30)
-    with pytest.raises(ss.InputError, match="at most 4 GiB, got one of .* GiB; lower points"):
+    with pytest.raises(ss.InputError, match=r"at most 4 GiB, got one of .* GiB; lower points"):
         ss.orbit_diagram(system, "drive_velocity", [0.1, 0.2], points=10**9)
     with pytest.raises(ss.InputError, match="from 500 to 10000"):
         ss.orbit_diagram(system, "drive_velocity", [0.1, 0.2], decide=10**9)

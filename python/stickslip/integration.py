@@ -164,8 +164,8 @@ def integrate(
         except _Stalled as stalled:
             if attempt == attempts[-1]:
                 raise InputError(
-                    f"integrate: {attempt} came to t = {stalled.t:g} in {min(spent, max_evaluations)} evaluations: take another method, "
-                    "a looser tolerance, or raise max_evaluations"
+                    f"integrate: {attempt} came to t = {stalled.t:g} in {min(spent, max_evaluations)} evaluations: take "
+                    "another method, a looser tolerance, or raise max_evaluations"
                 ) from None
             continue
         if pieces[-1].status >= 0:

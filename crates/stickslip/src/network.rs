@@ -24,6 +24,7 @@ use crate::event::Work;
 use crate::flow::taylor::{Frame, Held, Motion, Rub};
 use crate::law::{End, Law, Memory, Piece};
 use crate::mode::Kind;
+use crate::series::at;
 use crate::simulate::{MOST_BYTES, Stop, lost};
 use crate::system::System;
 
@@ -285,7 +286,9 @@ impl<'a> Loop<'a> {
             }
             let Some((h, contact, cause)) = self.next(&mut horizon) else {
                 if horizon == end {
-                    return Stop::End;
+                    let parts = self.motion.x.iter().chain(&self.motion.v);
+                    let last: Vec<f64> = parts.map(|series| at(series, end)).collect();
+                    return lost(&last).unwrap_or(Stop::End);
                 }
                 self.advance(horizon);
                 for contact in &mut self.contacts {
