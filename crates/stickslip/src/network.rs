@@ -125,6 +125,8 @@ fn check(system: &System, run: &Run) -> Result<(), Error> {
 const ACCUMULATION: u64 = 1000;
 /// So many steps within one natural time are a motion too stiff for steps that are not implicit.
 const STIFF: u64 = 100_000;
+/// A motion this much faster than at its start grows.
+const GROWN: f64 = 1e6;
 /// So many steps pass between two questions whether to go on.
 const ASKED: u64 = 64;
 /// Slip speeds below this share of the largest speed of the run are zero within rounding.
@@ -225,7 +227,7 @@ impl<'a> Loop<'a> {
         tell: &mut dyn FnMut(Event),
         go_on: &mut dyn FnMut() -> bool,
     ) -> Stop {
-        let mut asked = None;
+        let (mut asked, mut began) = (None, None);
         let (mut mark, mut counted) = (self.clock, 0);
         let (mut stage, mut stepped) = (self.clock, 0);
         let short = 1e-6 / self.frame.rate;
@@ -247,9 +249,12 @@ impl<'a> Loop<'a> {
             if !keep {
                 self.steps.clear();
             }
+            // The series of a motion that grows leaves the numbers before the motion does.
+            let grown = self.scale > GROWN * *began.get_or_insert(self.scale);
+            let overflow = if grown { Stop::Diverged } else { Stop::NotANumber };
             if let Some(stop) = lost(&self.x)
                 .or_else(|| lost(&self.v))
-                .or_else(|| (!self.motion.is_finite()).then_some(Stop::NotANumber))
+                .or_else(|| (!self.motion.is_finite()).then_some(overflow))
             {
                 self.record_step();
                 return stop;
