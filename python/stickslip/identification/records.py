@@ -13,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.netcdf import read_tree
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -160,16 +161,7 @@ def opened(path: Path) -> xr.DataTree:
     InputError
         where it is missing, damaged or an orbit.
     """
-    if not path.exists():
-        raise InputError(f"{path}: no such file; check the path")
-    if path.is_dir():
-        raise InputError(f"{path}: a friction file was expected, this is a folder; name a file in it")
-    try:
-        with xr.open_datatree(path, engine="h5netcdf") as tree:
-            loaded = tree.load()
-    except (OSError, ValueError, KeyError) as error:
-        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise InputError(f"{path}: not a netCDF file, or a truncated one ({reason}); measure again") from None
+    loaded = read_tree(path, "friction file")
     if loaded.attrs.get("stickslip") == "orbit":
         raise InputError(f"{path}: expected a friction file, got a simulated orbit; measure a record first")
     return loaded

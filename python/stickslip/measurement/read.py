@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stickslip.documents import read_bytes
 from stickslip.errors import InputError
 from stickslip.measurement.formats.json_rows import json_table
 from stickslip.measurement.formats.look import look_table
@@ -19,6 +20,7 @@ from stickslip.measurement.formats.text import text_table
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.units import find_unit
+from stickslip.netcdf import read_tree
 
 Array = npt.NDArray[np.float64]
 
@@ -30,6 +32,10 @@ HUGE = 1e100
 
 UNEVEN = 0.5
 """Steps that differ from their median by less than this share are jitter, and need no note."""
+
+RECORD = "record file (.mat, .csv, .txt, .json or .nc)"
+MOST_BYTES = 2 << 30
+"""Of a record file: it is read into memory as a whole."""
 
 FORMAT_OF_ENDING = {".mat": "matlab", ".json": "json", ".nc": "netcdf"}
 """All other endings are text, unless the rig says otherwise."""
@@ -86,42 +92,26 @@ def read_columns(path: str | Path, layout: Layout | None = None) -> dict[str, Ar
 def read_table(path: str | Path, layout: Layout | None = None, wanted: Collection[str | int] | None = None) -> Table:
     """`read_columns` with the row numbers; only the columns that are `wanted` must be numbers."""
     path, layout = Path(path), layout or Layout()
-    if not path.exists():
-        raise InputError(f"{path}: no such file; give the path of a .mat, .csv, .txt, .json or .nc record")
-    if path.is_dir():
-        raise InputError(f"{path}: a record file was expected, this is a folder; name a file in it")
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: the file cannot be read ({error.strerror}); check its permissions") from None
+    kind = layout.format or FORMAT_OF_ENDING.get(path.suffix.lower(), "text")
+    if kind == "netcdf":
+        return replace(table_of(open_motion(path)), source=str(path))
+    content = read_bytes(path, RECORD, MOST_BYTES)
     if not content:
         raise InputError(f"{path}: the file is empty; export the record again")
-    match layout.format or FORMAT_OF_ENDING.get(path.suffix.lower(), "text"):
+    match kind:
         case "matlab":
             return matlab_table(path, content)
         case "json":
             return json_table(path, content, layout)
         case "look":
             return look_table(path, content)
-        case "netcdf":
-            return replace(table_of(open_motion(path)), source=str(path))
         case _:
             return text_table(path, content, layout, wanted)
 
 
 def open_motion(path: str | Path) -> Any:
     """The xarray Dataset of a netCDF file, in memory."""
-    import xarray as xr
-
-    path = Path(path)
-    if not path.exists():
-        raise InputError(f"{path}: no such file; give the path of a motion file")
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            return data.load()
-    except (OSError, ValueError, KeyError) as error:
-        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise InputError(f"{path}: not a whole netCDF file ({reason}); make it again") from None
+    return read_tree(path).to_dataset()
 
 
 def as_record(source: Any, rig: Rig) -> Record:

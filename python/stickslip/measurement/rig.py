@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
-from stickslip.documents import did_you_mean
+from stickslip.documents import did_you_mean, read_toml, toml_table
 from stickslip.errors import InputError
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.units import UNITS as SIZES
@@ -177,11 +176,7 @@ class Rig:
     @classmethod
     def from_toml(cls, text: str, source: str = "rig") -> Rig:
         """Read a rig from the text of a TOML document; `source` names it in error messages."""
-        try:
-            table = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"{source}: not a TOML document ({error}); correct that line") from None
-        return cls.from_table(table, source)
+        return cls.from_table(toml_table(text, source), source)
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any], source: str = "rig") -> Rig:
@@ -212,14 +207,7 @@ class Rig:
     @classmethod
     def load(cls, path: str | Path) -> Rig:
         """Read a rig file."""
-        path = Path(path)
-        try:
-            text = path.read_text(encoding="utf-8")
-        except FileNotFoundError:
-            raise InputError(f"{path}: no such rig file; give the path of a rig TOML") from None
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: the rig file cannot be read ({error}); give a UTF-8 TOML file") from None
-        return cls.from_toml(text, source=str(path))
+        return cls.from_table(read_toml(path, "rig file"), str(path))
 
     def to_toml(self) -> str:
         """The rig as a TOML document that `from_toml` reads back to an equal rig."""
