@@ -21,7 +21,7 @@ from typing import IO, Any
 from stickslip.errors import InputError
 
 PATIENCE = 60.0
-"""Seconds for a file, and one more for every `RATE` bytes. A whole one takes milliseconds, the start of the process longer."""
+"""Seconds for a file, and one more for every `RATE` bytes: a whole one takes milliseconds, the start of the process more."""
 RATE = 5_000_000
 MEMORY = 1 << 30
 """Bytes that reading a file may take, and `EXPANSION` times what it has, as files are compressed."""

@@ -59,6 +59,8 @@ class Layout:
             if value not in known:
                 words = ", ".join(repr(word) for word in known if word)
                 raise InputError(f"rig: {name} must be one of {words}, got {value!r}{did_you_mean(str(value), known)}")
+        if not isinstance(self.rows, str):
+            raise InputError(f"rig: rows must be the key of a JSON file, got {self.rows!r}")
         if not isinstance(self.header, bool):
             raise InputError(f"rig: header must be true or false, got {self.header!r}")
         if isinstance(self.skip_rows, bool) or not isinstance(self.skip_rows, int) or self.skip_rows < 0:

@@ -19,16 +19,13 @@ from stickslip.measurement.formats.table import Table
 from stickslip.measurement.formats.text import text_table
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.rig import Rig
-from stickslip.measurement.units import find_unit
+from stickslip.measurement.units import FARTHEST, find_unit
 from stickslip.netcdf import read_tree
 
 Array = npt.NDArray[np.float64]
 
 LEAST_SAMPLES = 64
 """Shorter records hold no cycle that could be measured."""
-
-HUGE = 1e100
-"""Larger numbers overflow when they are squared; no gauge gives them in any unit."""
 
 UNEVEN = 0.5
 """Steps that differ from their median by less than this share are jitter, and need no note."""
@@ -241,7 +238,7 @@ def check_finite(values: Array, column: str, table: Table) -> None:
             f"{table.source}: row {table.row(bad[0])}, column {column!r} is {what} ({len(bad)} such in all); "
             'cut them off, or write [read] missing = "drop" in the rig to leave them out; they are not filled in'
         )
-    huge = np.flatnonzero(np.abs(values) > HUGE)
+    huge = np.flatnonzero(np.abs(values) > FARTHEST)
     if len(huge):
         raise InputError(
             f"{table.source}: row {table.row(huge[0])}, column {column!r} is {values[huge[0]]:.3g}, which no gauge reads; "

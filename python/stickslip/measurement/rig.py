@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
-from stickslip.documents import did_you_mean, read_toml, toml_table
+from stickslip.documents import did_you_mean, number, read_toml, toml_table
 from stickslip.errors import InputError
 from stickslip.measurement.layout import Layout
+from stickslip.measurement.units import FARTHEST, find_unit, quantity
 from stickslip.measurement.units import UNITS as SIZES
-from stickslip.measurement.units import find_unit, quantity
 
 if TYPE_CHECKING:
     from stickslip.system import Oscillator
@@ -102,6 +102,8 @@ class Rig:
                 f"rig: gauge must be one of {', '.join(GAUGES)}, got {self.gauge!r}"
                 f"{did_you_mean(str(self.gauge), GAUGES)}"
             )
+        if not isinstance(self.unit, str):
+            raise InputError(f"rig: unit must be a text, got {self.unit!r}")
         if self.unit == "":
             object.__setattr__(self, "unit", UNITS[self.gauge][0])
         if self.unit not in UNITS[self.gauge] and self.unit not in SIZES[DIMENSIONS[self.gauge]]:
@@ -117,9 +119,7 @@ class Rig:
             raise InputError(f"rig: time_column must be the name of the time variable, got {self.time_column!r}")
         if not isinstance(self.read, Layout):
             raise InputError(f"rig: read must be a Layout, got {self.read!r}")
-        if isinstance(self.rest, bool) or not isinstance(self.rest, int | float) or not math.isfinite(self.rest):
-            raise InputError(f"rig: rest must be a number, got {self.rest!r}")
-        object.__setattr__(self, "rest", float(self.rest))
+        object.__setattr__(self, "rest", number("rest", self.rest, "rig"))
         for name in ("stiffness", "mass", "drive_velocity", "gravity"):
             self._check_number(name, positive=True)
         for name in ("sampling_rate", "mains_frequency", "noise", "effective_mass"):
@@ -133,7 +133,7 @@ class Rig:
         wanted = "a positive number" if positive else "zero or a positive number"
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise InputError(f"rig: {name} must be {wanted}, got {value!r}")
-        if not math.isfinite(value) or value < 0 or (positive and value == 0):
+        if not -FARTHEST <= value <= FARTHEST or value < 0 or (positive and value == 0):
             raise InputError(f"rig: {name} must be {wanted}, got {value!r}")
         object.__setattr__(self, name, float(value))
 

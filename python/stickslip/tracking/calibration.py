@@ -176,6 +176,8 @@ def read_calibration(
         with the key that is unknown, missing or of another kind.
     """
     where = "calibration"
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: expected a table with one of {', '.join(_KINDS)}, got {table!r}")
     kinds = [kind for kind in _KINDS if kind in table]
     if len(kinds) != 1:
         check_keys(table, [*_KINDS, *_COMMON, *(key for keys in _KINDS.values() for key in keys)], (), where)
@@ -245,7 +247,7 @@ def _from_marks(table: Mapping[str, Any], photo: Path | None, factor: float, bas
         ends = [_pair(table[key], key) for key in ("first", "second", "last")]
         places, numbers = find_marks(read_picture(photo), *ends)
         positions = number("start", table.get("start", 0.0), "calibration") + _positive(table, "pitch") * numbers
-        order, of = int(table.get("order", 3)), f"the ruler in {photo.name}"
+        order, of = table.get("order", 3), f"the ruler in {photo.name}"
     else:
         marks, given = table["marks"], table.get("positions")
         if not isinstance(marks, list | tuple) or not isinstance(given, list | tuple) or len(marks) != len(given):
@@ -254,9 +256,11 @@ def _from_marks(table: Mapping[str, Any], photo: Path | None, factor: float, bas
             )
         places = np.array([_pair(mark, "marks") for mark in marks])
         positions = np.array([number("positions", value, "calibration") for value in given])
-        order, of = int(table.get("order", 1)), "the marks given"
-    if not 1 <= order < len(places):
-        raise InputError(f"calibration: order must lie in [1, {len(places) - 1}] for {len(places)} marks, got {order}")
+        order, of = table.get("order", 1), "the marks given"
+    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order < len(places):
+        raise InputError(
+            f"calibration: order must be a whole number in [1, {len(places) - 1}] for {len(places)} marks, got {order!r}"
+        )
     straight = places if base["lens"] is None else base["lens"].straighten(places)
     middle = straight.mean(axis=0)
     along = np.linalg.svd(straight - middle)[2][0]

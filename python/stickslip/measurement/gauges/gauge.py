@@ -229,6 +229,10 @@ class Gauge:
         elif "time" not in channels:
             raise InputError(f"{where}: [columns] lacks time; name its column or give a sampling_rate")
         constants["sampling_rate"] = rate
+        try:
+            document = tomli_w.dumps(dict(table))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{where}: a rig holds text, numbers, lists and tables ({error}); correct that") from None
         return Bench(
             self.name,
             channels,
@@ -237,7 +241,7 @@ class Gauge:
             str(companion.get("file", "")) if companion else "",
             Layout.from_table(companion.get("read", {}), where) if companion else Layout(),
             others,
-            tomli_w.dumps(dict(table)),
+            document,
         )
 
     def _channels(self, table: Any, where: str, part: str) -> dict[str, Channel]:
