@@ -129,6 +129,9 @@ class Calibration:
         )
 
 
+FARTHEST = 1e9
+"""No pixel lies farther away."""
+
 PIXELS = Calibration(unit="px", coefficients=(0.0, 1.0))
 """No calibration: coordinates stay pixels, x to the right and y downwards as in the picture."""
 
@@ -366,6 +369,10 @@ def _lens(table: object) -> Lens | None:
         )
     check_keys(table, ("k1", "k2", "centre", "radius"), ("k1", "centre", "radius"), "calibration lens")
     numbers = {key: number(key, table.get(key, 0.0), "calibration lens") for key in ("k1", "k2", "radius")}
+    if not 1 <= numbers["radius"] <= FARTHEST or max(abs(numbers["k1"]), abs(numbers["k2"])) > FARTHEST:
+        raise InputError(
+            f"calibration lens: radius must be px from 1 to {FARTHEST:g}, and k1 and k2 no larger, got {dict(table)!r}"
+        )
     return Lens(centre=_pair(table["centre"], "centre"), **numbers)
 
 
