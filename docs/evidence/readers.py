@@ -471,8 +471,10 @@ TARGETS = {
     "picture": Target(pictures, ".png", read_image),
     "film": Target(films, ".avi", read_film),
 }
-SHARES = {"motion": 0.03, "orbit": 0.03, "friction": 0.03, "film": 0.01, "picture": 0.1, "tracker": 0.1}
-"""Of the inputs of the others, where a file takes longer."""
+SLOW = {"motion": 0.03, "orbit": 0.03, "friction": 0.03, "film": 0.01, "picture": 0.1, "tracker": 0.1}
+QUICK = dict.fromkeys(("law", "law file", "system", "system file", "setup", "setup file"), 3.0)
+SHARES = SLOW | QUICK
+"""Of the inputs of the others, by the time that one takes."""
 
 
 class Hangs(Exception):
@@ -617,11 +619,11 @@ def main() -> None:
     counts = [max(1, round(options.each * SHARES.get(name, 1.0))) for name in options.only]
     with ThreadPoolExecutor(options.jobs) as pool:
         found = pool.map(run, options.only, itertools.repeat(options.seed), counts)
-    for name, count, (outcomes, failures) in zip(options.only, counts, found, strict=True):
-        rows.append((name, count, outcomes))
-        for failure in {" ".join(failure.split()[-12:]): failure for failure in failures}.values():
-            print("   ", failure, flush=True)
-    options.output.write_text(page(rows, options.seed), encoding="utf-8")
+        for name, count, (outcomes, failures) in zip(options.only, counts, found, strict=True):
+            rows.append((name, count, outcomes))
+            for failure in {" ".join(failure.split()[-12:]): failure for failure in failures}.values():
+                print("   ", failure, flush=True)
+            options.output.write_text(page(rows, options.seed), encoding="utf-8")
 
 
 if __name__ == "__main__":

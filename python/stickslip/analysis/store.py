@@ -1,7 +1,8 @@
 """Sweeps in chunks: each a task of its own, kept in memory or in a Zarr store that a killed run goes on from.
 
-In a store one chunk of every variable is one task, and `done` says which are finished; it is written after them. Chunks do
-not know of each other, so a run that was killed and started again ends with the same bytes.
+In a store one chunk of every variable is one task, and `done` says which are finished, by a checksum of their results; it is
+written after them. What is damaged is computed again. Chunks do not know of each other, so a run that was killed and started
+again ends with the same bytes.
 """
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import shutil
 import warnings
+import zlib
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.analysis.rows import Chunk
+from stickslip.documents import draft_of
 from stickslip.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 Progress = Callable[[int, int], Any] | None
+_METADATA = "zarr.json"
 #: How long a Dask scheduler may take to answer.
 PATIENCE = "10s"
 
@@ -259,71 +262,111 @@ class Store(Memory):
         import zarr
 
         self.plan, self.path = plan, path.resolve()
+        if not self.path.parent.is_dir():
+            raise InputError(f"{self.path}: the folder {self.path.parent} does not exist; make it first")
         with self._refusing():
             if self.path.exists() and not self.path.is_dir():
                 self._not_ours()
-            if not self.path.exists():
-                self._create()
-            try:
-                self.group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
-            except (FileNotFoundError, ValueError, KeyError):
-                self._not_ours()
-            self._check(dict(self.group.attrs))
+            with draft_of(self.path) as draft:
+                self._lay_out(draft)
+                if self.path.exists():
+                    self._mend(draft)
+                else:
+                    draft.rename(self.path)
+            self.group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
             self.arrays = {name: self.group[name] for name in plan.variables}
             self._said: Any = self.group["done"]
-            self._done = np.array(self._said, bool)
+            self._sums = self._verified()
 
     @contextlib.contextmanager
     def _refusing(self) -> Iterator[None]:
         try:
             yield
         except OSError as error:
-            kept = int(self._done.sum()) if hasattr(self, "_done") else 0
-            finished = f"; {kept} of {self._done.size} parts are finished and kept, run the same again" if kept else ""
+            kept = np.count_nonzero(self._sums) if hasattr(self, "_sums") else 0
+            finished = f"; {kept} of {self._sums.size} parts are finished and kept, run the same again" if kept else ""
             reason = error.strerror or str(error)
             raise InputError(
                 f"{self.path}: cannot be written ({reason}); make room or choose another place{finished}"
             ) from None
 
-    def _create(self) -> None:
-        """A store appears under its name only with everything that says what it is."""
+    def _lay_out(self, draft: Path) -> None:
+        """A store with everything that says what it is, and nothing computed: only so does one appear under its name."""
         import zarr
+        from zarr.codecs import ZstdCodec
 
-        plan, draft = self.plan, self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
-        if not self.path.parent.is_dir():
-            raise InputError(f"{self.path}: the folder {self.path.parent} does not exist; make it first")
+        plan = self.plan
+        packed: dict[str, Any] = {"compressors": ZstdCodec(checksum=True)}
+        group = zarr.create_group(store=draft, attributes=dict(plan.attrs))
+        for name, (values, attrs) in plan.coords.items():
+            kind = str if values.dtype.kind == "U" else values.dtype
+            array = group.create_array(
+                name,
+                shape=values.shape,
+                dtype=kind,
+                chunks=values.shape,
+                dimension_names=(name,),
+                attributes=dict(attrs),
+                **packed,
+            )
+            array[:] = values
+        for name, variable in plan.variables.items():
+            group.create_array(
+                name,
+                shape=self._shape(variable),
+                chunks=tuple(plan.chunks.get(dim, plan.sizes[dim]) for dim in variable.dims),
+                dtype=variable.dtype,
+                fill_value=variable.fill(),
+                dimension_names=variable.dims,
+                attributes=dict(variable.attrs),
+                **packed,
+            )
+        count = int(np.prod(plan.counts))
+        meaning = {"long_name": "checksum of the results of each part; 0 where they are not computed"}
+        group.create_array(
+            "done", shape=(count,), chunks=(count,), dtype="u8", dimension_names=("part",), attributes=meaning, **packed
+        )
+        _consolidate(draft)
+
+    def _mend(self, draft: Path) -> None:
+        """Put back what says what the store is, where it is not as it was laid out; the results are looked at apart."""
+        wanted = json.loads((draft / _METADATA).read_text(encoding="utf-8"))
         try:
-            group = zarr.create_group(store=draft, attributes=dict(plan.attrs))
-            for name, (values, attrs) in plan.coords.items():
-                kind = str if values.dtype.kind == "U" else values.dtype
-                array = group.create_array(
-                    name,
-                    shape=values.shape,
-                    dtype=kind,
-                    chunks=values.shape,
-                    dimension_names=(name,),
-                    attributes=dict(attrs),
-                )
-                array[:] = values
-            for name, variable in plan.variables.items():
-                group.create_array(
-                    name,
-                    shape=self._shape(variable),
-                    chunks=tuple(plan.chunks.get(dim, plan.sizes[dim]) for dim in variable.dims),
-                    dtype=variable.dtype,
-                    fill_value=variable.fill(),
-                    dimension_names=variable.dims,
-                    attributes=dict(variable.attrs),
-                )
-            count = int(np.prod(plan.counts))
-            group.create_array("done", shape=(count,), chunks=(count,), dtype=bool, dimension_names=("part",))
-            _consolidate(draft)
-            draft.rename(self.path)
-        finally:
-            shutil.rmtree(draft, ignore_errors=True)
+            there = json.loads((self.path / _METADATA).read_text(encoding="utf-8"))
+            attributes = dict(there["attributes"])
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            self._not_ours()
+        self._check(attributes)
+        if {**there, "consolidated_metadata": None} != {**wanted, "consolidated_metadata": None}:
+            (draft / _METADATA).replace(self.path / _METADATA)
+        for file in draft.glob("*/**/*"):
+            place = self.path / file.relative_to(draft)
+            if file.is_file() and not (place.is_file() and place.read_bytes() == file.read_bytes()):
+                place.parent.mkdir(parents=True, exist_ok=True)
+                file.replace(place)
+
+    def _verified(self) -> NDArray[np.uint64]:
+        """The checksums of the parts that are as they were written; 0 for all others, which are computed again."""
+        try:
+            sums = np.array(self._said, np.uint64)
+        except Exception:  # noqa: BLE001 damaged, which the layers of Zarr say in many ways
+            return np.zeros(self._said.shape, np.uint64)
+        for index in np.flatnonzero(sums).tolist():
+            region = self.plan.region(self.plan.place(index))
+            try:
+                rows = {name: np.asarray(array[region]) for name, array in self.arrays.items()}
+                whole = _checksum(rows) == sums[index]
+            except Exception:  # noqa: BLE001 as above
+                whole = False
+            if not whole:
+                sums[index] = 0
+        return sums
 
     def _not_ours(self) -> None:
-        raise InputError(f"{self.path}: holds something else than a sweep of stickslip; choose another name") from None
+        raise InputError(
+            f"{self.path}: holds something else than a sweep of stickslip, or a damaged one; choose another name or "
+            "remove it"
+        ) from None
 
     def _check(self, attrs: Mapping[str, Any]) -> None:
         """Refuse to go on with a store of another question."""
@@ -340,16 +383,16 @@ class Store(Memory):
 
     def done(self) -> NDArray[np.bool_]:
         """Which chunks are finished."""
-        return self._done.copy()
+        return self._sums != 0
 
     def write(self, index: int, rows: Mapping[str, Array]) -> None:
         """Keep the rows of a chunk, then say so."""
         with self._refusing():
             super().write(index, rows)
-            said = self._done.copy()
-            said[index] = True
-            self._said[:] = said
-            self._done = said
+            sums = self._sums.copy()
+            sums[index] = _checksum({name: rows[name] for name in self.arrays})
+            self._said[:] = sums
+            self._sums = sums
 
     def add(self, variables: Mapping[str, tuple[tuple[str, ...], Array]]) -> None:
         """Keep what follows from all chunks together."""
@@ -365,12 +408,13 @@ class Store(Memory):
                     overwrite=True,
                 )
                 array[...] = values
-            _consolidate(self.path)
 
     def dataset(self) -> xr.Dataset:
         """All of it, read when it is asked for."""
         import xarray as xr
 
+        with self._refusing():
+            _consolidate(self.path)
         stored: xr.Dataset = xr.open_zarr(self.path, chunks=None)
         return stored.drop_vars("done")
 
@@ -382,6 +426,19 @@ def _consolidate(path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         zarr.consolidate_metadata(path)
+
+
+def _checksum(rows: Mapping[str, Array]) -> int:
+    """Of the numbers and words of a part, whatever their shape and however they are kept; never 0."""
+    check = 0
+    for name in sorted(rows):
+        values = np.asarray(rows[name])
+        if values.dtype.kind == "f":
+            values = np.where(np.isnan(values), np.nan, values)  # of the many NaN one
+        elif values.dtype.kind not in "iub":
+            values = values.astype("<U16")
+        check = zlib.crc32(np.ascontiguousarray(values).tobytes(), check)
+    return check | 1 << 32
 
 
 def _short(value: Any) -> str:
@@ -400,7 +457,5 @@ def fingerprint(values: Array) -> str:
     >>> fingerprint(np.array([0.0, 1.0]))
     '2 values from 0 to 1 (4e6187d5)'
     """
-    import zlib
-
     data = np.ascontiguousarray(values, "<f8")
     return f"{data.size} values from {data[0]:g} to {data[-1]:g} ({zlib.crc32(data.tobytes()):08x})"
