@@ -8,6 +8,7 @@ again ends with the same bytes.
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 import warnings
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 Progress = Callable[[int, int], Any] | None
 _METADATA = "zarr.json"
+#: What a checksum of finished results is greater by, so that it is not 0.
+_DONE = 1 << 32
 #: How long a Dask scheduler may take to answer.
 PATIENCE = "10s"
 
@@ -351,16 +354,20 @@ class Store(Memory):
             sums = np.array(self._said, np.uint64)
         except Exception:  # noqa: BLE001 damaged, which the layers of Zarr say in many ways
             return np.zeros(self._said.shape, np.uint64)
-        for index in np.flatnonzero(sums).tolist():
-            region = self.plan.region(self.plan.place(index))
+        checks = dict.fromkeys(np.flatnonzero(sums).tolist(), 0)
+        for _, array in sorted(self.arrays.items()):
             try:
-                rows = {name: np.asarray(array[region]) for name, array in self.arrays.items()}
-                whole = _checksum(rows) == sums[index]
-            except Exception:  # noqa: BLE001 as above
-                whole = False
-            if not whole:
-                sums[index] = 0
-        return sums
+                values: Any = np.asarray(array[...])
+            except Exception:  # noqa: BLE001 as above: then part by part
+                values = array
+            for index, check in list(checks.items()):
+                try:
+                    checks[index] = _checksum(values[self.plan.region(self.plan.place(index))], check)
+                except Exception:  # noqa: BLE001 as above
+                    del checks[index]
+        return np.array(
+            [said if checks.get(index) == said - _DONE else 0 for index, said in enumerate(sums.tolist())], np.uint64
+        )
 
     def _not_ours(self) -> None:
         raise InputError(
@@ -390,7 +397,9 @@ class Store(Memory):
         with self._refusing():
             super().write(index, rows)
             sums = self._sums.copy()
-            sums[index] = _checksum({name: rows[name] for name in self.arrays})
+            sums[index] = (
+                functools.reduce(lambda check, name: _checksum(rows[name], check), sorted(self.arrays), 0) + _DONE
+            )
             self._said[:] = sums
             self._sums = sums
 
@@ -428,17 +437,14 @@ def _consolidate(path: Path) -> None:
         zarr.consolidate_metadata(path)
 
 
-def _checksum(rows: Mapping[str, Array]) -> int:
-    """Of the numbers and words of a part, whatever their shape and however they are kept; never 0."""
-    check = 0
-    for name in sorted(rows):
-        values = np.asarray(rows[name])
-        if values.dtype.kind == "f":
-            values = np.where(np.isnan(values), np.nan, values)  # of the many NaN one
-        elif values.dtype.kind not in "iub":
-            values = values.astype("<U16")
-        check = zlib.crc32(np.ascontiguousarray(values).tobytes(), check)
-    return check | 1 << 32
+def _checksum(values: Array, before: int) -> int:
+    """Of numbers or words, whatever their shape and however they are kept, and of what came before."""
+    values = np.asarray(values)
+    if values.dtype.kind == "f":
+        values = np.where(np.isnan(values), np.nan, values)  # of the many NaN one
+    elif values.dtype.kind not in "iub":
+        values = values.astype("<U16")
+    return zlib.crc32(np.ascontiguousarray(values).tobytes(), before)
 
 
 def _short(value: Any) -> str:
