@@ -377,7 +377,7 @@ def read_orbit(path: Path, _: random.Random) -> None:
 @functools.cache
 def _whole_orbits() -> list[tuple[str, bytes, int]]:
     found = []
-    for content in orbits():
+    for content in whole_inputs("orbit"):
         with tempfile.NamedTemporaryFile(suffix=".nc") as file:
             Path(file.name).write_bytes(content)
             orbit = ss.load(file.name)
@@ -484,7 +484,7 @@ class Hangs(Exception):
 def attempt(name: str, seed: int, index: int, folder: Path) -> tuple[str, str]:
     """What became of one input: ``"read"``, ``"refused"`` or what else, and why."""
     target, rng = TARGETS[name], random.Random(f"{name}:{seed}:{index}")
-    whole = _inputs(name)[rng.randrange(len(_inputs(name)))]
+    whole = whole_inputs(name)[rng.randrange(len(whole_inputs(name)))]
     source: Any
     if isinstance(whole, bytes):
         ending = target.ending
@@ -511,7 +511,8 @@ def attempt(name: str, seed: int, index: int, folder: Path) -> tuple[str, str]:
 
 
 @functools.cache
-def _inputs(name: str) -> list[Any]:
+def whole_inputs(name: str) -> list[Any]:
+    """Of a reader, made once."""
     return TARGETS[name].inputs()
 
 

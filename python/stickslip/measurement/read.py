@@ -133,17 +133,20 @@ def as_record(source: Any, rig: Rig) -> Record:
         table = read_table(source, rig.read, wanted)
     else:
         table = table_of(source)
+    time_column = rig.time_column
+    if time_column == "t" and "t" not in table.columns and "time" in table.columns:
+        time_column = "time"  # the default name; "time" is what our own data sets call it
+    table = one_segment(table, rig.read, time_column)
     column = table.name_of(rig.column)
     _check_unit(source, column, rig, table.source)
     signal = table.columns[column]
     notes = list(table.notes)
-    if rig.read.missing == "refuse":
-        check_finite(signal, column, table)
+    check_finite(signal, column, table, rig.read.missing)
     if len(signal) < LEAST_SAMPLES:
         raise InputError(
             f"{table.source}: {len(signal)} samples are too short a record, at least {LEAST_SAMPLES} are needed"
         )
-    time = _time(table, rig, len(signal), notes)
+    time = _time(table, time_column, rig, len(signal), notes)
     if rig.read.window is not None:
         inside = slice(*np.searchsorted(time, rig.read.window))
         time, signal = time[inside], signal[inside]
@@ -229,16 +232,16 @@ def _check_unit(source: Any, column: str, rig: Rig, name: str) -> None:
         raise InputError(f"{name}: {column!r} is in {unit} and the rig says {rig.unit}; {what}")
 
 
-def check_finite(values: Array, column: str, table: Table) -> None:
-    """Refuse NaN and infinity, with the row of the first."""
+def check_finite(values: Array, column: str, table: Table, missing: str) -> None:
+    """Refuse what is too large, and NaN and infinity where samples that are `missing` are refused, with the row of the first."""
     bad = np.flatnonzero(~np.isfinite(values))
-    if len(bad):
+    if len(bad) and missing == "refuse":
         what = "NaN" if np.isnan(values[bad[0]]) else "infinity"
         raise InputError(
             f"{table.source}: row {table.row(bad[0])}, column {column!r} is {what} ({len(bad)} such in all); "
             'cut them off, or write [read] missing = "drop" in the rig to leave them out; they are not filled in'
         )
-    huge = np.flatnonzero(np.abs(values) > FARTHEST)
+    huge = np.flatnonzero((np.abs(values) > FARTHEST) & np.isfinite(values))
     if len(huge):
         raise InputError(
             f"{table.source}: row {table.row(huge[0])}, column {column!r} is {values[huge[0]]:.3g}, which no gauge reads; "
@@ -246,21 +249,18 @@ def check_finite(values: Array, column: str, table: Table) -> None:
         )
 
 
-def _time(table: Table, rig: Rig, n: int, notes: list[str]) -> Array:
+def _time(table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[str]) -> Array:
     name = table.source
-    if rig.time_column is None:
+    if wanted is None:
         if rig.sampling_rate is None:
             raise InputError(f"{name}: the rig names no time_column; give it a sampling_rate")
         return np.arange(n) / rig.sampling_rate
-    wanted = rig.time_column
-    if wanted not in table.columns and wanted == "t" and "time" in table.columns:
-        wanted = "time"  # the default name; "time" is what our own data sets call it
-    if wanted not in table.columns and rig.sampling_rate is not None and rig.time_column == "t":
+    if wanted == "t" and wanted not in table.columns and rig.sampling_rate is not None:
         notes.append(f"there is no time column: time was counted from the sampling rate of {rig.sampling_rate:g} Hz")
         return np.arange(n) / rig.sampling_rate
     wanted = table.name_of(wanted)
     time = table.columns[wanted] * find_unit(rig.time_unit, ("time",), "rig: time_unit")[1]
-    check_finite(time, wanted, table)
+    check_finite(time, wanted, table, "refuse")
     if len(time) != n:
         raise InputError(f"{name}: column {wanted!r} has {len(time)} rows and {rig.column!r} has {n}; they must agree")
     check_increasing(time, wanted, table)
@@ -316,6 +316,27 @@ def _bridged(
     )
 
 
+def one_segment(table: Table, layout: Layout, column: str | int | None) -> Table:
+    """The rows between two starts of the clock in a column that the layout names; all where it names none."""
+    if layout.segment is None:
+        return table
+    if column is None:
+        raise InputError(
+            f"{table.source}: [read] segment needs a clock that starts again; name the time_column in the rig"
+        )
+    time = table.columns[table.name_of(column)]
+    bounds = [0, *(np.flatnonzero(np.diff(time) < 0) + 1).tolist(), len(time)]
+    if layout.segment >= len(bounds):
+        raise InputError(
+            f"{table.source}: column {column!r} has {len(bounds) - 1} segment(s), and the rig says [read] segment = "
+            f"{layout.segment}; name one of them"
+        )
+    part = slice(bounds[layout.segment - 1], bounds[layout.segment])
+    columns = {name: values[part] if len(values) == len(time) else values for name, values in table.columns.items()}
+    rows = np.arange(len(time)) + table.first_row if table.rows is None else table.rows
+    return replace(table, columns=columns, rows=rows[part])
+
+
 def check_increasing(time: Array, column: str, table: Table) -> None:
     """Refuse stamps that repeat or run backwards, with the row of the first."""
     steps = np.diff(time)
@@ -323,7 +344,11 @@ def check_increasing(time: Array, column: str, table: Table) -> None:
     if len(bad):
         row = bad[0] + 1
         what = "repeats the time stamp" if steps[bad[0]] == 0 else "goes back in time to"
+        starts = int(np.count_nonzero(steps < 0)) + 1
+        again = (
+            f"; if the clock starts again there, [read] segment = 1 to {starts} takes one part" if starts > 1 else ""
+        )
         raise InputError(
             f"{table.source}: row {table.row(row)}, column {column!r} {what} {time[row]:g} ({len(bad)} such in all); "
-            "time stamps must increase"
+            f"time stamps must increase{again}"
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -238,12 +239,29 @@ def read_picture(path: str | Path) -> Picture:
 
 def _read_image(path: Path) -> npt.NDArray[Any]:
     cv2 = vision()
+    if _pixels(path) > MOST_PIXELS:
+        raise InputError(
+            f"{path}: a picture of at most {MOST_PIXELS / 1e6:.0f} million pixels was expected; is it damaged?"
+        )
     picture: npt.NDArray[Any] | None = cv2.imread(str(path), cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH)
     if picture is None:
-        raise InputError(
-            f"{path}: not a whole image file of at most {MOST_PIXELS / 1e6:.0f} million pixels; copy it again"
-        )
+        raise InputError(f"{path}: not a whole image file; copy it again")
     return picture
+
+
+def _pixels(path: Path) -> float:
+    """What the head of an image file claims, 0 where it says nothing."""
+    from PIL import Image
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(path) as head:
+                return head.width * head.height
+    except Image.DecompressionBombError:
+        return math.inf
+    except Exception:  # noqa: BLE001 damaged, which the reader proper will say, or of a kind that only that one knows
+        return 0
 
 
 def white_level(picture: npt.NDArray[Any]) -> int:
