@@ -233,7 +233,7 @@ def _check_unit(source: Any, column: str, rig: Rig, name: str) -> None:
 
 
 def check_finite(values: Array, column: str, table: Table, missing: str) -> None:
-    """Refuse what is too large, and NaN and infinity where samples that are `missing` are refused, with the row of the first."""
+    """Refuse what is too large, and NaN and infinity unless what is `missing` is dropped; with the row of the first."""
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad) and missing == "refuse":
         what = "NaN" if np.isnan(values[bad[0]]) else "infinity"
