@@ -4,6 +4,7 @@ import errno
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -151,10 +152,11 @@ def test_swept_diagrams_go_on_where_they_were_killed(tmp_path):
 
 def test_a_cluster_that_does_not_answer_is_one_sentence(tmp_path, monkeypatch):
     monkeypatch.setattr(stores, "PATIENCE", "300ms")
-    for address in ("tcp://127.0.0.1:9", "nonsense://here"):
-        with pytest.raises(ss.InputError, match=r"no Dask scheduler answers at .*; start one with") as refusal:
-            chart(tmp_path / "map.zarr", cluster=address)
-        assert "\n" not in str(refusal.value)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        for address in ("tcp://127.0.0.1:9", "nonsense://here", f"tcp://127.0.0.1:{silent.getsockname()[1]}"):
+            with pytest.raises(ss.InputError, match=r"no Dask scheduler answers at .*; start one with") as refusal:
+                chart(tmp_path / "map.zarr", cluster=address)
+            assert "\n" not in str(refusal.value)
 
 
 def test_a_worker_that_is_killed_in_the_middle_changes_no_byte(tmp_path, undisturbed):

@@ -7,6 +7,7 @@ again ends with the same bytes.
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import functools
 import json
@@ -147,6 +148,9 @@ def _executor(name: str, workers: int | None, cluster: str | None) -> Iterator[t
     except ImportError:
         raise InputError(f"{name}: a cluster needs Dask; install it with: pip install 'stickslip[cluster]'") from None
     try:
+        # In a loop of its own: where this one runs already, as in a notebook, another cannot be started.
+        with ThreadPoolExecutor(1) as probe:
+            probe.submit(asyncio.run, _greeted(cluster)).result()
         client = connect(cluster, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
@@ -161,6 +165,16 @@ def _executor(name: str, workers: int | None, cluster: str | None) -> Iterator[t
                 f"{name}: the Dask cluster at {cluster} has no workers; start some with `dask worker {cluster}`"
             )
         yield client.get_executor(pure=False, retries=2), 2 * threads
+
+
+async def _greeted(cluster: str) -> None:
+    """Wait for the first word of a scheduler: the client waits for ever where something listens and says nothing."""
+    from dask.utils import parse_timedelta
+    from distributed.comm import connect
+
+    async with asyncio.timeout(parse_timedelta(PATIENCE)):
+        comm = await connect(cluster, timeout=PATIENCE)
+    await comm.close()
 
 
 def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Progress) -> None:
