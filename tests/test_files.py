@@ -2,9 +2,11 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -112,3 +114,14 @@ def test_documents_of_a_wrong_kind_are_refused_before_they_are_read(tmp_path, ca
         file.truncate(1 << 30)
     with pytest.raises(ss.InputError, match=r"a TOML file of at most 8\.39 MB was expected, got 1\.07e\+03 MB"):
         read_text(large, "TOML file")
+
+
+def test_names_with_blanks_and_dollars_are_kept_in_commands_and_pictures(inputs, tmp_path):
+    path = tmp_path / "run $x_{$ it's; 2.nc"
+    path.write_bytes(inputs["friction.nc"])
+    result = ss.identify(str(path), law="Coulomb")
+    assert shlex.split(result.command)[:3] == ["stickslip", "identify", str(path)]
+    axes = result.plot()
+    axes.figure.canvas.draw()
+    assert axes.get_legend().get_texts()[0].get_text().replace("\\", "") == str(path)
+    plt.close("all")
