@@ -109,6 +109,9 @@ def test_documents_of_a_wrong_kind_are_refused_before_they_are_read(tmp_path, ca
     (tmp_path / "system.toml").write_text(SYSTEM.replace("law.toml", "/dev/zero"))
     assert main(["simulate", str(tmp_path / "system.toml")]) == 2
     assert "/dev/zero: a TOML file was expected, this is a device; name a file" in capsys.readouterr().err
+    for name in ("x" * 5000, "nul\0", "none.toml"):
+        with pytest.raises(ss.InputError, match="no such file; give the path of a TOML file"):
+            read_text(tmp_path / name, "TOML file")
     large = tmp_path / "large.toml"
     with large.open("wb") as file:
         file.truncate(1 << 30)

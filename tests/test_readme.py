@@ -39,8 +39,8 @@ def test_its_system_file_keeps_the_motion_that_it_shows(tmp_path):
 
 
 def commands():
-    blocks = re.findall(r"```\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
-    return [shlex.split(line)[1:] for block in blocks for line in block.splitlines() if line.startswith("stickslip ")]
+    lines = README.read_text(encoding="utf-8").splitlines()
+    return [shlex.split(line)[1:] for line in lines if line.startswith("stickslip ")]
 
 
 def test_its_commands_are_those_of_the_command_line():

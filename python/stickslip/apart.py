@@ -49,15 +49,15 @@ def read_apart(reader: str, path: Path, what: str) -> Any:
     with _lock:
         child = _started()
         limit = PATIENCE + path.stat().st_size / RATE
-        late = threading.Event()
-        watch = threading.Timer(limit, lambda: (late.set(), child.kill()))
+        watch = threading.Timer(limit, child.kill)
         watch.start()
         try:
             _send(child.stdin, (reader, str(path), what))
             refused, value = _receive(child.stdout)
         except (OSError, EOFError):
             _stop()
-            reason = f"not read within {limit:.0f} s" if late.is_set() else "it ends the process that reads it"
+            late = watch.finished.is_set()
+            reason = f"not read within {limit:.0f} s" if late else "it ends the process that reads it"
             raise InputError(damaged(path, what, reason)) from None
         except BaseException:  # interrupted in the middle: the answer must not be taken for that of the next file
             _stop()

@@ -108,7 +108,7 @@ def input_file(path: str | Path, what: str = "file") -> Path:
         where there is none, for a folder or a device, and within :func:`keeping_inputs` for an output.
     """
     path = Path(path)
-    if "\0" in str(path) or not path.exists():
+    if _identity(path) is None:
         raise InputError(f"{path}: no such file; give the path of a {what}")
     if path.is_dir():
         raise InputError(f"{path}: a {what} was expected, this is a folder; name a file in it")

@@ -42,7 +42,7 @@ def tree_of(path: Path) -> xr.DataTree:
 
 def contents(path: Path) -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
     """Variables (name -> dimensions, values, attributes) and attributes by the path of their group."""
-    import h5netcdf
+    import h5netcdf  # type: ignore[import-untyped]  # it has no types
 
     groups: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {}
     with h5netcdf.File(path, "r") as file:

@@ -112,7 +112,7 @@ class NetworkOrbit(Orbit):
 
 
 def restore(
-    document: dict[str, Any], run: Sequence[Any], work: tuple[int, ...], rows: Sequence[NDArray[np.float64]]
+    document: dict[str, Any], run: Sequence[Any], work: tuple[int, int, int], rows: Sequence[NDArray[np.float64]]
 ) -> NetworkOrbit:
     """The orbit that :meth:`NetworkOrbit.save` wrote, from its parts."""
     *start, stop = run

@@ -259,7 +259,8 @@ def load(path: str | Path) -> Orbit:
         raise InputError(
             f"{path}: damaged, or saved by an older version: it is not the orbit that was saved; simulate again"
         )
-    run, work = json.loads(tree.attrs["run"]), tuple(int(value) for value in tree.attrs["work"])
+    events, evaluations, grazes = (int(value) for value in tree.attrs["work"])
+    run, work = json.loads(tree.attrs["run"]), (events, evaluations, grazes)
     rows = [np.ascontiguousarray(tables[name].ravel()) for name in ("segments", "events")]
     document = json.loads(tree.attrs["system"])
     if tree.attrs.get("engine") == "network":

@@ -170,10 +170,11 @@ def _executor(name: str, workers: int | None, cluster: str | None) -> Iterator[t
 async def _greeted(cluster: str) -> None:
     """Wait for the first word of a scheduler: the client waits for ever where something listens and says nothing."""
     from dask.utils import parse_timedelta
-    from distributed.comm import connect
+    from distributed.comm.core import connect
 
+    greet: Any = connect
     async with asyncio.timeout(parse_timedelta(PATIENCE)):
-        comm = await connect(cluster, timeout=PATIENCE)
+        comm = await greet(cluster, timeout=PATIENCE)
     await comm.close()
 
 
@@ -339,7 +340,7 @@ class Store(Memory):
                 **packed,
             )
         count = int(np.prod(plan.counts))
-        meaning = {"long_name": "checksum of the results of each part; 0 where they are not computed"}
+        meaning: dict[str, Any] = {"long_name": "checksum of the results of each part; 0 where they are not computed"}
         group.create_array(
             "done", shape=(count,), chunks=(count,), dtype="u8", dimension_names=("part",), attributes=meaning, **packed
         )
@@ -404,7 +405,7 @@ class Store(Memory):
 
     def done(self) -> NDArray[np.bool_]:
         """Which chunks are finished."""
-        return self._sums != 0
+        return np.asarray(self._sums != 0)
 
     def write(self, index: int, rows: Mapping[str, Array]) -> None:
         """Keep the rows of a chunk, then say so."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -202,7 +203,8 @@ def read_calibration(
         return _from_marks(table, None, factor, base)
     if kind in ("ruler", "checker"):
         photo = folder / str(table[kind])
-        if beside is not None and not photo.exists() and (aside := beside.parent / str(table[kind])).exists():
+        aside = photo if beside is None else beside.parent / str(table[kind])
+        if not os.path.exists(photo) and os.path.exists(aside):  # noqa: PTH110 that of pathlib fails for names that cannot be
             photo = aside
         return (_from_checker if kind == "checker" else _from_marks)(table, photo, factor, base)
     if kind == "points":
