@@ -243,9 +243,14 @@ def _read_image(path: Path) -> npt.NDArray[Any]:
         raise InputError(
             f"{path}: a picture of at most {MOST_PIXELS / 1e6:.0f} million pixels was expected; is it damaged?"
         )
-    picture: npt.NDArray[Any] | None = cv2.imread(str(path), cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH)
+    try:
+        picture: npt.NDArray[Any] | None = cv2.imread(str(path), cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH)
+    except cv2.error:
+        picture = None
     if picture is None:
         raise InputError(f"{path}: not a whole image file; copy it again")
+    if picture.dtype.kind != "u":
+        raise InputError(f"{path}: a picture of 8 or 16 bits was expected, got {picture.dtype}; save it as such")
     return picture
 
 
