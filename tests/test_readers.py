@@ -99,6 +99,14 @@ def test_what_a_reader_does_to_its_process_is_a_sentence(code, words, tmp_path):
         assert "\n" not in str(refusal.value)
 
 
+def test_paths_are_those_of_the_folder_in_which_one_is(tmp_path, monkeypatch):
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "file").write_text(f"__builtins__ = __spec__ = __loader__ = None\nanswer = {name!r}")
+        monkeypatch.chdir(tmp_path / name)
+        assert apart.read_apart("runpy:run_path", Path("file"), "thing")["answer"] == name
+
+
 def test_a_reader_that_hangs_is_ended(tmp_path, monkeypatch):
     monkeypatch.setattr(apart, "PATIENCE", 0.2)
     (tmp_path / "file").write_text("import time; time.sleep(1000)")

@@ -15,6 +15,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from typing import IO, Any
 
@@ -48,15 +49,15 @@ def read_apart(reader: str, path: Path, what: str) -> Any:
     """
     with _lock:
         child = _started()
-        limit = PATIENCE + path.stat().st_size / RATE
+        limit, begun = PATIENCE + path.stat().st_size / RATE, time.monotonic()
         watch = threading.Timer(limit, child.kill)
         watch.start()
         try:
-            _send(child.stdin, (reader, str(path), what))
+            _send(child.stdin, (reader, path.absolute(), path, what))  # the other process may be in another folder
             refused, value = _receive(child.stdout)
         except (OSError, EOFError):
             _stop()
-            late = watch.finished.is_set()
+            late = time.monotonic() - begun >= limit
             reason = f"not read within {limit:.0f} s" if late else "it ends the process that reads it"
             raise InputError(damaged(path, what, reason)) from None
         except BaseException:  # interrupted in the middle: the answer must not be taken for that of the next file
@@ -113,14 +114,13 @@ def serve() -> None:
     os.dup2(2, 1)  # what a library prints is no answer
     while True:
         try:
-            reader, name, what = _receive(asked)
+            reader, place, path, what = _receive(asked)
         except EOFError:
             return
-        path = Path(name)
         try:
-            _limit(3 * memory_for(path))  # the numbers, a copy of them on their way, and what the library needs
+            _limit(3 * memory_for(place))  # the numbers, a copy of them on their way, and what the library needs
             module, _, function = reader.partition(":")
-            answer = (False, getattr(importlib.import_module(module), function)(path))
+            answer = (False, getattr(importlib.import_module(module), function)(place))
             data = pickle.dumps(answer, protocol=5)
         except InputError as error:
             data = pickle.dumps((True, str(error)))
