@@ -99,20 +99,24 @@ class NetworkOrbit(Orbit):
         columns = dict(zip(names, self._network.states(times), strict=True))
         if isinstance(self.system, Oscillator):
             return columns
-        return {name: column.reshape(times.size, -1) for name, column in columns.items()}
+        widths = [self._masses] * 3 + [self._contacts] * 3
+        return {
+            name: column.reshape(times.size, width)
+            for (name, column), width in zip(columns.items(), widths, strict=True)
+        }
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file: the sampled motion at the root, the groups ``events`` and ``segments`` (the Taylor steps).
 
         :func:`stickslip.load` gives back the same orbit to the bit.
         """
-        attrs = {"engine": "network", "run": json.dumps([*self._network.run, self._stop])}
+        attrs = {"run": json.dumps([*self._network.run, self._stop])}
         tables = {"events": self._network.events().reshape(-1, 8), "segments": self._rows()}
         return self._write(path, attrs, tables, {"events": _EVENTS, "segments": self._names()})
 
 
 def restore(
-    document: dict[str, Any], run: Sequence[Any], work: tuple[int, int, int], rows: Sequence[NDArray[np.float64]]
+    document: dict[str, Any], run: Sequence[Any], work: tuple[int, int, int, int], rows: Sequence[NDArray[np.float64]]
 ) -> NetworkOrbit:
     """The orbit that :meth:`NetworkOrbit.save` wrote, from its parts."""
     *start, stop = run

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,12 +32,14 @@ EVENTS = ("t", "kind", "x", "v", "force", "stick_time", "force_rate")
 class Work:
     """What a run cost: events that occurred and evaluations of the closed-form motion to find them.
 
-    grazes are touches of the end of a mode within rounding that turned back: no events.
+    grazes are touches of the end of a mode within rounding that turned back: no events. fallbacks are steps that looked like
+    the last one to an event but left more than rounding there: the search went on.
     """
 
     events: int
     evaluations: int
     grazes: int = 0
+    fallbacks: int = 0
 
 
 class Orbit:
@@ -46,9 +48,9 @@ class Orbit:
     Attributes
     ----------
     system : the oscillator.
-    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"``, ``"accumulation"``, ``"diverged"`` or ``"stiff"``;
-        `stop_sentence` says what it means.
-    work : events, evaluations and grazes.
+    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"``, ``"accumulation"``, ``"diverged"``, ``"stiff"``,
+        ``"not_a_number"`` or ``"memory"``; `stop_sentence` says what it means.
+    work : events, evaluations, grazes and fallbacks.
     t_end : the time up to which the orbit is known.
     """
 
@@ -214,7 +216,7 @@ class Orbit:
     ) -> Path:
         import xarray as xr
 
-        attrs |= {"stickslip": "orbit", "work": [self.work.events, self.work.evaluations, self.work.grazes]}
+        attrs |= {"stickslip": "orbit", "work": list(astuple(self.work))}
         root = self.to_xarray().assign_attrs(attrs, stop=self.stop)
         root.attrs["checksum"] = _checksum(root.attrs, tables)
         groups = {
@@ -259,11 +261,11 @@ def load(path: str | Path) -> Orbit:
         raise InputError(
             f"{path}: damaged, or saved by an older version: it is not the orbit that was saved; simulate again"
         )
-    events, evaluations, grazes = (int(value) for value in tree.attrs["work"])
-    run, work = json.loads(tree.attrs["run"]), (events, evaluations, grazes)
+    events, evaluations, grazes, fallbacks = (int(value) for value in tree.attrs["work"])
+    run, work = json.loads(tree.attrs["run"]), (events, evaluations, grazes, fallbacks)
     rows = [np.ascontiguousarray(tables[name].ravel()) for name in ("segments", "events")]
     document = json.loads(tree.attrs["system"])
-    if tree.attrs.get("engine") == "network":
+    if isinstance(run, list):
         from stickslip.network import restore
 
         return restore(document, run, work, rows)

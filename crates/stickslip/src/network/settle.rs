@@ -11,8 +11,10 @@ use crate::series::slope_at;
 pub(super) struct Passage {
     /// Contacts whose slip speed reached zero just now.
     pub(super) arrived: Vec<usize>,
-    /// The contact whose adhesion broke, and the sign of the force that broke it.
+    /// The contact whose adhesion broke, and the force it reached; of infinite size where forces jumped beyond what it bears.
     pub(super) released: Option<(usize, f64)>,
+    /// The contact whose slip had begun with no slope and went back at once: within rounding it never began.
+    pub(super) returned: Option<usize>,
     /// The rates of the friction forces just before.
     pub(super) rates: Vec<f64>,
     /// At the start nothing stuck before.
@@ -53,6 +55,7 @@ impl Loop<'_> {
         self.settle(&Passage {
             arrived: at_rest,
             released: None,
+            returned: None,
             rates,
             starting: true,
         });
@@ -144,7 +147,8 @@ impl Loop<'_> {
             kinetic: &kinetic,
             wants: zero.iter().map(|&c| wants[c]).collect(),
             drives: self.motion.drives(),
-            released: passage.released.map(|(c, direction)| (row_of(c), direction)),
+            released: passage.released.map(|(c, force)| (row_of(c), force.signum())),
+            returned: passage.returned.map(row_of),
         };
         let answer = question.answer();
         let idle: Vec<bool> = (0..zero.len()).map(|row| question.idle(&answer, row)).collect();
@@ -167,12 +171,21 @@ impl Loop<'_> {
                 continue;
             }
             contact.piece = self.laws[c].leave(limit[row], &mut contact.memory);
-            // Adhesion that broke at the force slip starts with: the slip velocity leaves zero with no slope.
-            contact.turning = kinetic[row] >= limit[row];
+            // Adhesion that broke at the force slip starts with, within rounding: the slip velocity leaves zero with no slope.
+            let rounding = ROUNDING * (limit[row] + self.frame.rate * self.scale / self.frame.coupling(c, c));
+            contact.turning = kinetic[row] >= limit[row] - rounding;
             if is_new(c) {
                 self.tell(Kind::Crossing, c, was);
             } else {
-                self.tell(Kind::Release, c, limit[row] * direction);
+                // What held it; where forces jumped and asked for more than it can bear, what it can bear.
+                let broken_by = passage
+                    .released
+                    .filter(|&(released, force)| released == c && force.is_finite());
+                self.tell(
+                    Kind::Release,
+                    c,
+                    broken_by.map_or(limit[row] * direction, |(_, force)| force),
+                );
                 if let Some(event) = self.events.last_mut() {
                     (event.stick_time, event.force_rate) = (stick_time, passage.rates[c] * direction);
                 }
