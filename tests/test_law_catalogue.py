@@ -29,7 +29,7 @@ def test_held_orbit_comes_back_to_the_bit(tmp_path):
 
 def test_force_rate_law_is_dwell_time_where_the_rate_does_not_matter():
     dwell = ss.laws.DwellTime(0.5, 0.4, 0.7, 0.6)
-    rate = ss.laws.ForceRate(0.5, 0.4, 0.7, force_rate_scale=1e300, exponent=0.6)
+    rate = ss.laws.ForceRate(0.5, 0.4, 0.7, force_rate_scale=1e100, exponent=0.6)
     t = np.array([0.0, 0.1, 1.0, 10.0])
     assert (rate.break_away_force(t, 3.0) == dwell.break_away_force(t)).all()
     slow = ss.laws.ForceRate(0.5, 0.4, 0.7, force_rate_scale=0.2, force_rate_exponent=2)

@@ -64,5 +64,5 @@ def test_bad_rig_is_one_sentence(change: tuple[str, str], words: str) -> None:
 
 
 def test_missing_rig_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such rig file"):
+    with pytest.raises(InputError, match="no such file; give the path of a rig file"):
         Rig.load(tmp_path / "none.toml")

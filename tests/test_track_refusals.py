@@ -35,7 +35,7 @@ def refused(match, call):
 
 
 def test_films_that_are_none(tmp_path, good):
-    refused("no such film", lambda: track(tmp_path / "nothing.avi"))
+    refused("no such file; give the path of a film", lambda: track(tmp_path / "nothing.avi"))
     (tmp_path / "empty.mp4").write_bytes(b"")
     refused("empty.mp4: the file is empty", lambda: track(tmp_path / "empty.mp4"))
     (tmp_path / "noise.mp4").write_bytes(np.random.default_rng(0).bytes(4000))
@@ -156,7 +156,10 @@ def test_setups_that_cannot_be(table, match):
         ({"points": [[0, 0], [10, 0]]}, "length is missing"),
         ({"points": [[0, 0], [1, 0]], "length": 1}, "choose points far from each other"),
         ({"marks": [[0, 0], [1, 0]], "positions": [0]}, "lists of one length"),
-        ({"ruler": "nothing.png", "first": [0, 0], "second": [9, 0], "last": [99, 0], "pitch": 1}, "no such image"),
+        (
+            {"ruler": "nothing.png", "first": [0, 0], "second": [9, 0], "last": [99, 0], "pitch": 1},
+            "no such file; give the path of a picture",
+        ),
         ({"ruler": "x.png"}, "first is missing"),
     ],
 )

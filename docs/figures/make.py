@@ -137,9 +137,13 @@ def forced_calibrations() -> None:
     save(panels[0], "paper-forced-calibrations.png")
 
 
-def paper() -> None:
-    """The paper's page with its figures, and the overview of the README."""
+def overview() -> None:
+    """The picture of the README."""
     save(figures.overview()[0], "overview.png")
+
+
+def paper() -> None:
+    """The paper's page with its figures."""
     with tempfile.TemporaryDirectory() as folder:
         page = ss.paper.reproduce(folder)
         shutil.copytree(page.parent / "figures", HERE, dirs_exist_ok=True)
@@ -147,6 +151,6 @@ def paper() -> None:
 
 
 if __name__ == "__main__":
-    parts = {part.__name__: part for part in (laws, branches, loci, forced_calibrations, paper)}
+    parts = {part.__name__: part for part in (laws, branches, loci, forced_calibrations, overview, paper)}
     for name in sys.argv[1:] or parts:
         parts[name]()

@@ -25,7 +25,11 @@ from stickslip.commands import (
     track,
 )
 from stickslip.commands.terminal import say
+from stickslip.documents import keeping_inputs
 from stickslip.errors import InputError
+
+TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check")
+"""Options that name a file which is written."""
 
 # In the order of the way through the package.
 COMMANDS = (simulate, film, track, measure, identify, sweep, basins, continue_, critical, reproduce, demo)
@@ -43,10 +47,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _check_target(target: str | None, command: str) -> None:
+def _check_target(target: str, command: str) -> None:
     """Refuse a place that cannot be written to before any work is done, so that nothing is left half done."""
-    if target is None:
-        return
     if not target:
         raise InputError("-o, --plot and --report need the name of a file, got an empty one")
     folder = Path(target).resolve().parent
@@ -67,9 +69,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.print_help()
         return 2
     try:
-        for target in (getattr(options, name, None) for name in ("output", "plot", "report", "motion", "plot_motion")):
+        targets = [target for name in TARGETS if (target := getattr(options, name, None)) is not None]
+        for target in targets:
             _check_target(target, options.command)
-        options.run(options)
+        with keeping_inputs(targets):
+            options.run(options)
     except InputError as error:
         print(f"stickslip: {error}", file=sys.stderr)
         return 2

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
+import glob
 import math
 import os
+import platform
+import shutil
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
 from stickslip.errors import InputError
+
+MOST_BYTES = 8 << 20
+"""Of a document: tables of a hundred thousand nodes; what is larger is something else."""
+
+Identity = tuple[int, int]
+_apart: ContextVar[tuple[set[Identity], set[Identity]] | None] = ContextVar("inputs and outputs", default=None)
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -96,23 +107,83 @@ def fits(count: float, where: str, advice: str) -> None:
         raise InputError(f"{where}: expected a result of at most {most:g} GiB, got one of {size:.3g} GiB; {advice}")
 
 
-def read_toml(path: str | Path) -> dict[str, Any]:
-    """The table of a TOML file."""
-    path = Path(path)
+@contextlib.contextmanager
+def keeping_inputs(outputs: Iterable[str | Path]) -> Iterator[None]:
+    """Within this, a file that is read cannot be written, under whatever name; `outputs` are known to be written later."""
+    token = _apart.set((set(), {one for path in outputs if (one := _identity(Path(path))) is not None}))
     try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; check the path") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: expected a TOML file, got a folder") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: expected a TOML file in UTF-8, got something else") from None
+        yield
+    finally:
+        _apart.reset(token)
+
+
+def _identity(path: Path) -> Identity | None:
+    """What a file is under all its names; None where there is none."""
+    with contextlib.suppress(OSError, ValueError):
+        status = path.stat()
+        return status.st_dev, status.st_ino
+    return None
+
+
+def _both(path: Path) -> InputError:
+    return InputError(f"{path}: is read and would be written over; give the output another name")
+
+
+def input_file(path: str | Path, what: str = "file") -> Path:
+    """The path of a file that is to be read; `what` says what was expected there.
+
+    Raises
+    ------
+    InputError
+        where there is none, for a folder or a device, and within :func:`keeping_inputs` for an output.
+    """
+    path = Path(path)
+    if _identity(path) is None:
+        raise InputError(f"{path}: no such file; give the path of a {what}")
+    if path.is_dir():
+        raise InputError(f"{path}: a {what} was expected, this is a folder; name a file in it")
+    if not path.is_file():
+        raise InputError(f"{path}: a {what} was expected, this is a device; name a file")
+    if (apart := _apart.get()) is not None and (identity := _identity(path)) is not None:
+        inputs, outputs = apart
+        if identity in outputs:
+            raise _both(path)
+        inputs.add(identity)
+    return path
+
+
+def read_bytes(path: str | Path, what: str, most: int) -> bytes:
+    """The bytes of a file of at most `most`."""
+    path = input_file(path, what)
+    size = path.stat().st_size
+    if size > most:
+        raise InputError(f"{path}: a {what} of at most {most / 1e6:.3g} MB was expected, got {size / 1e6:.3g} MB")
+    try:
+        return path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+        raise InputError(f"{path}: the file cannot be read ({error.strerror}); check its permissions") from None
+
+
+def read_text(path: str | Path, what: str, most: int = MOST_BYTES) -> str:
+    """The text of a file in UTF-8, with or without a mark at its start."""
+    try:
+        return read_bytes(path, what, most).decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: expected a {what} in UTF-8, got something else") from None
+
+
+def toml_table(text: str, where: str) -> dict[str, Any]:
+    """The table of a TOML document."""
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not a TOML document ({error}); correct that line") from None
+    except (ValueError, RecursionError) as error:  # numbers of thousands of digits, brackets in brackets in brackets
+        reason = "brackets too deep in each other" if isinstance(error, RecursionError) else error
+        raise InputError(f"{where}: not a TOML document ({reason}); correct that line") from None
+
+
+def read_toml(path: str | Path, what: str = "TOML file") -> dict[str, Any]:
+    """The table of a TOML file."""
+    return toml_table(read_text(path, what), str(path))
 
 
 def check_writable(path: str | Path) -> Path:
@@ -132,7 +203,43 @@ def check_writable(path: str | Path) -> Path:
         raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
     if not os.access(path.parent, os.W_OK):
         raise InputError(f"{path}: cannot be written (Permission denied); choose another place")
+    if (apart := _apart.get()) is not None and _identity(path) in apart[0]:
+        raise _both(path)
     return path
+
+
+@contextlib.contextmanager
+def draft_of(path: Path) -> Iterator[Path]:
+    """A temporary name beside `path`: nothing is left of it in the end, nor of those that a killed process left."""
+    start = f".{path.name}.{platform.node()}."
+    for left in path.parent.glob(f"{glob.escape(start)}*.part"):
+        if not _runs(left.name.removeprefix(start).removesuffix(".part")):
+            _remove(left)
+    draft = path.with_name(f"{start}{os.getpid()}.part")
+    try:
+        yield draft
+    finally:
+        _remove(draft)
+
+
+def _runs(process: str) -> bool:
+    """Whether a process of this machine may still run; elsewhere than on POSIX nobody is asked."""
+    if os.name != "posix" or not process.isdecimal():
+        return True
+    try:
+        os.kill(int(process), 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # another user's
+        return True
+    return True
+
+
+def _remove(draft: Path) -> None:
+    if draft.is_dir():
+        shutil.rmtree(draft, ignore_errors=True)
+    else:
+        draft.unlink(missing_ok=True)
 
 
 def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
@@ -144,14 +251,12 @@ def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
         where the folder does not exist or cannot be written to.
     """
     path = check_writable(path)
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        write(draft)
-        draft.replace(path)
+        with draft_of(path) as draft:
+            write(draft)
+            draft.replace(path)
     except FileNotFoundError:
         raise InputError(f"{path}: the folder {path.parent} does not exist; make it first") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another place") from None
-    finally:
-        draft.unlink(missing_ok=True)
     return path

@@ -18,6 +18,9 @@ from stickslip.errors import InputError
 
 Point = tuple[float, float]
 
+FARTHEST = 1e100
+"""No friction in any unit has a parameter that is larger, or smaller than its reciprocal: its forces would be no numbers."""
+
 
 class Table:
     """A frozen dataclass of numbers, points and tables that is also a plain document."""
@@ -71,14 +74,25 @@ def _tidy(name: str, value: Any, annotation: str, where: str) -> Any:
     if "Point" in kinds and listed:
         return _pair(name, value, where)
     if "float" in kinds and hasattr(value, "__float__"):
-        return number(name, value, where)
+        return _sized(name, value, where)
     raise InputError(f"{where}: {name} must be {' or '.join(shapes)}, got {value!r}")
 
 
 def _pair(name: str, value: Any, where: str) -> Point:
     if isinstance(value, str | bytes) or not isinstance(value, Sequence) or len(value) != 2:
         raise InputError(f"{where}: {name} must be {_SHAPES['Point']}, got {value!r}")
-    return number(f"the first of {name}", value[0], where), number(f"the second of {name}", value[1], where)
+    return _sized(f"the first of {name}", value[0], where), _sized(f"the second of {name}", value[1], where)
+
+
+def _sized(name: str, value: Any, where: str) -> float:
+    """A number with whose square and reciprocal a force can be computed."""
+    result = number(name, value, where)
+    if result and not 1 / FARTHEST <= abs(result) <= FARTHEST:
+        raise InputError(
+            f"{where}: {name} must be 0 or lie between {1 / FARTHEST:g} and {FARTHEST:g} in size, got {result:g}: choose "
+            "units in which it is nearer to 1"
+        )
+    return result
 
 
 def _plain(value: Any) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import astuple
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.documents import number, numbers, write_whole
+from stickslip.documents import number, numbers
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit, Work
 from stickslip.system import Oscillator, System, system_from_dict
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
 _EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
 
@@ -111,43 +110,15 @@ class NetworkOrbit(Orbit):
 
         :func:`stickslip.load` gives back the same orbit to the bit.
         """
-        import xarray as xr
-
-        attrs = {
-            "stickslip": "orbit",
-            "engine": "network",
-            "run": json.dumps([*self._network.run, self._stop]),
-            "work": list(astuple(self.work)),
-            "stop": self.stop,
-        }
-        root = self.to_xarray().assign_attrs(attrs)
-        rows, columns = self._network.events().reshape(-1, 8), self._names()
-        events = xr.Dataset({name: ("event", rows[:, i]) for i, name in enumerate(_EVENTS)})
-        events["kind"].attrs["meaning"] = ", ".join(f"{i} {kind}" for i, kind in enumerate(_core.KINDS))
-        steps = self._rows()
-        segments = xr.Dataset({name: ("segment", steps[:, i]) for i, name in enumerate(columns)})
-
-        def write(draft: Path) -> None:
-            tree = xr.DataTree.from_dict({"/": root, "/events": events, "/segments": segments})
-            tree.to_netcdf(draft, engine="h5netcdf")
-
-        return write_whole(path, write)
+        attrs = {"run": json.dumps([*self._network.run, self._stop])}
+        tables = {"events": self._network.events().reshape(-1, 8), "segments": self._rows()}
+        return self._write(path, attrs, tables, {"events": _EVENTS, "segments": self._names()})
 
 
-def restore(tree: xr.DataTree) -> NetworkOrbit:
-    """The orbit of an open file that :meth:`NetworkOrbit.save` wrote."""
-    x0, v0, t_end, max_events, stop = json.loads(tree.attrs["run"])
-    system = system_from_dict(json.loads(tree.attrs["system"]))
-    events, evaluations, grazes, fallbacks = (int(value) for value in (*tree.attrs["work"], 0, 0)[:4])
-    tables = [
-        np.stack([column.to_numpy().astype(float) for column in tree[name].to_dataset().data_vars.values()], axis=-1)
-        for name in ("segments", "events")
-    ]
-    core = _core.Network.restore(
-        _document(system),
-        (x0, v0, t_end, max_events),
-        stop,
-        (events, evaluations, grazes, fallbacks),
-        *(np.ascontiguousarray(table.ravel()) for table in tables),
-    )
-    return NetworkOrbit(system, core)
+def restore(
+    document: dict[str, Any], run: Sequence[Any], work: tuple[int, int, int, int], rows: Sequence[NDArray[np.float64]]
+) -> NetworkOrbit:
+    """The orbit that :meth:`NetworkOrbit.save` wrote, from its parts."""
+    *start, stop = run
+    system = system_from_dict(document)
+    return NetworkOrbit(system, _core.Network.restore(_document(system), tuple(start), stop, work, *rows))

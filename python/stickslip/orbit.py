@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,12 +16,16 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip import _core
 from stickslip.documents import write_whole
 from stickslip.errors import InputError
+from stickslip.netcdf import read_tree
 from stickslip.regimes import regime_of
 from stickslip.system import Oscillator, System
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+#: The columns of the events in a file.
+EVENTS = ("t", "kind", "x", "v", "force", "stick_time", "force_rate")
 
 
 @dataclass(frozen=True)
@@ -197,31 +203,42 @@ class Orbit:
 
         The segments are exact: :func:`load` gives back the same orbit to the bit.
         """
+        tables = {"events": self._core.events().reshape(-1, 7), "segments": self._core.segments().reshape(-1, 8)}
+        columns = {"events": EVENTS, "segments": [str(name) for name in self.segments]}
+        return self._write(path, {"run": json.dumps(self._run())}, tables, columns)
+
+    def _write(
+        self,
+        path: str | Path,
+        attrs: dict[str, Any],
+        tables: dict[str, NDArray[np.float64]],
+        columns: Mapping[str, Sequence[str]],
+    ) -> Path:
         import xarray as xr
 
-        run = self._run()
-        attrs = {"stickslip": "orbit", "run": json.dumps(run), "work": list(astuple(self.work))}
+        attrs |= {"stickslip": "orbit", "work": list(astuple(self.work))}
         root = self.to_xarray().assign_attrs(attrs, stop=self.stop)
-        tables = {"events": self._core.events().reshape(-1, 7), "segments": self._core.segments().reshape(-1, 8)}
-        columns: dict[str, list[str]] = {
-            "events": ["t", "kind", "x", "v", "force", "stick_time", "force_rate"],
-            "segments": [str(name) for name in self.segments],
-        }
+        root.attrs["checksum"] = _checksum(root.attrs, tables)
         groups = {
             name: xr.Dataset({column: (name[:-1], table[:, i]) for i, column in enumerate(columns[name])})
             for name, table in tables.items()
         }
         groups["events"]["kind"].attrs["meaning"] = ", ".join(f"{i} {kind}" for i, kind in enumerate(_core.KINDS))
-
-        def write(draft: Path) -> None:
-            tree = xr.DataTree.from_dict({"/": root, **{f"/{name}": group for name, group in groups.items()}})
-            tree.to_netcdf(draft, engine="h5netcdf")
-
-        return write_whole(path, write)
+        tree = xr.DataTree.from_dict({"/": root, **{f"/{name}": group for name, group in groups.items()}})
+        return write_whole(path, lambda draft: tree.to_netcdf(draft, engine="h5netcdf"))
 
     def _run(self) -> dict[str, Any]:
         x0, v0, t_end, max_events = self._core.run
         return {"x0": x0, "v0": v0, "t_end": t_end, "max_events": max_events, "stop": self._stop}
+
+
+def _checksum(attrs: Mapping[Any, Any], tables: Mapping[str, NDArray[np.float64]]) -> int:
+    """Of everything that :func:`load` makes an orbit from."""
+    said = json.dumps([str(attrs[name]) for name in ("system", "run")] + [int(value) for value in attrs["work"]])
+    check = zlib.crc32(said.encode())
+    for name in ("events", "segments"):
+        check = zlib.crc32(np.ascontiguousarray(tables[name], "<f8").tobytes(), check)
+    return check
 
 
 def load(path: str | Path) -> Orbit:
@@ -230,38 +247,32 @@ def load(path: str | Path) -> Orbit:
     Raises
     ------
     InputError
-        where the file is not there or holds no orbit.
+        where the file is not there, holds no orbit, or not the one that was saved.
     """
-    import xarray as xr
-
-    if not Path(path).exists():
-        raise InputError(f"{path}: no such file; check the path")
+    tree = read_tree(path, "orbit file")
+    if tree.attrs.get("stickslip") != "orbit":
+        raise InputError(f"{path}: expected an orbit, got another netCDF file; make one with Orbit.save")
     try:
-        tree = xr.open_datatree(path, engine="h5netcdf")
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: not a netCDF file, or a truncated one ({error}); simulate again") from None
-    with tree:
-        if tree.attrs.get("stickslip") != "orbit":
-            raise InputError(f"{path}: expected an orbit, got another netCDF file; make one with Orbit.save")
-        run = json.loads(tree.attrs["run"])
-        if tree.attrs.get("engine") == "network":
-            from stickslip.network import restore
+        tables = {name: _table(tree[name].to_dataset()) for name in ("events", "segments")}
+        whole = int(tree.attrs["checksum"]) == _checksum(tree.attrs, tables)
+    except (KeyError, TypeError, ValueError, OverflowError):
+        whole = False
+    if not whole:
+        raise InputError(
+            f"{path}: damaged, or saved by an older version: it is not the orbit that was saved; simulate again"
+        )
+    events, evaluations, grazes, fallbacks = (int(value) for value in tree.attrs["work"])
+    run, work = json.loads(tree.attrs["run"]), (events, evaluations, grazes, fallbacks)
+    rows = [np.ascontiguousarray(tables[name].ravel()) for name in ("segments", "events")]
+    document = json.loads(tree.attrs["system"])
+    if isinstance(run, list):
+        from stickslip.network import restore
 
-            return restore(tree)
-        system = Oscillator.from_dict(json.loads(tree.attrs["system"]))
-        tables = {
-            name: np.stack(
-                [column.to_numpy().astype(float) for column in tree[name].to_dataset().data_vars.values()], axis=-1
-            )
-            for name in ("segments", "events")
-        }
-        events, evaluations, grazes, fallbacks = (int(value) for value in (*tree.attrs["work"], 0, 0)[:4])
-    core = _core.Orbit.restore(
-        system.to_json(),
-        (run["x0"], run["v0"], run["t_end"], run["max_events"]),
-        run["stop"],
-        (events, evaluations, grazes, fallbacks),
-        np.ascontiguousarray(tables["segments"].ravel()),
-        np.ascontiguousarray(tables["events"].ravel()),
-    )
-    return Orbit(system, core)
+        return restore(document, run, work, rows)
+    system = Oscillator.from_dict(document)
+    run_of = (run["x0"], run["v0"], run["t_end"], run["max_events"])
+    return Orbit(system, _core.Orbit.restore(system.to_json(), run_of, run["stop"], work, *rows))
+
+
+def _table(group: xr.Dataset) -> NDArray[np.float64]:
+    return np.stack([column.to_numpy().astype(float) for column in group.data_vars.values()], axis=-1)

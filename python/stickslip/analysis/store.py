@@ -1,17 +1,20 @@
 """Sweeps in chunks: each a task of its own, kept in memory or in a Zarr store that a killed run goes on from.
 
-In a store one chunk of every variable is one task, and `done` says which are finished; it is written after them. Chunks do
-not know of each other, so a run that was killed and started again ends with the same bytes.
+In a store one chunk of every variable is one task, and `done` says which are finished, by a checksum of their results; it is
+written after them. What is damaged is computed again. Chunks do not know of each other, so a run that was killed and started
+again ends with the same bytes.
 """
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
+import functools
 import json
 import math
 import os
-import shutil
 import warnings
+import zlib
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
@@ -24,7 +27,7 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.analysis.rows import Chunk
-from stickslip.documents import fits
+from stickslip.documents import draft_of, fits
 from stickslip.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,6 +35,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 Progress = Callable[[int, int], Any] | None
+_METADATA = "zarr.json"
+#: What a checksum of finished results is greater by, so that it is not 0.
+_DONE = 1 << 32
 #: How long a Dask scheduler may take to answer.
 PATIENCE = "10s"
 
@@ -150,6 +156,9 @@ def _executor(name: str, workers: int | None, cluster: str | None) -> Iterator[t
     except ImportError:
         raise InputError(f"{name}: a cluster needs Dask; install it with: pip install 'stickslip[cluster]'") from None
     try:
+        # In a loop of its own: where this one runs already, as in a notebook, another cannot be started.
+        with ThreadPoolExecutor(1) as probe:
+            probe.submit(asyncio.run, _greeted(cluster)).result()
         client = connect(cluster, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
@@ -164,6 +173,17 @@ def _executor(name: str, workers: int | None, cluster: str | None) -> Iterator[t
                 f"{name}: the Dask cluster at {cluster} has no workers; start some with `dask worker {cluster}`"
             )
         yield client.get_executor(pure=False, retries=2), 2 * threads
+
+
+async def _greeted(cluster: str) -> None:
+    """Wait for the first word of a scheduler: the client waits for ever where something listens and says nothing."""
+    from dask.utils import parse_timedelta
+    from distributed.comm.core import connect
+
+    greet: Any = connect
+    async with asyncio.timeout(parse_timedelta(PATIENCE)):
+        comm = await greet(cluster, timeout=PATIENCE)
+    await comm.close()
 
 
 def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Progress) -> None:
@@ -268,71 +288,115 @@ class Store(Memory):
         import zarr
 
         self.plan, self.path = plan, path.resolve()
+        if not self.path.parent.is_dir():
+            raise InputError(f"{self.path}: the folder {self.path.parent} does not exist; make it first")
         with self._refusing():
             if self.path.exists() and not self.path.is_dir():
                 self._not_ours()
-            if not self.path.exists():
-                self._create()
-            try:
-                self.group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
-            except (FileNotFoundError, ValueError, KeyError):
-                self._not_ours()
-            self._check(dict(self.group.attrs))
+            with draft_of(self.path) as draft:
+                self._lay_out(draft)
+                if self.path.exists():
+                    self._mend(draft)
+                else:
+                    draft.rename(self.path)
+            self.group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
             self.arrays = {name: self.group[name] for name in plan.variables}
             self._said: Any = self.group["done"]
-            self._done = np.array(self._said, bool)
+            self._sums = self._verified()
 
     @contextlib.contextmanager
     def _refusing(self) -> Iterator[None]:
         try:
             yield
         except OSError as error:
-            kept = int(self._done.sum()) if hasattr(self, "_done") else 0
-            finished = f"; {kept} of {self._done.size} parts are finished and kept, run the same again" if kept else ""
+            kept = np.count_nonzero(self._sums) if hasattr(self, "_sums") else 0
+            finished = f"; {kept} of {self._sums.size} parts are finished and kept, run the same again" if kept else ""
             reason = error.strerror or str(error)
             raise InputError(
                 f"{self.path}: cannot be written ({reason}); make room or choose another place{finished}"
             ) from None
 
-    def _create(self) -> None:
-        """A store appears under its name only with everything that says what it is."""
+    def _lay_out(self, draft: Path) -> None:
+        """A store with everything that says what it is, and nothing computed: only so does one appear under its name."""
         import zarr
+        from zarr.codecs import ZstdCodec
 
-        plan, draft = self.plan, self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
-        if not self.path.parent.is_dir():
-            raise InputError(f"{self.path}: the folder {self.path.parent} does not exist; make it first")
+        plan = self.plan
+        packed: dict[str, Any] = {"compressors": ZstdCodec(checksum=True)}
+        group = zarr.create_group(store=draft, attributes=dict(plan.attrs))
+        for name, (values, attrs) in plan.coords.items():
+            kind = str if values.dtype.kind == "U" else values.dtype
+            array = group.create_array(
+                name,
+                shape=values.shape,
+                dtype=kind,
+                chunks=values.shape,
+                dimension_names=(name,),
+                attributes=dict(attrs),
+                **packed,
+            )
+            array[:] = values
+        for name, variable in plan.variables.items():
+            group.create_array(
+                name,
+                shape=self._shape(variable),
+                chunks=tuple(plan.chunks.get(dim, plan.sizes[dim]) for dim in variable.dims),
+                dtype=variable.dtype,
+                fill_value=variable.fill(),
+                dimension_names=variable.dims,
+                attributes=dict(variable.attrs),
+                **packed,
+            )
+        count = int(np.prod(plan.counts))
+        meaning: dict[str, Any] = {"long_name": "checksum of the results of each part; 0 where they are not computed"}
+        group.create_array(
+            "done", shape=(count,), chunks=(count,), dtype="u8", dimension_names=("part",), attributes=meaning, **packed
+        )
+        _consolidate(draft)
+
+    def _mend(self, draft: Path) -> None:
+        """Put back what says what the store is, where it is not as it was laid out; the results are looked at apart."""
+        wanted = json.loads((draft / _METADATA).read_text(encoding="utf-8"))
         try:
-            group = zarr.create_group(store=draft, attributes=dict(plan.attrs))
-            for name, (values, attrs) in plan.coords.items():
-                kind = str if values.dtype.kind == "U" else values.dtype
-                array = group.create_array(
-                    name,
-                    shape=values.shape,
-                    dtype=kind,
-                    chunks=values.shape,
-                    dimension_names=(name,),
-                    attributes=dict(attrs),
-                )
-                array[:] = values
-            for name, variable in plan.variables.items():
-                group.create_array(
-                    name,
-                    shape=self._shape(variable),
-                    chunks=tuple(plan.chunks.get(dim, plan.sizes[dim]) for dim in variable.dims),
-                    dtype=variable.dtype,
-                    fill_value=variable.fill(),
-                    dimension_names=variable.dims,
-                    attributes=dict(variable.attrs),
-                )
-            count = int(np.prod(plan.counts))
-            group.create_array("done", shape=(count,), chunks=(count,), dtype=bool, dimension_names=("part",))
-            _consolidate(draft)
-            draft.rename(self.path)
-        finally:
-            shutil.rmtree(draft, ignore_errors=True)
+            there = json.loads((self.path / _METADATA).read_text(encoding="utf-8"))
+            attributes = dict(there["attributes"])
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            self._not_ours()
+        self._check(attributes)
+        if {**there, "consolidated_metadata": None} != {**wanted, "consolidated_metadata": None}:
+            (draft / _METADATA).replace(self.path / _METADATA)
+        for file in draft.glob("*/**/*"):
+            place = self.path / file.relative_to(draft)
+            if file.is_file() and not (place.is_file() and place.read_bytes() == file.read_bytes()):
+                place.parent.mkdir(parents=True, exist_ok=True)
+                file.replace(place)
+
+    def _verified(self) -> NDArray[np.uint64]:
+        """The checksums of the parts that are as they were written; 0 for all others, which are computed again."""
+        try:
+            sums = np.array(self._said, np.uint64)
+        except Exception:  # noqa: BLE001 damaged, which the layers of Zarr say in many ways
+            return np.zeros(self._said.shape, np.uint64)
+        checks = dict.fromkeys(np.flatnonzero(sums).tolist(), 0)
+        for _, array in sorted(self.arrays.items()):
+            try:
+                values: Any = np.asarray(array[...])
+            except Exception:  # noqa: BLE001 as above: then part by part
+                values = array
+            for index, check in list(checks.items()):
+                try:
+                    checks[index] = _checksum(values[self.plan.region(self.plan.place(index))], check)
+                except Exception:  # noqa: BLE001 as above
+                    del checks[index]
+        return np.array(
+            [said if checks.get(index) == said - _DONE else 0 for index, said in enumerate(sums.tolist())], np.uint64
+        )
 
     def _not_ours(self) -> None:
-        raise InputError(f"{self.path}: holds something else than a sweep of stickslip; choose another name") from None
+        raise InputError(
+            f"{self.path}: holds something else than a sweep of stickslip, or a damaged one; choose another name or "
+            "remove it"
+        ) from None
 
     def _check(self, attrs: Mapping[str, Any]) -> None:
         """Refuse to go on with a store of another question."""
@@ -349,16 +413,18 @@ class Store(Memory):
 
     def done(self) -> NDArray[np.bool_]:
         """Which chunks are finished."""
-        return self._done.copy()
+        return np.asarray(self._sums != 0)
 
     def write(self, index: int, rows: Mapping[str, Array]) -> None:
         """Keep the rows of a chunk, then say so."""
         with self._refusing():
             super().write(index, rows)
-            said = self._done.copy()
-            said[index] = True
-            self._said[:] = said
-            self._done = said
+            sums = self._sums.copy()
+            sums[index] = (
+                functools.reduce(lambda check, name: _checksum(rows[name], check), sorted(self.arrays), 0) + _DONE
+            )
+            self._said[:] = sums
+            self._sums = sums
 
     def add(self, variables: Mapping[str, tuple[tuple[str, ...], Array]]) -> None:
         """Keep what follows from all chunks together."""
@@ -374,12 +440,13 @@ class Store(Memory):
                     overwrite=True,
                 )
                 array[...] = values
-            _consolidate(self.path)
 
     def dataset(self) -> xr.Dataset:
         """All of it, read when it is asked for."""
         import xarray as xr
 
+        with self._refusing():
+            _consolidate(self.path)
         stored: xr.Dataset = xr.open_zarr(self.path, chunks=None)
         return stored.drop_vars("done")
 
@@ -391,6 +458,16 @@ def _consolidate(path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         zarr.consolidate_metadata(path)
+
+
+def _checksum(values: Array, before: int) -> int:
+    """Of numbers or words, whatever their shape and however they are kept, and of what came before."""
+    values = np.asarray(values)
+    if values.dtype.kind == "f":
+        values = np.where(np.isnan(values), np.nan, values)  # of the many NaN one
+    elif values.dtype.kind not in "iub":
+        values = values.astype("<U16")
+    return zlib.crc32(np.ascontiguousarray(values).tobytes(), before)
 
 
 def _short(value: Any) -> str:
@@ -409,7 +486,5 @@ def fingerprint(values: Array) -> str:
     >>> fingerprint(np.array([0.0, 1.0]))
     '2 values from 0 to 1 (4e6187d5)'
     """
-    import zlib
-
     data = np.ascontiguousarray(values, "<f8")
     return f"{data.size} values from {data[0]:g} to {data[-1]:g} ({zlib.crc32(data.tobytes()):08x})"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -150,6 +151,8 @@ class Identification:
         """Friction over slip velocity: the data of every record and the law along the same motion; returns the Axes."""
         import matplotlib.pyplot as plt
 
+        from stickslip.show.canvas import verbatim
+
         axes = plt.subplots()[1] if ax is None else ax
         for number, record in enumerate(self.records):
             frame = self.residuals(number)
@@ -157,7 +160,7 @@ class Identification:
             frame = frame[frame["compared"]].iloc[-6000:]
             sense = np.where(frame["slip_velocity"] < 0, -1.0, 1.0)
             w = np.abs(frame["slip_velocity"])
-            dots = axes.plot(w, sense * frame["force"], ".", ms=2, alpha=0.4, label=record.name)
+            dots = axes.plot(w, sense * frame["force"], ".", ms=2, alpha=0.4, label=verbatim(record.name))
             axes.plot(w, sense * frame["predicted"], ".", ms=1.5, color=_darker(dots[0].get_color()))
         axes.set_xlabel("slip velocity w")
         axes.set_ylabel("kinetic force f (light: measured, dark: law)")
@@ -459,7 +462,7 @@ def _command(
     bounds: Mapping[str, tuple[float, float]] | None,
 ) -> str:
     files = [f"FRICTION-{i}.nc" if record.name == f"record {i}" else record.name for i, record in enumerate(records, 1)]
-    parts = ["stickslip identify", *files, "--law", kind.__name__]
+    parts = ["stickslip", "identify", *files, "--law", kind.__name__]
     if free is not None:
         parts += ["--free", *free]
     if fixed:
@@ -470,7 +473,7 @@ def _command(
         parts.append("--offset")
     if bounds:
         parts += ["--bounds", *(f"{name}={low:g}:{high:g}" for name, (low, high) in bounds.items())]
-    return " ".join(parts)
+    return shlex.join(parts)
 
 
 def _darker(color: Any) -> Any:

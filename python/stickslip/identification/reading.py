@@ -7,7 +7,6 @@ between, and it counts as stick-slip only where it is slow for long enough. Two 
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from stickslip.documents import number, toml_table
 from stickslip.identification.motion import velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.measurement.regime import regime, slow_share
@@ -86,7 +86,8 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
 
 def _least_drop(record: FrictionRecord) -> float:
     """Part of the median fall from which on the record's rig counts a slip."""
-    return float(tomllib.loads(str(record.attrs.get("rig", ""))).get("least_drop", Rig.least_drop))
+    rig = toml_table(str(record.attrs.get("rig", "")), f"{record.name}: rig")
+    return number("least_drop", rig.get("least_drop", Rig.least_drop), f"{record.name}: rig")
 
 
 def _releases(orbit: Orbit, system: Oscillator, start: float) -> pd.DataFrame:

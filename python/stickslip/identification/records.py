@@ -13,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.netcdf import read_tree
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -160,16 +161,7 @@ def opened(path: Path) -> xr.DataTree:
     InputError
         where it is missing, damaged or an orbit.
     """
-    if not path.exists():
-        raise InputError(f"{path}: no such file; check the path")
-    if path.is_dir():
-        raise InputError(f"{path}: a friction file was expected, this is a folder; name a file in it")
-    try:
-        with xr.open_datatree(path, engine="h5netcdf") as tree:
-            loaded = tree.load()
-    except (OSError, ValueError, KeyError) as error:
-        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise InputError(f"{path}: not a netCDF file, or a truncated one ({reason}); measure again") from None
+    loaded = read_tree(path, "friction file")
     if loaded.attrs.get("stickslip") == "orbit":
         raise InputError(f"{path}: expected a friction file, got a simulated orbit; measure a record first")
     return loaded
@@ -196,6 +188,9 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
     else:
         error = np.zeros(count)
     stuck = data["stuck"].to_numpy().astype(bool) if "stuck" in data else np.zeros(count, dtype=bool)
+    for column, values in (*columns.items(), ("force_error", error), ("stuck", stuck)):
+        if values.shape != (count,):
+            raise InputError(f"{name}: {column} must have {count} samples, got the shape {values.shape}; measure again")
     if stuck.all():
         raise InputError(
             f"{name}: the record holds no slip, so nothing can be said about friction; take one in which the mass moves"
@@ -259,6 +254,11 @@ def _table(tree: xr.DataTree, name: str) -> pd.DataFrame:
         columns[column] = child[column].to_numpy().astype(float) if column in child else np.full(length, np.nan)
         key = f"{column}_error"
         columns[key] = child[key].to_numpy().astype(float) if key in child else np.zeros(length)
+    for key, values in columns.items():
+        if values.shape != (length,):
+            raise InputError(
+                f"{name}: break_away: {key} must have {length} rows, got the shape {values.shape}; measure again"
+            )
     table = pd.DataFrame(columns)
     if length and not np.isfinite(table["force"]).all():
         row = int(np.argmin(np.isfinite(table["force"].to_numpy())))
@@ -278,8 +278,13 @@ def _constants(attrs: Mapping[Any, Any]) -> dict[str, float]:
         "slip_cutoff": ("slip_cutoff",),
     }.items():
         for key in keys:
-            value = attrs.get(key)
-            if value is not None and np.isfinite(float(value)):
-                known[name] = float(value)
+            try:
+                value = float(attrs.get(key, np.nan))
+            except (TypeError, ValueError):
+                raise InputError(
+                    f"friction record: {key} must be a number, got {attrs[key]!r:.60}; measure the record again"
+                ) from None
+            if np.isfinite(value):
+                known[name] = value
                 break
     return known

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -275,7 +276,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         )
     notes += _words(rows, fits, chosen, undecided)
     data = {"slip_velocity": rows.w, "force": rows.force, "force_error": rows.error, "source": rows.source}
-    command = " ".join(["stickslip identify", *names, "--steady", *(["--law", law] if law else [])])
+    command = shlex.join(["stickslip", "identify", *names, "--steady", *(["--law", law] if law else [])])
     return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command)
 
 

@@ -28,6 +28,8 @@ class Layout:
         are left out and counted in the notes).
     torn_rows : ``"refuse"`` or ``"drop"``, for rows with too few cells, as a log that was cut off has.
     rows : key under which a JSON file keeps its rows.
+    segment : of a record whose clock starts again, as where several were joined, the one that is used, from 1; default: the
+        clock must not start again.
     window : (start, end) in s on the record's own clock; what lies outside is not used.
 
     Raises
@@ -44,6 +46,7 @@ class Layout:
     missing: Literal["refuse", "drop"] = "refuse"
     torn_rows: Literal["refuse", "drop"] = "refuse"
     rows: str = "data"
+    segment: int | None = None
     window: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -59,10 +62,14 @@ class Layout:
             if value not in known:
                 words = ", ".join(repr(word) for word in known if word)
                 raise InputError(f"rig: {name} must be one of {words}, got {value!r}{did_you_mean(str(value), known)}")
+        if not isinstance(self.rows, str):
+            raise InputError(f"rig: rows must be the key of a JSON file, got {self.rows!r}")
         if not isinstance(self.header, bool):
             raise InputError(f"rig: header must be true or false, got {self.header!r}")
         if isinstance(self.skip_rows, bool) or not isinstance(self.skip_rows, int) or self.skip_rows < 0:
             raise InputError(f"rig: skip_rows must be a count of lines, got {self.skip_rows!r}")
+        if self.segment is not None and (type(self.segment) is not int or self.segment < 1):
+            raise InputError(f"rig: segment must be the number of a segment from 1, got {self.segment!r}")
         if self.window is not None:
             try:
                 start, end = (float(value) for value in self.window)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stickslip.documents import read_bytes
 from stickslip.errors import InputError
 from stickslip.measurement.formats.json_rows import json_table
 from stickslip.measurement.formats.look import look_table
@@ -18,18 +19,20 @@ from stickslip.measurement.formats.table import Table
 from stickslip.measurement.formats.text import text_table
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.rig import Rig
-from stickslip.measurement.units import find_unit
+from stickslip.measurement.units import FARTHEST, find_unit
+from stickslip.netcdf import read_tree
 
 Array = npt.NDArray[np.float64]
 
 LEAST_SAMPLES = 64
 """Shorter records hold no cycle that could be measured."""
 
-HUGE = 1e100
-"""Larger numbers overflow when they are squared; no gauge gives them in any unit."""
-
 UNEVEN = 0.5
 """Steps that differ from their median by less than this share are jitter, and need no note."""
+
+RECORD = "record file (.mat, .csv, .txt, .json or .nc)"
+MOST_BYTES = 2 << 30
+"""Of a record file: it is read into memory as a whole."""
 
 FORMAT_OF_ENDING = {".mat": "matlab", ".json": "json", ".nc": "netcdf"}
 """All other endings are text, unless the rig says otherwise."""
@@ -86,42 +89,26 @@ def read_columns(path: str | Path, layout: Layout | None = None) -> dict[str, Ar
 def read_table(path: str | Path, layout: Layout | None = None, wanted: Collection[str | int] | None = None) -> Table:
     """`read_columns` with the row numbers; only the columns that are `wanted` must be numbers."""
     path, layout = Path(path), layout or Layout()
-    if not path.exists():
-        raise InputError(f"{path}: no such file; give the path of a .mat, .csv, .txt, .json or .nc record")
-    if path.is_dir():
-        raise InputError(f"{path}: a record file was expected, this is a folder; name a file in it")
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: the file cannot be read ({error.strerror}); check its permissions") from None
+    kind = layout.format or FORMAT_OF_ENDING.get(path.suffix.lower(), "text")
+    if kind == "netcdf":
+        return replace(table_of(open_motion(path)), source=str(path))
+    content = read_bytes(path, RECORD, MOST_BYTES)
     if not content:
         raise InputError(f"{path}: the file is empty; export the record again")
-    match layout.format or FORMAT_OF_ENDING.get(path.suffix.lower(), "text"):
+    match kind:
         case "matlab":
             return matlab_table(path, content)
         case "json":
             return json_table(path, content, layout)
         case "look":
             return look_table(path, content)
-        case "netcdf":
-            return replace(table_of(open_motion(path)), source=str(path))
         case _:
             return text_table(path, content, layout, wanted)
 
 
 def open_motion(path: str | Path) -> Any:
     """The xarray Dataset of a netCDF file, in memory."""
-    import xarray as xr
-
-    path = Path(path)
-    if not path.exists():
-        raise InputError(f"{path}: no such file; give the path of a motion file")
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            return data.load()
-    except (OSError, ValueError, KeyError) as error:
-        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise InputError(f"{path}: not a whole netCDF file ({reason}); make it again") from None
+    return read_tree(path).to_dataset()
 
 
 def as_record(source: Any, rig: Rig) -> Record:
@@ -146,17 +133,20 @@ def as_record(source: Any, rig: Rig) -> Record:
         table = read_table(source, rig.read, wanted)
     else:
         table = table_of(source)
+    time_column = rig.time_column
+    if time_column == "t" and "t" not in table.columns and "time" in table.columns:
+        time_column = "time"  # the default name; "time" is what our own data sets call it
+    table = one_segment(table, rig.read, time_column)
     column = table.name_of(rig.column)
     _check_unit(source, column, rig, table.source)
     signal = table.columns[column]
     notes = list(table.notes)
-    if rig.read.missing == "refuse":
-        check_finite(signal, column, table)
+    check_finite(signal, column, table, rig.read.missing)
     if len(signal) < LEAST_SAMPLES:
         raise InputError(
             f"{table.source}: {len(signal)} samples are too short a record, at least {LEAST_SAMPLES} are needed"
         )
-    time = _time(table, rig, len(signal), notes)
+    time = _time(table, time_column, rig, len(signal), notes)
     if rig.read.window is not None:
         inside = slice(*np.searchsorted(time, rig.read.window))
         time, signal = time[inside], signal[inside]
@@ -242,16 +232,16 @@ def _check_unit(source: Any, column: str, rig: Rig, name: str) -> None:
         raise InputError(f"{name}: {column!r} is in {unit} and the rig says {rig.unit}; {what}")
 
 
-def check_finite(values: Array, column: str, table: Table) -> None:
-    """Refuse NaN and infinity, with the row of the first."""
+def check_finite(values: Array, column: str, table: Table, missing: str) -> None:
+    """Refuse what is too large, and NaN and infinity unless what is `missing` is dropped; with the row of the first."""
     bad = np.flatnonzero(~np.isfinite(values))
-    if len(bad):
+    if len(bad) and missing == "refuse":
         what = "NaN" if np.isnan(values[bad[0]]) else "infinity"
         raise InputError(
             f"{table.source}: row {table.row(bad[0])}, column {column!r} is {what} ({len(bad)} such in all); "
             'cut them off, or write [read] missing = "drop" in the rig to leave them out; they are not filled in'
         )
-    huge = np.flatnonzero(np.abs(values) > HUGE)
+    huge = np.flatnonzero((np.abs(values) > FARTHEST) & np.isfinite(values))
     if len(huge):
         raise InputError(
             f"{table.source}: row {table.row(huge[0])}, column {column!r} is {values[huge[0]]:.3g}, which no gauge reads; "
@@ -259,21 +249,18 @@ def check_finite(values: Array, column: str, table: Table) -> None:
         )
 
 
-def _time(table: Table, rig: Rig, n: int, notes: list[str]) -> Array:
+def _time(table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[str]) -> Array:
     name = table.source
-    if rig.time_column is None:
+    if wanted is None:
         if rig.sampling_rate is None:
             raise InputError(f"{name}: the rig names no time_column; give it a sampling_rate")
         return np.arange(n) / rig.sampling_rate
-    wanted = rig.time_column
-    if wanted not in table.columns and wanted == "t" and "time" in table.columns:
-        wanted = "time"  # the default name; "time" is what our own data sets call it
-    if wanted not in table.columns and rig.sampling_rate is not None and rig.time_column == "t":
+    if wanted == "t" and wanted not in table.columns and rig.sampling_rate is not None:
         notes.append(f"there is no time column: time was counted from the sampling rate of {rig.sampling_rate:g} Hz")
         return np.arange(n) / rig.sampling_rate
     wanted = table.name_of(wanted)
     time = table.columns[wanted] * find_unit(rig.time_unit, ("time",), "rig: time_unit")[1]
-    check_finite(time, wanted, table)
+    check_finite(time, wanted, table, "refuse")
     if len(time) != n:
         raise InputError(f"{name}: column {wanted!r} has {len(time)} rows and {rig.column!r} has {n}; they must agree")
     check_increasing(time, wanted, table)
@@ -329,6 +316,27 @@ def _bridged(
     )
 
 
+def one_segment(table: Table, layout: Layout, column: str | int | None) -> Table:
+    """The rows between two starts of the clock in a column that the layout names; all where it names none."""
+    if layout.segment is None:
+        return table
+    if column is None:
+        raise InputError(
+            f"{table.source}: [read] segment needs a clock that starts again; name the time_column in the rig"
+        )
+    time = table.columns[table.name_of(column)]
+    bounds = [0, *(np.flatnonzero(np.diff(time) < 0) + 1).tolist(), len(time)]
+    if layout.segment >= len(bounds):
+        raise InputError(
+            f"{table.source}: column {column!r} has {len(bounds) - 1} segment(s), and the rig says [read] segment = "
+            f"{layout.segment}; name one of them"
+        )
+    part = slice(bounds[layout.segment - 1], bounds[layout.segment])
+    columns = {name: values[part] if len(values) == len(time) else values for name, values in table.columns.items()}
+    rows = np.arange(len(time)) + table.first_row if table.rows is None else table.rows
+    return replace(table, columns=columns, rows=rows[part])
+
+
 def check_increasing(time: Array, column: str, table: Table) -> None:
     """Refuse stamps that repeat or run backwards, with the row of the first."""
     steps = np.diff(time)
@@ -336,7 +344,11 @@ def check_increasing(time: Array, column: str, table: Table) -> None:
     if len(bad):
         row = bad[0] + 1
         what = "repeats the time stamp" if steps[bad[0]] == 0 else "goes back in time to"
+        starts = int(np.count_nonzero(steps < 0)) + 1
+        again = (
+            f"; if the clock starts again there, [read] segment = 1 to {starts} takes one part" if starts > 1 else ""
+        )
         raise InputError(
             f"{table.source}: row {table.row(row)}, column {column!r} {what} {time[row]:g} ({len(bad)} such in all); "
-            "time stamps must increase"
+            f"time stamps must increase{again}"
         )

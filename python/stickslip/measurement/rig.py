@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -11,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
-from stickslip.documents import did_you_mean
+from stickslip.documents import did_you_mean, number, read_toml, toml_table
 from stickslip.errors import InputError
 from stickslip.measurement.layout import Layout
+from stickslip.measurement.units import FARTHEST, find_unit, quantity
 from stickslip.measurement.units import UNITS as SIZES
-from stickslip.measurement.units import find_unit, quantity
 
 if TYPE_CHECKING:
     from stickslip.system import Oscillator
@@ -103,6 +102,8 @@ class Rig:
                 f"rig: gauge must be one of {', '.join(GAUGES)}, got {self.gauge!r}"
                 f"{did_you_mean(str(self.gauge), GAUGES)}"
             )
+        if not isinstance(self.unit, str):
+            raise InputError(f"rig: unit must be a text, got {self.unit!r}")
         if self.unit == "":
             object.__setattr__(self, "unit", UNITS[self.gauge][0])
         if self.unit not in UNITS[self.gauge] and self.unit not in SIZES[DIMENSIONS[self.gauge]]:
@@ -118,9 +119,7 @@ class Rig:
             raise InputError(f"rig: time_column must be the name of the time variable, got {self.time_column!r}")
         if not isinstance(self.read, Layout):
             raise InputError(f"rig: read must be a Layout, got {self.read!r}")
-        if isinstance(self.rest, bool) or not isinstance(self.rest, int | float) or not math.isfinite(self.rest):
-            raise InputError(f"rig: rest must be a number, got {self.rest!r}")
-        object.__setattr__(self, "rest", float(self.rest))
+        object.__setattr__(self, "rest", number("rest", self.rest, "rig"))
         for name in ("stiffness", "mass", "drive_velocity", "gravity"):
             self._check_number(name, positive=True)
         for name in ("sampling_rate", "mains_frequency", "noise", "effective_mass"):
@@ -134,7 +133,7 @@ class Rig:
         wanted = "a positive number" if positive else "zero or a positive number"
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise InputError(f"rig: {name} must be {wanted}, got {value!r}")
-        if not math.isfinite(value) or value < 0 or (positive and value == 0):
+        if not -FARTHEST <= value <= FARTHEST or value < 0 or (positive and value == 0):
             raise InputError(f"rig: {name} must be {wanted}, got {value!r}")
         object.__setattr__(self, name, float(value))
 
@@ -177,11 +176,7 @@ class Rig:
     @classmethod
     def from_toml(cls, text: str, source: str = "rig") -> Rig:
         """Read a rig from the text of a TOML document; `source` names it in error messages."""
-        try:
-            table = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"{source}: not a TOML document ({error}); correct that line") from None
-        return cls.from_table(table, source)
+        return cls.from_table(toml_table(text, source), source)
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any], source: str = "rig") -> Rig:
@@ -212,14 +207,7 @@ class Rig:
     @classmethod
     def load(cls, path: str | Path) -> Rig:
         """Read a rig file."""
-        path = Path(path)
-        try:
-            text = path.read_text(encoding="utf-8")
-        except FileNotFoundError:
-            raise InputError(f"{path}: no such rig file; give the path of a rig TOML") from None
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: the rig file cannot be read ({error}); give a UTF-8 TOML file") from None
-        return cls.from_toml(text, source=str(path))
+        return cls.from_table(read_toml(path, "rig file"), str(path))
 
     def to_toml(self) -> str:
         """The rig as a TOML document that `from_toml` reads back to an equal rig."""

@@ -31,7 +31,7 @@ def load_rig(rig: Rig | Chain | Bench | str | Path | dict[str, Any]) -> Rig | Ch
     if isinstance(rig, Rig | Chain | Bench):
         return rig
     where = "rig" if isinstance(rig, dict) else str(rig)
-    table = rig if isinstance(rig, dict) else read_toml(rig)
+    table = rig if isinstance(rig, dict) else read_toml(rig, "rig file")
     known = [*GAUGES, *OTHERS]
     gauge = table.get("gauge")
     if gauge is None:

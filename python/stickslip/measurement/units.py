@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from stickslip.documents import did_you_mean
+from stickslip.documents import did_you_mean, number
 from stickslip.errors import InputError
+
+FARTHEST = 1e100
+"""Larger numbers overflow when they are squared; no gauge gives them in any unit, and no rig has them."""
 
 POUND = 4.4482216152605
 """Pound-force in N (exact)."""
@@ -58,6 +61,8 @@ def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, fl
     >>> find_unit("kip", ("force", "torque"), "rig")
     ('force', 4448.2216152605)
     """
+    if not isinstance(unit, str):
+        raise InputError(f"{where}: the unit must be a text such as {si_unit(dimensions[0])!r}, got {unit!r}")
     unit = SPELLINGS.get(unit, unit)
     for dimension in dimensions:
         if unit in UNITS[dimension]:
@@ -88,10 +93,8 @@ def quantity(name: str, value: object, dimensions: Sequence[str], where: str) ->
             raise InputError(f"{where}: {name} = {value!r} has no unit; write a number without quotes for SI")
         factor = find_unit(unit.strip(), dimensions, f"{where}: {name}")[1]
         result = size * factor if factor >= 1e-2 else size / round(1 / factor)
-    elif isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{where}: {name} must be a number, got {value!r}")
     else:
-        result = float(value)
-    if not math.isfinite(result):
-        raise InputError(f"{where}: {name} must be a finite number, got {value!r}")
+        result = number(name, value, where)
+    if not abs(result) <= FARTHEST:
+        raise InputError(f"{where}: {name} must be a finite number of at most {FARTHEST:g}, got {value!r}")
     return result

@@ -93,6 +93,15 @@ _SI = {
 _UNITS = {"SI": _SI, "dimensionless": dict.fromkeys(_SI, "dimensionless")}
 
 
+def verbatim(name: str) -> str:
+    r"""A name that somebody else has chosen, as a picture shows it: what stands between dollars is no formula.
+
+    >>> print(verbatim("run $2.nc"))
+    run \$2.nc
+    """
+    return name.replace("$", r"\$")
+
+
 def axes(ax: Axes | None = None) -> Axes:
     """`ax` itself, or the only axes of a new figure in our style."""
     return new_axes()[0] if ax is None else ax

@@ -142,7 +142,7 @@ def one_period(closed: Return, period: float) -> Orbit:
         system.to_json(),
         (float(trail.start[1]), float(trail.start[2]), period, 10_000_000),
         _core.STOPS.index("t_end"),
-        (len(kinds), 0, 0),
+        (len(kinds), 0, 0, 0),
         np.ascontiguousarray(rows.ravel()),
         np.ascontiguousarray(table.ravel()),
     )

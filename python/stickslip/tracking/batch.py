@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import InputError
+from stickslip.netcdf import tree_of
 from stickslip.tracking.follow import track
 from stickslip.tracking.setup import Setup
 
@@ -96,14 +97,12 @@ def _names(paths: list[Path]) -> list[str]:
 
 def _finished(source: Path, target: Path, setup: Setup) -> float | None:
     """The share seen that a finished motion file says, None where there is none that fits."""
-    import xarray as xr
-
     if not (source.exists() and target.is_file() and target.stat().st_mtime >= source.stat().st_mtime):
         return None
     try:
-        with xr.open_dataset(target, engine="h5netcdf") as motion:
-            if motion.attrs.get("setup") != setup.to_toml():
-                return None
-            return float((motion["lost"] == "").mean())
-    except (OSError, ValueError, KeyError):
+        motion = tree_of(target)
+        if motion.attrs.get("setup") != setup.to_toml():
+            return None
+        return float((motion["lost"] == "").mean())
+    except (InputError, KeyError):
         return None  # damaged: track it again

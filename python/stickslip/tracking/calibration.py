@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -129,6 +130,9 @@ class Calibration:
         )
 
 
+FARTHEST = 1e9
+"""No pixel lies farther away."""
+
 PIXELS = Calibration(unit="px", coefficients=(0.0, 1.0))
 """No calibration: coordinates stay pixels, x to the right and y downwards as in the picture."""
 
@@ -176,6 +180,8 @@ def read_calibration(
         with the key that is unknown, missing or of another kind.
     """
     where = "calibration"
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: expected a table with one of {', '.join(_KINDS)}, got {table!r}")
     kinds = [kind for kind in _KINDS if kind in table]
     if len(kinds) != 1:
         check_keys(table, [*_KINDS, *_COMMON, *(key for keys in _KINDS.values() for key in keys)], (), where)
@@ -197,7 +203,8 @@ def read_calibration(
         return _from_marks(table, None, factor, base)
     if kind in ("ruler", "checker"):
         photo = folder / str(table[kind])
-        if beside is not None and not photo.exists() and (aside := beside.parent / str(table[kind])).exists():
+        aside = photo if beside is None else beside.parent / str(table[kind])
+        if not os.path.exists(photo) and os.path.exists(aside):  # noqa: PTH110 that of pathlib fails for names that cannot be
             photo = aside
         return (_from_checker if kind == "checker" else _from_marks)(table, photo, factor, base)
     if kind == "points":
@@ -245,7 +252,7 @@ def _from_marks(table: Mapping[str, Any], photo: Path | None, factor: float, bas
         ends = [_pair(table[key], key) for key in ("first", "second", "last")]
         places, numbers = find_marks(read_picture(photo), *ends)
         positions = number("start", table.get("start", 0.0), "calibration") + _positive(table, "pitch") * numbers
-        order, of = int(table.get("order", 3)), f"the ruler in {photo.name}"
+        order, of = table.get("order", 3), f"the ruler in {photo.name}"
     else:
         marks, given = table["marks"], table.get("positions")
         if not isinstance(marks, list | tuple) or not isinstance(given, list | tuple) or len(marks) != len(given):
@@ -254,9 +261,11 @@ def _from_marks(table: Mapping[str, Any], photo: Path | None, factor: float, bas
             )
         places = np.array([_pair(mark, "marks") for mark in marks])
         positions = np.array([number("positions", value, "calibration") for value in given])
-        order, of = int(table.get("order", 1)), "the marks given"
-    if not 1 <= order < len(places):
-        raise InputError(f"calibration: order must lie in [1, {len(places) - 1}] for {len(places)} marks, got {order}")
+        order, of = table.get("order", 1), "the marks given"
+    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order < len(places):
+        raise InputError(
+            f"calibration: order must be a whole number in [1, {len(places) - 1}] for {len(places)} marks, got {order!r}"
+        )
     straight = places if base["lens"] is None else base["lens"].straighten(places)
     middle = straight.mean(axis=0)
     along = np.linalg.svd(straight - middle)[2][0]
@@ -362,6 +371,10 @@ def _lens(table: object) -> Lens | None:
         )
     check_keys(table, ("k1", "k2", "centre", "radius"), ("k1", "centre", "radius"), "calibration lens")
     numbers = {key: number(key, table.get(key, 0.0), "calibration lens") for key in ("k1", "k2", "radius")}
+    if not 1 <= numbers["radius"] <= FARTHEST or max(abs(numbers["k1"]), abs(numbers["k2"])) > FARTHEST:
+        raise InputError(
+            f"calibration lens: radius must be px from 1 to {FARTHEST:g}, and k1 and k2 no larger, got {dict(table)!r}"
+        )
     return Lens(centre=_pair(table["centre"], "centre"), **numbers)
 
 

@@ -114,7 +114,7 @@ def tracks_over_film(
     -------
     The axes, in px.
     """
-    from stickslip.show.canvas import OKABE_ITO, new_axes
+    from stickslip.show.canvas import OKABE_ITO, new_axes, verbatim
 
     middle = motion.sizes["time"] // 2
     for index, (_, picture) in enumerate(Film(source, times=motion["time"].to_numpy())):
@@ -131,7 +131,7 @@ def tracks_over_film(
     for mass in range(motion.sizes["mass"]):
         x, y = motion["x_px"].to_numpy()[:, mass], motion["y_px"].to_numpy()[:, mass]
         name = str(motion["name"].item(mass)) if "name" in motion.coords else f"mass {mass}"
-        style: dict[str, Any] = {"lw": 1.2, "label": name, "color": colours[mass % len(colours)]} | options
+        style: dict[str, Any] = {"lw": 1.2, "label": verbatim(name), "color": colours[mass % len(colours)]} | options
         ax.plot(x, y, **style)
         if math.isfinite(x[index]) and math.isfinite(y[index]):
             ax.plot(x[index], y[index], "+", ms=7, mew=1.0, color=style["color"])

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import math
 import re
+import struct
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +15,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from stickslip.documents import read_bytes, read_text
 from stickslip.errors import InputError
 from stickslip.tracking.calibration import UNITS, Calibration
 from stickslip.tracking.motion import motion_dataset
@@ -21,6 +25,10 @@ if TYPE_CHECKING:
 
 PROJECTS = (".trk", ".trz")
 TEXTS = (".txt", ".csv", ".tsv", ".dat")
+
+MOST_BYTES = 1 << 28
+"""Of a project or a table."""
+MOST_FRAMES = 10_000_000
 
 CLICK_ERROR = 0.5
 """Standard error of a point set by hand, in px: a project says nothing of it, a click is a pixel wide."""
@@ -51,23 +59,22 @@ def read_osp(path: str | Path, *, click_error: float = CLICK_ERROR) -> xr.Datase
         for a damaged archive, a project without point masses, a table that cannot be understood (with its row).
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; give a .trk, .trz or text export of OSP Tracker")
     if path.suffix.lower() in TEXTS:
         return _read_text(path)
-    content = path.read_bytes()
+    content = read_bytes(path, "project of OSP Tracker (.trk or .trz) or its text export", MOST_BYTES)
     if path.suffix.lower() == ".trz":
         try:
-            with zipfile.ZipFile(path) as archive:
+            with zipfile.ZipFile(io.BytesIO(content)) as archive:
                 names = [name for name in archive.namelist() if name.lower().endswith(".trk")]
                 if not names:
                     raise InputError(f"{path}: the archive holds no .trk project; save it again in Tracker")
-                content = archive.read(names[0])
-        except (zipfile.BadZipFile, EOFError, OSError) as error:
+                with archive.open(names[0]) as project:
+                    content = project.read(MOST_BYTES)
+        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, ValueError, struct.error) as error:
             raise InputError(f"{path}: not a whole .trz archive ({error}); copy it again") from None
     try:
         root = ElementTree.fromstring(content)
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, ValueError, LookupError) as error:  # the last two for an encoding that there is not
         raise InputError(f"{path}: not a whole Tracker project ({error}); save it again in Tracker") from None
     return _read_project(path, root, click_error)
 
@@ -82,8 +89,7 @@ def _read_project(path: Path, root: ElementTree.Element, click_error: float) -> 
     if not kept:
         raise InputError(f"{path}: the project holds no point mass with points; autotrack or mark one in Tracker")
     clip = next((item for item in panel.iter("object") if _kind(item) == "VideoClip"), None)
-    start = int(_value(clip, "startframe", 0))
-    step = max(1, int(_value(clip, "stepsize", 1)))
+    start, step = _whole(path, clip, "startframe", 0), max(1, _whole(path, clip, "stepsize", 1))
     control = next((item for item in panel.iter("object") if _kind(item).endswith("ClipControl")), None)
     interval = 1e-3 * _value(control, "delta_t", math.nan)
     notes = []
@@ -94,7 +100,9 @@ def _read_project(path: Path, root: ElementTree.Element, click_error: float) -> 
     axes = _axes(path, panel)
     if not axes:
         notes.append("The project has no axes: coordinates are pixels from the top left.")
-    frames = list(range(frames[0], frames[-1] + 1, step)) if step > 1 else list(range(frames[0], frames[-1] + 1))
+    if (frames[-1] - frames[0]) // step > MOST_FRAMES:
+        raise InputError(f"{path}: points from frame {frames[0]} to {frames[-1]}, more than a film has; save it again")
+    frames = list(range(frames[0], frames[-1] + 1, step))
     shape = len(frames), len(kept)
     x, y = np.full(shape, np.nan), np.full(shape, np.nan)
     for column, (_, table) in enumerate(kept):
@@ -169,7 +177,7 @@ def _frame_data(owner: ElementTree.Element | None) -> list[tuple[int, ElementTre
     data = _property(owner, "framedata")
     pairs = []
     for item in [] if data is None else data.findall("property"):
-        index = re.fullmatch(r"\[(\d+)\]", item.get("name", ""))
+        index = re.fullmatch(r"\[(\d{1,9})\]", item.get("name", ""))
         child = item.find("object")
         if index is not None and child is not None:
             pairs.append((int(index.group(1)), child))
@@ -198,13 +206,15 @@ def _value(owner: ElementTree.Element | None, name: str, default: float) -> floa
         return default
 
 
+def _whole(path: Path, owner: ElementTree.Element | None, name: str, default: int) -> int:
+    value = _value(owner, name, default)
+    if not abs(value) < 2**31:
+        raise InputError(f"{path}: {name} must be the number of a frame, got {value:g}; save it again in Tracker")
+    return int(value)
+
+
 def _read_text(path: Path) -> xr.Dataset:
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise InputError(
-            f"{path}: expected a text export of OSP Tracker, got something else; export it again"
-        ) from None
+    lines = read_text(path, "text export of OSP Tracker", MOST_BYTES).splitlines()
     header, cells, delimiter = -1, [""], "\t"
     for row, line in enumerate(lines):
         for mark in ("\t", ";", ",", None):

@@ -103,9 +103,12 @@ class Setup:
             object.__setattr__(self, "templates", tuple(_box(box, "templates") for box in boxes))
         if self.start is not None:
             object.__setattr__(self, "start", _places(self.start))
-        for name in ("ids", "names"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, tuple(getattr(self, name)))
+        for name, kind, what in (("ids", int, "the numbers of markers"), ("names", str, "texts")):
+            value = getattr(self, name)
+            if value is not None:
+                if not isinstance(value, list | tuple) or not all(type(one) is kind for one in value):
+                    raise InputError(f"setup: {name} must be a list of {what}, got {value!r}")
+                object.__setattr__(self, name, tuple(value))
         if self.finder == "template" and not self.templates:
             raise InputError(
                 "setup: the template finder needs templates = [[x, y, width, height], ...] of the first picture"

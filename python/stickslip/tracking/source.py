@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,10 +13,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stickslip.documents import input_file, read_text
 from stickslip.errors import InputError
-from stickslip.tracking.vision import vision
+from stickslip.tracking.vision import MOST_PIXELS, vision
 
 Picture = npt.NDArray[np.uint8]
+
+MOST_BYTES = 1 << 28
+"""Of a text file of times: ten million."""
 
 IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".pgm", ".ppm")
 
@@ -62,10 +67,11 @@ class Film:
         self._times = self._given_times()
         if isinstance(self.source, list):
             self._images = [Path(path) for path in self.source]
+            for path in self._images:
+                if path.exists():  # one that is missing is told with the unreadable ones
+                    input_file(path, "picture")
         else:
             path = Path(self.source)
-            if not path.exists():
-                raise InputError(f"{path}: no such film; give a video file or a folder of images")
             if path.is_dir():
                 self._images = natural_order(
                     [file for file in path.iterdir() if file.suffix.lower() in IMAGES and not file.name.startswith(".")]
@@ -74,7 +80,7 @@ class Film:
                     raise InputError(
                         f"{path}: the folder holds no images; expected files ending in {', '.join(IMAGES[:3])}"
                     )
-            elif path.suffix.lower() in IMAGES:
+            elif input_file(path, "film or folder of images").suffix.lower() in IMAGES:
                 self._images = [path]
             else:
                 self._file_rate = self._open(path).get(vision().CAP_PROP_FPS)
@@ -180,6 +186,11 @@ class Film:
         if not capture.isOpened():
             what = "is empty" if path.stat().st_size == 0 else "is no video, or a truncated or damaged one"
             raise InputError(f"{path}: the file {what}; copy or export it again")
+        width, height = (capture.get(size) for size in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
+        if width * height > MOST_PIXELS:
+            raise InputError(
+                f"{path}: says pictures of {width:.0f} x {height:.0f} px, more than are read; is it damaged?"
+            )
         rate = capture.get(cv2.CAP_PROP_FPS)
         if self.frame_rate is not None and not (math.isfinite(rate) and rate > 0) and self._times is None:
             raise InputError(f"{path}: the file says no frame rate, so its stamps cannot be scaled; give `times`")
@@ -191,10 +202,7 @@ class Film:
         if not isinstance(self.times, str | Path):
             return _checked_times(np.asarray(self.times, float), "times", 0)
         path = Path(self.times)
-        try:
-            lines = path.read_text(encoding="utf-8").split()
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: the times cannot be read ({error}); give a text file, one time a line") from None
+        lines = read_text(path, "text file, one time a line", MOST_BYTES).split()
         values = []
         for row, word in enumerate(lines, start=1):
             try:
@@ -226,17 +234,39 @@ def read_picture(path: str | Path) -> Picture:
     InputError
         where it is missing or no image.
     """
-    return _eight_bits(_read_image(Path(path)))
+    return _eight_bits(_read_image(input_file(path, "picture")))
 
 
 def _read_image(path: Path) -> npt.NDArray[Any]:
     cv2 = vision()
-    if not path.is_file():
-        raise InputError(f"{path}: no such image; check the path")
-    picture: npt.NDArray[Any] | None = cv2.imread(str(path), cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH)
+    if _pixels(path) > MOST_PIXELS:
+        raise InputError(
+            f"{path}: a picture of at most {MOST_PIXELS / 1e6:.0f} million pixels was expected; is it damaged?"
+        )
+    try:
+        picture: npt.NDArray[Any] | None = cv2.imread(str(path), cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH)
+    except cv2.error:
+        picture = None
     if picture is None:
         raise InputError(f"{path}: not a whole image file; copy it again")
+    if picture.dtype.kind != "u":
+        raise InputError(f"{path}: a picture of 8 or 16 bits was expected, got {picture.dtype}; save it as such")
     return picture
+
+
+def _pixels(path: Path) -> float:
+    """What the head of an image file claims, 0 where it says nothing."""
+    from PIL import Image
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(path) as head:
+                return head.width * head.height
+    except Image.DecompressionBombError:
+        return math.inf
+    except Exception:  # noqa: BLE001 damaged, which the reader proper will say, or of a kind that only that one knows
+        return 0
 
 
 def white_level(picture: npt.NDArray[Any]) -> int:

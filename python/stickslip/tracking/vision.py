@@ -8,6 +8,9 @@ from typing import Any
 
 from stickslip.errors import InputError
 
+MOST_PIXELS = 1 << 27
+"""Of a picture, some 400 MB: a file of a hundred kilobytes may claim many times as much."""
+
 
 def vision() -> Any:
     """OpenCV, imported now.
@@ -19,6 +22,7 @@ def vision() -> Any:
     """
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # read once, when the first film is opened
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+    os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))  # the same, when it is imported
     try:
         cv2 = importlib.import_module("cv2")
     except ImportError:

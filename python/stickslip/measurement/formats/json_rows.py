@@ -22,12 +22,18 @@ def json_table(path: Path, content: bytes, layout: Layout) -> Table:
     """
     try:
         document = json.loads(content)
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except (
+        ValueError,
+        RecursionError,
+    ) as error:  # also numbers of thousands of digits, brackets in brackets in brackets
         raise InputError(f"{path}: not a JSON document, truncated or damaged ({error}); export it again") from None
     rows = document.get(layout.rows) if isinstance(document, dict) else document
     if not isinstance(rows, list) or not rows:
         keys = ", ".join(document) if isinstance(document, dict) else "none"
-        raise InputError(f"{path}: there is no list of rows under {layout.rows!r}; the keys are {keys}")
+        raise InputError(f"{path}: there is no list of rows under {layout.rows!r}; the keys are {keys:.400}")
+    for number, row in enumerate(rows, start=1):
+        if not isinstance(row, type(rows[0])) or not isinstance(row, list | dict):
+            raise InputError(f"{path}: row {number} must be a list or an object as all others, got {row!r:.60}")
     named = isinstance(rows[0], dict)
     names = [str(key) for key in rows[0]] if named else [str(i) for i in range(1, len(rows[0]) + 1)]
     try:
@@ -35,7 +41,7 @@ def json_table(path: Path, content: bytes, layout: Layout) -> Table:
         table = np.array(values, dtype=np.float64)  # None becomes NaN
         if table.shape != (len(rows), len(names)):
             raise ValueError
-    except (TypeError, ValueError, KeyError):
+    except (TypeError, ValueError, KeyError, OverflowError):
         for number, row in enumerate(rows, start=1):
             cells = [row.get(name) for name in names] if isinstance(row, dict) else list(row)
             if len(cells) != len(names):

@@ -16,7 +16,7 @@ from stickslip.documents import check_keys, number
 from stickslip.errors import InputError
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.layout import Layout
-from stickslip.measurement.read import check_finite, check_increasing, read_table, table_of
+from stickslip.measurement.read import check_finite, check_increasing, one_segment, read_table, table_of
 from stickslip.measurement.units import find_unit, quantity, si_unit
 
 Array = npt.NDArray[np.float64]
@@ -229,6 +229,10 @@ class Gauge:
         elif "time" not in channels:
             raise InputError(f"{where}: [columns] lacks time; name its column or give a sampling_rate")
         constants["sampling_rate"] = rate
+        try:
+            document = tomli_w.dumps(dict(table))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{where}: a rig holds text, numbers, lists and tables ({error}); correct that") from None
         return Bench(
             self.name,
             channels,
@@ -237,7 +241,7 @@ class Gauge:
             str(companion.get("file", "")) if companion else "",
             Layout.from_table(companion.get("read", {}), where) if companion else Layout(),
             others,
-            tomli_w.dumps(dict(table)),
+            document,
         )
 
     def _channels(self, table: Any, where: str, part: str) -> dict[str, Channel]:
@@ -288,6 +292,8 @@ class Gauge:
         for channel in channels.values():
             wanted += channel.column if isinstance(channel.column, tuple) else [channel.column]
         table = read_table(source, layout, wanted) if isinstance(source, str | Path) else table_of(source)
+        clock = channels["time"].column if "time" in channels else None
+        table = one_segment(table, layout, None if isinstance(clock, tuple) else clock)
         dimensions = {"time": ("time",), **self.channels, **self.optional}
         values: dict[str, Array] = {}
         units: dict[str, str] = {}
@@ -298,8 +304,8 @@ class Gauge:
             raw = np.concatenate([table.columns[column] for column in found])
             if channel.valid is not None:
                 raw = np.where((raw >= channel.valid[0]) & (raw <= channel.valid[1]), raw, np.nan)
-            elif layout.missing == "refuse":
-                check_finite(raw, found[0], table)
+            else:
+                check_finite(raw, found[0], table, layout.missing)
             unit = channel.unit or table.units.get(found[0]) or si_unit(dimensions[name][0])
             dimension, size = find_unit(unit, dimensions[name], name)
             values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size

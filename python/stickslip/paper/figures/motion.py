@@ -210,7 +210,6 @@ def overview(diagram: xr.Dataset | None = None) -> list[Axes]:
         orbit = simulate(oscillator(s), 200.0)
         regime = orbit.regime()
         friction_loop(orbit, ax, colour=REGIME_COLOURS[regime], name=f"s = {s:.2f}: {words(regime)}")
-    ax.set_ylim(top=1.35)
     limit_cycles(ax=panels[1])
     regimes(diagram, panels[2])
     return panels
