@@ -18,6 +18,8 @@ _SPEEDS = ("low", "high", "anchor_w", "corner_w")
 _FORCES = ("offset", "anchor_f", "corner_f", "released_at")
 #: Below this share of the largest a multiplier is the zero that an event brings.
 _NOTHING = 1e-11
+#: Below this share of the period an arc has no duration: the stick that has vanished closes at any drive velocity.
+_NO_TIME = 1e-12
 
 
 def _harmonics(system: Oscillator | System) -> list[Harmonic | Force]:
@@ -197,7 +199,7 @@ def once(closed: Return) -> Return:
 
 def inconsistency(here: Return) -> str | None:
     """Why the real motion does not follow the event sequence; None where it does."""
-    if (here.durations <= 0).any():
+    if (here.durations <= _NO_TIME * here.period).any():
         return f"arc {int(np.argmin(here.durations))} would take no time"
     finite = np.isfinite(here.tests[:, 4])
     scale = 1e-9 * np.abs(here.tests[finite, 4]).max(initial=1e-300)
