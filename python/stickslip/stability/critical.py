@@ -15,7 +15,7 @@ from stickslip.errors import InputError
 from stickslip.stability.branch import Branch, SpecialPoint
 from stickslip.stability.branches import lies_on
 from stickslip.stability.cycles import periodic_orbit
-from stickslip.stability.equilibria import criticality, steady_changes, steady_slip
+from stickslip.stability.equilibria import SteadySlip, criticality, steady_changes, steady_slip
 from stickslip.stability.returns import forcing_period
 from stickslip.stability.shooting import Family, Lost, Point, axis, corrected
 from stickslip.stability.shown import Shown, shown
@@ -29,8 +29,8 @@ _KINDS = (
     *("grazing_sliding", "crossing_sliding", "switching_sliding", "adding_sliding", "nonsmooth_fold", "fold"),
     *("nonsmooth_hopf", "vanishing_stick"),
 )
-#: Speeds from low to high from which the motion from rest is followed, and those at which runs look at it.
-_STARTS, _SWEEP = 24, 64
+#: Speeds from low to high at which runs look at the motion, and half as many that lie closer at the low end.
+_SWEEP = 64
 #: How far on both sides of a speed runs confirm it, relative to the speed, and for how many cycles; the next if they do not.
 _CONFIRM = ((1e-3, 300), (1e-3, 3000), (1e-2, 300), (1e-4, 3000))
 #: How long the runs of a sweep are, and those that close in on a change which no followed cycle explains.
@@ -40,6 +40,8 @@ _SAME = 1e-6
 
 #: A run of so many cycles at a drive velocity.
 Run = Callable[[float, float], Shown]
+#: What runs of one kind show over the speeds.
+Sweep = tuple[Run, list[tuple[float, Shown]]]
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,7 @@ def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None =
     nature = criticality(system, _PATH, smooth[-1], high - low) if smooth else None
     sweeps = _sweeps(system, low, high)
     points: list[SpecialPoint] = []
-    for branch in _branches(system, (low, high), steady, sweeps):
+    for branch in _branches(system, (low, high), steady, neutral, sweeps):
         for point in branch.special_points:
             if all(abs(point.parameter - other.parameter) > _SAME * (high - low) for other in points):
                 points.append(point)
@@ -159,12 +161,15 @@ def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None =
 
 def _sides(run: Run, value: float, gap: float) -> tuple[Shown, Shown] | None:
     """What runs below and above a speed show, nearer to it than the next candidate; None where they show the same."""
+    first = None
     for share, cycles in _CONFIRM:
         width = min(share * value, gap / 3)
         below, above = run(value - width, cycles), run(value + width, cycles)
         if below.differs(above):
-            return below, above
-    return None
+            if below.decided and above.decided:
+                return below, above
+            first = first or (below, above)
+    return first
 
 
 def _from_rest(system: Oscillator) -> Run:
@@ -196,20 +201,20 @@ def _from_orbit(system: Oscillator, special: SpecialPoint) -> Run:
     return lambda speed, cycles: shown(with_number(system, _PATH, speed), cycles, x, v)
 
 
-def _sweeps(system: Oscillator, low: float, high: float) -> list[tuple[Run, list[tuple[float, Shown]]]]:
+def _sweeps(system: Oscillator, low: float, high: float) -> list[Sweep]:
     """What runs from rest, and from beside steady slip where that is unstable, show over the speeds."""
-    speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2))
-    sweeps = []
-    for run, everywhere in ((_from_rest(system), True), (_beside(system), False)):
-        looked = [float(speed) for speed in speeds if everywhere or _unstable(system, float(speed))]
-        sweeps.append((run, [(speed, run(speed, _CYCLES)) for speed in looked]))
-    return sweeps
+    speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
+    states = [steady_slip(with_number(system, _PATH, speed)) for speed in speeds]
+    unstable = [speed for speed, state in zip(speeds, states, strict=True) if state is None or _grows(state)]
+    rest, beside = _from_rest(system), _beside(system)
+    return [
+        (rest, [(speed, rest(speed, _CYCLES)) for speed in speeds]),
+        (beside, [(speed, beside(speed, _CYCLES)) for speed in unstable]),
+    ]
 
 
-def _unstable(system: Oscillator, speed: float) -> bool:
-    """Whether small disturbances of steady slip grow, as far as that is known."""
-    state = steady_slip(with_number(system, _PATH, speed))
-    return state is None or (state.growth > 0 and not state.neutral)
+def _grows(state: SteadySlip) -> bool:
+    return state.growth > 0 and not state.neutral
 
 
 def _unexplained(
@@ -238,46 +243,44 @@ def _branches(
     system: Oscillator,
     bounds: tuple[float, float],
     steady: list[tuple[str, float]],
-    sweeps: list[tuple[Run, list[tuple[float, Shown]]]],
+    neutral: list[tuple[float, float]],
+    sweeps: list[Sweep],
 ) -> list[Branch]:
-    """The branches of the cycles that are met from rest, beside Hopf points, and where a sweep shows another motion."""
+    """The branches of the cycles that the sweeps show, and of those beside Hopf points."""
+    low, high = bounds
     family = Family((_PATH,), (bounds,), relative=True)
     branches: list[Branch] = []
-    for value, guess in _starts(system, bounds, steady, sweeps):
-        branch = _branch(with_number(system, _PATH, value), value, guess, family, branches)
+
+    def follow(speed: float, beside: bool) -> None:
+        there = with_number(system, _PATH, speed)
+        guess = (float(system.law.kinetic_force(speed)) / system.stiffness, 0.1 * speed) if beside else None
+        branch = _branch(there, speed, guess, family, branches)
         if branch is not None:
             branches.append(branch)
+
+    for beside, (_, looks) in enumerate(sweeps):
+        for speed, look in looks:
+            # Around a centre there is a cycle of any size: none of them is a branch.
+            centre = look.stick_time == 0 and any(first <= speed <= last for first, last in neutral)
+            if look.lasts and not centre and not any(_passes(branch, speed, look) for branch in branches):
+                follow(speed, bool(beside))
+    for _, value in steady:
+        for speed in (0.97 * value, 1.01 * value):
+            if low < speed < high:
+                follow(speed, True)
     return branches
 
 
-def _starts(
-    system: Oscillator,
-    bounds: tuple[float, float],
-    steady: list[tuple[str, float]],
-    sweeps: list[tuple[Run, list[tuple[float, Shown]]]],
-) -> Iterator[tuple[float, tuple[float, float] | None]]:
-    """Drive velocities and starts that lie on different cycles: from rest, and a slip cycle beside steady slip."""
-    low, high = bounds
-    for speed in np.geomspace(max(low, 1e-3 * high), high, _STARTS + 2)[1:-1]:
-        yield float(speed), None
-    aside = [share * value for _, value in steady for share in (0.97, 1.01)]
-    for sweep, (_, looks) in enumerate(sweeps):
-        # The middle of each range in which runs show the same.
-        for _, group in itertools.groupby(looks, key=lambda look: (look[1].sticks, look[1].size > 0)):
-            speeds = [speed for speed, _ in group]
-            if sweep == 0:
-                yield speeds[len(speeds) // 2], None
-            else:
-                aside.append(speeds[len(speeds) // 2])
-    for speed in aside:
-        if low < speed < high:
-            yield speed, (float(system.law.kinetic_force(speed)) / system.stiffness, 0.1 * speed)
+def _passes(branch: Branch, speed: float, look: Shown) -> bool:
+    """Whether a branch has a cycle as large as that of a run, or no more of a motion that has not settled."""
+    values, sizes = np.asarray(branch.values), np.subtract(branch.x_max, branch.x_min)
+    near = np.flatnonzero((values[:-1] - speed) * (values[1:] - speed) <= 0)
+    return bool((np.abs(sizes[near] - 2 * look.size) < 0.1 * sizes[near]).any())
 
 
 def _branch(system: Oscillator, value: float, guess: Any, family: Family, known: list[Branch]) -> Branch | None:
     try:
         cycle = periodic_orbit(system, guess, t_end=None if guess is None else 150 * system.natural_period)
-        # Around a centre there is a cycle of any size: none of them is a branch.
         if (cycle.marginal and not cycle.sticks) or any(lies_on(branch, cycle, value) for branch in known):
             return None
         trail = cycle.closed.trail

@@ -18,8 +18,8 @@ _SPEEDS = ("low", "high", "anchor_w", "corner_w")
 _FORCES = ("offset", "anchor_f", "corner_f", "released_at")
 #: Below this share of the largest a multiplier is the zero that an event brings.
 _NOTHING = 1e-11
-#: Below this share of the period an arc has no duration: the stick that has vanished closes at any drive velocity.
-_NO_TIME = 1e-12
+#: Below this share of the period there is no stick: one that has vanished closes to rounding where slip is neutral.
+_NO_STICK = 1e-7
 
 
 def _harmonics(system: Oscillator | System) -> list[Harmonic | Force]:
@@ -199,7 +199,8 @@ def once(closed: Return) -> Return:
 
 def inconsistency(here: Return) -> str | None:
     """Why the real motion does not follow the event sequence; None where it does."""
-    if (here.durations <= _NO_TIME * here.period).any():
+    stuck = (here.trail.directions == 0).any(axis=1)
+    if (here.durations <= 0).any() or (stuck.any() and here.durations[stuck].sum() < _NO_STICK * here.period):
         return f"arc {int(np.argmin(here.durations))} would take no time"
     finite = np.isfinite(here.tests[:, 4])
     scale = 1e-9 * np.abs(here.tests[finite, 4]).max(initial=1e-300)

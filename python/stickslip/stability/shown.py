@@ -45,10 +45,14 @@ class Shown:
         return self.stick_time > 0.9 * self.stick_before and self.stick_time > 0
 
     @property
-    def settled(self) -> bool:
-        """Whether the motion did not change any more."""
-        pairs = ((self.size, self.size_before), (self.stick_time, self.stick_before))
-        return self.stop == "t_end" and all(abs(a - b) <= 0.01 * max(a, b) for a, b in pairs)
+    def lasts(self) -> bool:
+        """Whether there is a motion that does not die away."""
+        return self.stop == "t_end" and 0 < 0.9 * self.size_before < self.size
+
+    @property
+    def decided(self) -> bool:
+        """Whether the run was long enough to tell sticks that last from those that fade."""
+        return not 0.8 < self.stick_time / max(self.stick_before, 1e-300) < 0.97
 
     def differs(self, other: Shown) -> bool:
         """Whether the two are motions of different kinds, as far as runs tell."""

@@ -17,7 +17,9 @@ from stickslip.stability.trail import Trail
 #: Where in a direction the parameter stands.
 _PARAMETER = -1
 #: Cycles that are followed on the way, each of half the size, and how many of them are extrapolated.
-_MOST, _USED = 16, 5
+_MOST, _USED = 16, 7
+#: The share of a period that the longest of them sticks at least.
+_LEAST = 0.02
 
 
 def vanishing(point: Point, family: Family) -> tuple[str, float, Point] | None:
@@ -37,8 +39,29 @@ def vanishing_stick(point: Point, family: Family) -> tuple[float, Point] | None:
     no test function tells where it ends. Elsewhere it moves with the square, and a sliding bifurcation is located by its
     test function: None then.
     """
-    found = _limit(point, family, stick_time)
+    start = _longer(point, family)
+    found = start and _limit(start, family, stick_time)
     return found[1:] if found is not None and found[0] else None
+
+
+def _longer(point: Point, family: Family) -> Point | None:
+    """A cycle that sticks for long enough: where the capture is nearly tangent, rounding grows with the inverse square of it."""
+    span = float(family.scales(point.values)[0])
+    way = np.copysign(1.0, point.direction[_PARAMETER])
+    back = -1e-4 * span * way
+    while stick_time(point) < _LEAST * point.here.period:
+        target = float(point.values[0]) + back
+        try:
+            further = corrected(_towards(point, target, family), 0, family, np.array([target]), axis(point.here.trail))
+        except (Lost, InputError):
+            return None
+        gain = stick_time(further) - stick_time(point)
+        if gain <= 0:
+            return None
+        # A third more next: from farther away Newton's method finds the stick that has vanished.
+        back *= min(stick_time(further) / (3 * gain), 10.0)
+        point = replace(further, direction=way * further.direction)
+    return point
 
 
 def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> tuple[bool, float, Point] | None:
@@ -51,6 +74,7 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
     places, sizes = [float(point.values[0])], [measure(point)]
     target = places[0] + np.copysign(1e-4 * span, point.direction[_PARAMETER])
     estimates: list[float] = []
+    followed: list[Point] = []
     for _ in range(_MOST):
         try:
             trail = _towards(point, target, family)
@@ -62,6 +86,7 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
             break
         places.append(float(point.values[0]))
         sizes.append(size)
+        followed.append(point)
         estimates.append(_extrapolated(sizes, places, 0.0))
         if len(estimates) > 4 and abs(estimates[-1] - estimates[-2]) < 1e-11 * span:
             break
@@ -70,14 +95,14 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
         return None
     # Beyond the best estimate rounding grows again: the multiplier goes to 1.
     changes = np.abs(np.diff(estimates))
-    best = int(np.argmin(changes))
+    best = int(np.argmin(np.maximum(changes[1:], changes[:-1]))) + 1
     if changes[best] > 1e-9 * span:
         return None
     end = estimates[best + 1]
     # Half the size: half the distance, or a quarter of it.
     last, before = best + 2, best + 1
     ratio = (places[last] - end) / (places[before] - end) * sizes[before] / sizes[last]
-    return abs(ratio - 1) < 0.2, end, point
+    return abs(ratio - 1) < 0.2, end, followed[best + 1]
 
 
 def stick_time(point: Point) -> float:
