@@ -167,6 +167,9 @@ def close(trail: Trail, turns: int, rounds: int = 40) -> tuple[Return, int]:
         here = turn(trail, turns)
         size = size_of(trail.system, here.trail.start, here.lanes)
         jacobian = np.eye(len(here.lanes)) - here.map_jacobian
+        # Around a centre every state closes, and a step would be the quotient of two roundings.
+        if np.abs(here.defect / size).max(initial=0.0) < np.finfo(float).eps:
+            return here, done + 1
         step = np.linalg.lstsq(jacobian, here.defect, rcond=1e-14)[0]
         error = float(np.abs(step / size).max(initial=0.0))
         fixed = np.array_equal(here.end[here.fixed], here.trail.start[here.fixed])

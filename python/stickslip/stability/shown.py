@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.errors import InputError
 from stickslip.simulation import simulate
 from stickslip.system import Oscillator
 

@@ -45,7 +45,7 @@ def vanishing_stick(point: Point, family: Family) -> tuple[float, Point] | None:
 
 
 def _longer(point: Point, family: Family) -> Point | None:
-    """A cycle that sticks for long enough: where the capture is nearly tangent, rounding grows with the inverse square of it."""
+    """A cycle that sticks for long enough: where the capture is nearly tangent, rounding grows with its inverse square."""
     span = float(family.scales(point.values)[0])
     way = np.copysign(1.0, point.direction[_PARAMETER])
     back = -1e-4 * span * way

@@ -173,7 +173,6 @@ class Walk:
             )
         return True
 
-
     def _unstuck(self, point: Point) -> bool:
         """Whether the sticks vanish from here on and leave neutral slip, towards which the multiplier goes to 1."""
         if point.here.turns or self.branch.multiplier[-1] < 0.5:
