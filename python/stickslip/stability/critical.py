@@ -15,7 +15,7 @@ from stickslip.errors import InputError
 from stickslip.stability.branch import Branch, SpecialPoint
 from stickslip.stability.branches import lies_on
 from stickslip.stability.cycles import periodic_orbit
-from stickslip.stability.equilibria import SteadySlip, criticality, steady_changes, steady_slip
+from stickslip.stability.equilibria import criticality, steady_changes, steady_slip
 from stickslip.stability.returns import forcing_period
 from stickslip.stability.shooting import Family, Lost, Point, axis, corrected
 from stickslip.stability.shown import Shown, shown
@@ -180,13 +180,15 @@ def _beside(system: Oscillator, value: float | None = None) -> Run:
     """Runs from a small disturbance of steady slip; near a corner of the law at a speed one that does not reach it."""
 
     def run(speed: float, cycles: float) -> Shown:
-        there = with_number(system, _PATH, speed)
-        x, size = there.law.kinetic_force(speed) / there.stiffness, 0.1 * speed
-        if value is not None:
-            size = 0.1 * abs(speed - value)
-        return shown(there, cycles, float(x), size)
+        size = 0.1 * (speed if value is None else abs(speed - value))
+        return shown(with_number(system, _PATH, speed), cycles, _steady(system, speed), size)
 
     return run
+
+
+def _steady(system: Oscillator, speed: float) -> float:
+    """Where friction and spring balance in slip."""
+    return float(system.law.kinetic_force(speed)) / system.stiffness
 
 
 def _from_orbit(system: Oscillator, special: SpecialPoint) -> Run:
@@ -205,16 +207,13 @@ def _sweeps(system: Oscillator, low: float, high: float) -> list[Sweep]:
     """What runs from rest, and from beside steady slip where that is unstable, show over the speeds."""
     speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
     states = [steady_slip(with_number(system, _PATH, speed)) for speed in speeds]
-    unstable = [speed for speed, state in zip(speeds, states, strict=True) if state is None or _grows(state)]
+    pairs = zip(speeds, states, strict=True)
+    unstable = [speed for speed, state in pairs if state is None or (state.growth > 0 and not state.neutral)]
     rest, beside = _from_rest(system), _beside(system)
     return [
         (rest, [(speed, rest(speed, _CYCLES)) for speed in speeds]),
         (beside, [(speed, beside(speed, _CYCLES)) for speed in unstable]),
     ]
-
-
-def _grows(state: SteadySlip) -> bool:
-    return state.growth > 0 and not state.neutral
 
 
 def _unexplained(
@@ -253,7 +252,7 @@ def _branches(
 
     def follow(speed: float, beside: bool) -> None:
         there = with_number(system, _PATH, speed)
-        guess = (float(system.law.kinetic_force(speed)) / system.stiffness, 0.1 * speed) if beside else None
+        guess = (_steady(system, speed), 0.1 * speed) if beside else None
         branch = _branch(there, speed, guess, family, branches)
         if branch is not None:
             branches.append(branch)
@@ -272,7 +271,7 @@ def _branches(
 
 
 def _passes(branch: Branch, speed: float, look: Shown) -> bool:
-    """Whether a branch has a cycle as large as that of a run, or no more of a motion that has not settled."""
+    """Whether a branch has a cycle as large as that of a run."""
     values, sizes = np.asarray(branch.values), np.subtract(branch.x_max, branch.x_min)
     near = np.flatnonzero((values[:-1] - speed) * (values[1:] - speed) <= 0)
     return bool((np.abs(sizes[near] - 2 * look.size) < 0.1 * sizes[near]).any())
