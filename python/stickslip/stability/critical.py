@@ -138,15 +138,15 @@ def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None =
             candidates.append((point.kind, point.parameter, point))
     found: list[tuple[str, float]] = []
     ends: list[float] = []
-    for kind, value, point in candidates:
+    for kind, value, special in candidates:
         others = [abs(other - value) for _, other, _ in candidates if abs(other - value) > _SAME * (high - low)]
-        run = _beside(system, value) if point is None else _from_orbit(system, point)
+        run = _beside(system, value) if special is None else _from_orbit(system, special)
         sides = _sides(run, value, min(others, default=math.inf))
         if sides is None:
             continue
         if kind != "vanishing_stick":
             found.append((kind, value))
-        if point is not None and sides[0].sticks and not sides[1].sticks:
+        if special is not None and sides[0].sticks and not sides[1].sticks:
             ends.append(value)
     for run, looks in sweeps:
         for value, sticks in _unexplained(run, looks, [*ends, *(value for _, value in found)]):

@@ -98,7 +98,8 @@ def steady_changes(
     samples = np.array([damping(float(value)) for value in values])
     signs = np.sign(samples)
     scale = np.abs(samples[np.isfinite(samples)]).max(initial=0.0)
-    points, neutral = [], []
+    points: list[tuple[str, float]] = []
+    neutral: list[tuple[float, float]] = []
     begin = bounds[0] if signs[0] == 0 else None
     for index in np.flatnonzero(np.isfinite(np.diff(signs)) & (np.diff(signs) != 0)):
         low, high = float(values[index]), float(values[index + 1])

@@ -83,7 +83,9 @@ def shown(system: Oscillator, cycles: float, x0: float | None = None, v0: float 
     table = orbit.events
     times, kinds, sticks = (table[name].to_numpy() for name in ("t", "kind", "stick_time"))
     count = int(40 * np.clip(_WINDOW * t_end / period, 1, 50))
-    sizes, means, counts = [], [], []
+    sizes: list[float] = []
+    means: list[float] = []
+    counts: list[int] = []
     for end in (_BEFORE * orbit.t_end, orbit.t_end):
         begin = end - _WINDOW * t_end
         x = orbit.at(np.linspace(max(begin, 0.0), end, count))[0]

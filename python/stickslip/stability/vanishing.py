@@ -29,7 +29,7 @@ def vanishing(point: Point, family: Family) -> tuple[str, float, Point] | None:
     Hopf point), near steady slip of a smooth law with its square.
     """
     found = _limit(point, family, _size)
-    return found and ("nonsmooth_hopf" if found[0] else "hopf", *found[1:])
+    return None if found is None else ("nonsmooth_hopf" if found[0] else "hopf", *found[1:])
 
 
 def vanishing_stick(point: Point, family: Family) -> tuple[float, Point] | None:
@@ -40,7 +40,7 @@ def vanishing_stick(point: Point, family: Family) -> tuple[float, Point] | None:
     test function: None then.
     """
     start = _longer(point, family)
-    found = start and _limit(start, family, stick_time)
+    found = None if start is None else _limit(start, family, stick_time)
     return found[1:] if found is not None and found[0] else None
 
 
