@@ -22,8 +22,9 @@ class SpecialPoint:
     """Where a branch changes: its kind, the value of the parameter there, and the orbit.
 
     kind is ``"fold"``, ``"flip"``, ``"neimark_sacker"``, ``"branch_point"``, ``"hopf"``, ``"nonsmooth_hopf"``,
-    ``"grazing_sliding"``, ``"crossing_sliding"``, ``"switching_sliding"``, ``"adding_sliding"``, ``"grazing_node"``, or
-    ``"nonsmooth_fold"``, a border beyond which two orbits of different event sequences are gone together.
+    ``"grazing_sliding"``, ``"crossing_sliding"``, ``"switching_sliding"``, ``"adding_sliding"``, ``"grazing_node"``,
+    ``"vanishing_stick"``, the limit in which the stick time vanishes and the slip is neutral, or ``"nonsmooth_fold"``, a
+    border beyond which two orbits of different event sequences are gone together.
     """
 
     kind: str
@@ -66,9 +67,8 @@ class Branch:
 
     def add(self, cycle: PeriodicOrbit, value: float) -> None:
         """One more point."""
-        worst_one = np.abs(cycle.multipliers[0 if cycle.turns else 1 :]).max()
         low, high = range_of(cycle)
-        row = (value, cycle.stable, cycle.period, float(worst_one), low, high, cycle.sticks)
+        row = (value, cycle.stable, cycle.period, cycle.largest, low, high, cycle.sticks)
         for name, item in zip(COLUMNS, row, strict=True):
             getattr(self, name).append(item)
 

@@ -29,6 +29,9 @@ from stickslip.stability.returns import (
 from stickslip.stability.trail import SECTION, STATE, Trail, check
 from stickslip.system import Oscillator, System
 
+#: How far from 1 the size of a multiplier lies at most that rounding alone keeps from it.
+_MARGINAL = 1e-9
+
 
 @dataclass(frozen=True)
 class PeriodicOrbit:
@@ -40,6 +43,7 @@ class PeriodicOrbit:
     multipliers : Floquet multipliers, complex, the largest first; an autonomous orbit has a 1 for the shift in time, and a
         stick brings a 0 (the direction it forgets).
     stable : whether all but the 1 of an autonomous orbit lie inside the unit circle.
+    marginal : whether the largest of these has size 1 within 1e-9, so that neither is decided by it.
     residual : end minus start, the largest relative to the motion; `rounds` of Newton's method it took.
     state : t, x, v where the section is, at the event `section`; of a system x and v are of shape (n,).
     events : kinds of the endings of its arcs, in order.
@@ -56,10 +60,19 @@ class PeriodicOrbit:
     closed: Return
 
     @property
+    def largest(self) -> float:
+        """The size of the largest multiplier that is not the 1 of an autonomous orbit."""
+        return float(np.abs(self.multipliers[0 if self.turns else 1 :]).max())
+
+    @property
+    def marginal(self) -> bool:
+        """Whether small disturbances neither grow nor decay, as around a centre."""
+        return abs(self.largest - 1) < _MARGINAL
+
+    @property
     def stable(self) -> bool:
         """Whether small disturbances decay."""
-        others = self.multipliers[0 if self.turns else 1 :]
-        return bool((np.abs(others) < 1).all())
+        return self.largest < 1 and not self.marginal
 
     @property
     def state(self) -> tuple[float, Any, Any]:
@@ -84,9 +97,8 @@ class PeriodicOrbit:
         return one_period(self.closed, self.period)
 
     def __repr__(self) -> str:
-        worst = np.abs(self.multipliers[0 if self.turns else 1 :]).max()
-        kind = "stable" if self.stable else "unstable"
-        return f"<PeriodicOrbit T = {self.period:.12g}, largest multiplier {worst:.6g}, {kind}>"
+        kind = "stable" if self.stable else "marginal" if self.marginal else "unstable"
+        return f"<PeriodicOrbit T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {kind}>"
 
 
 def _from_section(system: Any, t0: float) -> Any:

@@ -11,6 +11,9 @@ from stickslip.errors import InputError
 from stickslip.stability.trail import STATE, TIME, Trail, read, with_number
 from stickslip.system import Oscillator
 
+#: The damping, in units of √(k m), that rounding leaves where there is none.
+_NEUTRAL = 1e-12
+
 
 @dataclass(frozen=True)
 class SteadySlip:
@@ -21,11 +24,13 @@ class SteadySlip:
     x : where friction and spring balance.
     damping : D + dF/du, the damping that small disturbances feel.
     growth : their rate of growth, the largest real part of the two exponents.
+    neutral : whether they neither grow nor decay: that damping is zero to 1e-12 of √(k m).
     """
 
     x: float
     damping: float
     growth: float
+    neutral: bool
 
 
 def steady_slip(system: Oscillator) -> SteadySlip | None:
@@ -55,53 +60,79 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
     half = damping / (2 * system.mass)
     square = half * half - system.stiffness / system.mass
     growth = -half + (math.sqrt(square) if square > 0 else 0.0)
-    return SteadySlip(x, damping, growth)
+    return SteadySlip(x, damping, growth, abs(damping) < _NEUTRAL * math.sqrt(system.stiffness * system.mass))
 
 
-def hopf_points(system: Oscillator, path: str, bounds: tuple[float, float], scan: int = 400) -> list[tuple[str, float]]:
+def hopf_points(system: Oscillator, path: str, bounds: tuple[float, float]) -> list[tuple[str, float]]:
     """Where the damping of steady slip changes its sign over a parameter.
 
-    Through zero it is a ``"hopf"`` point, by a jump at a corner of the law a ``"nonsmooth_hopf"`` point.
+    Through zero it is a ``"hopf"`` point, by a jump at a corner of the law a ``"nonsmooth_hopf"`` point, also where the
+    damping jumps to or from zero, as it does without damping at the ends of a level piece of the law.
 
     >>> from stickslip.laws import ExponentialStribeck
     >>> belt = Oscillator(0.1, 1.0, ExponentialStribeck(1.0, 0.5, 0.5))
     >>> [(kind, round(value, 12)) for kind, value in hopf_points(belt, "/drive_velocity", (0.1, 2.0))]
     [('hopf', 1.151292546497)]
     """
+    return steady_changes(system, path, bounds)[0]
 
-    def damping(value: float) -> float:
-        state = steady_slip(with_number(system, path, value))
-        return math.nan if state is None else state.damping
 
-    def safe(value: float) -> float:
+def steady_changes(
+    system: Oscillator, path: str, bounds: tuple[float, float], scan: int = 400
+) -> tuple[list[tuple[str, float]], list[tuple[float, float]]]:
+    """The Hopf points of steady slip (:func:`hopf_points`), and the ranges of the parameter in which it is neutral.
+
+    >>> from stickslip.laws import Coulomb
+    >>> steady_changes(Oscillator(0.0, 1.0, Coulomb(0.5)), "/drive_velocity", (0.1, 2.0))
+    ([], [(0.1, 2.0)])
+    """
+
+    def damping(value: float, exact: bool = False) -> float:
         try:
-            return damping(value)
+            state = steady_slip(with_number(system, path, value))
         except InputError:
             return math.nan
+        return math.nan if state is None else 0.0 if state.neutral and not exact else state.damping
 
     values = np.linspace(*bounds, scan + 1)
-    found = []
-    samples = np.array([safe(float(value)) for value in values])
-    for index in np.flatnonzero(samples[:-1] * samples[1:] < 0):
+    samples = np.array([damping(float(value)) for value in values])
+    signs = np.sign(samples)
+    scale = np.abs(samples[np.isfinite(samples)]).max(initial=0.0)
+    points: list[tuple[str, float]] = []
+    neutral: list[tuple[float, float]] = []
+    begin = bounds[0] if signs[0] == 0 else None
+    for index in np.flatnonzero(np.isfinite(np.diff(signs)) & (np.diff(signs) != 0)):
         low, high = float(values[index]), float(values[index + 1])
         f_low, f_high = float(samples[index]), float(samples[index + 1])
+        # A zero that is passed is found exactly; the end of a neutral range is where the damping is not zero any more.
+        exact = f_low * f_high != 0
         for _ in range(200):
             # Bisection with the secant's guess: a jump converges as surely as a zero.
             guess = (low * f_high - high * f_low) / (f_high - f_low)
             for middle in (guess, (low + high) / 2):
                 if not low < middle < high:
                     continue
-                f = safe(middle)
-                if f * f_low > 0:
+                f = damping(middle, exact)
+                if np.sign(f) == np.sign(f_low):
                     low, f_low = middle, f
                 else:
                     high, f_high = middle, f
             if high - low <= 4e-16 * max(abs(low), abs(high)) or f_low == f_high:
                 break
-        scale = np.abs(samples[np.isfinite(samples)]).max()
+        small, large = sorted((abs(f_low), abs(f_high)))
         root = low if abs(f_low) < abs(f_high) else high
-        found.append(("hopf" if min(abs(f_low), abs(f_high)) < 1e-9 * scale else "nonsmooth_hopf", root))
-    return found
+        if not exact and f_low == 0:
+            neutral.append((bounds[0] if begin is None else begin, low))
+            begin = None
+        elif not exact:
+            begin = high
+        # Where the damping only fades away there is no speed at which it ends.
+        if exact or large > 1e-9 * scale:
+            points.append(("hopf" if exact and small < 1e-9 * scale else "nonsmooth_hopf", root))
+    if begin is not None:
+        last = np.flatnonzero(signs == 0)[-1]
+        neutral.append((begin, float(values[last])))
+    return points, neutral
 
 
 def criticality(system: Oscillator, path: str, value: float, width: float) -> str:

@@ -18,6 +18,8 @@ _SPEEDS = ("low", "high", "anchor_w", "corner_w")
 _FORCES = ("offset", "anchor_f", "corner_f", "released_at")
 #: Below this share of the largest a multiplier is the zero that an event brings.
 _NOTHING = 1e-11
+#: Below this share of the period there is no stick: one that has vanished closes to rounding where slip is neutral.
+_NO_STICK = 1e-7
 
 
 def _harmonics(system: Oscillator | System) -> list[Harmonic | Force]:
@@ -165,6 +167,9 @@ def close(trail: Trail, turns: int, rounds: int = 40) -> tuple[Return, int]:
         here = turn(trail, turns)
         size = size_of(trail.system, here.trail.start, here.lanes)
         jacobian = np.eye(len(here.lanes)) - here.map_jacobian
+        # Around a centre every state closes, and a step would be the quotient of two roundings.
+        if np.abs(here.defect / size).max(initial=0.0) < np.finfo(float).eps:
+            return here, done + 1
         step = np.linalg.lstsq(jacobian, here.defect, rcond=1e-14)[0]
         error = float(np.abs(step / size).max(initial=0.0))
         fixed = np.array_equal(here.end[here.fixed], here.trail.start[here.fixed])
@@ -197,7 +202,8 @@ def once(closed: Return) -> Return:
 
 def inconsistency(here: Return) -> str | None:
     """Why the real motion does not follow the event sequence; None where it does."""
-    if (here.durations <= 0).any():
+    stuck = (here.trail.directions == 0).any(axis=1)
+    if (here.durations <= 0).any() or (stuck.any() and here.durations[stuck].sum() < _NO_STICK * here.period):
         return f"arc {int(np.argmin(here.durations))} would take no time"
     finite = np.isfinite(here.tests[:, 4])
     scale = 1e-9 * np.abs(here.tests[finite, 4]).max(initial=1e-300)

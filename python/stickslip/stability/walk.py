@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from stickslip.stability.branch import Branch, SpecialPoint, range_of
 from stickslip.stability.conditions import TESTS
 from stickslip.stability.cycles import finished
 from stickslip.stability.shooting import Family, Label, Lost, Point, axis, consistent, corrected, stepped
-from stickslip.stability.vanishing import vanishing
+from stickslip.stability.vanishing import stick_time, vanishing, vanishing_stick
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
 #: A cycle of less than this share of the largest on the branch is about to be a point.
@@ -53,6 +53,8 @@ class Walk:
                 ahead = None
             if ahead is None or not consistent(ahead.here):
                 if self._size() < 0.1 * largest and self._shrunk(point):
+                    break
+                if self._unstuck(point):
                     break
                 border = borders.nearest(point, ahead, step, self.family)
                 if border is not None and step > 1e-3:
@@ -169,6 +171,19 @@ class Walk:
             self.branch.special_points.append(
                 SpecialPoint(kind, value, "", (x[0], x[1]), smallest.here.trail.system, smallest)
             )
+        return True
+
+    def _unstuck(self, point: Point) -> bool:
+        """Whether the sticks vanish from here on and leave neutral slip, towards which the multiplier goes to 1."""
+        if point.here.turns or self.branch.multiplier[-1] < 0.5:
+            return False
+        if not 0 < stick_time(point) < 0.1 * point.here.period:
+            return False
+        found = vanishing_stick(point, self.family)
+        if found is None:
+            return False
+        value, shortest = found
+        self._special("vanishing_stick", replace(shortest, values=np.array([value])))
         return True
 
 

@@ -1,0 +1,105 @@
+"""Critical velocities where slip is neutral, against closed forms, and random oscillators against plain runs."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import sys
+from pathlib import Path
+
+import pytest
+from scipy.optimize import brentq
+
+import stickslip as ss
+from stickslip.cli import main
+
+SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "critical_velocities.py"
+_spec = importlib.util.spec_from_file_location("critical_velocities_evidence", SCRIPT)
+assert _spec is not None
+assert _spec.loader is not None
+evidence = importlib.util.module_from_spec(_spec)
+sys.modules[_spec.name] = evidence  # dataclasses look their module up
+_spec.loader.exec_module(evidence)
+
+LOGARITHMIC = ss.laws.LogarithmicDwell(0.5, 0.05, 1.0)
+DWELL = ss.laws.DwellTime(0.5, 0.5, 0.4)
+RATE = ss.laws.ForceRate(0.5, 0.5, 0.4, 0.3)
+
+# Undamped slip under constant friction ends as far below f_k as it began above: k v t = 2 (f_s(t) − f_k) in a cycle, and for
+# vanishing stick time t the greatest velocity is 2 f_s′(0)/k.
+
+
+@pytest.mark.parametrize(
+    ("law", "bounds", "end"),
+    [
+        (LOGARITHMIC, None, 2 * 0.05 / 1.0),
+        (LOGARITHMIC, (0.05, 0.3), 2 * 0.05 / 1.0),
+        (DWELL, (0.2, 0.8), 2 * 0.4 * 0.5),
+        # f_s′(0) falls with the force rate k v here.
+        (RATE, (0.1, 1.0), brentq(lambda v: v * (1 + v / 0.3) - 2 * 0.4 * 0.5, 0.0, 1.0, xtol=1e-15)),
+    ],
+)
+def test_stick_slip_over_neutral_slip_ends_where_its_stick_time_vanishes(law, bounds, end):
+    found = ss.critical_velocities(ss.Oscillator(0.0, 0.3, law), bounds)
+    assert dict(found) == {"end_of_stick_slip": pytest.approx(end, abs=1e-9)}
+    low, high = bounds or (0.005, 1.5)
+    assert found.neutral == ((pytest.approx(low), pytest.approx(high)),)
+    for velocity, sticks in ((0.99 * end, True), (1.01 * end, False)):
+        orbit = ss.simulate(ss.Oscillator(0.0, velocity, law), 6000.0)
+        releases = orbit.events[(orbit.events["kind"] == "release") & (orbit.events["t"] > 5000)]
+        assert bool((releases["stick_time"] > 1e-3).any()) is sticks
+
+
+@pytest.mark.parametrize("law", [LOGARITHMIC, ss.laws.Coulomb(0.5)], ids=["LogarithmicDwell", "Coulomb"])
+@pytest.mark.parametrize("bounds", [(0.2, 0.8), (0.3, 1.0)])
+def test_neutral_slip_is_named_and_has_no_critical_velocity(law, bounds):
+    found = ss.critical_velocities(ss.Oscillator(0.0, 0.3, law), bounds)
+    assert found.all == ()
+    assert found.neutral == (bounds,)
+    assert f"neutral slip from {bounds[0]:g} to {bounds[1]:g}" in repr(found)
+
+
+def test_slip_that_becomes_neutral_or_ceases_to_be_is_a_corner():
+    level = ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (0.6, 0.6), (1.2, 0.7)], 1.0)
+    found = ss.critical_velocities(ss.Oscillator(0.0, 0.3, level), (0.1, 0.8))
+    assert [value for kind, value in found.all if kind == "nonsmooth_hopf"] == pytest.approx([0.2, 0.6], abs=1e-12)
+    assert found.neutral == ((pytest.approx(0.2, abs=1e-12), pytest.approx(0.6, abs=1e-12)),)
+    # Beside steady slip motion grows, stays and decays.
+    growth = []
+    for velocity in (0.19, 0.21, 0.59, 0.61):
+        orbit = ss.simulate(ss.Oscillator(0.0, velocity, level), 20.0, x0=float(level.kinetic_force(velocity)), v0=1e-3)
+        sizes = [max(abs(orbit.at(t)[1]) for t in (start, start + math.pi)) for start in (0.0, 4 * math.pi)]
+        growth.append(sizes[1] / sizes[0])
+    assert growth[0] > 1.1
+    assert growth[1:3] == pytest.approx([1.0, 1.0], abs=1e-9)
+    assert growth[3] < 0.9
+
+
+def test_a_cycle_around_a_centre_is_marginal():
+    cycle = ss.periodic_orbit(ss.Oscillator(0.0, 0.7, ss.laws.Coulomb(0.5)), guess=(0.5, 0.07))
+    assert cycle.marginal
+    assert not cycle.stable
+    assert repr(cycle).endswith("marginal>")
+
+
+def test_the_command_names_neutral_slip(tmp_path, capsys):
+    system = tmp_path / "system.toml"
+    system.write_text(ss.Oscillator(0.0, 0.3, ss.laws.Coulomb(0.5)).to_toml())
+    assert main(["critical", str(system), "--between", "0.2:0.8"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "none in this range",
+        "neutral slip        from 0.2 to 0.8: small disturbances neither grow nor decay",
+    ]
+
+
+@pytest.mark.parametrize("seed", evidence.FEW)
+def test_what_is_reported_is_what_runs_show(seed):
+    case = evidence.case(seed, 25)
+    assert case.unconfirmed == []
+    assert case.missed == []
+
+
+@pytest.mark.slow
+def test_the_table_of_random_oscillators_finds_none_wrong():
+    cases = evidence.cases(range(evidence.COUNT))
+    assert [case.seed for case in cases if case.unconfirmed or case.missed] == []
