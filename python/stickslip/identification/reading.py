@@ -69,8 +69,10 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
     flanks = find_flanks(pilot, _least_drop(record))
     found = creeping_sticks(pilot, flanks, speed)
     w = speed - v
-    slow = slow_share(w, speed, noise, record.step, [stick.end - stick.start for stick in found])
-    kind = regime(w, speed, slow, rigid=False, sticks=len(found), cycles=len(flanks.limits))
+    slow, _ = slow_share(w, speed, noise, record.step, [stick.end - stick.start for stick in found])
+    kind = regime(w, speed, slow, 0.0, 0.0, rigid=False, sticks=len(found), cycles=len(flanks.limits))
+    if kind != "stick_slip":  # as in a record, what is no stick-slip has no sticks
+        found = []
     stuck = np.zeros(times.size, dtype=bool)
     for stick in found:
         a, b = np.searchsorted(times, [stick.start, stick.end])
