@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import stickslip as ss
@@ -95,7 +96,8 @@ def rig(drive_velocity: float, stiffness: float = 1.0):
 
 def test_a_run_of_which_there_is_no_record_is_predicted_from_its_rig(alike):
     measured, alone = predict_motion(alike, [run(0.2, seed=2), rig(0.2)]).table.to_dict("records")
-    assert (alone["kind"], alone["predicted_kind"]) == (None, "stick_slip")
+    assert alone["predicted_kind"] == "stick_slip"
+    assert pd.isna(alone["kind"])
     assert np.isnan([alone["stick_time"], alone["mean_force"], alone["main_line"]]).all()
     for name in ("stick_time_predicted", "mean_force_predicted", "main_line_predicted", "stick_slip"):
         assert alone[name] == pytest.approx(measured[name], rel=0.05)

@@ -51,10 +51,10 @@ class Prediction:
 
     Attributes
     ----------
-    table : DataFrame over the runs: kind (as measured, None for a run that is a rig alone), predicted_kind (the most
+    table : DataFrame over the runs: kind (as measured, missing for a run that is a rig alone), predicted_kind (the most
         probable), probability of each kind by its name, beyond (distance from the records of the law in e-folds of
         stiffness, drive velocity and mass; 0 between them); then for `stick_time` (median, s), `mean_force` and `main_line`
-        (Hz, of the velocity) the measured value, its ``_error``, ``_predicted``, ``_low`` and ``_high``.
+        (Hz, of the acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and ``_high``.
     sentences : what the numbers hold, and what was predicted wrongly.
     """
 
@@ -111,10 +111,10 @@ def predict_motion(law: Identification, friction: Any) -> Prediction:
 
     Notes
     -----
-    An interval holds two standard deviations: those of the drawn motions, or how far the law lies from its own records where
-    that is more. Records of a law that differ from one another may differ once more in a further run, which is drawn too. A
-    run at the distance d beyond the records of the law, in e-folds of stiffness, drive velocity and mass from the nearest
-    point between them, has variances larger by 1 + d².
+    An interval holds two standard deviations (of the logarithm of a time or frequency): those of the drawn motions, or how
+    far the law lies from its own records where that is more. Records of a law that differ from one another may differ once
+    more in a further run, which is drawn too. A run at the distance d beyond the records of the law, in e-folds of stiffness,
+    drive velocity and mass from the nearest point between them, has variances larger by 1 + d².
 
     Of the probability of a kind the share p of the drawn motions is one part. The other is that the law leaves out what
     decides: it is right with the probability c = (1 + g r) / (2 + g n), for r kinds right among its n records (Laplace's rule
@@ -141,7 +141,7 @@ def predict_motion(law: Identification, friction: Any) -> Prediction:
     found = _Law(law)
     rows = [_row(run, found) for run in runs]
     names = pd.Index([run.name for run in runs], name="run")
-    table = pd.DataFrame(rows, index=names).astype({"kind": object})
+    table = pd.DataFrame(rows, index=names)
     return Prediction(table, _sentences(table, found))
 
 
@@ -171,8 +171,9 @@ def _run(item: Any, law: Identification) -> FrictionRecord:
 def _stated(record: FrictionRecord) -> dict[str, float]:
     """Constants as the rig of a record states them, before measuring corrected any."""
     rig = tomllib.loads(str(record.attrs.get("rig", "")))
-    known = {name: rig[name] for name in STATED if isinstance(rig.get(name), int | float)}
-    return {name: float(known.get(name, record.constants.get(name, math.nan))) for name in STATED}
+    known = {name: record.constants.get(name) for name in STATED}
+    known |= {name: float(rig[name]) for name in STATED if isinstance(rig.get(name), int | float)}
+    return {name: value for name, value in known.items() if value is not None}
 
 
 def _unmeasured(rig: Rig, name: str, law: Identification) -> FrictionRecord:
@@ -201,7 +202,7 @@ def _unmeasured(rig: Rig, name: str, law: Identification) -> FrictionRecord:
             **usual("noise"),
             **usual("slip_cutoff"),
         },
-        attrs={"creeps": max((record.attrs.get("creeps", 0) for record in others), default=0), "rig": rig.to_toml()},
+        attrs={"rig": rig.to_toml(), **({"creeps": 1} if any(record.attrs.get("creeps") for record in others) else {})},
     )
 
 
@@ -305,12 +306,12 @@ def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
     for name in QUANTITIES:
         value, rest = centre[name], np.array([_off(name, other[name], centre[name]) for other in others])
         rest = rest[np.isfinite(rest)]
-        spread = float(np.sqrt(np.mean(rest**2))) if rest.size else 0.0
+        spread = float(np.sqrt(np.mean(rest**2))) if rest.size else math.nan
         half = REACH * max(spread, law.misfit[name] * math.sqrt(1 + beyond**2))
         if name in RATIOS:
             low, high = value * math.exp(-half), value * math.exp(min(half, 700.0))
-        else:
-            low, high = value - half, value + half
+        else:  # friction does not turn round
+            low, high = (np.array([-half, half]) + value).clip(*((0.0, math.inf) if value > 0 else (-math.inf, 0.0)))
         row |= dict(zip(columns(name), (*measured.get(name, (math.nan, math.nan)), value, low, high), strict=True))
     return row
 
@@ -350,7 +351,7 @@ def _numbers_of(read: Reading) -> dict[str, float]:
     return {
         "stick_time": float(read.sticks["stick_time"].median()) if len(read.sticks) else math.nan,
         "mean_force": float(read.trace["spring"].mean()),
-        "main_line": main_line(read.trace["v"].to_numpy(), step).frequency if swings else math.nan,
+        "main_line": main_line(np.gradient(read.trace["v"].to_numpy()), step).frequency if swings else math.nan,
     }
 
 
@@ -364,7 +365,7 @@ def _measured(run: FrictionRecord) -> dict[str, tuple[float, float]]:
     force = run.force[:: max(len(run.force) // 20_000, 1)]
     mean = float(np.mean(force))
     found["mean_force"] = (mean, float(np.std(force)) * math.sqrt(correlation_time(force - mean) / force.size))
-    line = main_line(run.slip_velocity, run.step)
+    line = main_line(np.gradient(run.slip_velocity), run.step)
     found["main_line"] = (line.frequency, line.error)
     return found
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,7 @@ class FrictionRecord:
     displacement : of the mass, shape (n,), where it is known.
     recorded : the displacement as the gauge gave it, its noise white, shape (n,), NaN where a sample was left out; where
         it is known.
+    units : of ``force``, ``time`` and ``slip_velocity``, where the record says them.
     """
 
     name: str
@@ -51,6 +52,7 @@ class FrictionRecord:
     attrs: Mapping[str, Any]
     displacement: Array | None = None
     recorded: Array | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def slips(self) -> list[tuple[int, int]]:
@@ -212,6 +214,7 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
         attrs=dict(data.attrs),
         displacement=_column(data, "displacement", name) if "displacement" in data else None,
         recorded=data["recorded"].to_numpy().astype(float) if "recorded" in data else None,
+        units={name: str(data[name].attrs.get("units", "1")) for name in ("force", "time", "slip_velocity")},
     )
     return record.facing_slip()
 
