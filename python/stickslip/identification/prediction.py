@@ -36,6 +36,8 @@ REACH = 2.0
 DRAWS = 32
 """Laws that are drawn as the uncertainty of the law lets expect; a power of two, as the sequence asks."""
 KINDS = ("stick_slip", "almost_harmonic", "stable_slip")
+UNKNOWN = "unknown"
+"""The kind of a record that cannot be told: it speaks neither for a law nor against it."""
 QUANTITIES = ("stick_time", "mean_force", "main_line")
 RATIOS = ("stick_time", "main_line")
 """Quantities whose errors are parts of them."""
@@ -235,9 +237,10 @@ class _Law:
         for record in self.records:
             read = _simulated(record, self.law)
             here, there = _numbers_of(read), _measured(record)
-            kinds.append(read.kind == measured_kind(record))
+            if (kind := measured_kind(record)) != UNKNOWN:
+                kinds.append(read.kind == kind)
             rests.append([_off(name, here[name], there[name][0]) for name in QUANTITIES])
-        self.right = sum(kinds)
+        self.right, self.told = sum(kinds), len(kinds)
         rest = np.array(rests).reshape(-1, len(QUANTITIES))
         self.misfit = {
             name: float(np.sqrt(np.nanmean(column**2))) if np.isfinite(column).any() else 0.0
@@ -258,7 +261,7 @@ class _Law:
     def credibility(self, beyond: float) -> float:
         """Probability that the law says the kind of a run at this distance rightly."""
         worth = math.exp(-beyond)
-        return (1 + worth * self.right) / (2 + worth * len(self.records))
+        return (1 + worth * self.right) / (2 + worth * self.told)
 
     def draws(self, run: FrictionRecord, beyond: float) -> list[Reading]:
         """Motions of the laws that may as well be."""
@@ -390,18 +393,19 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
             f"{100 * law.mistaken[0]:.0f} % off and the drive velocity {100 * law.mistaken[1]:.0f} % (rms), which the "
             "intervals hold."
         )
-    if law.records and law.right < len(law.records):
-        found.append(f"Of its own {len(law.records)} records the law gives the kind of {law.right} rightly.")
+    if law.right < law.told:
+        found.append(f"Of its own {law.told} records the law gives the kind of {law.right} rightly.")
     for name, row in table.iterrows():
-        told = ", ".join(f"{kind} {row[kind]:.2f}" for kind in KINDS)
-        found.append(f"{name}: probability of {told}.")
+        odds = ", ".join(f"{kind} {row[kind]:.2f}" for kind in KINDS)
+        found.append(f"{name}: probability of {odds}.")
         if row["beyond"] > FAR:
             found.append(
                 f"{name} lies {row['beyond']:.2g} e-folds of stiffness, drive velocity and mass beyond the records of the "
                 "law: an extrapolation."
             )
     measured = table[table["kind"].notna()]
-    wrong = measured[measured["kind"] != measured["predicted_kind"]]
+    told = measured[measured["kind"] != UNKNOWN]
+    wrong = told[told["kind"] != told["predicted_kind"]]
     for name, row in wrong.iterrows():
         predicted = str(row["predicted_kind"])
         found.append(f"{name} is {row['kind']}, predicted was {predicted} with a probability of {row[predicted]:.2f}.")
