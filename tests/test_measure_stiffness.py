@@ -32,10 +32,10 @@ def rig(stiffness: float, drive_velocity: float, **more: object) -> dict[str, ob
 def record(
     extension: np.ndarray, time: np.ndarray, stiffness: float, rng: np.random.Generator
 ) -> dict[str, np.ndarray]:
-    """What that gauge makes of an extension: 1.3 um of noise, mains of 0.6 um, friction that drifts by 0.02 weights."""
-    drift = gaussian_filter1d(rng.standard_normal(time.size), 2 * RATE, mode="wrap")
+    """What that gauge makes of an extension: 1.3 um of noise, mains of 0.6 um, friction that drifts by 0.01 weights."""
+    drift = gaussian_filter1d(rng.standard_normal(time.size), RATE, mode="wrap")
     seen = extension + 1.3e-6 * rng.standard_normal(time.size) + 0.6e-6 * np.sin(2 * np.pi * 50 * time)
-    return {"t": time, "F": stiffness * seen / WEIGHT + 0.3 + 0.02 * drift / drift.std()}
+    return {"t": time, "F": stiffness * seen / WEIGHT + 0.3 + 0.01 * drift / drift.std()}
 
 
 def swinging(
@@ -53,7 +53,7 @@ def swinging(
 
 
 def sticking(
-    stiffness: float, drive_velocity: float, true: float, seed: int = 0, cycle: float = 0.15, seconds: float = 6.0
+    stiffness: float, drive_velocity: float, true: float, seed: int = 0, cycle: float = 0.15, seconds: float = 3.0
 ) -> dict[str, np.ndarray]:
     """Sticks on a spring of `true` times that stiffness, for nine tenths of each cycle, and slips of half a sine."""
     rng = np.random.default_rng(seed)
@@ -64,10 +64,10 @@ def sticking(
     return record(np.where(phase < 0.9, true * drive_velocity * cycle * phase, slip), time, stiffness, rng)
 
 
-# Stiffness and speed of the slider's runs; at the last one it does not even swing.
+# Stiffness and speed of runs of that slider; the part is that of V at which the slopes of such a swing crowd.
 @pytest.mark.parametrize(
     ("stiffness", "drive_velocity", "part", "seconds"),
-    [(2254.0, 1100e-6, 0.53, 4), (2254.0, 4300e-6, 0.64, 3), (1002.0, 1100e-6, 0.864, 4), (1002.0, 4300e-6, 0.95, 3)],
+    [(2254.0, 1100e-6, 0.53, 2), (2254.0, 4300e-6, 0.64, 2), (1002.0, 1100e-6, 0.864, 2), (1002.0, 4300e-6, 0.95, 2)],
 )
 def test_a_mass_that_never_sticks_has_no_slips_and_keeps_its_stiffness(stiffness, drive_velocity, part, seconds):
     tree = measure(swinging(stiffness, drive_velocity, part, seconds), rig(stiffness, drive_velocity))
@@ -79,7 +79,7 @@ def test_a_mass_that_never_sticks_has_no_slips_and_keeps_its_stiffness(stiffness
     assert not any("stick" in note for note in found["notes"])
 
 
-@pytest.mark.parametrize("seconds", [4, 8])
+@pytest.mark.parametrize("seconds", [2, pytest.param(8, marks=pytest.mark.slow)])
 def test_of_a_motion_lost_in_its_noise_the_kind_is_unknown_and_no_slips_are_told(seconds):
     """At 42 um/s the swing of 0.1 um is a tenth of the noise."""
     tree = measure(swinging(2254.0, 42e-6, 0.6, seconds), rig(2254.0, 42e-6))

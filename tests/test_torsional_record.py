@@ -28,11 +28,11 @@ drive_velocity = {{ column = "top", unit = "rad/s" }}
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """The file of a record of 8 s at 1 kHz, with some noise on the torque."""
+    """The file of a record of 6 s at 500 Hz, with some noise on the torque."""
     folder = tmp_path_factory.mktemp("torsional")
     system = ss.Oscillator(damping=0.0, drive_velocity=SPEED, law=LAW, mass=INERTIA, stiffness=STIFFNESS)
-    time = np.arange(0, 8, 1e-3)
-    motion = ss.simulate(system, 8).to_xarray(time)
+    time = np.arange(0, 6, 2e-3)
+    motion = ss.simulate(system, 6).to_xarray(time)
     rng = np.random.default_rng(0)
     torque = motion["force"].to_numpy() + 0.02 * rng.standard_normal(time.size)
     bit = motion["slip_velocity"].to_numpy() + 0.01 * rng.standard_normal(time.size)
