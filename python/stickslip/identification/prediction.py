@@ -116,7 +116,8 @@ def predict_motion(law: Identification, friction: Any) -> Prediction:
     An interval holds two standard deviations (of the logarithm of a time or frequency): those of the drawn motions, or how
     far the law lies from its own records where that is more. Records of a law that differ from one another may differ once
     more in a further run, which is drawn too. A run at the distance d beyond the records of the law, in e-folds of stiffness,
-    drive velocity and mass from the nearest point between them, has variances larger by 1 + d².
+    drive velocity and mass from the nearest point between them, has variances larger by 1 + d: a law wanders off by as
+    much in an e-fold as is not known of it between its records.
 
     Of the probability of a kind the share p of the drawn motions is one part. The other is that the law leaves out what
     decides: it is right with the probability c = (1 + g r) / (2 + g n), for r kinds right among its n records (Laplace's rule
@@ -265,7 +266,7 @@ class _Law:
 
     def draws(self, run: FrictionRecord, beyond: float) -> list[Reading]:
         """Motions of the laws that may as well be."""
-        variances, directions = np.linalg.eigh(self.covariance * (1 + beyond**2))
+        variances, directions = np.linalg.eigh(self.covariance * (1 + beyond))
         steps = directions * np.sqrt(np.maximum(variances, 0.0))
         count = len(self.values)
         normal = qmc.MultivariateNormalQMC(np.zeros(count + len(STATED)), rng=np.random.default_rng(0)).random(DRAWS)
@@ -310,7 +311,7 @@ def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
         value, rest = centre[name], np.array([_off(name, other[name], centre[name]) for other in others])
         rest = rest[np.isfinite(rest)]
         spread = float(np.sqrt(np.mean(rest**2))) if rest.size else math.nan
-        half = REACH * max(spread, law.misfit[name] * math.sqrt(1 + beyond**2))
+        half = REACH * max(spread, law.misfit[name] * math.sqrt(1 + beyond))
         if name in RATIOS:
             low, high = value * math.exp(-half), value * math.exp(min(half, 700.0))
         else:  # friction does not turn round
