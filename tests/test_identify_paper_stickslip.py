@@ -101,7 +101,6 @@ def test_of_runs_beyond_its_records_the_law_of_all_four_says_that_it_cannot_know
     told = predict_motion(found, [RIGS / f"paper_slider_{name}.toml" for name in unseen])
     table = told.table.set_index(np.array(unseen))
     assert table[["stick_slip", "almost_harmonic", "stable_slip"]].to_numpy().max() < 0.75
-    assert table["stick_slip"].idxmax() == "k2254_v42"
     assert (table["almost_harmonic"] > 0.15).all()
     assert (table["beyond"] > 0.5).all()
     # the tenfold between lowest and highest stick time that the surface leaves open, and more where the drive is faster too

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -173,9 +172,8 @@ def _run(item: Any, law: Identification) -> FrictionRecord:
 
 def _stated(record: FrictionRecord) -> dict[str, float]:
     """Constants as the rig of a record states them, before measuring corrected any."""
-    rig = tomllib.loads(str(record.attrs.get("rig", "")))
     known = {name: record.constants.get(name) for name in STATED}
-    known |= {name: float(rig[name]) for name in STATED if isinstance(rig.get(name), int | float)}
+    known |= {name: float(record.rig[name]) for name in STATED if isinstance(record.rig.get(name), int | float)}
     return {name: value for name, value in known.items() if value is not None}
 
 
@@ -224,7 +222,7 @@ class _Law:
         self.names = [str(name) for name in law.parameters.index]
         self.values = law.parameters["value"].to_numpy()
         self.ties = law.ties
-        self.records = [record for record in law.records if set(STATED) <= set(record.constants)]
+        self.records = [record for record in law.records if {"mass", *STATED} <= set(record.constants)]
         stated = [_stated(record) for record in self.records]
         self.points = np.array(
             [_point({**record.constants, **said}) for record, said in zip(self.records, stated, strict=True)]

@@ -7,7 +7,6 @@ between, and it counts as stick-slip only where it is slow for long enough. Two 
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -88,7 +87,7 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
 
 def _least_drop(record: FrictionRecord) -> float:
     """Part of the median fall from which on the record's rig counts a slip."""
-    return float(tomllib.loads(str(record.attrs.get("rig", ""))).get("least_drop", Rig.least_drop))
+    return float(record.rig.get("least_drop", Rig.least_drop))
 
 
 def _releases(orbit: Orbit, system: Oscillator, start: float) -> pd.DataFrame:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -59,6 +60,14 @@ class FrictionRecord:
         """First and one past the last sample of each slip."""
         edges = np.flatnonzero(np.diff(np.concatenate([[True], self.stuck, [True]]).astype(int)))
         return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+    @property
+    def rig(self) -> dict[str, Any]:
+        """What the record was taken with, as its rig says it; empty where nothing is said."""
+        try:
+            return tomllib.loads(str(self.attrs.get("rig", "")))
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(f"{self.name}: rig is not a TOML document ({error}); measure again") from None
 
     @property
     def step(self) -> float:
