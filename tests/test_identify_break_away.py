@@ -230,3 +230,32 @@ def test_residuals_are_drawn_over_what_could_be_left_out():
     random, t_s = scattered(18)
     row = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size))).plot_residuals()
     assert [axes.get_xlabel() for axes in row] == ["stick time", "force rate", "time of the break-away"]
+
+
+def by_hand(rate: np.ndarray, drop: float | None = None) -> xr.DataTree:
+    """A table as one types it: stick times, force rates and forces, and nothing of the motion."""
+    time = np.geomspace(0.1, 10, len(rate))
+    force = 0.6 + 0.05 * np.log10(time) + 0.002 * np.random.default_rng(0).standard_normal(len(rate))
+    rows = {"t": np.cumsum(time + 1), "stick_time": time, "force_rate": rate, "force": force}
+    rows |= {} if drop is None else {"drop": np.full(len(rate), drop)}
+    table = xr.Dataset({name: ("event", column) for name, column in rows.items()})
+    return xr.DataTree.from_dict({"/break_away": table})
+
+
+def test_a_table_made_by_hand_is_fitted_by_the_forms_it_can_tell():
+    free = np.random.default_rng(1).uniform(0.1, 5.0, 40)
+    found = fit_static_friction(by_hand(free))
+    assert found.chosen == "logarithmic"
+    assert found.best.parameters.loc["slope", "value"] == pytest.approx(0.05, abs=0.003)
+    assert "exponential" not in found.fits  # it begins at the kinetic force, of which nothing is known
+    assert any("give the drop of each break-away" in note for note in found.notes)
+    assert "exponential" in fit_static_friction(by_hand(free, drop=0.1)).fits
+
+
+@pytest.mark.parametrize("missing", [0.0, np.nan])
+def test_a_table_that_lacks_some_force_rates_is_fitted_over_stick_time(missing):
+    rate = np.random.default_rng(1).uniform(0.1, 5.0, 40)
+    rate[3] = missing
+    found = fit_static_friction(by_hand(rate))
+    assert found.chosen == "logarithmic"
+    assert any(note.startswith("1 of 40 break-aways have no force rate") for note in found.notes)

@@ -72,8 +72,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument(
         "--predict",
         nargs="+",
-        metavar="RUN.nc",
-        help="foretell kind of motion and stick times of further runs by the law, beside what was measured",
+        metavar="RUN.nc|RIG.toml",
+        help="predict kind of motion, stick time, mean force and main line of further runs by the law, beside what was "
+        "measured; a rig file (.toml) for a run of which there is no record",
     )
     command.add_argument(
         "--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one"
@@ -90,7 +91,10 @@ def run(options: argparse.Namespace) -> None:
     if options.compare is not None:
         _compare(options)
         return
+    from dataclasses import replace
+
     from stickslip.identification import compare_motion, fit_trajectories, identify, predict_motion
+    from stickslip.identification.agreement import unknown_constants
 
     if options.plot and options.no_simulation:
         raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
@@ -128,7 +132,13 @@ def run(options: argparse.Namespace) -> None:
                 sentence = f"the best law so far is in {unfinished}; the same command goes on from it"
                 sys.stderr.write(f"stickslip: {sentence}\n")
             raise
-    agreements = [] if options.no_simulation else [compare_motion(name, result) for name in options.friction[:1]]
+    missing = unknown_constants(result.records[0])
+    if missing and options.plot:
+        raise InputError(missing)
+    if missing:
+        result = replace(result, notes=[*result.notes, f"{missing}."])
+    without = options.no_simulation or missing
+    agreements = [] if without else [compare_motion(name, result) for name in options.friction[:1]]
     prediction = predict_motion(result, options.predict) if options.predict else None
     if options.output:
         result.save(options.output)
@@ -139,8 +149,8 @@ def run(options: argparse.Namespace) -> None:
 
         page(result, simulate=not options.no_simulation).write(options.report)
     if options.json:
-        foretold = {} if prediction is None else {"prediction": prediction.to_dict()}
-        say_json(_document(result, agreements) | foretold)
+        predicted = {} if prediction is None else {"prediction": prediction.to_dict()}
+        say_json(_document(result, agreements) | predicted)
         return
     say(result.report())
     for agreement in agreements:

@@ -198,9 +198,8 @@ def oscillator_of(record: FrictionRecord, law: Law | Identification | Oscillator
     if not isinstance(law, Law):
         raise InputError(f"compare: expected a law, an identification or an oscillator, got {law!r}")
     known = record.constants
-    for name in ("mass", "stiffness", "drive_velocity"):
-        if name not in known:
-            raise InputError(f"{record.name}: the record does not say its {name}; give an Oscillator instead of a law")
+    if missing := unknown_constants(record):
+        raise InputError(missing)
     return Oscillator(
         damping=known.get("damping", 0.0),
         drive_velocity=known["drive_velocity"],
@@ -210,11 +209,22 @@ def oscillator_of(record: FrictionRecord, law: Law | Identification | Oscillator
     )
 
 
+def unknown_constants(record: FrictionRecord) -> str:
+    """The sentence that names what is not known of the oscillator of a record; empty where all is known."""
+    missing = [name for name in ("mass", "stiffness", "drive_velocity") if name not in record.constants]
+    if not missing:
+        return ""
+    return (
+        f"{record.name}: the record does not say its {', '.join(missing)}, so no motion can be simulated beside it; add "
+        "what is missing to the rig (gauge direct_force: mass, stiffness, a column drive_velocity) and measure again"
+    )
+
+
 def _units(record: FrictionRecord) -> tuple[str, str, str]:
     """Units of force, time and velocity as labels show them: none where the rig is dimensionless."""
-    if 'unit = "1"' in str(record.attrs.get("rig", 'unit = "1"')):
-        return "", "", ""
-    return " (N)", " (s)", " (m/s)"
+    force, time, velocity = (record.units.get(name, "1") for name in ("force", "time", "slip_velocity"))
+    shown = [f" ({unit})" if unit != "1" else "" for unit in (force, time, velocity)]
+    return shown[0], shown[1], shown[2]
 
 
 def _upward(trace: pd.DataFrame, after: float) -> float:

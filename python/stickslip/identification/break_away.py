@@ -207,7 +207,13 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     if not math.isfinite(level):
         sliding = np.concatenate([record.force[~record.stuck] for record in records])
         # nothing known of the slips: an undamped one falls as far below the kinetic force as it began above it
-        level = float(np.median(sliding if sliding.size else rows["force"] - rows["drop"] / 2))
+        falls = sliding if sliding.size else (rows["force"] - rows["drop"] / 2).dropna().to_numpy()
+        level = float(np.median(falls)) if falls.size else math.nan
+        if not falls.size:
+            notes.append(
+                "Nothing is known of the slips (no force while slipping, no drop), so the forms that begin at the kinetic "
+                "force are left out; give the drop of each break-away."
+            )
     rows = rows.assign(used=rows["force"] - rows["level"] + level if relative else rows["force"])
     ties = tied(rows)
     fits = _fits(rows, level, rates_differ=not ties)
@@ -288,6 +294,11 @@ def tied(rows: pd.DataFrame) -> list[str]:
     known = rows[rows["force_rate"].notna() & (rows["force_rate"].abs() > 0)]
     if len(known) < 2:
         return ["No force rate is known, so static friction is taken to depend on the stick time alone."]
+    if len(known) < len(rows):
+        return [
+            f"{len(rows) - len(known)} of {len(rows)} break-aways have no force rate, so static friction is taken to depend "
+            "on the stick time alone; give the missing rates, or leave these rows out."
+        ]
     rate = np.log(known["force_rate"].abs().to_numpy())
     time = np.log(known["stick_time"].to_numpy())
     low, high = np.quantile(rate, [0.1, 0.9])

@@ -312,7 +312,7 @@ def _by_default(
         if unlike(static):
             why = "the records differ from any one law of stick time"
         elif tied(static.rows) and static.chosen != "constant":
-            # Growth that may be an effect of the force rate foretells nothing at another one.
+            # Growth that may be an effect of the force rate predicts nothing at another one.
             why = "growth with stick time cannot be told from an effect of the force rate in these records"
         else:
             kinds.insert(0, BY_FORM.get(static.chosen, DwellTime))

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from stickslip.documents import number, toml_table
+from stickslip.documents import number
 from stickslip.identification.motion import velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.measurement.regime import regime, slow_share
@@ -69,8 +69,10 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
     flanks = find_flanks(pilot, _least_drop(record))
     found = creeping_sticks(pilot, flanks, speed)
     w = speed - v
-    slow = slow_share(w, speed, noise, record.step, [stick.end - stick.start for stick in found])
-    kind = regime(w, speed, slow, rigid=False, sticks=len(found), cycles=len(flanks.limits))
+    slow, _ = slow_share(w, speed, noise, record.step, [stick.end - stick.start for stick in found])
+    kind = regime(w, speed, slow, 0.0, 0.0, rigid=False, sticks=len(found), cycles=len(flanks.limits))
+    if kind != "stick_slip":  # as in a record, what is no stick-slip has no sticks
+        found = []
     stuck = np.zeros(times.size, dtype=bool)
     for stick in found:
         a, b = np.searchsorted(times, [stick.start, stick.end])
@@ -86,8 +88,7 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
 
 def _least_drop(record: FrictionRecord) -> float:
     """Part of the median fall from which on the record's rig counts a slip."""
-    rig = toml_table(str(record.attrs.get("rig", "")), f"{record.name}: rig")
-    return number("least_drop", rig.get("least_drop", Rig.least_drop), f"{record.name}: rig")
+    return number("least_drop", record.rig.get("least_drop", Rig.least_drop), f"{record.name}: rig")
 
 
 def _releases(orbit: Orbit, system: Oscillator, start: float) -> pd.DataFrame:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 import xarray as xr
 
+from stickslip.documents import toml_table
 from stickslip.errors import InputError
 from stickslip.netcdf import read_tree
 
@@ -39,6 +40,7 @@ class FrictionRecord:
     displacement : of the mass, shape (n,), where it is known.
     recorded : the displacement as the gauge gave it, its noise white, shape (n,), NaN where a sample was left out; where
         it is known.
+    units : of ``force``, ``time`` and ``slip_velocity``, where the record says them.
     """
 
     name: str
@@ -52,12 +54,18 @@ class FrictionRecord:
     attrs: Mapping[str, Any]
     displacement: Array | None = None
     recorded: Array | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def slips(self) -> list[tuple[int, int]]:
         """First and one past the last sample of each slip."""
         edges = np.flatnonzero(np.diff(np.concatenate([[True], self.stuck, [True]]).astype(int)))
         return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+    @property
+    def rig(self) -> dict[str, Any]:
+        """What the record was taken with, as its rig says it; empty where nothing is said."""
+        return toml_table(str(self.attrs.get("rig", "")), f"{self.name}: rig")
 
     @property
     def step(self) -> float:
@@ -207,6 +215,7 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
         attrs=dict(data.attrs),
         displacement=_column(data, "displacement", name) if "displacement" in data else None,
         recorded=data["recorded"].to_numpy().astype(float) if "recorded" in data else None,
+        units={name: str(data[name].attrs.get("units", "1")) for name in ("force", "time", "slip_velocity")},
     )
     return record.facing_slip()
 

@@ -26,6 +26,7 @@ class Form:
     names, start : of its numbers, and where their fit begins (ratios by their logarithm).
     others : further places where it may begin; the best of all is taken.
     at : force from the numbers, t and δ.
+    from_level : whether it begins at the kinetic force.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Form:
     start: tuple[float, ...]
     at: Callable[[Array, Array, Array], Array]
     others: tuple[tuple[float, ...], ...] = ()
+    from_level: bool = False
 
 
 def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bool) -> list[Form]:
@@ -42,15 +44,17 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
     Parameters
     ----------
     time, rate, force : stick time, force rate and force of each break-away, shape (n,); what is not known of the rate is NaN.
-    level : the kinetic force, where growth with rest begins.
+    level : the kinetic force, where growth with rest begins; NaN where it is not known, which leaves out the forms that
+        begin there.
     rates_differ : whether stick time and force rate are free of each other.
 
     Sources: Kato, Sato & Matsubayashi, Wear 20 (1972) 315 (exponential, with an exponent); Dieterich, J. Geophys. Res. 77
     (1972) 3690 (logarithm); Johannes, Green & Brockley, Wear 24 (1973) 381 (that f_s falls with the rate; the forms of the
     fall and the surface are our own).
     """
+    known = math.isfinite(level)
     middle, typical = float(np.median(force)), float(np.median(time))
-    grown = max(middle - level, 1e-3 * abs(middle))
+    grown = max(middle - level, 1e-3 * abs(middle)) if known else 0.1 * abs(middle)
     start_rate = -math.log(typical / 1.5)
     base = f"{level:.6g}"
 
@@ -69,6 +73,7 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
             ("limit", "rate"),
             (1.3 * grown, start_rate),
             lambda p, t, _: level + _growth(p, t),
+            from_level=True,
         ),
     ]
     if len(time) >= 8:
@@ -79,6 +84,7 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
                 ("growth", "exponent"),
                 (grown / typical**0.3, math.log(0.3)),
                 lambda p, t, _: level + p[0] * t ** np.exp(np.clip(p[1], -20, 3)),
+                from_level=True,
             ),
             Form(
                 "Kato",
@@ -86,13 +92,13 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
                 ("limit", "rate", "exponent"),
                 (1.3 * grown, start_rate, 0.0),
                 lambda p, t, _: level + _growth(p, t, np.exp(np.clip(p[2], -20, 3))),
+                from_level=True,
             ),
         ]
     if not rates_differ or len(time) < 12:
-        return found
+        return [form for form in found if known or not form.from_level]
     typical_rate = math.log(float(np.median(rate)))
-    return [
-        *found,
+    found += [
         Form(
             "force rate",
             "f0 + rate_slope * log10(delta)",
@@ -113,6 +119,7 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
             ("limit", "rate", "scale"),
             (2.0 * grown, start_rate, typical_rate),
             lambda p, t, d: level + _growth(p, t) / (1 + d / np.exp(np.clip(p[2], -50, 50))),
+            from_level=True,
         ),
         *_falls(level, rate, grown, start_rate),
         Form(
@@ -123,6 +130,7 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
             _surface,
         ),
     ]
+    return [form for form in found if known or not form.from_level]
 
 
 def _falls(level: float, rate: Array, grown: float, start_rate: float) -> list[Form]:
@@ -153,6 +161,7 @@ def _falls(level: float, rate: Array, grown: float, start_rate: float) -> list[F
             both[0],
             lambda p, t, d: level + fall(p, d) + _growth(p[3:], t),
             tuple(both[1:]),
+            from_level=True,
         ),
     ]
 

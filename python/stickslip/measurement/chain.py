@@ -145,7 +145,7 @@ def _pulled(i: int, parts: Sequence[xr.DataTree], chain: Chain, window: tuple[fl
     data.attrs = {
         **root.attrs,
         "rig": chain.to_toml(),
-        "slips": int(events.sizes["event"]),
+        "slips": root.attrs["slips"] if root.attrs["regime"] == "unknown" else int(events.sizes["event"]),
         "notes": [*root.attrs["notes"], "the springs and dampers between the masses pull too: that is in the force"],
     }
     return xr.DataTree.from_dict({"/": data, "/break_away": events})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,13 +29,13 @@ from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.noise import impulses, noise_level
 from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.read import Record, as_record
-from stickslip.measurement.regime import intermittence, regime, slow_share
+from stickslip.measurement.recalibration import Draft, most_mistaken, recalibrated
+from stickslip.measurement.regime import intermittence, regime, slow_share, undecided
 from stickslip.measurement.result import release
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.rig_file import load_rig
-from stickslip.measurement.spectra import Line, main_line
+from stickslip.measurement.spectra import Line
 from stickslip.measurement.sticks import (
-    Flanks,
     Pilot,
     Stick,
     creeping_sticks,
@@ -50,10 +50,6 @@ from stickslip.measurement.sticks import (
 
 Array = npt.NDArray[np.float64]
 
-MOST_MISTAKEN = 0.1
-"""A drive velocity is known better than this, unlike the stiffness of a spring."""
-SPRING_MISTAKEN = (0.5, 2.0)
-"""So far the stiffness of a spring, or the scale of its gauge, may be off."""
 FACTS = ["regime", "slips", "stuck_share", "slow_share", "main_line", "main_line_error", "stiffness", "inertia"]
 """What a summary prints."""
 
@@ -207,67 +203,58 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     trial = rigid_candidates(pilot, flanks, o.drive_velocity, 1 / own_period(o))
     slope = rigid_slope(time, x, weight, trial, noise) if trial else None
     rigid = slope is not None and is_rigid(time, x, weight, trial, slope.value, noise)
+    # A mass that does not go with the drive where it seems to rest does not rest.
+    rigid = rigid and slope is not None and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig)
     if not trial:
         rigid = True  # nothing sticks, so nothing creeps
+    smaller: list[str] = []
     if not rigid:
         flanks = find_flanks(pilot, rig.least_drop)
         if flanks.smaller:
-            notes.append(
+            smaller.append(
                 f"{flanks.smaller} falls of the spring smaller than {rig.least_drop:g} of the median fall were taken "
                 "as creep inside a stick, not as slips (rig: least_drop)"
             )
         slope = stick_slope(time, x, weight, flanks, pilot, o.drive_velocity)
-    if slope is not None:
-        low, high = SPRING_MISTAKEN if spring else (1 - MOST_MISTAKEN, 1 + MOST_MISTAKEN)
-        if not low < slope.value / o.drive_velocity < high:
-            slope = None  # the slowest slip of a mass that never sticks
-    ratio = 1.0 if slope is None else slope.value / o.drive_velocity
-    if slope is not None and abs(slope.value - o.drive_velocity) > max(4 * slope.error, 0.003 * o.drive_velocity):
-        if spring:
-            notes.append(
-                f"stick-phase slope is {ratio:.3f} +- {slope.error / o.drive_velocity:.3f} times k V: stiffness "
-                f"re-calibrated from {o.stiffness:g} to {o.stiffness * ratio:.4g} N/m so that v = 0 while stuck (an "
-                "error of the force scale or of V would look the same)"
-            )
-            o = replace(o, stiffness=o.stiffness * ratio)
-            x = x / ratio
-            noise = noise / ratio
-            pilot = replace(
-                pilot,
-                extension=pilot.extension / ratio,
-                rate=pilot.rate / ratio,
-                rate_error=pilot.rate_error / ratio,
-                noise=noise,
-            )
-        else:
-            notes.append(
-                f"while stuck the mass moves at {ratio:.4f} +- {slope.error / o.drive_velocity:.4f} times the drive "
-                f"velocity: drive velocity re-calibrated from {o.drive_velocity:g} to {slope.value:.5g}"
-            )
-            o = replace(o, drive_velocity=slope.value)
-
-    if rigid:
-        sticks, fit = _rigid_fit(time, x, weight, pilot, flanks, o, noise)
-    else:
-        sticks = creeping_sticks(pilot, flanks, o.drive_velocity)
-        fit = fit_pieces(time, x, weight, sticks, False, o, _knots(pilot, o))
-        if sticks:
-            notes.append(
-                "while stuck the mass creeps by more than the noise: sticks are bounded where w passes half of V, and "
-                "w is measured, not set to zero, inside them"
-            )
-    friction = friction_force(fit, sticks)
+    stated = Draft(time, x, weight, o, noise, pilot, flanks, rigid)
+    draft, why = (stated, []) if slope is None else recalibrated(stated, slope, trial, rig)
+    friction, sticks, slow, word = _fitted(draft)
+    if word != "stick_slip" and (sticks or draft is not stated):
+        # What is not surely stick-slip has no sticks, and so nothing by which to correct the rig.
+        why = [] if draft is not stated else why
+        friction, sticks, slow, _ = _fitted(stated, sticking=False)
+    notes += why
+    if sticks and not rigid:
+        notes += smaller
+        notes.append(
+            "while stuck the mass creeps by more than the noise: sticks are bounded where w passes half of V, and "
+            "w is measured, not set to zero, inside them"
+        )
     notes += [*overtaking(friction, pilot.rate_error), *unlike_stated_noise(friction, record, rig)]
-    lasting = [stick.end - stick.start for stick in sticks]
-    slow = slow_share(friction.slip_velocity, o.drive_velocity, noise, record.step, lasting)
-    word = regime(friction.slip_velocity, o.drive_velocity, slow, rigid, len(sticks), len(flanks.limits))
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)
-    even = np.linspace(time[0], time[-1], len(time))
-    line = main_line(np.interp(even, time, friction.slip_acceleration), record.step)
+    if word == "unknown":
+        notes.append(undecided(slow, pilot.rate_error / o.drive_velocity))
+    line = draft.line(friction.slip_acceleration)
     if alone:  # the pull of other masses has its own lines
         notes += inertia(friction, rig, slow, line)
     return _Found(friction, sticks, rigid, slow, line, word, notes)
+
+
+def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick], float, str]:
+    """Friction of a draft, its sticks (none where it is not `sticking`), the share of slow time and the kind of motion."""
+    o, pilot, flanks = draft.oscillator, draft.pilot, draft.flanks
+    if sticking and draft.rigid:
+        sticks, fit = _rigid_fit(draft)
+    else:
+        sticks = creeping_sticks(pilot, flanks, o.drive_velocity) if sticking else []
+        fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(pilot, o))
+    friction = friction_force(fit, sticks)
+    lasting = [stick.end - stick.start for stick in sticks]
+    slow = slow_share(friction.slip_velocity, o.drive_velocity, draft.noise, draft.step, lasting)
+    seen = pilot.rate_error / o.drive_velocity
+    word = regime(friction.slip_velocity, o.drive_velocity, *slow, seen, draft.rigid, len(sticks), len(flanks.limits))
+    return friction, sticks, slow[0], word
 
 
 def _knots(pilot: Pilot, oscillator: Oscillator) -> float:
@@ -275,18 +262,17 @@ def _knots(pilot: Pilot, oscillator: Oscillator) -> float:
     return max(min(own_period(oscillator) / 25, 0.2 / pilot.cutoff), 2 * step)
 
 
-def _rigid_fit(
-    time: Array, x: Array, weight: Array, pilot: Pilot, flanks: Flanks, o: Oscillator, noise: float
-) -> tuple[list[Stick], Any]:
+def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any]:
     """Alternate between the limits of the sticks and the cut-off of the slips."""
+    time, x, weight, pilot, o = draft.time, draft.extension, draft.weight, draft.pilot, draft.oscillator
     knots = _knots(pilot, o)
-    sticks = rigid_candidates(pilot, flanks, o.drive_velocity, 1 / own_period(o))
+    sticks = rigid_candidates(pilot, draft.flanks, o.drive_velocity, 1 / own_period(o))
     path = o.drive_velocity * (time - time[0]) - x
     cutoff = pilot.cutoff
     step = float(time[1] - time[0])
     soft: bool | None = None
     for span in (max(8 * step, 0.06 * own_period(o)), 3 * step):
-        sticks, soft = refine_sticks(LimitSearch(time, path, weight, o, noise, knots, cutoff), sticks, span, soft)
+        sticks, soft = refine_sticks(LimitSearch(time, path, weight, o, draft.noise, knots, cutoff), sticks, span, soft)
         fit = fit_pieces(time, x, weight, sticks, True, o, knots)
         changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
         cutoff = fit.cutoff.get("slip", cutoff)
@@ -325,8 +311,9 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
         "main_line": found.line.frequency,
         "main_line_error": found.line.error,
         "slow_share": found.slow,
-        "stuck_share": float(np.mean(f.stuck)),
-        "slips": int(events.sizes["event"]),
+        # of a motion whose kind cannot be told neither is known
+        "stuck_share": math.nan if found.regime == "unknown" else float(np.mean(f.stuck)),
+        "slips": math.nan if found.regime == "unknown" else int(events.sizes["event"]),
         "creeps": int(not found.rigid),
         "stiffness": o.stiffness,
         "mass": rig.mass,

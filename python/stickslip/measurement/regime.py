@@ -18,14 +18,20 @@ STEADY = 0.1
 LINGERS = 0.25
 """A sine that just touches w = 0 is slow for 20 % of the time: a creeping motion that is slow for longer than this lingers
 there, and is stick-slip."""
+BLURRED = 0.5
+"""Sticks are bounded where w passes half of V: an error of w as large hides what is short."""
+PARTS = 8
+"""Parts of a record by whose scatter the error of its slow share is told."""
 INTERMITTENT = 0.4
 """A creeping mass in stick-slip that is slow for less of the time than this does not stick in every cycle."""
 
 
 def slow_share(
     slip_velocity: Array, drive_velocity: float, noise: float, step: float, stick_times: Sequence[float] = ()
-) -> float:
-    """Share of the time with |w| < 0.2 V, for w averaged so that its noise does not decide, nor the average over a stick.
+) -> tuple[float, float]:
+    """Share of the time with |w| < 0.2 V, and its standard error by the scatter over eighths of the record.
+
+    w is averaged so that its noise does not decide, nor the average over a stick.
 
     Parameters
     ----------
@@ -38,7 +44,9 @@ def slow_share(
         window = min(window, round(0.25 * float(np.median(stick_times)) / step))
     window = min(max(window, 1), len(slip_velocity))
     mean = uniform_filter1d(slip_velocity, window, mode="nearest")
-    return float(np.mean(np.abs(mean) < SLOW_LEVEL * drive_velocity))
+    slow = np.abs(mean) < SLOW_LEVEL * drive_velocity
+    parts = [float(np.mean(part)) for part in np.array_split(slow, PARTS) if part.size]
+    return float(np.mean(slow)), float(np.std(parts, ddof=1)) / math.sqrt(len(parts))
 
 
 def quiet_window(noise: float, step: float, drive_velocity: float) -> int:
@@ -51,27 +59,52 @@ def quiet_window(noise: float, step: float, drive_velocity: float) -> int:
     return max(round(length / step), 1)
 
 
-def regime(slip_velocity: Array, drive_velocity: float, slow: float, rigid: bool, sticks: int, cycles: int) -> str:
+def regime(
+    slip_velocity: Array,
+    drive_velocity: float,
+    slow: float,
+    slow_error: float,
+    blur: float,
+    rigid: bool,
+    sticks: int,
+    cycles: int,
+) -> str:
     """``"stick_slip"``, ``"almost_harmonic"`` or ``"stable_slip"``, the words of `stickslip.regimes` for a record with noise.
 
     - ``stable_slip``: the slip velocity scatters by less than 0.1 V;
     - where sticks are exact (`rigid`): ``stick_slip`` if more than one in five cycles sticks, else ``almost_harmonic``;
     - where the mass creeps: ``stick_slip``, be it fast, if it sticks and |w| < 0.2 V for at least 25 % of the time, else
-      ``almost_harmonic``.
+      ``almost_harmonic``;
+    - ``unknown`` where that share is not told apart from 25 % by its own error, or where nothing is seen to stick and the
+      slip velocity is known so poorly that short sticks would not be seen.
 
     Parameters
     ----------
     slip_velocity : (n,) w.
     drive_velocity : V in the same unit.
-    slow : share of the time with |w| < 0.2 V, from `slow_share`.
+    slow, slow_error : share of the time with |w| < 0.2 V, and its error, from `slow_share`.
+    blur : standard error of w at a sample over V.
     rigid : whether the mass rests while it sticks, to within the noise.
     sticks, cycles : how many cycles stick, and how many there are.
     """
-    if float(np.std(slip_velocity)) < STEADY * drive_velocity:
-        return "stable_slip"
-    if not rigid:
-        return "stick_slip" if sticks and slow >= LINGERS else "almost_harmonic"
-    return "stick_slip" if sticks > 0.2 * cycles else "almost_harmonic"
+    if rigid:
+        lingers, told = sticks > 0.2 * cycles, True
+    else:
+        lingers, told = sticks > 0 and slow > LINGERS, not sticks or abs(slow - LINGERS) > slow_error
+    if lingers and told and float(np.std(slip_velocity)) >= STEADY * drive_velocity:
+        return "stick_slip"
+    if not told or blur > BLURRED:
+        return "unknown"
+    return "stable_slip" if float(np.std(slip_velocity)) < STEADY * drive_velocity else "almost_harmonic"
+
+
+def undecided(slow: float, blur: float) -> str:
+    """The sentence to the kind ``unknown``; the arguments are those of `regime`."""
+    if blur > BLURRED:
+        why = f"the slip velocity is known to {blur:.2g} V only, so short sticks would not be seen"
+    else:
+        why = f"|w| < {SLOW_LEVEL:g} V for {100 * slow:.0f} % of the time, too near the {100 * LINGERS:.0f} % of stick-slip"
+    return f"the kind of motion cannot be told: {why}; no sticks were taken"
 
 
 def intermittence(slow: float, rigid: bool, sticks: int, cycles: int) -> str | None:

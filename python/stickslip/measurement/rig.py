@@ -62,6 +62,8 @@ class Rig:
     least_drop : where the mass creeps, a fall of the spring force counts as a slip if it is at least this fraction of
         the median fall; smaller ones are creep inside a stick. Their sizes have no gap, so this is a convention:
         halving it finds some 5 to 10 % more slips. A mass that truly rests needs no such level.
+    recalibrate : whether sticks in the record may correct the stiffness (of a spring force, by 20 % at most) or the drive
+        velocity (of a displacement, by 10 %); default true. With false the rig is believed as it stands.
     read : how the file is laid out, where it is unusual (the table ``[read]`` of a rig file).
 
     Raises
@@ -94,6 +96,7 @@ class Rig:
     noise: float | None = None
     gravity: float = 9.81
     least_drop: float = 0.5
+    recalibrate: bool = True
     read: Layout = field(default_factory=Layout)
 
     def __post_init__(self) -> None:
@@ -117,6 +120,8 @@ class Rig:
             raise InputError(f"rig: column must be the name of the recorded variable, got {self.column!r}")
         if self.time_column is not None and not isinstance(self.time_column, str | int):
             raise InputError(f"rig: time_column must be the name of the time variable, got {self.time_column!r}")
+        if not isinstance(self.recalibrate, bool):
+            raise InputError(f"rig: recalibrate must be true or false, got {self.recalibrate!r}")
         if not isinstance(self.read, Layout):
             raise InputError(f"rig: read must be a Layout, got {self.read!r}")
         object.__setattr__(self, "rest", number("rest", self.rest, "rig"))

@@ -254,10 +254,13 @@ def stick_slope(
         return None
     values = slopes[:, 1] / drive_velocity
     value = _mode(values)
+    if not math.isfinite(value):
+        return None
     near = np.abs(values - value) < 0.15 * value
     # the scatter of modes over interleaved parts of the record
-    parts = [_mode(values[slopes[:, 0] % 6 == i]) for i in range(6)]
-    error = float(np.std(parts, ddof=1) / math.sqrt(6))
+    parts = np.array([_mode(values[slopes[:, 0] % 6 == i]) for i in range(6)])
+    parts = parts[np.isfinite(parts)]
+    error = float(np.std(parts, ddof=1) / math.sqrt(len(parts))) if len(parts) > 1 else value
     return StickSlope(value * drive_velocity, error * drive_velocity, float(np.mean(near)))
 
 

@@ -28,6 +28,9 @@ UNITS: dict[str, dict[str, float]] = {
     "inertia": {"kg m^2": 1.0, "kg cm^2": 1e-4},
     "acceleration": {"m/s^2": 1.0},
     "stiffness": {"N/m": 1.0, "N/mm": 1e3, "N/cm": 1e2},
+    "torsional_stiffness": {"N m/rad": 1.0, "N m/deg": 180 / math.pi},
+    "damping": {"N s/m": 1.0},
+    "torsional_damping": {"N m s/rad": 1.0},
     "force_per_current": {"N/A": 1.0},
     "ratio": {"1": 1.0, "%": 0.01},
 }

@@ -25,6 +25,10 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 
+OSCILLATOR = ("mass", "stiffness", "damping")
+"""What the contact hangs on, where a law is to be set in motion: of a torsional record inertia, N m/rad and N m s/rad."""
+
+
 @dataclass(frozen=True)
 class _Run:
     """One record turned into friction."""
@@ -114,7 +118,8 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             "force_error": (run.error, run.unit),
             "stuck": (run.stuck, "1"),
         }
-        if "displacement" in run.record:
+        # That of an oscillator is the extension of its spring, which this is not.
+        if "displacement" in run.record and "stiffness" not in run.facts:
             series["displacement"] = (run.record["displacement"], run.record.units["displacement"])
     return friction_tree(
         series=series,
@@ -200,6 +205,9 @@ def _run(record: Samples, bench: Bench) -> _Run:
             f"the actuators pull with {pull:.4g} N together in the mean; friction is "
             f"{float(facts['force']) / pull:.3g} times that"
         )
+    for name in OSCILLATOR:
+        if bench.maybe(name):
+            facts[name] = bench.number(name)
     if "drive_velocity" in record:
         drive = record["drive_velocity"]
         seen = np.isfinite(drive)
@@ -302,6 +310,9 @@ DIRECT_FORCE = _DirectForce(
         "bins": Constant(("ratio",), 12.0, count=True),
         "cutoff": Constant(("ratio",), positive=True),
         "clock_offset": Constant(("time",)),
+        "mass": Constant(("mass", "inertia"), positive=True),
+        "stiffness": Constant(("stiffness", "torsional_stiffness"), positive=True),
+        "damping": Constant(("damping", "torsional_damping"), 0.0),
     },
     measure=_measure,
 )

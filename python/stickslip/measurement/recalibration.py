@@ -1,0 +1,146 @@
+"""The stiffness of the spring, or the speed of the drive, as the sticks of the record itself show it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from stickslip.measurement.contradictions import MOSTLY_SLOW
+from stickslip.measurement.pieces import Oscillator
+from stickslip.measurement.regime import regime, slow_share
+from stickslip.measurement.rig import Rig
+from stickslip.measurement.spectra import Line, main_line
+from stickslip.measurement.sticks import Flanks, Pilot, Stick, StickSlope, creeping_sticks
+
+Array = npt.NDArray[np.float64]
+
+DRIVE_MISTAKEN = 0.1
+"""A drive velocity is known better than this."""
+SPRING_MISTAKEN = 0.2
+"""So far the stiffness of a spring, or the scale of its gauge, may be off."""
+LINE_MISTAKEN = 0.05
+"""So far the resonance may lie from sqrt(k/m)/2pi and still speak for this stiffness."""
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A record on its way to friction: its samples, the constants they are read with, and where it may stick.
+
+    Attributes
+    ----------
+    time, extension, weight : (n,).
+    oscillator : m, D, k, V.
+    noise : standard deviation of the samples of x.
+    pilot, flanks : a first smooth reading, and the stretches on which the spring is wound up.
+    rigid : whether the mass rests while it sticks, to within the noise.
+    """
+
+    time: Array
+    extension: Array
+    weight: Array
+    oscillator: Oscillator
+    noise: float
+    pilot: Pilot
+    flanks: Flanks
+    rigid: bool
+
+    @property
+    def step(self) -> float:
+        """Sampling interval in s."""
+        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+    def line(self, acceleration: Array) -> Line:
+        """Main line of an acceleration at the times of the record."""
+        even = np.linspace(self.time[0], self.time[-1], len(self.time))
+        return main_line(np.interp(even, self.time, acceleration), self.step)
+
+    def with_stiffness(self, ratio: float) -> Draft:
+        """The same spring forces by another stiffness."""
+        pilot = self.pilot
+        return replace(
+            self,
+            oscillator=replace(self.oscillator, stiffness=self.oscillator.stiffness * ratio),
+            extension=self.extension / ratio,
+            noise=self.noise / ratio,
+            pilot=replace(
+                pilot,
+                extension=pilot.extension / ratio,
+                rate=pilot.rate / ratio,
+                rate_error=pilot.rate_error / ratio,
+                noise=self.noise / ratio,
+            ),
+        )
+
+
+def recalibrated(draft: Draft, slope: StickSlope, candidates: list[Stick], rig: Rig) -> tuple[Draft, list[str]]:
+    """The draft with the stiffness or drive velocity under which its sticks stand still, and the sentence that says so.
+
+    A slip that turns round repeats its steepest slope too, so a slope alone is no stick: with that slope the motion must be
+    stick-slip. The stiffness changes by 20 % at most, the drive velocity by 10 %. Where the main line of the record is that
+    of the oscillator, it must speak for the new stiffness. And the rig must allow it (`recalibrate`). Else what the rig says
+    is kept, and the sentence says why.
+
+    Parameters
+    ----------
+    draft : read with what the rig says.
+    slope : of the extension while the mass sticks.
+    candidates : the sticks that it was taken from, where the mass does not creep.
+    rig : of the record.
+    """
+    o, spring = draft.oscillator, rig.gauge == "spring_force"
+    ratio, error = slope.value / o.drive_velocity, slope.error / o.drive_velocity
+    if abs(ratio - 1) <= max(4 * error, 0.003):
+        return draft, []
+    slow = _slow_if_stuck(draft, slope.value, candidates)
+    if slow is None:
+        return draft, []
+    kept = "stiffness" if spring else "drive_velocity"
+    seen = (
+        f"stick-phase slope is {ratio:.3f} +- {error:.3f} times k V"
+        if spring
+        else f"while stuck the mass moves at {ratio:.4f} +- {error:.4f} times the drive velocity"
+    )
+    most = most_mistaken(rig)
+    refused = ""
+    if not rig.recalibrate:
+        refused = "as the rig asks (recalibrate)"
+    elif abs(ratio - 1) > most:
+        refused = (
+            f"as so large a mistake (over {100 * most:.0f} %) is not believed: correct {kept}, drive_velocity or unit"
+        )
+    elif spring and slow < MOSTLY_SLOW:
+        line = draft.line(np.gradient(draft.pilot.rate, draft.time))
+        likely = math.sqrt(ratio * o.stiffness / o.mass) / (2 * math.pi)
+        if abs(line.frequency / likely - 1) > max(LINE_MISTAKEN, 3 * line.error / likely):
+            refused = (
+                f"as the resonance line at {line.frequency:.3g} +- {line.error:.2g} Hz does not agree with that "
+                f"({likely:.3g} Hz)"
+            )
+    if refused:
+        return draft, [f"{seen}: the {kept.replace('_', ' ')} of the rig was kept, {refused}"]
+    if not spring:
+        note = f"{seen}: drive velocity re-calibrated from {o.drive_velocity:g} to {slope.value:.5g}"
+        return replace(draft, oscillator=replace(o, drive_velocity=slope.value)), [note]
+    note = (
+        f"{seen}: stiffness re-calibrated from {o.stiffness:g} to {o.stiffness * ratio:.4g} N/m so that v = 0 while stuck "
+        "(an error of the force scale or of V would look the same)"
+    )
+    return draft.with_stiffness(ratio), [note]
+
+
+def most_mistaken(rig: Rig) -> float:
+    """Part by which sticks may at most correct the rig."""
+    return SPRING_MISTAKEN if rig.gauge == "spring_force" else DRIVE_MISTAKEN
+
+
+def _slow_if_stuck(draft: Draft, speed: float, candidates: list[Stick]) -> float | None:
+    """Share of the time in which the mass is slow if a stick has this slope; None where that is no stick-slip."""
+    sticks = candidates if draft.rigid else creeping_sticks(draft.pilot, draft.flanks, speed)
+    lasting = [stick.end - stick.start for stick in sticks]
+    w = speed - draft.pilot.rate
+    slow = slow_share(w, speed, draft.noise, draft.step, lasting)
+    word = regime(w, speed, *slow, 0.0, draft.rigid, len(sticks), len(draft.flanks.limits))
+    return slow[0] if word == "stick_slip" else None

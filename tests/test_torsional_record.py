@@ -1,0 +1,98 @@
+"""A torsional record (speed and torque of a bit, speed of the drive) from file to law to simulation."""
+
+from __future__ import annotations
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.cli import main
+
+INERTIA, STIFFNESS, SPEED = 0.005, 2.0, 2.0
+"""kg m^2, N m/rad and rad/s."""
+LAW = ss.laws.StaticKinetic(break_away=3.0, kinetic=2.0)
+
+RIG = """
+gauge = "direct_force"
+stuck_speed = "0.3 rad/s"
+{more}
+[columns]
+time = "time"
+velocity = {{ column = "bit", unit = "rad/s" }}
+force = {{ column = "torque", unit = "N m" }}
+drive_velocity = {{ column = "top", unit = "rad/s" }}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The file of a record of 6 s at 500 Hz, with some noise on the torque."""
+    folder = tmp_path_factory.mktemp("torsional")
+    system = ss.Oscillator(damping=0.0, drive_velocity=SPEED, law=LAW, mass=INERTIA, stiffness=STIFFNESS)
+    time = np.arange(0, 6, 2e-3)
+    motion = ss.simulate(system, 6).to_xarray(time)
+    rng = np.random.default_rng(0)
+    torque = motion["force"].to_numpy() + 0.02 * rng.standard_normal(time.size)
+    bit = motion["slip_velocity"].to_numpy() + 0.01 * rng.standard_normal(time.size)
+    rows = np.stack([time, bit, torque, np.full(time.size, SPEED)], axis=1)
+    np.savetxt(folder / "record.csv", rows, "%.9g", ",", header="time,bit,torque,top", comments="")
+    return folder
+
+
+def measured(folder, name: str, more: str) -> str:
+    rig, friction = folder / f"{name}.toml", folder / f"{name}.nc"
+    rig.write_text(RIG.format(more=more), encoding="utf-8")
+    assert main(["measure", str(folder / "record.csv"), "--rig", str(rig), "-o", str(friction)]) == 0
+    return str(friction)
+
+
+def test_a_torsional_record_becomes_a_law_and_a_simulation(folder, capsys):
+    friction = measured(folder, "known", 'mass = "50 kg cm^2"\nstiffness = "2 N m/rad"')
+    law = folder / "law.toml"
+    plot = folder / "agreement.png"
+    assert main(["identify", friction, "--law", "StaticKinetic", "-o", str(law), "--plot", str(plot)]) == 0
+    said = capsys.readouterr().out
+    found = tomllib.loads(law.read_text(encoding="utf-8"))["law"]
+    assert found["break_away"] == pytest.approx(LAW.break_away, rel=0.02)
+    assert found["kinetic"] == pytest.approx(LAW.kinetic, rel=0.02)
+    assert "Both motions are stick_slip." in said
+    system = folder / "system.toml"
+    system.write_text(
+        f'mass = {INERTIA}\nstiffness = {STIFFNESS}\ndamping = 0.0\ndrive_velocity = {SPEED}\nlaw = "law.toml"\n',
+        encoding="utf-8",
+    )
+    assert main(["simulate", str(system)]) == 0
+    assert "stick_slip" in capsys.readouterr().out
+
+
+def test_the_picture_of_a_torsional_record_has_its_units(folder):
+    friction = measured(folder, "units", "mass = 0.005\nstiffness = 2.0")
+    agreement = ss.identification.compare_motion(friction, LAW)
+    axes = agreement.plot_phase()
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("velocity ẋ (rad/s)", "spring force k x (N m)")
+    # and the period of the simulated motion is that of the record
+    assert agreement.table.loc["main line", "ratio"] == pytest.approx(1.0, abs=0.03)
+
+
+def test_where_the_rig_does_not_say_what_swings_the_law_is_found_and_the_remedy_named(folder, capsys):
+    friction = measured(folder, "unknown", "")
+    law = folder / "alone.toml"
+    capsys.readouterr()
+    assert main(["identify", friction, "--law", "StaticKinetic", "-o", str(law)]) == 0
+    assert "does not say its mass, stiffness" in capsys.readouterr().out
+    assert ss.load_law(law).kinetic == pytest.approx(LAW.kinetic, rel=0.02)
+    assert main(["identify", friction, "--law", "StaticKinetic", "--plot", str(folder / "no.png")]) == 2
+    said = capsys.readouterr().err
+    assert "does not say its mass, stiffness" in said
+    assert "gauge direct_force: mass, stiffness" in said
+    assert main(["identify", friction, "--law", "StaticKinetic", "--predict", friction]) == 2
+    assert "does not say its mass, stiffness" in capsys.readouterr().err
+
+
+def test_a_torsional_stiffness_has_its_own_unit(folder, capsys):
+    rig = folder / "wrong.toml"
+    rig.write_text(RIG.format(more='stiffness = "2 rpm"'), encoding="utf-8")
+    assert main(["measure", str(folder / "record.csv"), "--rig", str(rig)]) == 2
+    assert "N m/rad" in capsys.readouterr().err
