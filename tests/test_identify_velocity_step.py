@@ -71,7 +71,13 @@ def test_the_fit_is_saved_and_drawn(tmp_path: Path) -> None:
     law, picture = tmp_path / "law.toml", tmp_path / "fit.png"
     command = ["identify", str(tmp_path / "f.nc"), "--law", "RateState", "-o", str(law), "--plot", str(picture)]
     assert main(command) == 0
-    assert isinstance(ss.laws.load_law(law), ss.laws.RateState)
+    found, covariance = ss.laws.load_law(law), ss.laws.load_covariance(law)
+    assert isinstance(found, ss.laws.RateState)
+    assert list(covariance.index) == ["a", "b", "length", "reference_friction"]
+    assert np.linalg.eigvalsh(covariance).min() > -1e-9 * np.trace(covariance)
+    # it moves: pulled slowly, from where the spring bears it
+    system = ss.Oscillator(stiffness=2e4, drive_velocity=2 * V, law=found)
+    assert ss.simulate(system, 1.0, x0=LEVEL / 2e4).t_end == 1.0
     assert picture.stat().st_size > 10_000
 
 

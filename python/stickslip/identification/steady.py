@@ -108,9 +108,18 @@ class SteadyFriction:
         fastest.
         """
         try:
-            return self._law(self.best.vector)
+            return self._of_friction()
         except InputError:
             return None
+
+    def _of_friction(self) -> Law:
+        """The law, refused where friction is negative."""
+        law = self._law(self.best.vector)
+        speed = self.rows["slip_velocity"].abs().to_numpy()
+        force = law.kinetic_force(speed)
+        if force.min() < 0:
+            raise InputError(f"friction would be {force.min():.3g} at w = {speed[np.argmin(force)]:.3g}")
+        return law
 
     def _law(self, values: Array) -> Law:
         """The law of the chosen form with these numbers."""
@@ -142,8 +151,7 @@ class SteadyFriction:
     @property
     def covariance(self) -> pd.DataFrame:
         """Of the numbers of the law, by their names; an InputError where there is no law."""
-        values = self.best.vector
-        law = self._law(values)
+        values, law = self.best.vector, self._of_friction()
         names = [*places(law)]
         # numbers of the law are sums of those of the form, so a difference of any size is their slope
         steps = 1e-6 * np.maximum(np.abs(values), 1e-3 * np.abs(values).max())
@@ -204,7 +212,7 @@ class SteadyFriction:
             where friction of the chosen form is negative, so that it is no law.
         """
         try:
-            law, covariance = self._law(self.best.vector), self.covariance
+            law, covariance = self._of_friction(), self.covariance
         except InputError as error:
             raise InputError(
                 f"identify: {self.chosen} with these numbers is no law of friction ({error}): leave -o out, or ask for "
@@ -510,8 +518,8 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
         notes.append(
             f"The force has an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) that "
             f"keeps its sign when the motion turns: the zero of a gauge, gravity, or friction that is "
-            f"{2 * offset['value']:.3g} larger one way; speed alone cannot tell which. It is not part of the law, which is the mean of "
-            f"both ways.{gain}"
+            f"{2 * offset['value']:.3g} larger one way; speed alone cannot tell which. It is not part of the law, which "
+            f"is the mean of both ways.{gain}"
         )
         if "restoring" in best.parameters.index:
             slope = best.parameters.loc["restoring"]
