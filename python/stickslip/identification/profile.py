@@ -61,12 +61,14 @@ def profile_intervals(
                 at = unknowns[j] + sign * reach * error
                 if (at - limit) * sign >= 0:
                     at = limit
-                trial = unknowns + covariance[:, j] / covariance[j, j] * (at - unknowns[j])
-                trial[j] = at
-                if not fit.is_law(trial):
+                alone = np.arange(unknowns.size) == j
+                along = np.where(alone, 1.0, covariance[:, j] / covariance[j, j])
+                trials = [unknowns + way * (at - unknowns[j]) for way in (along, alone)]
+                lawful = [trial for trial in trials if fit.is_law(trial)]
+                if not lawful:
                     outer = reach
                     continue
-                trial = fit.down(trial, 1.0, 0.01, held=[j])
+                trial = fit.down(lawful[0], 1.0, 0.01, held=[j])
                 root = math.sqrt(max(fit.cost(trial) - base, 0.0) / excess)
                 if abs(root - want) < CLOSE:
                     closed = True
