@@ -217,3 +217,13 @@ def test_bounds_hold_and_a_number_on_its_bound_is_named(tmp_path):
 def test_wrong_bounds_are_refused(bounds, sentence):
     with pytest.raises(InputError, match=sentence):
         identify(swept(BENT), law="PiecewiseLinear", pieces=2, bounds=bounds)
+
+
+def test_a_gaussian_fall_is_found_with_its_break_away_and_preferred_to_a_bristle():
+    law = ss.laws.ExponentialStribeck(3.0, 1.8, 0.12, 0.5, exponent=2.0)
+    found = compare_laws(swept(law, noise=0.05, seed=4), ["Coulomb", "Dahl", "ExponentialStribeck"])
+    assert isinstance(found.best.law, ss.laws.ExponentialStribeck)
+    assert found.best.law.exponent == 2.0
+    for name, row in found.best.parameters.iterrows():
+        assert row["low"] <= getattr(law, name) <= row["high"], name
+    assert any("exponent = 2" in note for note in found.best.notes)

@@ -267,16 +267,19 @@ def identify(
     relative, drift = is_relative(rows) if kind is not Coulomb else (False, [])
     seen = Seen(records, rows, static, relative, count)
     guess = _bounded(_guess(kind, start, seen, free, fixed), bounds or {})
-    problem = Problem(
-        records, guess.law, guess.free, relative=relative, ties=guess.ties, within=guess.within, offset=offset
-    )
-    found = fit_branches(problem, _best_start(problem, guess))
+    fits = []
+    for form in _forms(guess):
+        options = {"relative": relative, "ties": form.ties, "within": form.within, "offset": offset}
+        problem = Problem(records, form.law, form.free, **options)
+        fits.append((problem, fit_branches(problem, _best_start(problem, form))))
+    problem, found = min(fits, key=lambda fit: fit[1].rms)
     constant = 0.0 if found.offset is None else float(found.offset["value"])
     notes = [
         *lack_of_fit(problem, found.law, constant),
         *_bias(problem),
         *(static.notes if static is not None else drift),
         *guess.notes,
+        *_chosen_form(found.law, guess),
         *_at_bounds(found, bounds or {}),
         *_what_could_not_be_told(found),
     ]
@@ -415,6 +418,26 @@ def _bias(problem: Problem) -> list[str]:
         "The interval of static_friction.initial does not hold its bias: single cycles of motions without sticks lie off as "
         "a whole and make it too low, in trials by two to five stated errors; fit_trajectories has not this error."
     ]
+
+
+def _choices(law: Law) -> dict[str, float]:
+    """The numbers that choose the form of a law."""
+    return {name: getattr(law, name) for name in law.CHOICES}
+
+
+def _forms(guess: Guess) -> list[Guess]:
+    """A guess for each form of the law among the first guesses, as numbers that choose a form are never fitted."""
+    laws = [guess.law, *guess.rivals]
+    forms = [[law for law in laws if _choices(law) == choices] for choices in map(_choices, laws)]
+    return [replace(guess, law=form[0], rivals=form[1:]) for i, form in enumerate(forms) if form not in forms[:i]]
+
+
+def _chosen_form(law: Law, guess: Guess) -> list[str]:
+    """Which form of a law that has several was taken."""
+    if len(_forms(guess)) < 2:
+        return []
+    said = ", ".join(f"{name} = {number:g}" for name, number in _choices(law).items())
+    return [f"Of the forms of {type(law).__name__} that with {said} lies closest to the records; it was taken."]
 
 
 def _at_bounds(found: BranchFit, bounds: Mapping[str, tuple[float, float]]) -> list[str]:
