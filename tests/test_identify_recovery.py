@@ -243,8 +243,9 @@ def test_one_visible_climb_leaves_d_on_a_line_and_says_so():
     assert "D is known to lie on a line" in " ".join(found.notes)
 
 
+@pytest.mark.slow
 def test_an_offset_lies_in_its_interval_where_friction_ripples_along_the_path():
-    # The ripple is the same at every passage, so more passages say no more of it: without that 4 of these 8 held the offset.
+    # The ripple is the same at every passage, so more passages say no more of it: without that half of these held the offset.
     law = ss.laws.ExponentialStribeck(0.9, 0.5, 0.15, 0.1)
     system = ss.Oscillator(damping=0.1, drive_velocity=0.0, law=law, forcing=ss.Harmonic(2.0, 0.8))
     orbit, t = ss.simulate(system, 150.0), np.arange(30, 150, 0.05)
