@@ -83,7 +83,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument(
         "--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one"
     )
-    command.add_argument("-o", "--output", metavar="LAW.toml", help="write the law file")
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="LAW.toml",
+        help="write the law file (of break-aways alone: the fits of static friction)",
+    )
     command.add_argument("--plot", metavar="FILE.png", help="draw the result")
     command.add_argument("--report", metavar="FILE.html", help="write a page that needs no other file")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
