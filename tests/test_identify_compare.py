@@ -186,7 +186,9 @@ def test_the_number_of_pieces_is_chosen_by_prediction_and_the_reason_said():
         InputError, match=r"nodes\[1\]\.force names a node, and with pieces = 'auto' their number is not"
     ):
         identify(swept(BENT), law="PiecewiseLinear", pieces="auto", fixed={"nodes[1].force": 0.6})
-    with pytest.raises(InputError, match="pieces are counted for PiecewiseLinear and TwoBranch, got Cubic"):
+    with pytest.raises(InputError, match="pieces are counted for PiecewiseLinear and TwoBranch, got Tabulated"):
+        identify(swept(BENT), law="Tabulated", pieces="auto")
+    with pytest.raises(InputError, match="Cubic has no linear pieces to count: leave pieces out, or ask for Piecewise"):
         identify(swept(BENT), law="Cubic", pieces="auto")
 
 
