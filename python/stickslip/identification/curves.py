@@ -445,7 +445,8 @@ def between_records(rows: Rows, rest: Array, columns: Array) -> tuple[float, flo
     inner = np.concatenate([(off[part] - mean) / rows.error[part] for part, mean in zip(parts, means, strict=True)])
     within = float(inner @ inner) / (len(rows) - len(parts))
     tau = np.array([correlation_time(off[part]) if rows.series else 1.0 for part in parts])
-    found = scatter_between(means, within * tau / np.array([weight[part].sum() for part in parts]))
+    variances = within * tau / np.array([weight[part].sum() for part in parts])
+    found = scatter_between(means.tolist(), variances.tolist())
     base = np.linalg.qr(columns)[0]
     level = np.sign(rows.w) / rows.error
     taken = sum(float(np.sum((base[part].T @ level[part]) ** 2) / np.sum(level[part] ** 2)) for part in parts)
