@@ -186,7 +186,9 @@ def test_the_number_of_pieces_is_chosen_by_prediction_and_the_reason_said():
         InputError, match=r"nodes\[1\]\.force names a node, and with pieces = 'auto' their number is not"
     ):
         identify(swept(BENT), law="PiecewiseLinear", pieces="auto", fixed={"nodes[1].force": 0.6})
-    with pytest.raises(InputError, match="pieces are counted for PiecewiseLinear and TwoBranch, got Cubic"):
+    with pytest.raises(InputError, match="pieces are counted for PiecewiseLinear and TwoBranch, got Tabulated"):
+        identify(swept(BENT), law="Tabulated", pieces="auto")
+    with pytest.raises(InputError, match="Cubic has no linear pieces to count: leave pieces out, or ask for Piecewise"):
         identify(swept(BENT), law="Cubic", pieces="auto")
 
 
@@ -217,3 +219,13 @@ def test_bounds_hold_and_a_number_on_its_bound_is_named(tmp_path):
 def test_wrong_bounds_are_refused(bounds, sentence):
     with pytest.raises(InputError, match=sentence):
         identify(swept(BENT), law="PiecewiseLinear", pieces=2, bounds=bounds)
+
+
+def test_a_gaussian_fall_is_found_with_its_break_away_and_preferred_to_a_bristle():
+    law = ss.laws.ExponentialStribeck(3.0, 1.8, 0.12, 0.5, exponent=2.0)
+    found = compare_laws(swept(law, noise=0.05, seed=4, count=1000), ["Dahl", "ExponentialStribeck"])
+    assert isinstance(found.best.law, ss.laws.ExponentialStribeck)
+    assert found.best.law.exponent == 2.0
+    for name, row in found.best.parameters.iterrows():
+        assert row["low"] <= getattr(law, name) <= row["high"], name
+    assert any("exponent = 2" in note for note in found.best.notes)

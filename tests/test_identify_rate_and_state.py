@@ -72,7 +72,11 @@ def test_the_command_takes_all_steps(tmp_path: Path, capsys) -> None:
     law, picture = tmp_path / "law.toml", tmp_path / "fit.png"
     assert main(["identify", str(tmp_path / "f.nc"), "--law", "RateState", "-o", str(law), "--plot", str(picture)]) == 0
     assert capsys.readouterr().out.startswith("RateState, aging law, from 7 steps")
-    assert isinstance(ss.laws.load_law(law), ss.laws.RateState)
+    found = ss.laws.load_law(law)
+    assert isinstance(found, ss.laws.RateState)
+    assert list(ss.laws.load_covariance(law).index) == ["a", "b", "length"]
+    system = ss.Oscillator(damping=0.0, stiffness=2e4, drive_velocity=2 * found.reference_velocity, law=found)
+    assert ss.simulate(system, 1.0, x0=found.reference_friction / 2e4).t_end == 1.0
     assert picture.stat().st_size > 10_000
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import stickslip as ss
 from stickslip.errors import InputError
@@ -240,3 +241,20 @@ def test_one_visible_climb_leaves_d_on_a_line_and_says_so():
     found = identify([measured(s, 7) for s in (0.15, 0.28, 0.36)], law="BogaczRyczek")
     assert "D.w" not in found.parameters.index
     assert "D is known to lie on a line" in " ".join(found.notes)
+
+
+@pytest.mark.slow
+def test_an_offset_lies_in_its_interval_where_friction_ripples_along_the_path():
+    # The ripple is the same at every passage, so more passages say no more of it: without that half of these held the offset.
+    law = ss.laws.ExponentialStribeck(0.9, 0.5, 0.15, 0.1)
+    system = ss.Oscillator(damping=0.1, drive_velocity=0.0, law=law, forcing=ss.Harmonic(2.0, 0.8))
+    orbit, t = ss.simulate(system, 150.0), np.arange(30, 150, 0.05)
+    exact, x = friction_of_orbit(orbit, t), orbit.to_xarray(t)["x"].to_numpy()
+    held = 0
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        ripple = 0.05 * np.sin(x * rng.uniform(8, 16) + rng.uniform(0, 7)) + 0.01 * rng.standard_normal(t.size)
+        data = exact.to_dataset(inherit=False)
+        found = identify(xr.DataTree(data.assign(force=data["force"] + ripple - 0.17)), law=type(law), offset=True)
+        held += bool(found.offset["low"] <= -0.17 <= found.offset["high"])
+    assert held >= 7

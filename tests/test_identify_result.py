@@ -6,6 +6,7 @@ import tomllib
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -31,8 +32,9 @@ def test_law_file_holds_law_uncertainty_and_source_and_loads_again(found, tmp_pa
     path = found.save(tmp_path / "law.toml")
     assert ss.load_law(path) == found.law
     document = tomllib.loads(path.read_text())
-    assert set(document) == {"law", "uncertainty", "source"}
-    assert set(document["uncertainty"]) == {"break_away", "kinetic"}
+    assert set(document) == {"law", "uncertainty", "covariance", "source"}
+    assert document["uncertainty"] == pytest.approx(found.parameters["error"].to_dict(), rel=1e-12)
+    pd.testing.assert_frame_equal(ss.laws.load_covariance(path), found.covariance)
     assert document["source"]["version"]
     assert document["source"]["notes"]
     assert "simulated StaticKinetic" in document["source"]["records"][0]["measured_from"]

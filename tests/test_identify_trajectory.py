@@ -301,3 +301,26 @@ def test_law_is_recovered_from_films(law, options, tmp_path):
     for name in table.index:
         assert table.loc[name, "low"] <= value(law, name) <= table.loc[name, "high"], name
         assert table.loc[name, "error"] < 0.005
+
+
+def test_a_profile_ends_where_there_is_no_law_beyond():
+    # no jump at the release: the break-away force lies on the edge of what makes a law, where trials lie on either side
+    law = ss.laws.PiecewiseLinear(nodes=[(0, 1.0), (0.25, 0.6), (1.0, 0.8)], break_away=1.0)
+    orbit = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=0.2, law=law), 40.0)
+    friction = friction_of_orbit(orbit, np.arange(0, 40.0, 0.05), 0.005, seed=3)
+    free = ["nodes[0].force", "nodes[1].force", "break_away"]
+    sharp = fit_trajectories(identify(friction, law=law, free=free), starts=1, profile=True)
+    assert (sharp.parameters["low"] <= sharp.parameters["value"]).all()
+    assert (sharp.parameters["value"] <= sharp.parameters["high"]).all()
+    assert any("beyond it there is no law" in note for note in sharp.notes)
+
+
+def test_numbers_that_make_no_law_are_farther_than_any_motion():
+    law = ss.laws.PiecewiseLinear(nodes=[(0, 0.9), (0.25, 0.6), (1.0, 0.8)], break_away=1.0)
+    overlay = Overlay(read_records(record(law, 0.2, 0.1))[0], 0.0)
+    fit = SingleShooting([overlay], Free(law, ["break_away", "nodes[1].slip_velocity"]))
+    here, shift = np.zeros(2), overlay.first_shift(law, overlay.time.size)
+    barred, wild = np.array([-50.0, 0.0, shift]), np.array([0.0, 100.0, shift])
+    assert fit.is_law(np.append(here, shift))
+    assert not fit.is_law(barred)
+    assert fit.cost(np.append(here, shift)) < fit.cost(wild) < fit.cost(barred) < np.inf

@@ -71,7 +71,13 @@ def test_the_fit_is_saved_and_drawn(tmp_path: Path) -> None:
     law, picture = tmp_path / "law.toml", tmp_path / "fit.png"
     command = ["identify", str(tmp_path / "f.nc"), "--law", "RateState", "-o", str(law), "--plot", str(picture)]
     assert main(command) == 0
-    assert isinstance(ss.laws.load_law(law), ss.laws.RateState)
+    found, covariance = ss.laws.load_law(law), ss.laws.load_covariance(law)
+    assert isinstance(found, ss.laws.RateState)
+    assert list(covariance.index) == ["a", "b", "length", "reference_friction"]
+    assert np.linalg.eigvalsh(covariance).min() > -1e-9 * np.trace(covariance)
+    # it moves: pulled slowly, from where the spring bears it
+    system = ss.Oscillator(damping=0.0, stiffness=2e4, drive_velocity=2 * V, law=found)
+    assert ss.simulate(system, 1.0, x0=LEVEL / 2e4).t_end == 1.0
     assert picture.stat().st_size > 10_000
 
 
@@ -92,3 +98,46 @@ def test_the_command_takes_one_step_for_rate_and_state_without_being_told(tmp_pa
     measure(step_record("aging"), RIG).to_netcdf(tmp_path / "step.nc", engine="h5netcdf")
     assert main(["identify", str(tmp_path / "step.nc")]) == 0
     assert capsys.readouterr().out.startswith("RateState")
+
+
+def swaying_drive(speeds, seconds, sway=4e-6, step=0.02, seed=0):
+    """A drive whose displacement sways by far more than its noise, and friction that follows the logarithm of its speed."""
+    t = np.arange(0, seconds * len(speeds), step)
+    v = np.array(speeds)[np.minimum((t / seconds).astype(int), len(speeds) - 1)]
+    rng = np.random.default_rng(seed)
+    # the servo's wave, of a length along the path as that of a screw
+    path = np.cumsum(v) * step
+    x = path + 0.5 * sway * np.sin(2 * np.pi * path / 1.7e-4) + 1e-7 * rng.standard_normal(t.size)
+    return {"t": t, "x": x, "f": 0.6 + 0.002 * np.log(v / speeds[0]) + 1e-4 * rng.standard_normal(t.size)}
+
+
+@pytest.mark.parametrize("holds", [(0, 7), (0, 4), (1, 4), (2, 5), (3, 5), (3, 7)])
+def test_steps_do_not_depend_on_the_window(holds: tuple[int, int]) -> None:
+    speeds = [2e-6, 7e-6, 2e-5, 6e-5, 2e-4, 5e-5, 9e-6]
+    record = swaying_drive(speeds, 60.0)
+    first, last = holds
+    inside = (record["t"] >= 60 * first + 7) & (record["t"] < 60 * last - 7)
+    steps = measure({name: values[inside] for name, values in record.items()}, RIG)["step"].to_dataset(inherit=False)
+    found = np.stack([steps["velocity_before"], steps["velocity_after"]], axis=1)
+    np.testing.assert_allclose(found, np.stack([speeds[first : last - 1], speeds[first + 1 : last]], axis=1), rtol=0.1)
+    assert (np.abs(steps["a_minus_b"] - 0.002) < 4 * steps["a_minus_b_error"] + 2e-4).all()
+
+
+def test_a_change_of_the_speed_within_its_sway_is_no_step() -> None:
+    record = swaying_drive([2e-5, 2.2e-5, 2e-5, 6e-5], 60.0)
+    for tolerance in ({}, {"tolerance": "1 um"}):  # the second is far too small: the sway is cut into pieces
+        steps = measure(record, {**RIG, **tolerance})["step"]
+        ratio = (steps["velocity_after"] / steps["velocity_before"]).to_numpy()
+        assert (np.maximum(ratio, 1 / ratio) >= 1.2).all()
+    rough = swaying_drive([2e-5, 6e-5], 60.0, sway=3e-5)
+    notes = measure(rough, {**RIG, "tolerance": "1.5 um"}).attrs["notes"]
+    assert any(
+        "of the path lie in stretches of constant speed: the displacement sways by more than" in n for n in notes
+    )
+
+
+def test_a_tolerance_that_leaves_no_hold_is_refused_with_its_size() -> None:
+    with pytest.raises(
+        ss.InputError, match=r"whose path is ten times the tolerance of 0.01; lower least_speed or tolerance"
+    ):
+        measure(swaying_drive([2e-5, 6e-5], 60.0), {**RIG, "tolerance": "1 cm"})

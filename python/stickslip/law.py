@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import importlib
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.documents import check_keys, did_you_mean, number, read_toml, write_whole
+from stickslip.documents import check_keys, did_you_mean, number, numbers, read_toml, write_whole
 from stickslip.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Point = tuple[float, float]
 
@@ -242,15 +246,63 @@ def force_along(
 
 def load_law(path: str | Path) -> Law:
     """The law of a law file: its table ``[law]``."""
+    return Law.from_dict(_law_document(path)["law"], f"{path}: law")
+
+
+def load_covariance(path: str | Path) -> pd.DataFrame:
+    """The covariance of the numbers of a law file, by their names in both directions; empty where it has none.
+
+    The standard errors are the roots of its diagonal. Numbers that were not fitted are not in it.
+    """
+    import pandas as pd
+
+    table = _law_document(path).get("covariance", {"names": [], "matrix": []})
+    check_keys(table, ("names", "matrix"), ("names", "matrix"), f"{path}: covariance")
+    names = table["names"]
+    rows = [numbers("covariance", row, len(names), str(path), "name") for row in table["matrix"]]
+    if len(rows) != len(names):
+        raise InputError(
+            f"{path}: covariance: expected {len(names)} rows, one a name, got {len(rows)}; write the law again"
+        )
+    return pd.DataFrame(np.reshape(rows, (len(names), len(names))), index=names, columns=names)
+
+
+def _law_document(path: str | Path) -> dict[str, Any]:
     document = read_toml(path)
-    check_keys(document, ("law", "uncertainty", "source"), ("law",), str(path))
-    return Law.from_dict(document["law"], f"{path}: law")
+    check_keys(document, ("law", "uncertainty", "covariance", "source"), ("law",), str(path))
+    return document
 
 
-def save_law(path: str | Path, law: Law, errors: Mapping[Any, float], notes: Sequence[str]) -> Path:
-    """Write a law file that :func:`load_law` reads back, with the standard errors of its numbers and the notes on them."""
+def law_file(law: Law, covariance: pd.DataFrame, source: Mapping[str, Any]) -> str:
+    """The text of a law file: [law], [uncertainty] and [covariance] of its fitted numbers, and [source], where it is from."""
     import tomli_w
 
-    uncertainty = {str(name): float(error) for name, error in errors.items()}
-    document = {"law": law.to_dict(), "uncertainty": uncertainty, "source": {"notes": list(notes)}}
-    return write_whole(path, lambda draft: draft.write_text(tomli_w.dumps(document), encoding="utf-8"))
+    names = [str(name) for name in covariance.index]
+    matrix = covariance.to_numpy(float)
+    document = {
+        "law": law.to_dict(),
+        "uncertainty": dict(zip(names, np.sqrt(np.diag(matrix)).tolist(), strict=True)),
+        "covariance": {"names": names, "matrix": matrix.tolist()},
+        "source": {"version": _core.__version__, **source},
+    }
+    # a row of numbers a line, not a number
+    return re.sub(
+        r"\[\n\s*([-+.\de,\s]+?),\n\s*\]", lambda row: f"[{' '.join(row[1].split())}]", tomli_w.dumps(_finite(document))
+    )
+
+
+def save_law(path: str | Path, law: Law, covariance: pd.DataFrame, source: Mapping[str, Any]) -> Path:
+    """Write a law file that :func:`load_law` and :func:`load_covariance` read back."""
+    text = law_file(law, covariance, source)
+    return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+
+
+def _finite(document: Any) -> Any:
+    """TOML has inf and nan, but other readers choke on them: as text."""
+    if isinstance(document, dict):
+        return {key: _finite(item) for key, item in document.items()}
+    if isinstance(document, list):
+        return [_finite(item) for item in document]
+    if isinstance(document, float) and not np.isfinite(document):
+        return str(document)
+    return document

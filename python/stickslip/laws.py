@@ -14,6 +14,7 @@ from stickslip.bogacz_ryczek import StaticFriction as StaticFriction
 from stickslip.law import Law as Law
 from stickslip.law import Point
 from stickslip.law import force_along as force_along
+from stickslip.law import load_covariance as load_covariance
 from stickslip.law import load_law as load_law
 from stickslip.state_laws import BoucWen as BoucWen
 from stickslip.state_laws import Dahl as Dahl

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from inspect import signature
+from pathlib import Path as File
+from typing import TYPE_CHECKING, Any, Literal
 
 from stickslip.commands.terminal import Bar, Commands, save_figure, say, say_json, say_written
 from stickslip.errors import InputError
@@ -19,43 +22,45 @@ COMPARED = 5
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
-    command = commands.add_parser("identify", help="fit a friction law to friction files, and simulate with it")
+    """Declare the options; the steps of the paths say what they are where they are not given."""
+    command = commands.add_parser(
+        "identify",
+        help="fit a friction law to friction files, and simulate with it",
+        argument_default=argparse.SUPPRESS,  # what was not given is not there, so what was given can be told
+    )
     command.add_argument("friction", nargs="+", metavar="FRICTION.nc")
     command.add_argument("--law", metavar="NAME", help="law to fit; default what the records can tell")
     command.add_argument(
         "--free", nargs="+", metavar="NAME", help="numbers of the law to fit; default what the records tell"
     )
-    command.add_argument("--fixed", nargs="+", default=[], metavar="NAME=VALUE", help="numbers to hold")
+    command.add_argument("--fixed", nargs="+", metavar="NAME=VALUE", help="numbers to hold")
     command.add_argument(
-        "--bounds", nargs="+", default=[], metavar="NAME=LOW:HIGH", help="lowest and highest value of fitted numbers"
+        "--bounds", nargs="+", metavar="NAME=LOW:HIGH", help="lowest and highest value of fitted numbers"
     )
     command.add_argument(
         "--pieces",
         type=_pieces,
-        default=3,
         metavar="N|auto",
-        help="linear pieces of PiecewiseLinear and TwoBranch; default 3; auto: as few as predict held-back parts best",
+        help="linear pieces of PiecewiseLinear, TwoBranch and Tabulated; default 3; auto: the fewest that predict well",
     )
     command.add_argument("--offset", action="store_true", help="fit a constant offset of the measured force too")
     command.add_argument(
-        "--trajectories", action="store_true", help="sharpen the law by laying its motion over each record"
+        "--trajectories", action="store_true", help="refine the law by laying its motion over each record"
     )
     command.add_argument(
         "--shooting",
         choices=("auto", "records", "slips"),
-        default="auto",
         help="what --trajectories lays over each other: whole records or slip by slip; default by whether cycles scatter",
     )
-    command.add_argument("--starts", type=int, default=8, help="the most starting points of --trajectories; default 8")
+    command.add_argument("--starts", type=int, help="the most starting points of --trajectories; default 8")
     command.add_argument(
         "--profile", action="store_true", help="intervals of --trajectories from the profile of the likelihood"
     )
     command.add_argument(
-        "--zero-error", type=float, default=0.0, metavar="LENGTH", help="of the displacement gauge, for --trajectories"
+        "--zero-error", type=float, metavar="LENGTH", help="of the displacement gauge, for --trajectories"
     )
     command.add_argument(
-        "--scale-error", type=float, default=0.0, metavar="PART", help="of the displacement gauge, for --trajectories"
+        "--scale-error", type=float, metavar="PART", help="of the displacement gauge, for --trajectories"
     )
     command.add_argument(
         "--steady",
@@ -79,7 +84,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument(
         "--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one"
     )
-    command.add_argument("-o", "--output", metavar="LAW.toml", help="write the law file")
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="LAW.toml",
+        help="write the law file (of break-aways alone: the fits of static friction)",
+    )
     command.add_argument("--plot", metavar="FILE.png", help="draw the result")
     command.add_argument("--report", metavar="FILE.html", help="write a page that needs no other file")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -88,67 +98,162 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Do the work."""
-    if options.compare is not None:
-        _compare(options)
-        return
-    from dataclasses import replace
+    given = {name: value for name, value in vars(options).items() if name not in NO_OPTIONS}
+    others = [path.options for name, path in PATHS.items() if name != "trajectories"]
+    for name in given:
+        if "trajectories" not in given and name in PATHS["trajectories"].options.difference(*others):
+            raise InputError(f"{_flag(name)} belongs to --trajectories: add --trajectories, or leave {_flag(name)} out")
+    path = _path(options.friction, given)
+    for name in given:
+        if name not in path.options:
+            raise InputError(f"{_flag(name)} does not go with {path.words}: {path.instead.format(_flag(name))}")
+    found = options.friction
+    for step in path.steps:
+        found = step(found, **{name: given[name] for name in _keywords(step) if name in given})
 
-    from stickslip.identification import compare_motion, fit_trajectories, identify, predict_motion
+
+NO_OPTIONS = ("command", "run", "version", "friction")
+"""What the parser returns beside the options of this command."""
+
+
+def _keywords(step: Callable[..., Any]) -> set[str]:
+    """The options that a step uses."""
+    return {name for name, item in signature(step).parameters.items() if item.kind is item.KEYWORD_ONLY}
+
+
+@dataclass(frozen=True)
+class Path:
+    """One way from friction files to a result.
+
+    Attributes
+    ----------
+    words : what it does.
+    instead : what to do about an option that it does not use, with a gap for that option.
+    steps : functions of what the one before returns, the first of the friction files. The options that they use are their
+        keywords, so one that is used nowhere is refused everywhere.
+    chosen_by : options that make this path the one that is taken, and are used by that.
+    """
+
+    words: str
+    instead: str
+    steps: tuple[Callable[..., Any], ...]
+    chosen_by: frozenset[str] = frozenset()
+
+    @property
+    def options(self) -> frozenset[str]:
+        """All that it uses."""
+        return self.chosen_by.union(*map(_keywords, self.steps))
+
+
+def _path(files: list[str], given: dict[str, Any]) -> Path:
+    """The way for these files and options: tables where there is no motion to fit a law to."""
+    if "compare" in given:
+        return PATHS["laws"]
+    from stickslip.identification.rate_and_state import LEAST_STEPS
+    from stickslip.identification.records import opened
+
+    trees = [opened(File(name)) for name in files]
+    motions = PATHS["trajectories" if "trajectories" in given else "branches"]
+    steps = trees[0]["step"].sizes["step"] if len(trees) == 1 and "step" in trees[0].children else 0
+    if given.get("law") == "RateState" and steps:
+        return PATHS["steps" if steps >= LEAST_STEPS else "step"]
+    if "steady" in given or all("time" not in tree.coords and "steady" in tree.children for tree in trees):
+        return PATHS["curve"]
+    if "law" in given:
+        return motions
+    if all("steady" in tree.children and not tree["break_away"].sizes["event"] for tree in trees):
+        # Motion without sticks: friction over slip velocity is all there is, or how it settles after one step of the speed.
+        return PATHS["step" if steps == 1 else "curve"]
+    return PATHS["static"] if all("slip_velocity" not in tree.variables for tree in trees) else motions
+
+
+def _flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def _check_picture(files: list[str], *, plot: str | None = None, no_simulation: bool = False) -> list[str]:
+    if plot and no_simulation:
+        raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
+    return files
+
+
+def _fit_law(
+    files: list[str],
+    *,
+    law: str | None = None,
+    free: list[str] | None = None,
+    fixed: Sequence[str] = (),
+    bounds: Sequence[str] = (),
+    pieces: int | Literal["auto"] | None = None,
+    offset: bool = False,
+) -> Identification:
+    from stickslip.identification import identify
+
+    held, within = dict(map(_assignment, fixed)), dict(map(_bounds, bounds))
+    return identify(files, law=law, free=free, fixed=held, pieces=pieces, offset=offset, bounds=within)
+
+
+def _refine(
+    first: Identification,
+    *,
+    shooting: Literal["auto", "records", "slips"] = "auto",
+    starts: int = 8,
+    profile: bool = False,
+    zero_error: float = 0.0,
+    scale_error: float = 0.0,
+    output: str | None = None,
+) -> Identification:
+    from stickslip.identification import fit_trajectories
+
+    unfinished = File(output).with_suffix(".unfinished.toml") if output else None
+    try:
+        with Bar() as bar:
+            return fit_trajectories(
+                first,
+                shooting=shooting,
+                starts=starts,
+                profile=profile,
+                zero_error=zero_error,
+                scale_error=scale_error,
+                progress=bar,
+                checkpoint=unfinished,
+            )
+    except KeyboardInterrupt:
+        if unfinished is not None and unfinished.exists():
+            sentence = f"the best law so far is in {unfinished}; the same command goes on from it"
+            sys.stderr.write(f"stickslip: {sentence}\n")
+        raise
+
+
+def _deliver_law(
+    result: Identification,
+    *,
+    predict: list[str] | None = None,
+    no_simulation: bool = False,
+    output: str | None = None,
+    plot: str | None = None,
+    report: str | None = None,
+    json: bool = False,
+) -> None:
+    from stickslip.identification import compare_motion, predict_motion
     from stickslip.identification.agreement import unknown_constants
 
-    if options.plot and options.no_simulation:
-        raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
-    if options.profile and not options.trajectories:
-        raise InputError("--profile belongs to the misfit of the motions: add --trajectories")
-    tables = _tables(options)
-    if tables is not None:
-        _say_tables(tables, options)
-        return
-    result = identify(
-        options.friction,
-        law=options.law,
-        free=options.free,
-        fixed=dict(map(_assignment, options.fixed)),
-        pieces=options.pieces,
-        offset=options.offset,
-        bounds=dict(map(_bounds, options.bounds)),
-    )
-    if options.trajectories:
-        unfinished = Path(options.output).with_suffix(".unfinished.toml") if options.output else None
-        try:
-            with Bar() as bar:
-                result = fit_trajectories(
-                    result,
-                    shooting=options.shooting,
-                    starts=options.starts,
-                    profile=options.profile,
-                    zero_error=options.zero_error,
-                    scale_error=options.scale_error,
-                    progress=bar,
-                    checkpoint=unfinished,
-                )
-        except KeyboardInterrupt:
-            if unfinished is not None and unfinished.exists():
-                sentence = f"the best law so far is in {unfinished}; the same command goes on from it"
-                sys.stderr.write(f"stickslip: {sentence}\n")
-            raise
     missing = unknown_constants(result.records[0])
-    if missing and options.plot:
+    if missing and plot:
         raise InputError(missing)
     if missing:
         result = replace(result, notes=[*result.notes, f"{missing}."])
-    without = options.no_simulation or missing
-    agreements = [] if without else [compare_motion(name, result) for name in options.friction[:1]]
-    prediction = predict_motion(result, options.predict) if options.predict else None
-    if options.output:
-        result.save(options.output)
-    if options.plot:
-        save_figure(agreements[0].plot(), options.plot)
-    if options.report:
+    agreements = [] if no_simulation or missing else [compare_motion(result.records[0], result)]
+    prediction = predict_motion(result, predict) if predict else None
+    if output:
+        result.save(output)
+    if plot:
+        save_figure(agreements[0].plot(), plot)
+    if report:
         from stickslip.identification.page import page
 
-        page(result, simulate=not options.no_simulation).write(options.report)
-    if options.json:
+        page(result, simulate=not no_simulation).write(report)
+    if json:
         predicted = {} if prediction is None else {"prediction": prediction.to_dict()}
         say_json(_document(result, agreements) | predicted)
         return
@@ -157,7 +262,7 @@ def run(options: argparse.Namespace) -> None:
         say("\n" + agreement.report())
     if prediction is not None:
         say("\n" + prediction.report())
-    say_written(options.output, options.plot, options.report)
+    say_written(output, plot, report)
 
 
 def _document(result: Identification, agreements: list[Agreement]) -> dict[str, Any]:
@@ -171,73 +276,111 @@ def _document(result: Identification, agreements: list[Agreement]) -> dict[str, 
     return document
 
 
-def _compare(options: argparse.Namespace) -> None:
+def _compare(
+    files: list[str],
+    *,
+    compare: list[str],
+    pieces: int | Literal["auto"] = 3,
+    no_simulation: bool = False,
+    output: str | None = None,
+    report: str | None = None,
+    json: bool = False,
+) -> None:
     from stickslip.identification import compare_laws
 
-    for name, given in (("--trajectories", options.trajectories), ("--plot", options.plot)):
-        if given:
-            raise InputError(f"--compare does not go with {name}: compare first, then identify the law that is best")
-    pieces = COMPARED if options.pieces == "auto" else options.pieces
+    most = COMPARED if pieces == "auto" else pieces
     with Bar() as bar:
-        found = compare_laws(options.friction, options.compare or None, pieces=pieces, progress=bar)
-    if options.output:
-        found.best.save(options.output)
-    if options.report:
+        found = compare_laws(files, compare or None, pieces=most, progress=bar)
+    if output:
+        found.best.save(output)
+    if report:
         from stickslip.identification.page import page
 
-        page(found.best, comparison=found, simulate=not options.no_simulation).write(options.report)
-    if options.json:
+        page(found.best, comparison=found, simulate=not no_simulation).write(report)
+    if json:
         table = found.table.astype(object).where(found.table.notna(), None)
         say_json({"table": table.to_dict("index"), "sentences": found.sentences, "law": found.best.law.to_dict()})
         return
     say(found.report())
-    say_written(options.output, options.report)
+    say_written(output, report)
 
 
-def _tables(options: argparse.Namespace) -> Any:
-    """The fit to tables of friction over slip velocity or of break-aways, None where there is a motion to fit a law to."""
-    from stickslip.identification import fit_static_friction, fit_steady, fit_velocity_step, fit_velocity_steps
-    from stickslip.identification.rate_and_state import LEAST_STEPS
-    from stickslip.identification.records import opened
+def _fit_curve(files: list[str], *, law: str | None = None) -> Any:
+    from stickslip.identification import fit_steady
 
-    trees = [opened(Path(path)) for path in options.friction]
-    steps = len(trees) == 1 and "step" in trees[0].children
-    if options.law == "RateState" and steps:
-        many = trees[0]["step"].sizes["step"] >= LEAST_STEPS
-        return fit_velocity_steps(trees[0]) if many else fit_velocity_step(trees[0])
-    if options.steady or all("time" not in tree.coords and "steady" in tree.children for tree in trees):
-        return fit_steady(options.friction, options.law)
-    if options.law is not None:
-        return None
-    if all("steady" in tree.children and not tree["break_away"].sizes["event"] for tree in trees):
-        # Motion without sticks: friction over slip velocity is all there is, or how it settles after one step of the speed.
-        return fit_velocity_step(options.friction[0]) if steps and _one_step(trees[0]) else fit_steady(options.friction)
-    if all("slip_velocity" not in tree.variables for tree in trees):
-        return fit_static_friction(options.friction)
-    return None
+    return fit_steady(files, law)
 
 
-def _one_step(tree: Any) -> bool:
-    return bool(tree["step"].sizes["step"] == 1)
+def _fit_step(files: list[str]) -> Any:
+    from stickslip.identification import fit_velocity_step
+
+    return fit_velocity_step(files[0])
 
 
-def _say_tables(found: Any, options: argparse.Namespace) -> None:
-    if options.report:
-        raise InputError("--report shows a law on records of motion; for tables of friction use --plot and -o")
-    if options.output:
-        found.save(options.output)
-    if options.plot:
-        save_figure(found.plot().figure, options.plot)
-    if options.json:
+def _fit_steps(files: list[str]) -> Any:
+    from stickslip.identification import fit_velocity_steps
+
+    return fit_velocity_steps(files[0])
+
+
+def _fit_static(files: list[str]) -> Any:
+    from stickslip.identification import fit_static_friction
+
+    return fit_static_friction(files)
+
+
+def _deliver_table(found: Any, *, output: str | None = None, plot: str | None = None, json: bool = False) -> None:
+    if output:
+        found.save(output)
+    if plot:
+        save_figure(found.plot().figure, plot)
+    if json:
         say_json(found.to_dict())
         return
     say(found.report())
-    say_written(options.output, options.plot)
+    say_written(output, plot)
 
 
-def _pieces(text: str) -> int | str:
+PATHS = {
+    "laws": Path("--compare", "compare first, then identify the law that is best, with {}", (_compare,)),
+    "branches": Path(
+        "the fit of a law to branches and break-aways", "leave {} out", (_check_picture, _fit_law, _deliver_law)
+    ),
+    "trajectories": Path(
+        "the fit of a law by --trajectories",
+        "leave {} out",
+        (_check_picture, _fit_law, _refine, _deliver_law),
+        frozenset({"trajectories"}),
+    ),
+    "curve": Path(
+        "the fit of friction over slip velocity alone (--steady, the way of records without sticks)",
+        "leave {} out, or name a law of the motion with --law",
+        (_fit_curve, _deliver_table),
+        frozenset({"steady"}),
+    ),
+    "step": Path(
+        "the fit of rate-and-state friction to one step of the speed",
+        "leave {} out",
+        (_fit_step, _deliver_table),
+        frozenset({"law"}),
+    ),
+    "steps": Path(
+        "the fit of rate-and-state friction to steps of the speed",
+        "leave {} out",
+        (_fit_steps, _deliver_table),
+        frozenset({"law"}),
+    ),
+    "static": Path(
+        "the fit of static friction to tables of break-aways",
+        "leave {} out, or add a record of the motion",
+        (_fit_static, _deliver_table),
+    ),
+}
+
+
+def _pieces(text: str) -> int | Literal["auto"]:
     if text == "auto":
-        return text
+        return "auto"
     try:
         return int(text)
     except ValueError:

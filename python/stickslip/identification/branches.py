@@ -17,7 +17,14 @@ from stickslip.identification.between import scatter_between
 from stickslip.identification.motion import WITH_MEMORY, Motion
 from stickslip.identification.parameters import by_ratio, limits, value, with_values
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.uncertainty import cluster_pulls, correlation_time, half_width, robust_scale
+from stickslip.identification.uncertainty import (
+    cluster_pulls,
+    correlation_time,
+    half_width,
+    recurrence,
+    robust_scale,
+    worth,
+)
 from stickslip.laws import Coulomb, Law
 from stickslip.state_laws import StateLaw
 
@@ -422,8 +429,10 @@ def _result(
         part = np.array([np.sum(inner[a:b] * spread[a:b], axis=0) for cuts in cycles for a, b in pairwise(cuts)])
         freedom_of = np.where(scatter > 1, np.sum(part, axis=0) ** 2 / np.sum(part**2, axis=0), freedom_of)
         covariance = covariance * np.sqrt(np.outer(np.maximum(scatter, 1), np.maximum(scatter, 1)))
-
     law = problem.at(numbers)
+    repeats = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges)
+    covariance = covariance * np.sqrt(np.outer(repeats, repeats))
+    freedom_of = np.maximum(freedom_of / repeats, 1.0)
     errors = np.sqrt(np.diag(covariance))
     columns = ["value", "error", "low", "high"]
     table = pd.DataFrame(index=pd.Index(names, name="parameter"), columns=columns, dtype=float)
@@ -460,6 +469,31 @@ def _result(
         rms=problem.rms(law, problem.offset(numbers)),
         offset=table.T[OFFSET] if OFFSET in names else None,
     )
+
+
+def _repeats(
+    problem: Problem, law: Law, offset: float, inner: Array, factor: Array, spread: Array, edges: Samples
+) -> Array:
+    """By how much the variance of each number grows where what the law leaves is there again in every period.
+
+    A ripple along the path, or a form that is not quite that of the contact, repeats with the motion: further periods say
+    nothing new of it. This is seen on the samples, as rows that repeat do not scatter.
+    """
+    seen = np.stack([np.sum(inner[a:b] * spread[a:b], axis=0) for a, b in pairwise(edges)])
+    found = seen.copy()
+    for i, (number, kind) in enumerate(problem.groups):
+        motion = problem.motions[number]
+        if kind != "kinetic" or motion.indirect:
+            continue
+        w = np.concatenate([motion.slip_velocity[a:b] for a, b in motion.stretches])
+        period = recurrence(w)
+        if not period:
+            continue
+        rows, parts = motion.shares(motion.record.force - motion.replay(law) - offset)
+        weight = inner[edges[i] : edges[i + 1]] * factor[edges[i] : edges[i + 1], None]
+        pulls = weight[rows] * parts[:, None]
+        found[i] = np.maximum(found[i], [np.sum(pull**2) * worth(pull, period) for pull in pulls.T])
+    return np.asarray(found.sum(axis=0) / seen.sum(axis=0))
 
 
 def _cycles(problem: Problem, edges: Samples) -> list[list[int]]:

@@ -145,14 +145,14 @@ def compare_laws(
     return Comparison(table, [*sentences, *dict.fromkeys(refused)], best, found)
 
 
-def _candidates(laws: Iterable[str | type[Law]] | None, pieces: int) -> list[tuple[str, str, int]]:
+def _candidates(laws: Iterable[str | type[Law]] | None, pieces: int) -> list[tuple[str, str, int | None]]:
     usual = [law for law in GUESSES if law not in BY_NAME_ONLY]
     asked: Sequence[str | type[Law]] = usual if laws is None else [laws] if isinstance(laws, str) else [*laws]
-    found: list[tuple[str, str, int]] = []
+    found: list[tuple[str, str, int | None]] = []
     for name in [law if isinstance(law, str) else law.__name__ for law in asked]:
-        counts = range(1, pieces + 1) if name in COUNTED else [pieces]
+        counts = [*range(1, pieces + 1)] if name in COUNTED else [pieces if name == "Tabulated" else None]
         many = len(counts) > 1
-        found += [(f"{name} ({n} piece{'s' * (n > 1)})" if many else name, name, n) for n in counts]
+        found += [(f"{name} ({n} piece{'s' * (n != 1)})" if many else name, name, n) for n in counts]
     return found
 
 

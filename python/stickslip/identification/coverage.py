@@ -61,7 +61,7 @@ class Case:
     damping: float
     fixed: Mapping[str, float] = field(default_factory=dict)
     free: tuple[str, ...] | None = None
-    pieces: int = 3
+    pieces: int | None = None
     noise: float = 0.005
     duration: float = 60.0
     step: float = 0.04

@@ -73,10 +73,10 @@ def stribeck(
 
 
 def exponential(seen: Seen) -> Guess:
-    """An exponential fall and a line."""
-    break_away, kinetic, scale, viscous = stribeck(seen, "ExponentialStribeck", 1.0)
-    law = ExponentialStribeck(break_away, kinetic, scale, viscous)
-    return Guess(law, ["break_away", "kinetic", "scale", "viscous"])
+    """A fall and a line, the fall an exponential or a Gaussian."""
+    choices = ExponentialStribeck.CHOICES["exponent"]
+    law, *rivals = (ExponentialStribeck(*stribeck(seen, "ExponentialStribeck", n), exponent=n) for n in choices)
+    return Guess(law, ["break_away", "kinetic", "scale", "viscous"], rivals=rivals)
 
 
 def _lorentzian(seen: Seen) -> Guess:

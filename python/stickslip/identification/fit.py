@@ -10,7 +10,6 @@ from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
-import tomli_w
 
 from stickslip.documents import did_you_mean, write_whole
 from stickslip.errors import InputError
@@ -30,9 +29,23 @@ from stickslip.identification.motion import WITH_MEMORY, Motion
 from stickslip.identification.parameters import check_names, maybe, places, value, with_values
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.seen import Guess, Seen, refuse_unreadable
-from stickslip.laws import Coulomb, DwellTime, ForceRate, Law, LogarithmicDwell, StaticKinetic
+from stickslip.law import law_file
+from stickslip.laws import (
+    Coulomb,
+    DwellTime,
+    ForceRate,
+    Law,
+    LogarithmicDwell,
+    PiecewiseLinear,
+    StaticKinetic,
+    Tabulated,
+    TwoBranch,
+)
 
 CORRELATED = 0.98
+OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)
+"""Laws whose linear pieces are counted, and how many there are where nothing else is said."""
+USUAL_PIECES = 3
 BY_FORM: dict[str, type[Law]] = {
     "constant": StaticKinetic,
     "logarithmic": LogarithmicDwell,
@@ -120,30 +133,21 @@ class Identification:
         return "\n".join(lines)
 
     def to_toml(self) -> str:
-        """The law file: the tables [law], [uncertainty] (standard errors by name) and [source]."""
-        from stickslip import _core
-
-        document = {
-            "law": self.law.to_dict(),
-            "uncertainty": {name: float(error) for name, error in self.parameters["error"].items()},
-            "source": {
-                "command": self.command,
-                "version": _core.__version__,
-                "records": [
-                    {"name": record.name, "measured_from": str(record.attrs.get("source", "unknown"))}
-                    for record in self.records
-                ],
-                "rms": self.rms,
-                "intervals": {
-                    name: [float(row["low"]), float(row["high"])] for name, row in self.parameters.iterrows()
-                },
-                "notes": self.notes,
-            },
+        """The law file: the tables [law], [uncertainty] (standard errors by name), [covariance] and [source]."""
+        source = {
+            "command": self.command,
+            "records": [
+                {"name": record.name, "measured_from": str(record.attrs.get("source", "unknown"))}
+                for record in self.records
+            ],
+            "rms": self.rms,
+            "intervals": {name: [float(row["low"]), float(row["high"])] for name, row in self.parameters.iterrows()},
+            "notes": self.notes,
         }
-        return tomli_w.dumps(_finite(document))
+        return law_file(self.law, self.covariance, source)
 
     def save(self, path: str | Path) -> Path:
-        """Write the law file; :func:`stickslip.load_law` reads it back."""
+        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
         text = self.to_toml()
         return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
 
@@ -173,7 +177,7 @@ def identify(
     law: str | type[Law] | Law | None = None,
     free: Iterable[str] | None = None,
     fixed: Mapping[str, float] | None = None,
-    pieces: int | Literal["auto"] = 3,
+    pieces: int | Literal["auto"] | None = None,
     offset: bool = False,
     bounds: Mapping[str, tuple[float, float]] | None = None,
 ) -> Identification:
@@ -191,8 +195,8 @@ def identify(
         ``"l.slope"``, ``"B.w"``; default: what the records can tell. For a law given as first guess: default as for its
         class.
     fixed : numbers to hold, by name.
-    pieces : linear pieces of ``PiecewiseLinear`` and ``TwoBranch``, 1 to 12, or ``"auto"``: the fewest that predict held-back
-        parts of the records as well as any number of them; the first of the notes says why.
+    pieces : linear pieces of ``PiecewiseLinear``, ``TwoBranch`` and ``Tabulated``, 1 to 12, default 3; or ``"auto"``: the
+        fewest that predict held-back parts of the records as well as any number of them; the first of the notes says why.
     offset : whether a constant in the measured force is fitted too: the zero of a gauge, or friction that differs by the
         sense of the slip. The records must slip in both.
     bounds : lowest and highest value of numbers that are fitted, by name.
@@ -241,12 +245,18 @@ def identify(
             f"identify: {records[0].name} is a table of break-aways, so nothing is known of kinetic friction: leave the law "
             "out to fit static friction alone, or add a record of the motion"
         )
+    if pieces is not None and kind not in OF_PIECES:
+        names = ", ".join(law.__name__ for law in OF_PIECES)
+        raise InputError(
+            f"identify: {kind.__name__} has no linear pieces to count: leave pieces out, or ask for {names}"
+        )
     if pieces == "auto":
         from stickslip.identification.pieces import choose_pieces
 
         chosen = choose_pieces(records, kind, {"free": free, "fixed": fixed, "offset": offset, "bounds": bounds})
         return replace(chosen, command=_command(records, kind, free, fixed, pieces, offset, bounds))
-    if isinstance(pieces, bool) or not isinstance(pieces, int) or not 1 <= pieces <= 12:
+    count = USUAL_PIECES if pieces is None else pieces
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= 12:
         raise InputError(f"identify: pieces must be a whole number from 1 to 12, or 'auto', got {pieces!r}")
     if offset and not any(record.both_senses() for record in records):
         raise InputError(
@@ -258,18 +268,21 @@ def identify(
     rows = break_away_rows(records)
     static = fit_static_friction(records) if len(rows) >= FEWEST_ROWS and kind is not Coulomb else None
     relative, drift = is_relative(rows) if kind is not Coulomb else (False, [])
-    seen = Seen(records, rows, static, relative, pieces)
+    seen = Seen(records, rows, static, relative, count)
     guess = _bounded(_guess(kind, start, seen, free, fixed), bounds or {})
-    problem = Problem(
-        records, guess.law, guess.free, relative=relative, ties=guess.ties, within=guess.within, offset=offset
-    )
-    found = fit_branches(problem, _best_start(problem, guess))
+    fits = []
+    for form in _forms(guess):
+        options = {"relative": relative, "ties": form.ties, "within": form.within, "offset": offset}
+        problem = Problem(records, form.law, form.free, **options)
+        fits.append((problem, fit_branches(problem, _best_start(problem, form))))
+    problem, found = min(fits, key=lambda fit: fit[1].rms)
     constant = 0.0 if found.offset is None else float(found.offset["value"])
     notes = [
         *lack_of_fit(problem, found.law, constant),
         *_bias(problem),
         *(static.notes if static is not None else drift),
         *guess.notes,
+        *_chosen_form(found.law, guess),
         *_at_bounds(found, bounds or {}),
         *_what_could_not_be_told(found),
     ]
@@ -298,7 +311,7 @@ def _by_default(
     records: list[FrictionRecord],
     free: Iterable[str] | None,
     fixed: Mapping[str, float] | None,
-    pieces: int | Literal["auto"],
+    pieces: int | Literal["auto"] | None,
     offset: bool,
     bounds: Mapping[str, tuple[float, float]] | None,
 ) -> Identification:
@@ -410,6 +423,26 @@ def _bias(problem: Problem) -> list[str]:
     ]
 
 
+def _choices(law: Law) -> dict[str, float]:
+    """The numbers that choose the form of a law."""
+    return {name: getattr(law, name) for name in law.CHOICES}
+
+
+def _forms(guess: Guess) -> list[Guess]:
+    """A guess for each form of the law among the first guesses, as numbers that choose a form are never fitted."""
+    laws = [guess.law, *guess.rivals]
+    forms = [[law for law in laws if _choices(law) == choices] for choices in map(_choices, laws)]
+    return [replace(guess, law=form[0], rivals=form[1:]) for i, form in enumerate(forms) if form not in forms[:i]]
+
+
+def _chosen_form(law: Law, guess: Guess) -> list[str]:
+    """Which form of a law that has several was taken."""
+    if len(_forms(guess)) < 2:
+        return []
+    said = ", ".join(f"{name} = {number:g}" for name, number in _choices(law).items())
+    return [f"Of the forms of {type(law).__name__} that with {said} lies closest to the records; it was taken."]
+
+
 def _at_bounds(found: BranchFit, bounds: Mapping[str, tuple[float, float]]) -> list[str]:
     """Which numbers the records push against the bounds they were given."""
     return [
@@ -457,7 +490,7 @@ def _command(
     kind: type[Law],
     free: Iterable[str] | None,
     fixed: Mapping[str, float] | None,
-    pieces: int | Literal["auto"],
+    pieces: int | Literal["auto"] | None,
     offset: bool,
     bounds: Mapping[str, tuple[float, float]] | None,
 ) -> str:
@@ -467,7 +500,7 @@ def _command(
         parts += ["--free", *free]
     if fixed:
         parts += ["--fixed", *(f"{name}={value:g}" for name, value in fixed.items())]
-    if pieces != 3:
+    if pieces is not None:
         parts += ["--pieces", str(pieces)]
     if offset:
         parts.append("--offset")
@@ -480,14 +513,3 @@ def _darker(color: Any) -> Any:
     from matplotlib.colors import to_rgb
 
     return tuple(0.45 * part for part in to_rgb(color))
-
-
-def _finite(document: Any) -> Any:
-    """TOML has inf and nan, but other readers choke on them: as text."""
-    if isinstance(document, dict):
-        return {key: _finite(item) for key, item in document.items()}
-    if isinstance(document, list):
-        return [_finite(item) for item in document]
-    if isinstance(document, float) and not np.isfinite(document):
-        return str(document)
-    return document

@@ -182,6 +182,20 @@ class Motion:
             parts.append(without(free, self._smoothed[a:b] + found, prior))
         return np.concatenate(parts)
 
+    def shares(self, misfit: Array) -> tuple[npt.NDArray[np.int_], Array]:
+        """Of every sample of a force that was measured directly: the row of the misfit that it is in, and its part of it.
+
+        Parameters
+        ----------
+        misfit : measured minus predicted force of every sample of the record.
+        """
+        rows = np.repeat(np.arange(len(self.stretches)), [b - a for a, b in self.stretches])
+        rest = np.concatenate([misfit[a:b] for a, b in self.stretches])
+        if not self.by_work:
+            return np.arange(rest.size), rest
+        path = np.concatenate([np.abs(self.slip_velocity[a:b]) for a, b in self.stretches])
+        return rows, rest * path / np.maximum(np.bincount(rows, path)[rows], 1e-300)
+
     def _slopes(self, law: Law, predicted: Array) -> tuple[Array, Array | None, Array]:
         """F'(w) at each sample; change of friction with w at the last turn; what is known beforehand of open motions."""
         w, free = self.slip_velocity, np.full(2, math.inf)

@@ -53,27 +53,37 @@ def profile_intervals(
         excess = covariance[j, j] / plain[j, j]
         ends = []
         for sign in (-1.0, 1.0):
-            reach, closed = want, False
+            reach, closed, inner, outer = want, False, 0.0, math.inf
             limit = (fit.free.low if sign < 0 else fit.free.high)[j]
             for _ in range(TRIALS):
+                # beyond the outer there is no law, as friction of it would rise from rest to slip, for example
+                reach = reach if reach < outer else 0.5 * (inner + outer)
                 at = unknowns[j] + sign * reach * error
                 if (at - limit) * sign >= 0:
                     at = limit
-                trial = unknowns + covariance[:, j] / covariance[j, j] * (at - unknowns[j])
-                trial[j] = at
-                trial = fit.down(trial, 1.0, 0.01, held=[j])
+                alone = np.arange(unknowns.size) == j
+                along = np.where(alone, 1.0, covariance[:, j] / covariance[j, j])
+                trials = [unknowns + way * (at - unknowns[j]) for way in (along, alone)]
+                lawful = [trial for trial in trials if fit.is_law(trial)]
+                if not lawful:
+                    outer = reach
+                    continue
+                trial = fit.down(lawful[0], 1.0, 0.01, held=[j])
                 root = math.sqrt(max(fit.cost(trial) - base, 0.0) / excess)
                 if abs(root - want) < CLOSE:
                     closed = True
                     break
                 if at == limit and root < want:
                     break
+                inner = max(inner, reach) if root < want else inner
                 reach *= min(max(want / max(root, 1e-3), 0.3), 3.0)
+            lawless = not closed and outer < math.inf
+            if lawless:
+                at = unknowns[j] + sign * inner * error
             ends.append(at)
-            if not closed and at == limit:
-                open_ends.append(
-                    f"The interval of {name} is open {'below' if sign < 0 else 'above'}: it ends at a limit."
-                )
+            if lawless or (not closed and at == limit):
+                why = "beyond it there is no law" if lawless else "it ends at a limit"
+                open_ends.append(f"The interval of {name} is open {'below' if sign < 0 else 'above'}: {why}.")
         rows.append(ends)
     found = np.array(rows)
     # Each end is of one number alone: the others do not enter its value.

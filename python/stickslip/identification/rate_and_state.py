@@ -17,8 +17,7 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from stickslip.errors import InputError
 from stickslip.identification.uncertainty import half_width
-from stickslip.identification.velocity_step import path_of_decay, table_of_steps
-from stickslip.law import save_law
+from stickslip.identification.velocity_step import path_of_decay, save_rate_and_state, table_of_steps
 from stickslip.state_laws import RateState
 
 Array = npt.NDArray[np.float64]
@@ -63,6 +62,7 @@ class VelocityStepsFit:
     parameters : DataFrame over `a`, `b`, `length`, `stiffness` (of the machine, friction per length) and `a_minus_b`: value,
         error (standard error, from the scatter over the steps), low and high (95 %), and `scatter`, the standard deviation
         of one step's number about that of all.
+    covariance : DataFrame of these numbers, names in both directions.
     loads : DataFrame of the same numbers for each run of steps under one load, with `normal_force` and `steps`.
     steps : DataFrame of the steps: speeds, load, rms, and the numbers each alone would pull the fit to (linearised).
     rms : root mean square of measured minus fitted, by evolution law.
@@ -72,6 +72,7 @@ class VelocityStepsFit:
 
     law: RateState
     parameters: pd.DataFrame
+    covariance: pd.DataFrame
     loads: pd.DataFrame
     steps: pd.DataFrame
     rms: dict[str, float]
@@ -103,8 +104,8 @@ class VelocityStepsFit:
         }
 
     def save(self, path: str | Path) -> Path:
-        """Write the law file; :func:`stickslip.load_law` reads it back."""
-        return save_law(path, self.law, self.parameters["error"].to_dict(), self.notes)
+        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
+        return save_rate_and_state(path, self)
 
     def plot(self, ax: Any = None) -> Any:
         """Friction from before each step over the path since it, over ln(V₂/V₁), measured and fitted; returns the Axes."""
@@ -162,7 +163,7 @@ def fit_velocity_steps(friction: xr.DataTree | str | Path) -> VelocityStepsFit:
     found = {"aging": aging, "slip": _Fit.of(steps, [aging.numbers], "slip")}
     form = min(found, key=lambda key: found[key].cost)
     best, other = found[form], found["slip" if form == "aging" else "aging"]
-    parameters, pulls = best.table()
+    parameters, covariance, pulls = best.table()
     runs = [[step for step in steps if step.run == run] for run in sorted({step.run for step in steps})]
     rows = []
     for part in runs:
@@ -192,6 +193,7 @@ def fit_velocity_steps(friction: xr.DataTree | str | Path) -> VelocityStepsFit:
     return VelocityStepsFit(
         law=law,
         parameters=parameters,
+        covariance=covariance,
         loads=pd.DataFrame(rows),
         steps=per_step,
         rms={key: one.rms for key, one in sorted(found.items())},
@@ -365,8 +367,8 @@ class _Fit:
         sizes = [float(columns[at, number]) for number, at in enumerate(self._edges[:-1])]
         return np.asarray(found[: len(self.steps)] * sizes)
 
-    def table(self) -> tuple[pd.DataFrame, Array]:
-        """Numbers with errors from the scatter over the steps, and what each step alone would pull them to."""
+    def table(self) -> tuple[pd.DataFrame, pd.DataFrame, Array]:
+        """Numbers with errors from the scatter over the steps, their covariance, and what each step pulls them to."""
         count = len(self.steps)
         inverse = np.linalg.pinv(self.jacobian.T @ self.jacobian)
         parts = zip(np.split(self.jacobian, self._edges[1:-1]), self._by_step(self.residuals), strict=True)
@@ -379,7 +381,8 @@ class _Fit:
         values[1] = self.numbers[1]
         values = np.append(values, values[0] - values[1])
         freedom = count - len(NAMES)
-        errors = np.sqrt(np.sum(moves**2, axis=0) * count / max(freedom, 1))
+        covariance = moves.T @ moves * count / max(freedom, 1)
+        errors = np.sqrt(np.diag(covariance))
         half = np.array([half_width(float(error), max(freedom, 1)) for error in errors])
         table = pd.DataFrame(
             {
@@ -394,7 +397,11 @@ class _Fit:
         for i in (0, 2, 3):
             ratio = math.exp(min(half[i] / values[i], 600.0))
             table.loc[NAMES[i], ["low", "high"]] = values[i] / ratio, values[i] * ratio
-        return table, np.asarray(values + count * moves)
+        return (
+            table,
+            pd.DataFrame(covariance, index=table.index, columns=table.index),
+            np.asarray(values + count * moves),
+        )
 
     def common(self) -> tuple[float, float, float]:
         """The largest misfit that the steps have in common, over ln(V₂/V₁), its standard error, and the path it is at."""

@@ -27,6 +27,8 @@ SHARES = (0.1, 0.35, 1.0)
 """Shares of each record that are fitted one after the other."""
 FAR = 0.3
 """A motion farther than this from a record, in its standard deviations, is not near it."""
+FARTHEST = 1e6
+"""No motion counts as farther than so many standard deviations of the record; numbers that make no law are twice as far."""
 CLOSE = 0.05
 """A motion within that of a record is near it whatever its kind is called."""
 
@@ -54,8 +56,7 @@ class SingleShooting:
         """(simulated − measured) / σ of all records one after the other; far off where the numbers make no law."""
         parts = self._parts(unknowns, share)
         if parts is None:
-            far = [np.full(n, o.spread / s) for o, n, s in self._each(share)]
-            return np.concatenate(far)
+            return np.concatenate([np.full(n, 2 * FARTHEST * o.spread / s) for o, n, s in self._each(share)])
         return np.concatenate(parts)
 
     def cost(self, unknowns: Array) -> float:
@@ -68,12 +69,21 @@ class SingleShooting:
     def _parts(self, unknowns: Array, share: float) -> list[Array] | None:
         try:
             law = self.free.law(unknowns[: self.count])
-            return [
-                (o.motion(law, shift, n)[0] - o.displacement[:n]) / s
+            motions = [
+                (o.motion(law, shift, n)[0] - o.displacement[:n], FARTHEST * o.spread, s)
                 for (o, n, s), shift in zip(self._each(share), unknowns[self.count :], strict=True)
             ]
         except InputError:
             return None
+        return [np.clip(np.nan_to_num(rest, nan=far), -far, far) / s for rest, far, s in motions]
+
+    def is_law(self, unknowns: Array) -> bool:
+        """Whether there is a law with these numbers."""
+        try:
+            self.free.law(unknowns[: self.count])
+        except InputError:
+            return False
+        return True
 
     def slopes(self, unknowns: Array, share: float = 1.0) -> Array:
         """Derivatives of the residuals, shape (samples, unknowns).

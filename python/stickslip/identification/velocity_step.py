@@ -6,7 +6,7 @@ import math
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +16,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 from stickslip.errors import InputError
+from stickslip.identification.parameters import places
 from stickslip.identification.records import opened
 from stickslip.identification.uncertainty import correlation_time, half_width
 from stickslip.law import save_law
 from stickslip.state_laws import RateState
+
+if TYPE_CHECKING:
+    from stickslip.identification.rate_and_state import VelocityStepsFit
 
 Array = npt.NDArray[np.float64]
 
@@ -38,6 +42,7 @@ class VelocityStepFit:
     parameters : DataFrame over `a`, `b`, `length`, `stiffness` (of the machine, friction per length), `reference_friction`,
         `drift` (friction per length), `delay` (s, of the step against where the displacement shows it) and `a_minus_b`:
         value, error (standard error), low and high (95 %).
+    covariance : DataFrame of these numbers, names in both directions.
     rms : root mean square of measured minus fitted, by evolution law.
     notes : plain sentences.
     curve : DataFrame: time, displacement (from the step), measured, fitted.
@@ -45,6 +50,7 @@ class VelocityStepFit:
 
     law: RateState
     parameters: pd.DataFrame
+    covariance: pd.DataFrame
     rms: dict[str, float]
     notes: list[str]
     curve: pd.DataFrame
@@ -67,8 +73,8 @@ class VelocityStepFit:
         }
 
     def save(self, path: str | Path) -> Path:
-        """Write the law file; :func:`stickslip.load_law` reads it back."""
-        return save_law(path, self.law, self.parameters["error"].to_dict(), self.notes)
+        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
+        return save_rate_and_state(path, self)
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over displacement around the step, measured and fitted; returns the Axes."""
@@ -142,7 +148,7 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     rms = {form: float(np.sqrt(np.average((one.fun / weight) ** 2, weights=weight**2))) for form, one in found.items()}
     form = min(found, key=lambda name: float(found[name].cost))
     numbers = found[form].x
-    parameters = _table(found[form], fit(form, False).x)
+    parameters, covariance = _table(found[form], fit(form, False).x)
     values = parameters["value"]
     load = float(tree["normal_force"].median()) if "normal_force" in tree.variables else 1.0
     law = RateState(
@@ -164,7 +170,7 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     ]
     curve = pd.DataFrame({"time": t, "displacement": place, "measured": measured})
     curve["fitted"] = _model(numbers, form, t, place, speeds)
-    return VelocityStepFit(law, parameters, rms, notes, curve)
+    return VelocityStepFit(law, parameters, covariance, rms, notes, curve)
 
 
 def table_of_steps(friction: Any) -> tuple[xr.DataTree, pd.DataFrame, str]:
@@ -243,7 +249,7 @@ def _model(numbers: Array, form: str, t: Array, place: Array, speeds: tuple[floa
     return np.asarray(level + drift * place + change)
 
 
-def _table(found: Any, steady: Array) -> pd.DataFrame:
+def _table(found: Any, steady: Array) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Numbers with their errors: residuals that go together along the record, and whether friction drifts (`steady`: not)."""
     numbers = found.x
     jacobian = found.jac
@@ -261,7 +267,8 @@ def _table(found: Any, steady: Array) -> pd.DataFrame:
     slopes[-1, :2] = values[0], -1.0
     drifted = slopes @ (numbers - steady) / 2
     drifted[NAMES.index("drift")] = 0.0
-    errors = np.hypot(np.sqrt(np.diag(slopes @ covariance @ slopes.T)), drifted)
+    full = slopes @ covariance @ slopes.T + np.outer(drifted, drifted)
+    errors = np.sqrt(np.diag(full))
     half = np.array([half_width(float(error), freedom) for error in errors])
     everything = np.append(values, values[0] - values[1])
     table = pd.DataFrame(
@@ -271,4 +278,11 @@ def _table(found: Any, steady: Array) -> pd.DataFrame:
     for i in (0, 2, 3):
         ratio = math.exp(min(half[i] / values[i], 600.0))
         table.loc[NAMES[i], ["low", "high"]] = values[i] / ratio, values[i] * ratio
-    return table
+    return table, pd.DataFrame(full, index=table.index, columns=table.index)
+
+
+def save_rate_and_state(path: str | Path, fit: VelocityStepFit | VelocityStepsFit) -> Path:
+    """Write the law file of a fit to steps of the speed: what the law has not, the machine's stiffness, is in its source."""
+    of_law = [name for name in fit.covariance.index if name in places(fit.law)]
+    values = {"values": fit.parameters["value"].to_dict(), "errors": fit.parameters["error"].to_dict()}
+    return save_law(path, fit.law, fit.covariance.loc[of_law, of_law], {**values, "rms": fit.rms, "notes": fit.notes})

@@ -32,6 +32,10 @@ LEAST = 16
 """Samples a hold must have."""
 LEAST_PATH = 10
 """Tolerances that a hold must be long: less is a piece of the ramp from one speed to the next."""
+COVERED = 0.95
+"""Share of the path that must lie in holds, each of another speed than the next, for a tolerance to be one."""
+LADDER = 1.5
+"""Ratio of the tolerances that are tried, from twelve times the noise of the displacement on."""
 GAP = 0.25
 """Ramp between two holds, as a part of the shorter one, above which they are no step."""
 
@@ -49,12 +53,15 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     """Friction after settling in every hold, and before, at the peak of and after every step of the speed.
 
     The displacement is cut into straight lines (Douglas & Peucker): a cut is made wherever a line misses the displacement
-    by more than `tolerance`. The level of a hold is the mean friction over its last `settle` share, its error that of a
-    mean of samples that follow each other, with the drift over that share. At a step from V1 to V2 friction jumps by
-    peak - before; the direct effect is a = (peak - before) / ln(V2/V1), and a - b = (after - before) / ln(V2/V1). The
-    machine's compliance takes something off the peak, and noise adds to it, by a third of the stated error where five
-    samples, over which a running median is taken, are short against the decay; the error of a - b covers the drift along
-    the hold. A drive takes its time to change its speed: the time of a step is where the lines of the two holds cross.
+    by more than `tolerance`; neighbouring lines of nearly one speed are one hold. Where the rig gives no tolerance it is
+    the smallest, from twelve times the noise on, at which holds cover the path and no two neighbours are of one speed: one
+    above what the drive sways by, however long the record. The level of a hold is the mean friction over its last `settle`
+    share, its error that of a mean of samples that follow each other, with the drift over that share. At a step from V1 to
+    V2 friction jumps by peak - before; the direct effect is a = (peak - before) / ln(V2/V1), and
+    a - b = (after - before) / ln(V2/V1). The machine's compliance takes something off the peak, and noise adds to it, by a
+    third of the stated error where five samples, over which a running median is taken, are short against the decay; the
+    error of a - b covers the drift along the hold. A drive takes its time to change its speed: the time of a step is where
+    the lines of the two holds cross.
 
     Sources: Douglas & Peucker, Cartographica 10 (1973) 112; Dieterich, J. Geophys. Res. 84 (1979) 2161.
     """
@@ -73,12 +80,19 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
                 "a window (rig: [read] window) in which the sample is loaded"
             )
         friction, unit = friction / load, "1"
-    tolerance = bench.maybe("tolerance") or max(12 * noise_level(x), 1e-3 * float(np.ptp(x)))
-    holds = [hold for hold in _holds(time, x, tolerance) if hold.speed > bench.number("least_speed")]
+    least_speed, given = bench.number("least_speed"), bench.maybe("tolerance")
+    tolerance = _tolerance(time, x, least_speed) if given is None else given
+    holds, covered = _holds(time, x, tolerance, least_speed)
     if not holds:
         raise InputError(
-            f"{record.source}: no stretch of constant speed above least_speed = {bench.number('least_speed'):g} was found; "
-            "lower it, raise tolerance, or give the displacement sign = -1 where it falls"
+            f"{record.source}: no stretch of constant speed above least_speed = {least_speed:g} was found whose path is ten "
+            f"times the tolerance of {tolerance:.3g}; lower least_speed or tolerance, or give the displacement sign = -1 "
+            "where it falls"
+        )
+    if covered < COVERED:
+        notes.append(
+            f"only {100 * covered:.0f} % of the path lie in stretches of constant speed: the displacement sways by more than "
+            f"the tolerance of {tolerance:.3g}, or the speed changes slowly; look at the holds, and give the rig a tolerance"
         )
     rows = [_level(record, friction, load, hold, bench.number("settle")) for hold in holds]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -139,8 +153,20 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     )
 
 
-def _holds(time: Array, x: Array, tolerance: float) -> list[_Hold]:
-    """Stretches over which the displacement is a straight line to within the tolerance."""
+def _tolerance(time: Array, x: Array, least_speed: float) -> float:
+    """The smallest at which holds cover the path and each is of another speed than the next."""
+    noise, path = noise_level(x), float(np.ptp(x))
+    trial = max(12 * noise, 1e-6 * path)
+    while trial * LEAST_PATH < path:
+        holds, covered = _holds(time, x, trial, least_speed)
+        if covered >= COVERED and all(_ratio(a.speed, b.speed) >= SAME_SPEED for a, b in pairwise(holds)):
+            return trial
+        trial *= LADDER
+    return max(12 * noise, 1e-3 * path)
+
+
+def _holds(time: Array, x: Array, tolerance: float, least_speed: float) -> tuple[list[_Hold], float]:
+    """Stretches over which the displacement is a straight line to within the tolerance, and their share of the path."""
     marks = {0, len(time) - 1}
     left = [(0, len(time) - 1)]
     while left:
@@ -164,11 +190,11 @@ def _holds(time: Array, x: Array, tolerance: float) -> list[_Hold]:
             joined[-1] = _Hold(before.first, part.last, whole)
         else:
             joined.append(part)
-    return [
-        part
-        for part in joined
-        if part.last - part.first >= LEAST and abs(x[part.last] - x[part.first]) >= LEAST_PATH * tolerance
+    moving = [(part, float(x[part.last] - x[part.first])) for part in joined if part.speed > least_speed]
+    holds = [
+        (part, path) for part, path in moving if part.last - part.first >= LEAST and path >= LEAST_PATH * tolerance
     ]
+    return [part for part, _ in holds], sum(path for _, path in holds) / max(sum(path for _, path in moving), 1e-300)
 
 
 def _ratio(a: float, b: float) -> float:
@@ -206,14 +232,15 @@ def _crossing(time: Array, x: Array, old: _Hold, new: _Hold) -> float:
 def _steps(
     time: Array, x: Array, friction: Array, holds: list[_Hold], rows: list[dict[str, float]], unit: str, speed_unit: str
 ) -> xr.Dataset:
-    """One row for each pair of holds that follow each other under one load."""
+    """One row for each pair of holds of two speeds that follow each other under one load."""
     found: list[dict[str, float]] = []
     for i in range(1, len(holds)):
         old, new, before, after = holds[i - 1], holds[i], rows[i - 1], rows[i]
         apart = float(time[new.first] - time[old.last])
         loads = before["normal_force"], after["normal_force"]
         unlike = math.isfinite(loads[0]) and abs(loads[1] - loads[0]) > SAME_LOAD * sum(loads) / 2
-        if unlike or apart > GAP * min(before["duration"], after["duration"]):
+        same = _ratio(old.speed, new.speed) < SAME_SPEED
+        if same or unlike or apart > GAP * min(before["duration"], after["duration"]):
             continue
         # friction just before the step, and its extreme just after it; a running median keeps single samples out
         calm = median_filter(friction[old.first : new.last], 5, mode="nearest")

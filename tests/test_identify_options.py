@@ -1,0 +1,157 @@
+"""Every option of ``stickslip identify`` is used or refused: all options on all ways through the command."""
+
+import argparse
+import functools
+import inspect
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip as ss
+from stickslip.cli import main
+from stickslip.commands import identify as command
+from stickslip.identification import friction_of_orbit, records
+from stickslip.measurement import measure
+
+ROWS = np.linspace(1.0, 9.0, 9)
+VALUES = {
+    "law": ["RateState"], "free": ["kinetic"], "fixed": ["kinetic=1"], "bounds": ["kinetic=0:1"], "pieces": ["2"],
+    "shooting": ["records"], "starts": ["1"], "zero_error": ["0.1"], "scale_error": ["0.1"], "compare": [],
+    "predict": ["not-there.nc"], "output": ["law.toml"], "plot": ["law.png"], "report": ["law.html"],
+}  # fmt: skip
+"""What follows an option; flags are followed by nothing."""
+
+
+def options():
+    parser = argparse.ArgumentParser()
+    command.add(parser.add_subparsers())
+    (identify,) = parser._subparsers._group_actions[0].choices.values()
+    return {action.dest: action for action in identify._actions if action.dest not in ("help", "friction")}
+
+
+def flags(name):
+    action = options()[name]
+    return [action.option_strings[-1], *(VALUES[name] if action.nargs != 0 else [])]
+
+
+def steps(count):
+    """Friction coefficient over steps of the speed between two values, as measured with a rig."""
+    time = np.arange(0, 20.0 * (count + 1), 0.05)
+    speed = 1e-6 * np.where((time // 20) % 2 == 0, 1.0, 3.0)
+    friction = 0.6 + 0.001 * np.log(speed / 1e-6) + 1e-4 * np.random.default_rng(1).standard_normal(time.size)
+    rig = {
+        "gauge": "velocity_steps",
+        "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}},
+    }
+    return measure({"t": time, "x": np.cumsum(speed) * 0.05, "f": friction}, rig)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """A friction file for each way through the command, and the options that choose that way."""
+    folder = tmp_path_factory.mktemp("friction")
+    law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+    orbit = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=0.2, law=law), 60.0)
+    motion = friction_of_orbit(orbit, np.arange(0, 60.0, 0.1), 0.01, seed=1)
+    events = {
+        "t": ROWS,
+        "stick_time": ROWS,
+        "force_rate": 1 / ROWS,
+        "force": 1 + 0.1 * np.log(ROWS),
+        "drop": 0.1 * ROWS,
+    }
+    table = {"slip_velocity": ROWS, "force": 1 + 0.1 * ROWS, "force_error": 0.01 * np.ones(9)}
+    trees = {
+        "motion": motion,
+        "curve": xr.DataTree.from_dict({"/steady": xr.Dataset({k: ("row", v) for k, v in table.items()})}),
+        "static": xr.DataTree.from_dict({"/break_away": xr.Dataset({k: ("event", v) for k, v in events.items()})}),
+        "step": steps(1),
+        "steps": steps(5),
+    }
+    for name, tree in trees.items():
+        tree.to_netcdf(folder / f"{name}.nc", engine="h5netcdf")
+    return {
+        "laws": (folder / "motion.nc", ["--compare"]),
+        "branches": (folder / "motion.nc", []),
+        "trajectories": (folder / "motion.nc", ["--trajectories"]),
+        "curve": (folder / "curve.nc", []),
+        "static": (folder / "static.nc", []),
+        "step": (folder / "step.nc", []),
+        "steps": (folder / "steps.nc", ["--law", "RateState"]),
+    }
+
+
+@pytest.mark.parametrize("path", command.PATHS)
+def test_every_option_is_used_or_refused_on_every_path(path, files, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    name, chosen_by = files[path]
+    monkeypatch.setattr(records, "opened", functools.cache(records.opened))
+    taken = []
+
+    def note(found, **used):
+        taken.append(used)
+        return found
+
+    # in place of the work, steps that say which options they were given
+    for one, way in command.PATHS.items():
+        quiet = []
+        for step in way.steps:
+            fake = lambda found, _note=note, **used: _note(found, **used)  # noqa: E731
+            fake.__signature__ = inspect.signature(step)
+            quiet.append(fake)
+        monkeypatch.setitem(command.PATHS, one, command.Path(way.words, way.instead, tuple(quiet), way.chosen_by))
+    way = command.PATHS[path]
+    for option in options():
+        if option in ("compare", "trajectories", "steady") or any(flag in chosen_by for flag in flags(option)):
+            continue
+        taken.clear()
+        done = main(["identify", str(name), *chosen_by, *flags(option)])
+        said = capsys.readouterr().err
+        if option in way.options and option not in way.chosen_by:
+            assert (done, said) == (0, "")
+            assert any(option in used for used in taken)
+        elif done == 2:
+            assert said.count("\n") == 1
+            assert f"{flags(option)[0]} " in said
+            assert not taken
+        else:  # --law leads elsewhere, and is used there
+            assert option == "law"
+    assert not list(tmp_path.iterdir())
+
+
+def test_no_option_is_unknown_to_all_paths():
+    used = frozenset().union(*(path.options for path in command.PATHS.values()))
+    assert used == set(options())
+
+
+@pytest.mark.parametrize(
+    ("path", "asked", "words"),
+    [
+        (
+            "curve",
+            ["--predict", "not-there.nc"],
+            "--predict does not go with the fit of friction over slip velocity alone",
+        ),
+        ("curve", ["--trajectories"], "or name a law of the motion with --law"),
+        ("static", ["--steady"], "holds no friction over slip velocity"),
+        (
+            "static",
+            ["--report", "r.html"],
+            "--report does not go with the fit of static friction to tables of break-aways",
+        ),
+        ("steps", ["--offset"], "--offset does not go with the fit of rate-and-state friction to steps of the speed"),
+        ("laws", ["--free", "kinetic"], "--free does not go with --compare: compare first"),
+        (
+            "branches",
+            ["--starts", "8"],
+            "--starts belongs to --trajectories: add --trajectories, or leave --starts out",
+        ),
+        ("branches", ["--law", "Coulomb", "--pieces", "2"], "Coulomb has no linear pieces to count: leave pieces out"),
+    ],
+)
+def test_what_is_not_used_is_refused_with_what_to_do(path, asked, words, files, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    name, chosen_by = files[path]
+    assert main(["identify", str(name), *chosen_by, *asked]) == 2
+    assert words in capsys.readouterr().err
