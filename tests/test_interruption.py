@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.cli import main
 
 FOREVER = 10**9
 MANY = 2**62
@@ -27,9 +28,15 @@ def long_run(engine):
             return ss.Oscillator(0.0, 0.2, ss.laws.Rational(1.0, 3.0))
         case "integration":
             return ss.Oscillator(0.0, 0.1, ss.laws.LuGre(1e3, 30.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-2))
+        case "one slip":
+            return ss.Oscillator(0.1, -5.0, ss.laws.Coulomb(0.1), forcing=ss.Harmonic(0.01, 1.3))
+        case "one stick":
+            return ss.Oscillator(0.1, 0.0, ss.laws.DwellTime(1.0, 0.5, 0.1), forcing=ss.Harmonic(0.9, 1.0))
+        case "fast forcing":
+            return ss.Oscillator(0.1, 0.3, ss.paper.oscillator(0.3).law, forcing=ss.Harmonic(0.1, 1e9))
 
 
-ENGINES = ["closed form", "network", "smooth", "integration"]
+ENGINES = ["closed form", "network", "smooth", "integration", "one slip", "one stick", "fast forcing"]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -43,8 +50,9 @@ def test_a_run_ends_after_max_seconds_with_the_orbit_so_far(engine):
     assert orbit.stop_sentence == "the run stopped after max_seconds: raise max_seconds to go on"
     assert 0 < orbit.t_end < FOREVER
     # What was found is what a run to that time finds.
-    t = np.linspace(0, min(orbit.t_end, 50.0), 100)
-    whole = ss.simulate(system, 50.0)
+    known = min(orbit.t_end, 50.0)
+    t = np.linspace(0, known, 100)
+    whole = ss.simulate(system, known)
     assert orbit.at(t)[0] == pytest.approx(whole.at(t)[0], abs=1e-8)
 
 
@@ -59,26 +67,94 @@ def test_max_seconds_must_be_positive(seconds):
         ss.simulate(long_run("closed form"), 10, max_seconds=seconds)
 
 
+@pytest.mark.parametrize("engine", ["closed form", "network", "one slip"])
+def test_a_batch_ends_after_max_seconds_with_every_run_where_it_is(engine):
+    begin = time.monotonic()
+    runs = ss.simulate_many(
+        long_run(engine), {"damping.0.0" if engine == "network" else "damping": np.linspace(0.1, 0.2, 600)},
+        FOREVER, max_events=MANY, max_seconds=0.2, workers=2,
+    )  # fmt: skip
+    assert time.monotonic() - begin < 20
+    assert (runs["stop"] == "max_seconds").all()
+    assert np.isfinite(runs["x"]).all()
+
+
+@pytest.mark.parametrize("engine", ["closed form", "smooth", "one slip"])
+def test_a_section_ends_after_max_seconds(engine):
+    begin = time.monotonic()
+    points = ss.section(long_run(engine), "maximum", t_end=FOREVER, transient=0.0, max_events=MANY, max_seconds=0.2)
+    assert time.monotonic() - begin < 40
+    assert points.attrs["stop"] == "max_seconds"
+
+
+def test_the_command_line_ends_after_max_seconds(tmp_path, capsys):
+    file = tmp_path / "slip.toml"
+    file.write_text(
+        'damping = 0.1\ndrive_velocity = 5.0\n[law]\ntype = "Coulomb"\nkinetic = 0.1\n[forcing]\namplitude = 0.01\n'
+        "frequency = 1.3\n[simulation]\nt_end = 1e9\nv0 = 0.0\nmax_seconds = 0.2\n"
+    )
+    begin = time.monotonic()
+    assert main(["simulate", str(file)]) == 0
+    assert time.monotonic() - begin < 20
+    assert "the run stopped after max_seconds" in capsys.readouterr().out
+
+
+def test_what_would_fill_the_memory_is_refused_before():
+    system = long_run("closed form")
+    with pytest.raises(ss.InputError, match=r"at most 4 GiB, got one of 44\.7 GiB; lower keep"):
+        ss.simulate_many(system, {"x0": [0.0, 0.1]}, 10, section="release", keep=10**9)
+    with pytest.raises(ss.InputError, match="whole number"):
+        ss.simulate_many(system, {"x0": [0.0, 0.1]}, 10, section="release", keep=10**30)
+    with pytest.raises(ss.InputError, match="at most 4 GiB, got one of .* GiB; lower points"):
+        ss.orbit_diagram(system, "drive_velocity", [0.1, 0.2], points=10**9)
+    with pytest.raises(ss.InputError, match="from 500 to 10000"):
+        ss.orbit_diagram(system, "drive_velocity", [0.1, 0.2], decide=10**9)
+
+
+@pytest.mark.slow
+def test_an_orbit_ends_where_it_fills_the_memory():
+    orbit = ss.simulate(long_run("smooth"), FOREVER, max_events=MANY)
+    assert orbit.stop == "memory"
+    assert orbit.stop_sentence.startswith("the run stopped as its orbit takes 1 GiB of memory")
+    assert np.isfinite(orbit.at(orbit.t_end)).all()
+
+
 CHILD = """
 import signal, sys, time
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background of a shell is born deaf to it
+from stickslip.stability.trail import Trail
 from test_interruption import FOREVER, MANY, long_run
 import stickslip as ss
 import numpy as np
 
 engine = sys.argv[1]
-system = long_run("closed form" if engine in ("batch", "section") else engine)
-ss.simulate(system, 1.0)  # everything is imported
+
+
+def run(t_end):
+    match engine:
+        case "batch":
+            system = ss.paper.oscillator(0.2)
+            over = {"drive_velocity": np.linspace(0.1, 0.2, 8)}
+            ss.simulate_many(system, over, t_end, max_events=10**10, workers=2)
+        case "section":
+            ss.section(long_run("closed form"), "release", t_end=t_end, max_events=MANY)
+        case "sweep":
+            system = long_run("closed form")
+            ss.orbit_diagram(system, "drive_velocity", [0.2, 0.3], periods=int(100 + t_end), workers=2)
+        case "sweep of a smooth law" | "sweep of integrations":
+            system = long_run("smooth" if engine == "sweep of a smooth law" else "integration")
+            ss.orbit_diagram(system, "drive_velocity", [0.2, 0.3], periods=int(100 + t_end), workers=2)
+        case "derivatives":
+            Trail.of_run(long_run("one slip"), t_end)
+        case _:
+            ss.simulate(long_run(engine), t_end, max_events=MANY)
+
+
+run(1.0)  # everything is imported
 print("ready", flush=True)
 try:
-    if engine == "batch":
-        system = ss.paper.oscillator(0.2)
-        ss.simulate_many(system, {"drive_velocity": np.linspace(0.1, 0.2, 8)}, FOREVER, max_events=10**10, workers=2)
-    elif engine == "section":
-        ss.section(system, "release", t_end=FOREVER, max_events=MANY)
-    else:
-        ss.simulate(system, FOREVER, max_events=MANY)
+    run(FOREVER)
 except KeyboardInterrupt:
     stopped = time.monotonic()
     # Nothing else is lost.
@@ -86,7 +162,7 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize("engine", [*ENGINES, "batch", "section"])
+@pytest.mark.parametrize("engine", [*ENGINES, "batch", "section", "sweep", "sweep of a smooth law", "sweep of integrations", "derivatives"])
 def test_ctrl_c_ends_a_run_at_once(engine, request):
     child = subprocess.Popen(
         [sys.executable, "-c", CHILD, engine], stdout=subprocess.PIPE, text=True, cwd=request.path.parent

@@ -58,7 +58,7 @@ class Orbit:
         document: str,
         run: tuple[float, float | None, float, int],
         stop: int,
-        work: tuple[int, int, int],
+        work: tuple[int, int, int, int],
         segments: _Floats,
         events: _Floats,
     ) -> Orbit: ...
@@ -72,7 +72,7 @@ class Orbit:
     @property
     def stop(self) -> tuple[int, str, str]: ...
     @property
-    def work(self) -> tuple[int, int, int]: ...
+    def work(self) -> tuple[int, int, int, int]: ...
 
 _Start = tuple[list[float] | None, list[float] | None, float, int]
 
@@ -84,7 +84,7 @@ class Network:
     def resume(document: str, state: _Floats, phases: _Floats, duration: float) -> Network: ...
     @staticmethod
     def restore(
-        document: str, run: _Start, stop: int, work: tuple[int, int, int], steps: _Floats, events: _Floats
+        document: str, run: _Start, stop: int, work: tuple[int, int, int, int], steps: _Floats, events: _Floats
     ) -> Network: ...
     def segments(self) -> _Floats: ...
     def events(self) -> _Floats: ...
@@ -96,7 +96,7 @@ class Network:
     @property
     def stop(self) -> tuple[int, str, str]: ...
     @property
-    def work(self) -> tuple[int, int, int]: ...
+    def work(self) -> tuple[int, int, int, int]: ...
 
 def check_system(document: str) -> None: ...
 def batch(
@@ -107,8 +107,16 @@ def batch(
     section: int | None,
     keep: int,
     workers: int,
+    max_seconds: float | None,
     progress: Callable[[int, int], object] | None,
 ) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
+
+def halted() -> bool: ...
+@final
+class Halt:
+    def __new__(cls) -> Halt: ...
+    def heed(self) -> None: ...
+    def set(self) -> None: ...
 
 @final
 class StateLaw:
@@ -134,7 +142,12 @@ def force_along(document: str, t: _Floats, w: _Floats, stuck: _Flags, force_rate
 def regime(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str: ...
 def chaos(series: _Floats) -> float: ...
 def section(
-    document: str, surface: str, run: tuple[float, float | None, float, int], after: float, most: int
+    document: str,
+    surface: str,
+    run: tuple[float, float | None, float, int],
+    after: float,
+    most: int,
+    max_seconds: float | None,
 ) -> tuple[_Floats, int]: ...
 def sweep(
     document: str, names: list[str], values: _Floats, look: str, chain: bool, start: list[float] | None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.documents import did_you_mean, number
+from stickslip.documents import did_you_mean, fits, number, time_limit, whole_number
 from stickslip.errors import InputError
 from stickslip.parameters import path_in
 from stickslip.system import Oscillator, System
@@ -29,6 +30,7 @@ def simulate_many(
     section: str | None = None,
     keep: int = 32,
     max_events: int = 10_000_000,
+    max_seconds: float | None = None,
     workers: int | None = None,
     progress: Callable[[int, int], Any] | None = None,
 ) -> xr.Dataset:
@@ -45,6 +47,8 @@ def simulate_many(
     section : a kind of event, such as ``"release"``, whose last `keep` occurrences are kept.
     keep : how many.
     max_events : the most events of each run.
+    max_seconds : time on the clock > 0 after which all runs that are not done end where they are, with the stop
+        ``"max_seconds"``; default none.
     workers : threads; default all cores. The result does not depend on it.
     progress : called as ``progress(done, n)`` after each block of runs.
 
@@ -79,12 +83,20 @@ def simulate_many(
         hint = did_you_mean(section, _core.KINDS)
         raise InputError(f"simulate_many: section must be one of {', '.join(_core.KINDS)}, got {section!r}{hint}")
     for name, count in (("keep", keep), ("max_events", max_events), ("workers", workers or 1)):
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise InputError(f"simulate_many: {name} must be a whole number of at least 1, got {count!r}")
+        whole_number(name, count, "simulate_many")
+    time_limit(max_seconds, "simulate_many")
     axes = {name: np.atleast_1d(np.asarray(values, float)) for name, values in over.items()}
     for name, values in axes.items():
         if values.ndim != 1 or not np.isfinite(values).all():
             raise InputError(f"simulate_many: {name} must be a list of finite numbers, got shape {values.shape}")
+    masses = system.masses if isinstance(system, System) else 1
+    held = keep if section else 0
+    runs = math.prod(values.size for values in axes.values())
+    fits(
+        runs * (len(axes) + 2 * masses + len(_core.KINDS) + 2 + 3 * held),
+        "simulate_many",
+        "lower keep, or run the combinations in parts",
+    )
     # What has no closed form is a system of one mass to the core.
     whole = system.to_system() if isinstance(system, Oscillator) and not system.closed_form else system
     document = json.loads(whole.to_json())
@@ -92,7 +104,6 @@ def simulate_many(
     grid = np.stack([mesh.ravel() for mesh in np.meshgrid(*axes.values(), indexing="ij")], axis=1)
     end = number("t_end", t_end, "simulate_many")
     kind = None if section is None else _core.KINDS.index(section)
-    held = keep if section else 0
     try:
         state, stop, counts, stick_time, points = _core.batch(
             json.dumps(document),
@@ -102,6 +113,7 @@ def simulate_many(
             kind,
             held,
             workers or os.cpu_count() or 1,
+            max_seconds,
             progress,
         )
     except ValueError as error:
@@ -112,7 +124,6 @@ def simulate_many(
     releases = counts[..., _core.KINDS.index("release")]
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = np.where(releases > 0, stick_time.reshape(shape) / releases, np.nan)
-    masses = system.masses if isinstance(system, System) else 1
     x, v = np.moveaxis(state.reshape(*shape, 2, masses), len(shape), 0)
     over_masses = [*dims, "mass"] if isinstance(system, System) else dims
     names = np.array(_core.STOPS)[stop.astype(int)].reshape(shape)

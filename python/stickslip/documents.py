@@ -66,6 +66,38 @@ def numbers(name: str, value: Any, count: int, where: str, one_a: str) -> list[f
     return [number(name, item, where) for item in values.ravel().tolist()]
 
 
+def whole_number(name: str, value: object, where: str, least: int = 1, most: int = 2**63 - 1) -> int:
+    """`value`, if it is a whole number from `least` to `most`.
+
+    >>> whole_number("keep", 32, "simulate_many")
+    32
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        wanted = f"of at least {least}" if value is None or most == 2**63 - 1 else f"from {least} to {most}"
+        raise InputError(f"{where}: {name} must be a whole number {wanted}, got {value!r}")
+    return value
+
+
+def time_limit(value: float | None, where: str) -> float | None:
+    """The seconds on the clock after which a run ends where it is, greater than 0; none for no limit."""
+    if value is not None and number("max_seconds", value, where) <= 0:
+        raise InputError(f"{where}: max_seconds must be greater than 0, got {value:g}")
+    return value
+
+
+#: The most numbers that one result may hold: 4 GiB.
+MOST_NUMBERS = 2**29
+
+
+def fits(count: int, where: str, advice: str) -> None:
+    """Refuse a result of so many numbers that it would fill the memory of the machine; `advice` says what to lower."""
+    if count > MOST_NUMBERS:
+        raise InputError(
+            f"{where}: expected a result of at most {MOST_NUMBERS * 8 / 2**30:g} GiB, got one of {count * 8 / 2**30:.3g} GiB; "
+            f"{advice}"
+        )
+
+
 def read_toml(path: str | Path) -> dict[str, Any]:
     """The table of a TOML file."""
     path = Path(path)

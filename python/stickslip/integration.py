@@ -109,6 +109,9 @@ def integrate(
     def slope(t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
         nonlocal spent
         spent += 1
+        if _core.halted():
+            # Signals come to the main thread alone, and this is another.
+            raise KeyboardInterrupt
         if spent > allowed:
             raise _Stalled(t)
         # At a node of a drive the next piece of its table counts, which the step to the node must not see.

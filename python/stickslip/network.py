@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import astuple
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -99,7 +100,11 @@ class NetworkOrbit(Orbit):
         columns = dict(zip(names, self._network.states(times), strict=True))
         if isinstance(self.system, Oscillator):
             return columns
-        return {name: column.reshape(times.size, -1) for name, column in columns.items()}
+        widths = [self._masses] * 3 + [self._contacts] * 3
+        return {
+            name: column.reshape(times.size, width)
+            for (name, column), width in zip(columns.items(), widths, strict=True)
+        }
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file: the sampled motion at the root, the groups ``events`` and ``segments`` (the Taylor steps).
@@ -112,7 +117,7 @@ class NetworkOrbit(Orbit):
             "stickslip": "orbit",
             "engine": "network",
             "run": json.dumps([*self._network.run, self._stop]),
-            "work": [self.work.events, self.work.evaluations, self.work.grazes],
+            "work": list(astuple(self.work)),
             "stop": self.stop,
         }
         root = self.to_xarray().assign_attrs(attrs)
@@ -133,7 +138,7 @@ def restore(tree: xr.DataTree) -> NetworkOrbit:
     """The orbit of an open file that :meth:`NetworkOrbit.save` wrote."""
     x0, v0, t_end, max_events, stop = json.loads(tree.attrs["run"])
     system = system_from_dict(json.loads(tree.attrs["system"]))
-    events, evaluations, grazes = (int(value) for value in (*tree.attrs["work"], 0)[:3])
+    events, evaluations, grazes, fallbacks = (int(value) for value in (*tree.attrs["work"], 0, 0)[:4])
     tables = [
         np.stack([column.to_numpy().astype(float) for column in tree[name].to_dataset().data_vars.values()], axis=-1)
         for name in ("segments", "events")
@@ -142,7 +147,7 @@ def restore(tree: xr.DataTree) -> NetworkOrbit:
         _document(system),
         (x0, v0, t_end, max_events),
         stop,
-        (events, evaluations, grazes),
+        (events, evaluations, grazes, fallbacks),
         *(np.ascontiguousarray(table.ravel()) for table in tables),
     )
     return NetworkOrbit(system, core)

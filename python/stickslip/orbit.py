@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,12 +26,14 @@ if TYPE_CHECKING:
 class Work:
     """What a run cost: events that occurred and evaluations of the closed-form motion to find them.
 
-    grazes are touches of the end of a mode within rounding that turned back: no events.
+    grazes are touches of the end of a mode within rounding that turned back: no events. fallbacks are steps that looked like
+    the last one to an event but left more than rounding there: the search went on.
     """
 
     events: int
     evaluations: int
     grazes: int = 0
+    fallbacks: int = 0
 
 
 class Orbit:
@@ -40,9 +42,9 @@ class Orbit:
     Attributes
     ----------
     system : the oscillator.
-    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"``, ``"accumulation"``, ``"diverged"`` or ``"stiff"``;
-        `stop_sentence` says what it means.
-    work : events, evaluations and grazes.
+    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"``, ``"accumulation"``, ``"diverged"``, ``"stiff"``,
+        ``"not_a_number"`` or ``"memory"``; `stop_sentence` says what it means.
+    work : events, evaluations, grazes and fallbacks.
     t_end : the time up to which the orbit is known.
     """
 
@@ -198,8 +200,7 @@ class Orbit:
         import xarray as xr
 
         run = self._run()
-        work = [self.work.events, self.work.evaluations, self.work.grazes]
-        attrs = {"stickslip": "orbit", "run": json.dumps(run), "work": work}
+        attrs = {"stickslip": "orbit", "run": json.dumps(run), "work": list(astuple(self.work))}
         root = self.to_xarray().assign_attrs(attrs, stop=self.stop)
         tables = {"events": self._core.events().reshape(-1, 7), "segments": self._core.segments().reshape(-1, 8)}
         columns: dict[str, list[str]] = {
@@ -254,12 +255,12 @@ def load(path: str | Path) -> Orbit:
             )
             for name in ("segments", "events")
         }
-        events, evaluations, grazes = (int(value) for value in (*tree.attrs["work"], 0)[:3])
+        events, evaluations, grazes, fallbacks = (int(value) for value in (*tree.attrs["work"], 0, 0)[:4])
     core = _core.Orbit.restore(
         system.to_json(),
         (run["x0"], run["v0"], run["t_end"], run["max_events"]),
         run["stop"],
-        (events, evaluations, grazes),
+        (events, evaluations, grazes, fallbacks),
         np.ascontiguousarray(tables["segments"].ravel()),
         np.ascontiguousarray(tables["events"].ravel()),
     )

@@ -8,7 +8,7 @@ from stickslip import _core
 #: record, where a stick is never exact, has the same words by the criteria of `stickslip.measurement.regime`.
 REGIMES = {
     "diverged": "the motion grew beyond all numbers",
-    "unfinished": "the run ended before its time: too many events, or an accumulation of them",
+    "unfinished": "the run ended before its time: too many events or an accumulation of them, a limit, numbers out of range",
     "at_rest": "stuck throughout",
     "stick_slip": "adhesion holds and breaks, again and again",
     "stable_slip": "the slip velocity is constant within 0.2 % of its size",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.documents import number
+from stickslip.documents import number, time_limit, whole_number
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit
 from stickslip.system import Oscillator, System
@@ -32,7 +32,7 @@ def simulate(
     v0 : velocity at t = 0, same shape; default that of the drive, so that a mass starts stuck where adhesion can hold it.
     max_events : the run ends there at the latest, with ``orbit.stop == "max_events"``.
     max_seconds : time on the clock > 0 after which the run ends where it is, with ``orbit.stop == "max_seconds"``; default
-        none. Asked every thousand events or 64 Taylor steps.
+        none. Asked every thousand events, every thousand evaluations within one phase, and every 64 Taylor steps.
 
     Returns
     -------
@@ -46,15 +46,16 @@ def simulate(
     KeyboardInterrupt
         by Ctrl-C, at once; the orbit so far is lost.
 
+    Limits: an orbit takes at most 1 GiB of memory (8 million events, 16 million Taylor steps of one mass); it ends there with
+    ``orbit.stop == "memory"``. Where the numbers leave the range of double precision it ends with ``"not_a_number"``.
+
     >>> from stickslip.laws import StaticKinetic
     >>> orbit = simulate(Oscillator(damping=0.0, drive_velocity=0.2, law=StaticKinetic(1.0, 0.6)), t_end=100)
     >>> round(float(orbit.events["stick_time"].dropna().iloc[-1]), 12)
     4.0
     """
-    if isinstance(max_events, bool) or not isinstance(max_events, int) or not 1 <= max_events < 2**63:
-        raise InputError(f"simulate: max_events must be a whole number from 1 to 2⁶³, got {max_events!r}")
-    if max_seconds is not None and number("max_seconds", max_seconds, "simulate") <= 0:
-        raise InputError(f"simulate: max_seconds must be greater than 0, got {max_seconds:g}")
+    whole_number("max_events", max_events, "simulate")
+    time_limit(max_seconds, "simulate")
     if system.integrated:
         from stickslip.integration import integrate
 

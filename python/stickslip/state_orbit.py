@@ -93,7 +93,8 @@ class StateOrbit(Orbit):
         kinds = np.repeat([mark.kind for mark in self._marks], sizes)
         order = np.argsort(times, kind="stable")
         times, contacts, kinds = times[order], contacts[order], kinds[order]
-        values = {name: column.reshape(times.size, -1) for name, column in self._all(times).items()}
+        columns = self._all(times).items()
+        values = {name: column[:, None] if column.ndim == 1 else column for name, column in columns}
         rows, masses = np.arange(times.size), np.array(masses_of(self.system))[contacts]
         state = values.get("state", np.zeros((times.size, self._contacts)))
         return pd.DataFrame(

@@ -9,7 +9,7 @@ use stickslip::mode::Kind;
 
 use crate::refused;
 use crate::sweep::rows_of;
-use crate::watch::interruptibly;
+use crate::watch::{Watch, interruptibly};
 
 /// Runs between two words about progress.
 const BLOCK: usize = 256;
@@ -33,6 +33,7 @@ pub(crate) fn batch<'py>(
     section: Option<usize>,
     keep: usize,
     workers: usize,
+    max_seconds: Option<f64>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<(Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>)> {
     let value = |text: String| pyo3::exceptions::PyValueError::new_err(text);
@@ -52,11 +53,12 @@ pub(crate) fn batch<'py>(
     let mut columns: [Vec<f64>; 5] = Default::default();
     let mut done = 0;
     let count = batch.rows.len();
+    let mut watch = Watch::new(max_seconds);
     while done < count {
         let block = done..count.min(done + BLOCK * workers.max(1));
         done = block.end;
         let go_on = |halt: &AtomicBool| !halt.load(Ordering::Relaxed);
-        let rows = interruptibly(py, &pool, |halt| batch.rows(block, &|| go_on(halt)))?
+        let rows = interruptibly(py, &pool, &mut watch, |halt| batch.rows(block, &|| go_on(halt)))?
             .map_err(|error| refused(&error))?;
         for row in &rows {
             write(row, keep, &mut columns);

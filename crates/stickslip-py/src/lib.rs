@@ -1,4 +1,5 @@
 //! The border between the core and Python: conversions only. Documents cross it as JSON, numbers as arrays.
+#![warn(clippy::disallowed_methods)]
 
 mod batch;
 mod network;
@@ -257,6 +258,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("ONWARD", sweep::ONWARD)?;
     module.add("STOPS", Stop::ALL.map(Stop::name))?;
     module.add_class::<Orbit>()?;
+    module.add_class::<watch::Halt>()?;
+    module.add_function(wrap_pyfunction!(watch::halted, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
     module.add_function(wrap_pyfunction!(regime, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::chaos, module)?)?;

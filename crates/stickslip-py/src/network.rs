@@ -56,9 +56,10 @@ impl Network {
         let document = Document::read(document)?;
         let state = document.state(state.as_slice()?)?;
         let phases = document.phases(phases.as_slice()?)?;
-        py.detach(|| sequence::resume(&document.system, &state, &phases, duration, 10_000_000))
-            .map(Self)
-            .map_err(|error| refused(&error))
+        watched(py, None, |go_on| {
+            sequence::resume(&document.system, &state, &phases, duration, 10_000_000, go_on)
+        })
+        .map(Self)
     }
 
     /// An orbit from its saved columns.

@@ -58,19 +58,20 @@ pub(crate) fn stop_row(stop: Stop) -> (usize, &'static str, &'static str) {
     (stop as usize, stop.name(), stop.sentence())
 }
 
-/// Events, evaluations, grazes.
-pub(crate) type Counts = (u64, u64, u64);
+/// Events, evaluations, grazes, fallbacks.
+pub(crate) type Counts = (u64, u64, u64, u64);
 
-pub(crate) fn work_of((events, evaluations, grazes): Counts) -> Work {
+pub(crate) fn work_of((events, evaluations, grazes, fallbacks): Counts) -> Work {
     Work {
         events,
         evaluations,
         grazes,
+        fallbacks,
     }
 }
 
 pub(crate) fn work_row(work: Work) -> Counts {
-    (work.events, work.evaluations, work.grazes)
+    (work.events, work.evaluations, work.grazes, work.fallbacks)
 }
 
 /// Time (high, low), x, v, direction, offset, slope, branch.

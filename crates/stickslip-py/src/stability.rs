@@ -13,6 +13,7 @@ use stickslip::system::System;
 use stickslip::trail::{self as of_oscillator, Trail};
 use stickslip::variation::{self, Arc, Ending, Flags, Layout, Phase, State, Varied};
 
+use crate::watch::watched;
 use crate::{Array, refused};
 
 /// Endings by their number; that of contact c is c times their count more.
@@ -163,7 +164,7 @@ pub(crate) fn trail<'py>(
 ) -> PyResult<Trailed<'py>> {
     let document = Document::read(document)?;
     let one = |values: &Option<Vec<f64>>| values.as_ref().and_then(|values| values.first().copied());
-    let trail = py.detach(|| {
+    let trail = watched(py, None, |go_on| {
         if let Some(oscillator) = &document.oscillator {
             let run = Run {
                 x0: one(&x0).unwrap_or_default(),
@@ -171,7 +172,7 @@ pub(crate) fn trail<'py>(
                 t_end,
                 max_events,
             };
-            return of_oscillator::run(oscillator, run);
+            return of_oscillator::run(oscillator, run, go_on);
         }
         let run = network::Run {
             x0,
@@ -179,9 +180,9 @@ pub(crate) fn trail<'py>(
             t_end,
             max_events,
         };
-        of_system::run(&document.system, run)
-    });
-    Ok(columns(py, &trail.map_err(|error| refused(&error))?))
+        of_system::run(&document.system, run, go_on)
+    })?;
+    Ok(columns(py, &trail))
 }
 
 /// The trail from a state in a phase.
@@ -201,11 +202,11 @@ pub(crate) fn trail_from<'py>(
     let document = Document::read(document)?;
     let state = document.state(state.as_slice()?)?;
     let phases = document.phases(phases.as_slice()?)?;
-    let trail = py.detach(|| match &document.oscillator {
-        Some(oscillator) => of_oscillator::from(oscillator, &state, phases[0], duration, max_events),
-        None => of_system::from(&document.system, &state, &phases, duration, max_events),
-    });
-    Ok(columns(py, &trail.map_err(|error| refused(&error))?))
+    let trail = watched(py, None, |go_on| match &document.oscillator {
+        Some(oscillator) => of_oscillator::from(oscillator, &state, phases[0], duration, max_events, go_on),
+        None => of_system::from(&document.system, &state, &phases, duration, max_events, go_on),
+    })?;
+    Ok(columns(py, &trail))
 }
 
 /// Follow a trail. Returns the states after the arcs, their derivatives (numbers × (numbers + 1) each), the durations, and
@@ -253,9 +254,9 @@ pub(crate) fn follow<'py>(
     if arcs.iter().any(|arc| arc.contact >= contacts) {
         return Err(broken("a row of arcs", 2 * contacts + 2));
     }
-    let followed = py
-        .detach(|| variation::follow(&varied, &start, &arcs, &last, reseed, tests))
-        .map_err(|error| refused(&error))?;
+    let followed = watched(py, None, |go_on| {
+        variation::follow(&varied, &start, &arcs, &last, reseed, tests, go_on)
+    })?;
     let states = followed.states.iter().flat_map(row_of).collect::<Vec<_>>();
     let lanes = document.layout.lanes();
     let tests = followed.tests.iter().flat_map(|test| {

@@ -11,6 +11,7 @@ use stickslip::state_law::{self, StateFriction, StateLaw};
 use stickslip::state_system::{Motion, StateSystem};
 use stickslip::system::System;
 
+use crate::watch::watched;
 use crate::{Array, refused};
 
 /// Whether the law of a JSON document, or of the oscillator or system in it, has an internal state.
@@ -71,8 +72,8 @@ impl Law {
         w: PyReadonlyArray1<'py, f64>,
         z: f64,
     ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
-        let (force, state) =
-            state_law::follow(&self.0, t.as_slice()?, w.as_slice()?, z).map_err(|error| refused(&error))?;
+        let (t, w) = (t.as_slice()?, w.as_slice()?);
+        let (force, state) = watched(py, None, |go_on| state_law::follow(&self.0, t, w, z, go_on))?;
         Ok((force.into_pyarray(py), state.into_pyarray(py)))
     }
 }

@@ -64,6 +64,7 @@ pub(crate) fn section<'py>(
     run: (f64, Option<f64>, f64, u64),
     after: f64,
     most: usize,
+    max_seconds: Option<f64>,
 ) -> PyResult<(Floats<'py>, usize)> {
     let oscillator = Oscillator::from_json(document).map_err(|error| refused(&error))?;
     let surface = serde_json::from_str(surface).map_err(|error| wrong(&error))?;
@@ -74,7 +75,7 @@ pub(crate) fn section<'py>(
         t_end,
         max_events,
     };
-    let (points, stop) = watched(py, None, |go_on| {
+    let (points, stop) = watched(py, max_seconds, |go_on| {
         points_of(&oscillator, run, &surface, after, most, go_on)
     })?;
     let rows = points.iter().flat_map(|row| {
@@ -116,17 +117,15 @@ pub(crate) fn sweep<'py>(
         [x, v] => Some(Begin::State(x, (!v.is_nan()).then_some(v))),
         _ => Onward::read(&numbers).map(Begin::Onward),
     });
-    let rows = py
-        .detach(|| {
-            if chain {
-                sweep.chain(0..sweep.rows.len(), begin)
-            } else {
-                (0..sweep.rows.len())
-                    .map(|index| sweep.row(index, begin))
-                    .collect()
-            }
-        })
-        .map_err(|error| refused(&error))?;
+    let rows = watched(py, None, |go_on| {
+        if chain {
+            sweep.chain(0..sweep.rows.len(), begin, go_on)
+        } else {
+            (0..sweep.rows.len())
+                .map(|index| sweep.row(index, begin, go_on))
+                .collect()
+        }
+    })?;
     let points = sweep.look.points;
     let mut columns: [Vec<f64>; 5] = Default::default();
     for row in &rows {

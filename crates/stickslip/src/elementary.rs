@@ -1,9 +1,12 @@
 //! Exponential, sine and cosine from additions and multiplications alone: the same bits on every machine, and short enough
 //! to be inlined where a motion is evaluated. A library of the platform may choose other instructions on another processor.
+//! What is seldom needed comes from the crate `libm`, which is made of the same.
 //!
 //! Each argument is reduced to a table value and a small rest (Tang, ACM Trans. Math. Softw. 15 (1989) 144), and the rest
 //! goes through a Taylor polynomial; the tables are computed in twice the precision when the crate is compiled. Errors stay
 //! below an ulp or, for sine and cosine, an ulp of one.
+
+pub use libm::{acos, asinh, atan, atan2, atanh, hypot, log1p as ln_1p, tan, tanh};
 
 /// An unevaluated sum of two doubles.
 type Double = (f64, f64);
@@ -186,7 +189,7 @@ pub fn exp_m1(x: f64) -> f64 {
 #[must_use]
 pub fn ln(x: f64) -> f64 {
     if !(f64::MIN_POSITIVE..f64::INFINITY).contains(&x) {
-        return x.ln();
+        return libm::log(x);
     }
     // x = 2^k m with √½ ≤ m < √2, and ln m = 2 artanh((m − 1)/(m + 1)).
     let shifted = x
@@ -215,7 +218,7 @@ pub fn power(x: f64, n: f64) -> f64 {
     )]
     let mut left = n.clamp(0.0, 64.0) as u32;
     if f64::from(left) != n {
-        return if x == 0.0 { x.powf(n) } else { exp(n * ln(x)) };
+        return exp(n * ln(x));
     }
     let (mut result, mut square) = (1.0, x);
     while left > 1 {

@@ -19,6 +19,7 @@ pub use slip::{Arrival, end_of_slip};
 use crate::flow::enclosure::Span;
 use crate::law::End;
 use crate::series::INVERSE;
+use crate::watch::Watched;
 
 /// What finding events has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -29,6 +30,8 @@ pub struct Work {
     pub evaluations: u64,
     /// Times that a motion touched an end of its mode within rounding and turned back: no events.
     pub grazes: u64,
+    /// Times that a step looked like the last one to a root and what was left there was not rounding: the search went on.
+    pub fallbacks: u64,
 }
 
 /// What is known of the slip speed where a mode starts; rounding must not contradict it.
@@ -225,15 +228,15 @@ enum Verdict {
 }
 
 /// A search along one mode.
-struct Search<'a, M, const H: usize> {
+struct Search<'a, 'w, M, const H: usize> {
     motion: &'a M,
     ends: Ends,
     /// The ends that can be reached first: both, or one and a turn.
     guards: [Guard; 2],
-    work: &'a mut Work,
+    work: &'a mut Watched<'w>,
 }
 
-impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
+impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
     #[inline]
     fn sample(&mut self, t: f64) -> Sample<H> {
         self.work.evaluations += 1;
@@ -254,12 +257,12 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
 
     /// The end the motion goes towards and the time to it by Newton's step.
     #[inline]
-    fn ahead(&self, sample: &Sample<H>) -> Option<(&Guard, f64)> {
-        let mut nearest: Option<(&Guard, f64)> = None;
+    fn ahead(&self, sample: &Sample<H>) -> Option<(Guard, f64)> {
+        let mut nearest: Option<(Guard, f64)> = None;
         for guard in self.guards() {
             let [margin, slope, _] = guard.margin(sample);
             if slope < 0.0 && nearest.is_none_or(|(_, time)| margin < -slope * time) {
-                nearest = Some((guard, -margin / slope));
+                nearest = Some((*guard, -margin / slope));
             }
         }
         nearest
@@ -314,9 +317,12 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
         }
     }
 
-    /// The root of `guard` near `sample`, if it is the first end reached after `left`.
+    /// The root of `guard` near `sample`, if it is one and the first end reached after `left`.
+    ///
+    /// A short step is no proof: Householder's can vanish far from any root. What counts is what the Taylor polynomial leaves
+    /// of the margin after it, and that must be rounding.
     #[inline]
-    fn finish(&self, left: &Sample<H>, sample: &Sample<H>, guard: &Guard, guess: f64) -> Option<Exit<H>> {
+    fn finish(&mut self, left: &Sample<H>, sample: &Sample<H>, guard: &Guard, guess: f64) -> Option<Exit<H>> {
         let (n, mut step) = (guard.order, guess);
         let mut end = *sample;
         let travel;
@@ -324,6 +330,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
         let short = step.abs() < NEXT * sample.reach() && (step * bend).abs() < 1e-4 * slope.abs();
         if n == 0 && short {
             travel = step * (value + step * (0.5 * slope + step * (1.0 / 6.0) * bend));
+            end.d[0] = value + step * (slope + step * (0.5 * bend + step * (1.0 / 6.0) * jerk));
             end.d[1] = slope + step * (bend + 0.5 * step * jerk);
             end.d[2] = bend + step * jerk;
         } else {
@@ -348,13 +355,16 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
             }
             end.d[n..n + 3].copy_from_slice(&polynomial(&differentiated, step));
         }
-        end.d[n] = guard.target;
         end.t = sample.t + step;
         if end.t <= left.t {
             return None;
         }
-        let [_, slope, bend] = guard.margin(&end);
-        if !through([slope, bend], guard.rounding(sample)) {
+        let (rounding, [left_over, slope, bend]) = (guard.rounding(sample), guard.margin(&end));
+        if left_over.is_nan() || left_over.abs() > rounding {
+            self.work.fallbacks += 1;
+            return None;
+        }
+        if !through([slope, bend], rounding) {
             return None;
         }
         let first = matches!(
@@ -438,6 +448,9 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
         let (mut near, mut far): (Option<Sample<H>>, Option<Sample<H>>) = (None, None);
         let mut splits = 0;
         loop {
+            if self.work.ends(left.t) {
+                return None;
+            }
             let right = if let Some(sample) = near.take().or(far.take()) {
                 sample
             } else {
@@ -450,12 +463,12 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
                     let near = self.near(step);
                     if guess.abs() < near {
                         // No root there: a touch, which is passed.
-                        if let Some(exit) = self.finish(&left, &left, guard, guess) {
+                        if let Some(exit) = self.finish(&left, &left, &guard, guess) {
                             return Some(exit);
                         }
                     } else if guess > 0.0 && guess < step {
-                        step = self.aim(&left, guard, guess);
-                        aimed = Some(*guard);
+                        step = self.aim(&left, &guard, guess);
+                        aimed = Some(guard);
                     }
                 }
                 splits = 0;
@@ -483,7 +496,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, M, H> {
                 }
             };
             let d = right.t - left.t;
-            if d <= f64::EPSILON * (right.t + NEAR) {
+            if d <= f64::EPSILON * (right.t + NEAR / self.motion.fastest()) {
                 if crossed {
                     return Some(Self::here(&right, guard.end));
                 }
@@ -527,7 +540,7 @@ fn first_exit<const H: usize>(
     ends: Ends,
     start: Start,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<Exit<H>> {
     let guards = [
         Guard {

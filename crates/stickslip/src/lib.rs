@@ -19,6 +19,7 @@
 //! | [`trail`] | the event sequence of a run, to be followed |
 //! | [`variation`] | derivatives of a motion through its events; test functions of sliding bifurcations |
 //! | [`dual`] | numbers that carry their derivatives |
+//! | [`watch`] | whether a run goes on, asked within every loop whose length nobody knows |
 //! | [`zero_one`] | the 0–1 test for chaos |
 //! | [`replay`] | a law along a measured motion |
 //! | [`system`] | masses, matrices, contacts, drives |
@@ -26,7 +27,7 @@
 //! | [`series`] | Taylor coefficients, their recursions, the certified first root |
 //! | [`state_law`] | friction laws with an internal state, one file a law |
 //! | [`state_system`] | the right-hand side of masses under such laws |
-//! | [`elementary`] | exponential, sine and cosine with the same bits on every machine |
+//! | [`elementary`] | exponential, logarithm, sine and their kin with the same bits on every machine |
 //! | [`error`] | everything a user can get wrong, one sentence each |
 //!
 //! ```
@@ -41,6 +42,7 @@
 //! assert!((release[4] - release[3] - 8.068_887_871_591_405).abs() < 1e-13);
 //! ```
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod batch;
 pub mod drive;
@@ -68,4 +70,5 @@ pub mod sweep;
 pub mod system;
 pub mod trail;
 pub mod variation;
+pub mod watch;
 pub mod zero_one;

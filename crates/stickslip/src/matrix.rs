@@ -1,5 +1,7 @@
 //! Small dense matrices, row after row: what a system of masses needs and no more.
 
+use crate::elementary::hypot;
+
 /// A square matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Matrix {
@@ -113,8 +115,8 @@ impl Matrix {
                         continue;
                     }
                     let theta = 0.5 * (a.at(q, q) - a.at(p, p)) / a.at(p, q);
-                    let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
-                    let c = 1.0 / t.hypot(1.0);
+                    let t = theta.signum() / (theta.abs() + hypot(theta, 1.0));
+                    let c = 1.0 / hypot(t, 1.0);
                     let s = t * c;
                     for k in 0..n {
                         let (kp, kq) = (a.at(k, p), a.at(k, q));

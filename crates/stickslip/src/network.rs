@@ -24,7 +24,7 @@ use crate::event::Work;
 use crate::flow::taylor::{Frame, Held, Motion, Rub};
 use crate::law::{End, Law, Memory, Piece};
 use crate::mode::Kind;
-use crate::simulate::Stop;
+use crate::simulate::{MOST_BYTES, Stop, lost};
 use crate::system::System;
 
 /// Where and how long to run.
@@ -224,7 +224,7 @@ impl<'a> Loop<'a> {
         tell: &mut dyn FnMut(Event),
         go_on: &mut dyn FnMut() -> bool,
     ) -> Stop {
-        let mut asked = 0;
+        let mut asked = None;
         let (mut mark, mut counted) = (self.clock, 0);
         let (mut stage, mut stepped) = (self.clock, 0);
         let short = 1e-6 / self.frame.rate;
@@ -246,12 +246,21 @@ impl<'a> Loop<'a> {
             if !keep {
                 self.steps.clear();
             }
-            if self.work.evaluations >= asked + ASKED {
+            if let Some(stop) = lost(self.x.iter().chain(&self.v).copied())
+                .or_else(|| (!self.motion.is_finite()).then_some(Stop::NotANumber))
+            {
+                self.record_step();
+                return stop;
+            }
+            if asked.is_none_or(|asked| self.work.evaluations >= asked + ASKED) {
                 if !go_on() {
                     self.record_step();
                     return Stop::MaxSeconds;
                 }
-                asked = self.work.evaluations;
+                if size_of_val(&*self.steps) > MOST_BYTES {
+                    return Stop::Memory;
+                }
+                asked = Some(self.work.evaluations);
             }
             let step = self.motion.reach(&self.frame, &self.rubs, self.scale);
             self.record_step();
@@ -259,7 +268,7 @@ impl<'a> Loop<'a> {
             let bend = self.frame.drives.iter().map(|drive| drive.bend_after(self.clock));
             let bend = bend.fold(f64::INFINITY, f64::min);
             let whole = step.min(end).min(bend);
-            let horizon = self
+            let mut horizon = self
                 .motion
                 .agreed(&self.frame, &self.laws, &self.rubs, self.scale, whole);
             let step = if horizon < whole { horizon } else { step };
@@ -267,9 +276,13 @@ impl<'a> Loop<'a> {
                 || step < f64::EPSILON * (1.0 / self.frame.rate).min(1.0) * 1e-3
                 || !self.scale.is_finite()
             {
-                return Stop::Diverged;
+                return if horizon < whole {
+                    Stop::Stiff
+                } else {
+                    Stop::Diverged
+                };
             }
-            let Some((h, contact, cause)) = self.next(horizon) else {
+            let Some((h, contact, cause)) = self.next(&mut horizon) else {
                 if horizon == end {
                     return Stop::End;
                 }
@@ -307,10 +320,9 @@ impl<'a> Loop<'a> {
     }
 
     fn measure_scale(&mut self) {
-        let rate = self.frame.rate;
         let mut scale = self.scale.max(self.frame.push);
-        for (x, v) in self.x.iter().zip(&self.v) {
-            scale = scale.max(rate * x.abs()).max(v.abs());
+        for (i, v) in self.v.iter().enumerate() {
+            scale = scale.max(self.frame.sprung(i, &self.x)).max(v.abs());
         }
         // Nothing moves yet: what is pushed will, and what is not has no size.
         self.scale = if scale > 0.0 { scale } else { f64::MIN_POSITIVE };
@@ -329,7 +341,7 @@ impl<'a> Loop<'a> {
             self.scale = self
                 .scale
                 .max(self.motion.size(self.frame.rate, 1) / self.frame.rate);
-            let noise = 1e-9 * self.frame.rate * self.scale;
+            let size = self.frame.rate * self.scale;
             let mut turned = false;
             for c in 0..self.contacts.len() {
                 let contact = &mut self.contacts[c];
@@ -337,7 +349,8 @@ impl<'a> Loop<'a> {
                     continue;
                 }
                 let slope = self.motion.u[c][1];
-                contact.turning &= slope.abs() <= noise;
+                // A start known to have no slope keeps that but for the error with which its event was found.
+                contact.turning &= slope.abs() <= 1e-9 * size;
                 if !contact.piece.turns {
                     continue;
                 }
@@ -349,7 +362,7 @@ impl<'a> Loop<'a> {
                 .signum();
                 if contact.sense == 0.0 {
                     contact.sense = now;
-                } else if now != contact.sense && slope.abs() > noise {
+                } else if now != contact.sense && slope.abs() > 1e3 * ROUNDING * size {
                     let speed = self.motion.u[c][0].max(0.0);
                     self.turn(c, now > 0.0, speed);
                     (self.contacts[c].sense, self.contacts[c].turning) = (now, false);

@@ -6,7 +6,7 @@ use crate::flow::exact::Frame;
 use crate::law::Piece;
 use crate::mode::{Kind, Mode};
 use crate::place::Place;
-use crate::simulate::{Run, Stop};
+use crate::simulate::{MOST_BYTES, Run, Stop};
 use crate::structure::Oscillator;
 
 /// One event.
@@ -64,6 +64,46 @@ impl Segment {
             branch,
         }
     }
+
+    /// The state `tau` after its start.
+    pub(crate) fn state<const H: usize>(&self, frame: &Frame<H>, tau: f64) -> State {
+        if self.direction == 0.0 || self.slope.is_infinite() {
+            let x = self.x + self.v * tau;
+            let force = frame.held(self.clock, self.x, self.v).at(tau).0;
+            return State {
+                x,
+                v: self.v,
+                a: 0.0,
+                force,
+                stuck: self.direction == 0.0,
+            };
+        }
+        let piece = Piece {
+            offset: self.offset,
+            slope: self.slope,
+            low: 0.0,
+            high: f64::INFINITY,
+            branch: self.branch,
+            turns: false,
+        };
+        let slip = frame.closed(self.clock, self.x, self.v, self.direction, &piece);
+        let basis = slip.basis(tau);
+        // The state at its start is known and need not be added up again.
+        let (x, v) = if tau == 0.0 {
+            (self.x, self.v)
+        } else {
+            (slip.position(tau, &basis), slip.v.at(&basis))
+        };
+        let force = self.direction * piece.force(self.direction * (frame.drive_velocity - v));
+        let a = slip.v.derivative(&slip.decay, &slip.frequency).at(&basis);
+        State {
+            x,
+            v,
+            a,
+            force,
+            stuck: false,
+        }
+    }
 }
 
 /// Whoever is told of a run.
@@ -72,9 +112,14 @@ pub trait Record {
     fn segment(&mut self, segment: Segment);
     /// An event occurred.
     fn event(&mut self, event: Event);
-    /// Whether to go on; asked every thousand events. The core holds no clock: a limit of time is kept by whoever has one.
+    /// Whether to go on; asked every thousand events, and within a long search. The core holds no clock: a limit of time is
+    /// kept by whoever has one.
     fn go_on(&mut self) -> bool {
         true
+    }
+    /// Whether what is kept may not grow any more; asked every thousand events.
+    fn full(&self) -> bool {
+        false
     }
     /// The end of the run was reached here.
     fn arrived(&mut self, _place: Place) {}
@@ -100,6 +145,10 @@ impl<R: Record, F: FnMut() -> bool> Record for While<&mut R, F> {
 
     fn go_on(&mut self) -> bool {
         (self.go_on)()
+    }
+
+    fn full(&self) -> bool {
+        self.record.full()
     }
 
     fn arrived(&mut self, place: Place) {
@@ -147,6 +196,10 @@ impl Record for Orbit {
     fn event(&mut self, event: Event) {
         self.events.push(event);
     }
+
+    fn full(&self) -> bool {
+        size_of_val(&*self.segments) + size_of_val(&*self.events) > MOST_BYTES
+    }
 }
 
 impl Orbit {
@@ -164,12 +217,12 @@ impl Orbit {
     /// The time up to which the orbit is known: t_end, or where the run stopped before.
     #[must_use]
     pub fn t_last(&self) -> f64 {
-        match self.stop {
-            Stop::End => self.run.t_end,
-            Stop::MaxEvents | Stop::Accumulation | Stop::Diverged | Stop::Stiff | Stop::MaxSeconds => {
-                self.events.last().map_or(0.0, |event| event.t)
-            }
+        if self.stop == Stop::End {
+            return self.run.t_end;
         }
+        // A search that was stopped leaves a segment that begins where it had come to.
+        let begun = self.segments.last().map_or(0.0, |segment| segment.clock.high);
+        self.events.last().map_or(begun, |event| event.t.max(begun))
     }
 
     /// The states at `times`, in any order.
@@ -195,38 +248,7 @@ impl Orbit {
                     .max(1)
                     - 1;
                 let segment = &self.segments[index];
-                let tau = segment.clock.until(t);
-                if segment.direction == 0.0 || segment.slope.is_infinite() {
-                    let x = segment.x + segment.v * tau;
-                    let force = frame.held(segment.clock, segment.x, segment.v).at(tau).0;
-                    return State {
-                        x,
-                        v: segment.v,
-                        a: 0.0,
-                        force,
-                        stuck: segment.direction == 0.0,
-                    };
-                }
-                let piece = Piece {
-                    offset: segment.offset,
-                    slope: segment.slope,
-                    low: 0.0,
-                    high: f64::INFINITY,
-                    branch: segment.branch,
-                    turns: false,
-                };
-                let slip = frame.closed(segment.clock, segment.x, segment.v, segment.direction, &piece);
-                let basis = slip.basis(tau);
-                let v = slip.v.at(&basis);
-                let force = segment.direction * piece.force(segment.direction * (frame.drive_velocity - v));
-                let a = slip.v.derivative(&slip.decay, &slip.frequency).at(&basis);
-                State {
-                    x: slip.x.at(&basis),
-                    v,
-                    a,
-                    force,
-                    stuck: false,
-                }
+                segment.state(&frame, segment.clock.until(t))
             })
             .collect()
     }

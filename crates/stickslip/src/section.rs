@@ -9,15 +9,18 @@ use std::f64::consts::TAU;
 use serde::Deserialize;
 
 use crate::drive::Clock;
+use crate::elementary::hypot;
 use crate::error::{Error, finite, positive};
+use crate::event::Work;
 use crate::flow::exact::{Frame, Signal, Slip};
 use crate::law::Piece;
 use crate::mode::Kind;
 use crate::orbit::{Event, Record, Segment};
 use crate::place::Place;
 use crate::series::free_time;
-use crate::simulate::{Run, Stop, observe, resume};
+use crate::simulate::{MOST_BYTES, Run, Stop, observe, resume};
 use crate::structure::Oscillator;
+use crate::watch::Watched;
 
 /// What makes a section.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -145,7 +148,7 @@ impl<const H: usize> Course<H> {
             Motion::Steady { x, v } => (x + v * tau, *v),
             Motion::Slip(slip) => {
                 let basis = slip.basis(tau);
-                (slip.x.at(&basis), slip.v.at(&basis))
+                (slip.position(tau, &basis), slip.v.at(&basis))
             }
         };
         Point {
@@ -162,9 +165,11 @@ pub(crate) trait View<const H: usize> {
     fn pass(&mut self, course: &Course<H>, span: (f64, f64), last: bool);
     /// An event occurred.
     fn event(&mut self, event: Event);
-    /// Whether to go on; asked every thousand events.
-    fn go_on(&mut self) -> bool {
-        true
+    /// Whether to go on; asked every thousand events, and within a long search.
+    fn go_on(&mut self) -> bool;
+    /// Whether what is kept may not grow any more.
+    fn full(&self) -> bool {
+        false
     }
     /// The end of the run was reached here.
     fn arrived(&mut self, _place: Place) {}
@@ -185,7 +190,7 @@ pub(crate) fn follow<const H: usize>(
         open: None,
         view,
     };
-    let (stop, work) = match from {
+    let (mut stop, work) = match from {
         Some(place) => resume(oscillator, run, place, &mut follower)?,
         None => observe(oscillator, run, &mut follower)?,
     };
@@ -193,6 +198,12 @@ pub(crate) fn follow<const H: usize>(
         && let Some(segment) = follower.open.take()
     {
         follower.close(&segment, segment.clock.until(run.t_end), true);
+        if !follower.view.go_on() {
+            // What the last segment has may not be all there.
+            stop = Stop::MaxSeconds;
+        } else if follower.view.full() {
+            stop = Stop::Memory;
+        }
     }
     Ok((stop, work.events))
 }
@@ -232,6 +243,10 @@ impl<const H: usize, V: View<H>> Record for Follower<'_, H, V> {
         self.view.go_on()
     }
 
+    fn full(&self) -> bool {
+        self.view.full()
+    }
+
     fn arrived(&mut self, place: Place) {
         self.view.arrived(place);
     }
@@ -250,6 +265,7 @@ impl Strobe {
         course: &Course<H>,
         (from, to): (f64, f64),
         last: bool,
+        watched: &mut Watched,
         found: &mut impl FnMut(Point),
     ) {
         // The ends of a run are whole periods as a rule: rounding must not take or double a point there.
@@ -259,7 +275,7 @@ impl Strobe {
         let mut n = (since(from) / self.period).ceil();
         loop {
             let tau = course.clock.until(self.start + n * self.period);
-            if tau >= to {
+            if tau >= to || watched.ends(tau) {
                 return;
             }
             found(course.point(tau.max(0.0)));
@@ -267,6 +283,9 @@ impl Strobe {
         }
     }
 }
+
+/// Motion smaller than this, in whatever units, has come to rest.
+const DIED_OUT: f64 = 1e-150;
 
 /// Crossings of normal · (x, ẋ, ẍ) = level.
 #[derive(Clone, Copy, Debug)]
@@ -295,11 +314,12 @@ impl Cut {
         &mut self,
         course: &Course<H>,
         span: (f64, f64),
+        watched: &mut Watched,
         found: &mut impl FnMut(Point),
     ) {
         match &course.motion {
             Motion::Steady { x, v } => self.pass_steady(course, *x, *v, span, found),
-            Motion::Slip(slip) => self.pass_slip(course, slip, span, found),
+            Motion::Slip(slip) => self.pass_slip(course, slip, span, watched, found),
         }
     }
 
@@ -331,7 +351,7 @@ impl Cut {
             self.rest = self.rest.or_else(|| Some(course.point(from)));
         }
         if last.abs() > noise && last.signum() != self.side {
-            let root = (from - first / slope).clamp(from, to);
+            let root = (from - first / slope).max(from).min(to);
             self.see(last.signum(), || course.point(root), found);
         }
     }
@@ -341,6 +361,7 @@ impl Cut {
         course: &Course<H>,
         slip: &Slip<H>,
         (from, to): (f64, f64),
+        watched: &mut Watched,
         found: &mut impl FnMut(Point),
     ) {
         let a = slip.v.derivative(&slip.decay, &slip.frequency);
@@ -357,15 +378,14 @@ impl Cut {
         };
         let g = Signal {
             constant: sum(|signal| signal.constant) - self.level,
-            a: sum(|signal| signal.a),
-            b: sum(|signal| signal.b),
+            free: [sum(|signal| signal.free[0]), sum(|signal| signal.free[1])],
             p: waves(|signal| &signal.p),
             q: waves(|signal| &signal.q),
         };
         let dg = g.derivative(&slip.decay, &slip.frequency);
         let (mut swing, mut waves) = (g.constant.abs() + self.level.abs(), 0.0);
         for j in 0..H {
-            let amplitude = g.p[j].hypot(g.q[j]);
+            let amplitude = hypot(g.p[j], g.q[j]);
             swing += amplitude;
             waves += slip.frequency[j] * slip.frequency[j] * amplitude;
         }
@@ -373,7 +393,7 @@ impl Cut {
         let reach = slip.decay.time();
         let growth = slip.decay.growth(reach);
         let mut t = from;
-        while t < to {
+        while t < to && !watched.ends(t) {
             let basis = slip.basis(t);
             let (value, rate) = (g.at(&basis), dg.at(&basis));
             let amplitudes = slip.decay.amplitudes(g.free(&basis), dg.free(&basis));
@@ -382,7 +402,8 @@ impl Cut {
                 bend += growth * amplitude * exponent * exponent;
                 free += amplitude;
             }
-            let noise = 4.0 * f64::EPSILON * (swing + free);
+            // The squares of what has died out further are no numbers.
+            let noise = (4.0 * f64::EPSILON * (swing + free)).max(DIED_OUT);
             if value.abs() > noise {
                 self.see(value.signum(), || course.point(t), found);
             } else if rate.abs() * reach <= noise && bend * reach * reach <= noise {
@@ -433,11 +454,12 @@ impl Passing {
         course: &Course<H>,
         span: (f64, f64),
         last: bool,
+        watched: &mut Watched,
         found: &mut impl FnMut(Point),
     ) {
         match self {
-            Self::Strobe(strobe) => strobe.pass(course, span, last, found),
-            Self::Cut(cut) => cut.pass(course, span, found),
+            Self::Strobe(strobe) => strobe.pass(course, span, last, watched, found),
+            Self::Cut(cut) => cut.pass(course, span, watched, found),
             Self::Event(_) => {}
         }
     }
@@ -525,8 +547,11 @@ struct Gather<F> {
 impl<const H: usize, F: FnMut() -> bool> View<H> for Gather<F> {
     fn pass(&mut self, course: &Course<H>, span: (f64, f64), last: bool) {
         let (points, most) = (&mut self.points, self.most);
-        self.passing
-            .pass(course, span, last, &mut |point| keep(points, most, point.into()));
+        let mut work = Work::default();
+        let watched = &mut Watched::new(&mut work, &mut self.go_on);
+        self.passing.pass(course, span, last, watched, &mut |point| {
+            keep(points, most, point.into());
+        });
     }
 
     fn event(&mut self, event: Event) {
@@ -543,5 +568,9 @@ impl<const H: usize, F: FnMut() -> bool> View<H> for Gather<F> {
 
     fn go_on(&mut self) -> bool {
         (self.go_on)()
+    }
+
+    fn full(&self) -> bool {
+        self.points.len() * size_of::<SectionPoint>() > MOST_BYTES
     }
 }

@@ -3,6 +3,8 @@
 //! A product, a reciprocal or an exponential of series has a recursion for its k-th coefficient from the lower ones
 //! (automatic differentiation: Moore, Interval Analysis, 1966; Jorba & Zou, Experimental Mathematics 14 (2005) 99).
 
+use crate::elementary::exp;
+
 /// The highest power of a step that is kept. In double precision steps grow no longer beyond it.
 pub const ORDER: usize = 22;
 
@@ -89,7 +91,7 @@ pub fn reciprocal(rate: f64, u: &Series, r: &Series, k: usize) -> f64 {
 #[must_use]
 pub fn exponential(rate: f64, u: &Series, weighted: &mut Series, e: &Series, k: usize) -> f64 {
     if k == 0 {
-        return (rate * u[0]).exp();
+        return exp(rate * u[0]);
     }
     weighted[k] = k as f64 * rate * u[k];
     convolve(weighted, e, 1, k) * INVERSE[k]
@@ -184,7 +186,7 @@ pub fn first_root(
         if series[order] <= 0.0 {
             return Some(0.0);
         }
-        armed = i32::from(turning) + 1;
+        armed = usize::from(turning) + 1;
         series.copy_within(order.., 0);
         series[ORDER + 1 - order..].fill(0.0);
     }
@@ -201,7 +203,7 @@ pub fn first_root(
     for _ in 0..10_000 {
         let (value, slope) = slope_at(&series, t);
         // Of the guard itself; one that was armed has to rise before it can touch.
-        let rounding = rounding / t.powi(armed);
+        let rounding = rounding / [1.0, t, t * t][armed];
         left |= value > rounding;
         if left
             && value <= rounding
@@ -231,6 +233,7 @@ pub fn first_root(
             return None;
         }
     }
+    debug_assert!(false, "a root not closed in on: {guard:?} within {reach}");
     Some(t)
 }
 

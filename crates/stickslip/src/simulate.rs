@@ -2,13 +2,14 @@
 
 use crate::drive::Clock;
 use crate::error::{Error, finite, positive};
-use crate::event::{Start, Work, end_of_hold, end_of_slip, end_of_stick};
+use crate::event::{Arrival, Start, Work, end_of_hold, end_of_slip, end_of_stick};
 use crate::flow::exact::{Frame, Response, Slip, Stick};
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::orbit::{Event, Orbit, Record, Segment, While};
 use crate::place::Place;
 use crate::structure::Oscillator;
+use crate::watch::Watched;
 
 /// Why a run ended. Ending is a value, not an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,17 +27,23 @@ pub enum Stop {
     Stiff,
     /// Whoever watches the run said that its time is up.
     MaxSeconds,
+    /// The motion is no number any more.
+    NotANumber,
+    /// What is kept of the run fills the memory that it may take.
+    Memory,
 }
 
 impl Stop {
     /// Every reason, by its number.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::End,
         Self::MaxEvents,
         Self::Accumulation,
         Self::Diverged,
         Self::Stiff,
         Self::MaxSeconds,
+        Self::NotANumber,
+        Self::Memory,
     ];
 
     /// Its name.
@@ -49,6 +56,8 @@ impl Stop {
             Self::Diverged => "diverged",
             Self::Stiff => "stiff",
             Self::MaxSeconds => "max_seconds",
+            Self::NotANumber => "not_a_number",
+            Self::Memory => "memory",
         }
     }
 
@@ -59,6 +68,12 @@ impl Stop {
             Self::End => "the run reached t_end",
             Self::MaxEvents => "the run stopped at max_events: raise max_events to go on",
             Self::MaxSeconds => "the run stopped after max_seconds: raise max_seconds to go on",
+            Self::NotANumber => {
+                "the run stopped where its numbers leave the range of double precision: scale masses, stiffnesses and laws to units in which they are moderate"
+            }
+            Self::Memory => {
+                "the run stopped as its orbit takes 1 GiB of memory: run shorter, or keep less by simulate_many or section"
+            }
             Self::Accumulation => {
                 "the run stopped where events accumulate with hardly any time passing: look at the last rows of the table of events"
             }
@@ -184,8 +199,21 @@ pub fn resume(
 
 /// So many events in less than a millionth of the natural time √(m/k) are an accumulation.
 const ACCUMULATION: u64 = 1000;
+/// So many events pass between two questions whether to go on.
+const ASKED: u64 = 1000;
 /// A state beyond this has left the numbers: its square would overflow.
 const HUGE: f64 = 1e150;
+/// The most bytes that an orbit may take.
+pub(crate) const MOST_BYTES: usize = 1 << 30;
+
+/// Why a motion cannot go on from a state, if it cannot.
+pub(crate) fn lost(mut state: impl Iterator<Item = f64> + Clone) -> Option<Stop> {
+    if state.clone().any(f64::is_nan) {
+        Some(Stop::NotANumber)
+    } else {
+        state.any(|number| number.abs() >= HUGE).then_some(Stop::Diverged)
+    }
+}
 
 /// So many pieces, between which a motion goes to and fro, are not worked out anew.
 const KEPT: usize = 4;
@@ -203,6 +231,8 @@ struct Loop<'a, const H: usize> {
     v: f64,
     memory: Memory,
     work: Work,
+    /// How far a search had come that was ended before it was done.
+    stopped: Option<f64>,
 }
 
 impl<'a, const H: usize> Loop<'a, H> {
@@ -224,6 +254,7 @@ impl<'a, const H: usize> Loop<'a, H> {
             v: run.v0.unwrap_or(oscillator.drive_velocity),
             memory: Memory::default(),
             work: Work::default(),
+            stopped: None,
         }
     }
 
@@ -237,9 +268,18 @@ impl<'a, const H: usize> Loop<'a, H> {
         let short = 1e-6 * (self.frame.mass / self.frame.stiffness).sqrt();
         let mut mark = self.clock;
         loop {
-            record.segment(Segment::new(self.clock, self.x, self.v, &mode));
-            if !(self.x.abs() < HUGE && self.v.abs() < HUGE) {
-                return Ok((Stop::Diverged, self.work));
+            let segment = Segment::new(self.clock, self.x, self.v, &mode);
+            record.segment(segment);
+            if let Some(stop) = lost([self.x, self.v].into_iter()) {
+                return Ok((stop, self.work));
+            }
+            if self.work.events.is_multiple_of(ASKED) {
+                if !record.go_on() {
+                    return Ok((Stop::MaxSeconds, self.work));
+                }
+                if record.full() {
+                    return Ok((Stop::Memory, self.work));
+                }
             }
             let horizon = self.clock.until(run.t_end);
             let next = match mode {
@@ -250,16 +290,17 @@ impl<'a, const H: usize> Loop<'a, H> {
                     start,
                 } => {
                     let slip = self.slip(direction, &piece)?;
-                    end_of_slip(
-                        &slip,
-                        direction,
-                        self.frame.drive_velocity,
-                        &piece,
-                        start,
-                        horizon,
-                        &mut self.work,
-                    )
-                    .map(|arrival| {
+                    if !slip.is_finite() {
+                        return Ok((Stop::NotANumber, self.work));
+                    }
+                    let drive_velocity = self.frame.drive_velocity;
+                    let arrival = self.search(record, |work| {
+                        end_of_slip(&slip, direction, drive_velocity, &piece, start, horizon, work)
+                    });
+                    if arrival.is_some_and(|Arrival { t, x, v, .. }| (t + x + v).is_nan()) {
+                        return Ok((Stop::NotANumber, self.work));
+                    }
+                    arrival.map(|arrival| {
                         (self.x, self.v) = (arrival.x, arrival.v);
                         self.wait(arrival.t);
                         self.slipped(direction, &piece, arrival.end, record)
@@ -273,6 +314,20 @@ impl<'a, const H: usize> Loop<'a, H> {
                 } => self.hold(direction, u, between, start, horizon, record),
             };
             let Some(next) = next else {
+                let reached = self.stopped.unwrap_or(horizon);
+                let state = segment.state(&self.frame, reached);
+                if let Some(stop) = lost([state.x, state.v].into_iter()) {
+                    return Ok((stop, self.work));
+                }
+                if self.stopped.is_some() {
+                    record.segment(Segment {
+                        clock: self.clock.after(reached),
+                        x: state.x,
+                        v: state.v,
+                        ..segment
+                    });
+                    return Ok((Stop::MaxSeconds, self.work));
+                }
                 record.arrived(Place::inside(self.clock, horizon, mode, self.memory));
                 return Ok((Stop::End, self.work));
             };
@@ -286,9 +341,6 @@ impl<'a, const H: usize> Loop<'a, H> {
                     return Ok((Stop::Accumulation, self.work));
                 }
                 mark = self.clock;
-                if !record.go_on() {
-                    return Ok((Stop::MaxSeconds, self.work));
-                }
             }
         }
     }
@@ -297,6 +349,19 @@ impl<'a, const H: usize> Loop<'a, H> {
     fn at_rest(&self) -> Stick<H> {
         self.frame
             .held_against(&self.forces, self.x, self.frame.drive_velocity)
+    }
+
+    /// Search for the end of a mode, as long as whoever is told goes on.
+    fn search<T>(
+        &mut self,
+        record: &mut impl Record,
+        find: impl FnOnce(&mut Watched) -> Option<T>,
+    ) -> Option<T> {
+        let mut go_on = || record.go_on();
+        let mut watched = Watched::new(&mut self.work, &mut go_on);
+        let found = find(&mut watched);
+        self.stopped = watched.stopped;
+        found
     }
 
     fn wait(&mut self, t: f64) {
@@ -316,7 +381,8 @@ impl<'a, const H: usize> Loop<'a, H> {
 
     /// Adhesion until it breaks; the mode after that.
     fn stick(&mut self, horizon: f64, record: &mut impl Record) -> Option<Mode> {
-        let t = end_of_stick(&self.at_rest(), self.law, self.bears, horizon, &mut self.work)?;
+        let (stick, law, bears) = (self.at_rest(), self.law, self.bears);
+        let t = self.search(record, |work| end_of_stick(&stick, law, bears, horizon, work))?;
         self.x += self.frame.drive_velocity * t;
         self.v = self.frame.drive_velocity;
         self.wait(t);
@@ -327,15 +393,19 @@ impl<'a, const H: usize> Loop<'a, H> {
                 force_rate: rate.abs(),
             })
         });
-        // The exact limit rather than the holding force computed beside it.
-        let pull = force.copysign(holding);
         let (stick_time, force_rate) = (t, rate * holding.signum());
         record.event(Event {
             stick_time,
             force_rate,
-            ..self.event(Kind::Release, pull)
+            ..self.event(Kind::Release, holding)
         });
-        Some(mode::slip_from_zero(self.law, pull, force, &mut self.memory))
+        // Slip begins with the limit itself, of which the holding force differs by rounding.
+        Some(mode::slip_from_zero(
+            self.law,
+            force.copysign(holding),
+            force,
+            &mut self.memory,
+        ))
     }
 
     /// Slip at constant speed until friction meets one of the branches; the mode after that.
@@ -350,7 +420,9 @@ impl<'a, const H: usize> Loop<'a, H> {
     ) -> Option<Mode> {
         let v = self.frame.drive_velocity - direction * u;
         let reaction = self.frame.held_against(&self.forces, self.x, v);
-        let (t, end) = end_of_hold(&reaction, direction, between, start, horizon, &mut self.work)?;
+        let (t, end) = self.search(record, |work| {
+            end_of_hold(&reaction, direction, between, start, horizon, work)
+        })?;
         self.x += v * t;
         self.v = v;
         self.wait(t);

@@ -103,11 +103,18 @@ laws!(Dahl, LuGre, ElastoPlastic, BoucWen, RateState, Regularised);
 
 /// Force and state of `law` along samples of time and slip velocity, from the state `z`.
 ///
-/// Between samples w is linear; a change of its sign there is respected, so that no distance is lost.
+/// Between samples w is linear; a change of its sign there is respected, so that no distance is lost. It ends early once
+/// `go_on`, asked before every sample, says no.
 ///
 /// # Errors
 /// The law's first parameter that makes no sense, or columns of different length.
-pub fn follow(law: &StateLaw, t: &[f64], w: &[f64], z: f64) -> Result<(Vec<f64>, Vec<f64>), Error> {
+pub fn follow(
+    law: &StateLaw,
+    t: &[f64],
+    w: &[f64],
+    z: f64,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<(Vec<f64>, Vec<f64>), Error> {
     law.validate()?;
     if w.len() != t.len() {
         return Err(Error::Document {
@@ -121,6 +128,9 @@ pub fn follow(law: &StateLaw, t: &[f64], w: &[f64], z: f64) -> Result<(Vec<f64>,
     let mut z = z;
     let (mut force, mut state) = (Vec::with_capacity(t.len()), Vec::with_capacity(t.len()));
     for i in 0..t.len() {
+        if !go_on() {
+            break;
+        }
         if i > 0 {
             let (from, to, time) = (w[i - 1], w[i], t[i] - t[i - 1]);
             if from * to < 0.0 {

@@ -11,6 +11,7 @@ use serde::Deserialize;
 
 use crate::drive::Clock;
 use crate::error::{Error, positive};
+use crate::event::Work;
 use crate::mode::Kind;
 use crate::orbit::Event;
 use crate::place::Place;
@@ -19,6 +20,7 @@ use crate::rows::Rows;
 use crate::section::{Course, Cut, Passing, Point, Surface, View, follow, keep};
 use crate::simulate::{Run, Stop};
 use crate::structure::Oscillator;
+use crate::watch::Watched;
 use crate::zero_one;
 
 /// What is looked at in each run. A *period* is that of the first forcing, or the natural one 2π √(m/k).
@@ -156,11 +158,16 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// One run, from `begin` unless the row says otherwise; none: stuck at x = 0.
+    /// One run, from `begin` unless the row says otherwise (none: stuck at x = 0), as long as `go_on` says so.
     ///
     /// # Errors
     /// Values that make no sense.
-    pub fn row(&self, index: usize, begin: Option<Begin>) -> Result<Steady, Error> {
+    pub fn row(
+        &self,
+        index: usize,
+        begin: Option<Begin>,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Steady, Error> {
         let mut run = Run {
             max_events: self.look.max_events,
             ..Run::stuck(1.0)
@@ -168,19 +175,19 @@ impl Sweep {
         if let Some(Begin::State(x0, v0)) = begin {
             (run.x0, run.v0) = (x0, v0);
         }
-        let row = || {
+        let mut row = || {
             let (oscillator, mut run) = self.rows.oscillator(index, run)?;
             let Some(Begin::Onward(onward)) = begin else {
-                return steady(&oscillator, run, None, &self.look);
+                return steady(&oscillator, run, None, &self.look, go_on);
             };
             if self.varies_law() {
                 // Lines and memory of one law say nothing under another.
                 (run.x0, run.v0) = (onward.x, Some(oscillator.drive_velocity - onward.w));
-                return steady(&oscillator, run, None, &self.look);
+                return steady(&oscillator, run, None, &self.look, go_on);
             }
             let (x0, v0, place) = onward.place(oscillator.drive_velocity, Clock::default());
             (run.x0, run.v0) = (x0, Some(v0));
-            steady(&oscillator, run, Some(place), &self.look)
+            steady(&oscillator, run, Some(place), &self.look, go_on)
         };
         row().map_err(|error| self.rows.error(index, &error))
     }
@@ -194,10 +201,15 @@ impl Sweep {
     ///
     /// # Errors
     /// The first row whose values make no sense.
-    pub fn chain(&self, range: Range<usize>, mut begin: Option<Begin>) -> Result<Vec<Steady>, Error> {
+    pub fn chain(
+        &self,
+        range: Range<usize>,
+        mut begin: Option<Begin>,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Vec<Steady>, Error> {
         let mut rows = Vec::with_capacity(range.len());
         for index in range {
-            let row = self.row(index, begin)?;
+            let row = self.row(index, begin, go_on)?;
             // What ran away or got stuck in time is no start for its neighbour.
             begin = row.onward.map(Begin::Onward);
             rows.push(row);
@@ -207,17 +219,23 @@ impl Sweep {
 }
 
 /// The steady motion of an oscillator from the start of `run`, or from a place with its x and v; the time of `run` is that
-/// of the look.
+/// of the look. It ends early once `go_on` says no.
 ///
 /// # Errors
 /// The first value of the oscillator, the run or the look that makes no sense.
-pub fn steady(oscillator: &Oscillator, run: Run, from: Option<Place>, look: &Look) -> Result<Steady, Error> {
+pub fn steady(
+    oscillator: &Oscillator,
+    run: Run,
+    from: Option<Place>,
+    look: &Look,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Steady, Error> {
     match oscillator.forcing.len() {
-        0 => look_at::<0>(oscillator, run, from, look),
-        1 => look_at::<1>(oscillator, run, from, look),
-        2 => look_at::<2>(oscillator, run, from, look),
-        3 => look_at::<3>(oscillator, run, from, look),
-        _ => look_at::<4>(oscillator, run, from, look),
+        0 => look_at::<0>(oscillator, run, from, look, go_on),
+        1 => look_at::<1>(oscillator, run, from, look, go_on),
+        2 => look_at::<2>(oscillator, run, from, look, go_on),
+        3 => look_at::<3>(oscillator, run, from, look, go_on),
+        _ => look_at::<4>(oscillator, run, from, look, go_on),
     }
 }
 
@@ -226,6 +244,7 @@ fn look_at<const H: usize>(
     run: Run,
     from: Option<Place>,
     look: &Look,
+    go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Steady, Error> {
     oscillator.validate()?;
     let period = match oscillator.forcing.first() {
@@ -240,7 +259,7 @@ fn look_at<const H: usize>(
         t_end: (look.transient + look.window) * period,
         ..run
     };
-    let mut watch = Watch::new(oscillator.drive_velocity, look.points, &surface, RETURNS);
+    let mut watch = Watch::new(oscillator.drive_velocity, look.points, &surface, RETURNS, go_on);
     watch.end = (run.x0, run.v0);
     let (stop, events) = follow::<H>(oscillator, run, from, after, &mut watch)?;
     let compared = watch.returns.len();
@@ -266,6 +285,7 @@ fn look_at<const H: usize>(
         look.points,
         &surface,
         RETURNS.max(look.decide),
+        go_on,
     );
     let (stop, more) = follow::<H>(oscillator, run, Some(place), after, &mut watch)?;
     let series: Vec<f64> = watch.returns.iter().map(|(point, _)| point.x).collect();
@@ -277,7 +297,7 @@ fn look_at<const H: usize>(
 }
 
 /// A motion as it passes.
-struct Watch {
+struct Watch<'a> {
     drive_velocity: f64,
     points: usize,
     passing: Passing,
@@ -301,13 +321,14 @@ struct Watch {
     end: (f64, Option<f64>),
     place: Option<Place>,
     stuck_for: f64,
+    go_on: &'a mut dyn FnMut() -> bool,
 }
 
 fn widen(range: &mut [f64; 2], value: f64) {
     *range = [range[0].min(value), range[1].max(value)];
 }
 
-impl<const H: usize> View<H> for Watch {
+impl<const H: usize> View<H> for Watch<'_> {
     fn pass(&mut self, course: &Course<H>, span: (f64, f64), last: bool) {
         let Self {
             points,
@@ -320,17 +341,20 @@ impl<const H: usize> View<H> for Watch {
             met,
             turning_x,
             turning_w,
+            go_on,
             ..
         } = self;
+        let mut work = Work::default();
+        let watched = &mut Watched::new(&mut work, go_on);
         self.passing
-            .pass(course, span, last, &mut |point| met.push_back(point));
+            .pass(course, span, last, watched, &mut |point| met.push_back(point));
         let first = course.point(span.0);
         if x[0] > x[1] {
             *rises = first.v > 0.0;
         }
         widen(x, first.x);
         widen(v, first.v);
-        self.turns_x.pass(course, span, &mut |point| {
+        self.turns_x.pass(course, span, watched, &mut |point| {
             widen(x, point.x);
             keep(turning_x, *points, point.x);
             // Returns and maxima in the order of time.
@@ -341,7 +365,7 @@ impl<const H: usize> View<H> for Watch {
             *loops += u32::from(*rises);
             *rises = !*rises;
         });
-        self.turns_w.pass(course, span, &mut |point| {
+        self.turns_w.pass(course, span, watched, &mut |point| {
             widen(v, point.v);
             keep(turning_w, *points, self.drive_velocity - point.v);
         });
@@ -369,13 +393,23 @@ impl<const H: usize> View<H> for Watch {
         self.met.extend(self.passing.event(&event));
     }
 
+    fn go_on(&mut self) -> bool {
+        (self.go_on)()
+    }
+
     fn arrived(&mut self, place: Place) {
         self.place = Some(place);
     }
 }
 
-impl Watch {
-    fn new(drive_velocity: f64, points: usize, surface: &Surface, most: usize) -> Self {
+impl<'a> Watch<'a> {
+    fn new(
+        drive_velocity: f64,
+        points: usize,
+        surface: &Surface,
+        most: usize,
+        go_on: &'a mut dyn FnMut() -> bool,
+    ) -> Self {
         Self {
             drive_velocity,
             points,
@@ -397,6 +431,7 @@ impl Watch {
             end: (0.0, None),
             place: None,
             stuck_for: 0.0,
+            go_on,
         }
     }
 
@@ -407,7 +442,7 @@ impl Watch {
         let regime = match stop {
             Stop::Diverged => Regime::Diverged,
             Stop::End => Regime::of(stuck_share, self.sticks, w),
-            Stop::MaxEvents | Stop::Accumulation | Stop::Stiff | Stop::MaxSeconds => Regime::Unfinished,
+            _ => Regime::Unfinished,
         };
         let rests = matches!(regime, Regime::StableSlip | Regime::AtRest);
         let period = if rests {

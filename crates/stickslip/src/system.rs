@@ -271,13 +271,7 @@ impl<L: Checked + DeserializeOwned> System<L> {
                 finite(name, *value)?;
             }
         }
-        let symmetric = (0..n).all(|i| (0..i).all(|j| self.mass[i][j] == self.mass[j][i]));
-        if !symmetric || Matrix::from_rows(&self.mass).inverse().is_none() {
-            return wrong(
-                "the mass matrix must be symmetric and positive definite: every mass must be greater than 0"
-                    .into(),
-            );
-        }
+        self.check_masses()?;
         for (index, contact) in self.contacts.iter().enumerate() {
             for mass in [Some(contact.mass), contact.other].into_iter().flatten() {
                 if mass >= n {
@@ -307,6 +301,18 @@ impl<L: Checked + DeserializeOwned> System<L> {
             force.harmonic().validate()?;
         }
         Ok(())
+    }
+
+    /// Check that every force accelerates.
+    pub(crate) fn check_masses(&self) -> Result<(), Error> {
+        let symmetric = (0..self.masses()).all(|i| (0..i).all(|j| self.mass[i][j] == self.mass[j][i]));
+        if symmetric && Matrix::from_rows(&self.mass).inverse().is_some() {
+            return Ok(());
+        }
+        wrong(
+            "the mass matrix must be symmetric and positive definite: every mass must be greater than 0"
+                .into(),
+        )
     }
 
     /// Where every mass starts unless asked otherwise: moving with the drive it touches, itself or through other masses.

@@ -1,13 +1,14 @@
 //! The event sequence of a motion, taken from a run: what `variation` follows.
 
 use crate::drive::Clock;
+use crate::elementary::sin_cos;
 use crate::error::Error;
 use crate::event::Start;
 use crate::flow::exact::Frame;
 use crate::law::{End, Friction, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::network::{self, sequence};
-use crate::orbit::{Orbit, Segment};
+use crate::orbit::{Orbit, Segment, While};
 use crate::place::Place;
 use crate::simulate::{self, Run, Stop};
 use crate::structure::Oscillator;
@@ -27,11 +28,11 @@ pub struct Trail {
     pub stop: Stop,
 }
 
-/// The trail of a run from x and v.
+/// The trail of a run from x and v, as long as `go_on` says so.
 ///
 /// # Errors
 /// What makes no sense in the oscillator or the run.
-pub fn run(oscillator: &Oscillator, run: Run) -> Result<Trail, Error> {
+pub fn run(oscillator: &Oscillator, run: Run, go_on: impl FnMut() -> bool) -> Result<Trail, Error> {
     if oscillator.law.smooth() {
         let run = network::Run {
             x0: Some(vec![run.x0]),
@@ -39,9 +40,9 @@ pub fn run(oscillator: &Oscillator, run: Run) -> Result<Trail, Error> {
             t_end: run.t_end,
             max_events: run.max_events,
         };
-        return sequence::run(&System::from(oscillator), run);
+        return sequence::run(&System::from(oscillator), run, go_on);
     }
-    let orbit = simulate::simulate(oscillator, run)?;
+    let orbit = simulate::simulate_while(oscillator, run, go_on)?;
     let v0 = run.v0.unwrap_or(oscillator.drive_velocity);
     let mut memory = Memory::default();
     let mode = match oscillator.forcing.len() {
@@ -68,7 +69,7 @@ fn first<const H: usize>(oscillator: &Oscillator, (x, v): (f64, f64), memory: &m
     mode::first(&frame, &oscillator.law, (v, holding, rate), memory)
 }
 
-/// The trail from a state in a phase, for a duration. A stick begins there.
+/// The trail from a state in a phase, for a duration and as long as `go_on` says so. A stick begins there.
 ///
 /// # Errors
 /// What makes no sense in the oscillator.
@@ -78,9 +79,11 @@ pub fn from(
     phase: Phase,
     duration: f64,
     max_events: u64,
+    go_on: impl FnMut() -> bool,
 ) -> Result<Trail, Error> {
     if oscillator.law.smooth() {
-        return sequence::from(&System::from(oscillator), state, &[phase], duration, max_events);
+        let system = System::from(oscillator);
+        return sequence::from(&system, state, &[phase], duration, max_events, go_on);
     }
     let number = |i: usize| state.numbers[i];
     let [t, x, v] = [0, 1, 2].map(number);
@@ -116,7 +119,7 @@ pub fn from(
             let forcing: f64 = oscillator
                 .forcing
                 .iter()
-                .map(|f| f.amplitude * (f.frequency * t + f.phase).cos())
+                .map(|f| f.amplitude * sin_cos(f.frequency * t + f.phase).1)
                 .sum();
             let balance = direction * (oscillator.damping * v + oscillator.stiffness * x - forcing);
             let still = (balance - piece.force(u)).abs() <= 1e-9 * (balance.abs() + piece.force(u).abs());
@@ -151,7 +154,8 @@ pub fn from(
         memory,
     };
     let mut orbit = Orbit::new(oscillator.clone(), run);
-    let (stop, _) = simulate::resume(oscillator, run, place, &mut orbit)?;
+    let record = &mut orbit;
+    let (stop, _) = simulate::resume(oscillator, run, place, &mut While { record, go_on })?;
     orbit.stop = stop;
     Ok(of_orbit(&orbit, state, t + duration))
 }

@@ -30,6 +30,7 @@ use state::Moving;
 
 use crate::dual::Dual;
 use crate::error::Error;
+use crate::simulate::MOST_BYTES;
 
 /// A trail followed: states at the ends of the arcs, durations, test functions.
 #[derive(Clone, Debug, Default)]
@@ -51,6 +52,7 @@ fn lost(index: usize, why: &str) -> Error {
 }
 
 /// Follow a trail from `start`; `last` is what the contacts do after it. With `reseed` the derivatives begin anew with each arc.
+/// It ends early once `go_on` says no, asked before every arc.
 ///
 /// # Errors
 /// The arc whose end is not found near where it was.
@@ -61,9 +63,18 @@ pub fn follow(
     last: &[Phase],
     reseed: bool,
     tests: bool,
+    go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Followed, Error> {
     let course = Course::new(varied);
     let (width, lanes) = (course.layout.width(), course.layout.lanes());
+    if arcs.len().saturating_mul(width * lanes * size_of::<f64>()) > 4 * MOST_BYTES {
+        return Err(Error::Document {
+            reason: format!(
+                "the derivatives of {} events of this system take more than 4 GiB: follow fewer at a time",
+                arcs.len()
+            ),
+        });
+    }
     let mut followed = Followed {
         rates: Vec::with_capacity(arcs.len() * width * lanes),
         ..Followed::default()
@@ -73,6 +84,9 @@ pub fn follow(
     let unit = identity(width);
     let mut place = course.place();
     for (index, arc) in arcs.iter().enumerate() {
+        if !go_on() {
+            break;
+        }
         let next = arcs.get(index + 1).map_or(last, |arc| &arc.phases);
         let seeded = state.seeded(course.all_lanes());
         let tau = end_of(&course, &seeded, arc, &mut place).ok_or_else(|| lost(index, "does not end"))?;

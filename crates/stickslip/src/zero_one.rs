@@ -5,6 +5,8 @@
 //! Source: Gottwald & Melbourne, SIAM Journal on Applied Dynamical Systems 8 (2009) 129, with the damped mean square
 //! displacement of its Eq. (2.3) and the correlation method of its section 3.2.
 
+use crate::elementary::sin_cos;
+
 /// Angles c of which the median is taken.
 const ANGLES: u32 = 64;
 
@@ -36,7 +38,7 @@ fn rate(series: &[f64], lags: usize, mean: f64, c: f64) -> f64 {
     let mut walk = Vec::with_capacity(series.len());
     let (mut p, mut q) = (0.0, 0.0);
     for (index, value) in series.iter().enumerate() {
-        let (sin, cos) = (c * (index + 1) as f64).sin_cos();
+        let (sin, cos) = sin_cos(c * (index + 1) as f64);
         p += value * cos;
         q += value * sin;
         walk.push((p, q));
@@ -46,10 +48,10 @@ fn rate(series: &[f64], lags: usize, mean: f64, c: f64) -> f64 {
         .map(|lag| {
             let pairs = walk[..terms].iter().zip(&walk[lag..]);
             let sum: f64 = pairs
-                .map(|(a, b)| (b.0 - a.0).powi(2) + (b.1 - a.1).powi(2))
+                .map(|(a, b)| (b.0 - a.0) * (b.0 - a.0) + (b.1 - a.1) * (b.1 - a.1))
                 .sum();
             // The oscillating term that a mean other than zero brings is known, and taken off.
-            let swing = mean * mean * (1.0 - (lag as f64 * c).cos()) / (1.0 - c.cos());
+            let swing = mean * mean * (1.0 - sin_cos(lag as f64 * c).1) / (1.0 - sin_cos(c).1);
             sum / terms as f64 - swing
         })
         .collect();

@@ -6,8 +6,10 @@ use stickslip::drive::Harmonic;
 use stickslip::law::{BogaczRyczek, Coulomb, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
 use stickslip::orbit::Orbit;
-use stickslip::simulate::{Run, Stop, simulate};
+use stickslip::regime::Regime;
+use stickslip::simulate::{Run, Stop, simulate, simulate_while};
 use stickslip::structure::Oscillator;
+use stickslip::sweep::{Look, steady};
 use support::{close, oscillator};
 
 fn forced(
@@ -137,5 +139,62 @@ fn modes_join_without_a_jump() {
             assert!((state.x - segment.x).abs() < 1e-10, "{segment:?}");
             assert!((state.v - segment.v).abs() < 1e-10, "{segment:?}");
         }
+    }
+}
+
+/// A steady slip whose swing has died out to denormal numbers once took 10¹⁵ steps to look at.
+#[test]
+fn a_motion_that_has_died_out_is_looked_at_in_no_time() {
+    let paper = oscillator(BogaczRyczek::default(), 0.35, 0.6);
+    for periods in [225.0, 230.0, 231.0, 234.0, 1000.0] {
+        let look = Look {
+            transient: periods - 30.0,
+            window: 30.0,
+            tolerance: 1e-6,
+            surface: None,
+            decide: 0,
+            points: 16,
+            max_events: 10_000,
+        };
+        let mut asked = 0;
+        let mut go_on = || {
+            asked += 1;
+            asked < 20
+        };
+        let row = steady(&paper, Run::stuck(1.0), None, &look, &mut go_on).unwrap();
+        assert_eq!(
+            (row.stop, row.regime),
+            (Stop::End, Regime::StableSlip),
+            "{periods}"
+        );
+    }
+}
+
+/// One phase that never ends, one that ends after ages, and one whose forcing no step resolves: whoever watches can end each.
+#[test]
+fn a_search_without_an_event_can_be_ended() {
+    let systems = [
+        forced(Coulomb { kinetic: 0.1 }, 0.1, 5.0, 0.01, 1.3),
+        forced(Coulomb { kinetic: 1.0 }, 0.1, 0.0, 0.9, 1.0),
+        forced(BogaczRyczek::default(), 0.35, 0.3, 0.1, 1e9),
+    ];
+    for system in systems {
+        let run = Run {
+            v0: Some(0.0),
+            ..Run::stuck(1e9)
+        };
+        let mut asked = 0;
+        let orbit = simulate_while(&system, run, || {
+            asked += 1;
+            asked < 10
+        })
+        .unwrap();
+        assert_eq!(orbit.stop, Stop::MaxSeconds);
+        assert!(orbit.work.evaluations < 40_000, "{:?}", orbit.work);
+        // As far as it came it is the run itself.
+        let last = orbit.t_last();
+        assert!(last > 0.0 && last < 1e9, "{last}");
+        let whole = simulate(&system, Run { t_end: last, ..run }).unwrap();
+        assert_eq!(orbit.states(&[0.9 * last]), whole.states(&[0.9 * last]));
     }
 }

@@ -226,13 +226,13 @@ def start_of(system: Oscillator | System, x0: ArrayLike | None, v0: ArrayLike | 
 
 
 def periods_to_decide(value: int, where: str) -> int:
-    """The length of the series for the 0–1 test: none, or 500 and more.
+    """The length of the series for the 0–1 test: none, or from 500 to 10,000, as its work grows by the square.
 
     >>> periods_to_decide(500, "example")
     500
     """
-    if isinstance(value, bool) or not isinstance(value, int) or not (value == 0 or value >= 500):
-        raise InputError(f"{where}: decide must be 0 or a whole number of at least 500, got {value!r}")
+    if isinstance(value, bool) or not isinstance(value, int) or not (value == 0 or 500 <= value <= 10_000):
+        raise InputError(f"{where}: decide must be 0 or a whole number from 500 to 10000, got {value!r}")
     return value
 
 

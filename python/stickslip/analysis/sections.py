@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.analysis.steady import sign_changes
-from stickslip.documents import did_you_mean, number
+from stickslip.documents import did_you_mean, number, time_limit, whole_number
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit
 from stickslip.simulation import simulate
@@ -140,6 +140,7 @@ def section(
     contact: int = 0,
     most: int = 1_000_000,
     max_events: int = 10_000_000,
+    max_seconds: float | None = None,
 ) -> xr.Dataset:
     """The states in which a motion meets a surface: stroboscopic, at events, or on a line of the phase plane.
 
@@ -159,6 +160,7 @@ def section(
     contact : of a system of masses, the contact whose mass is looked at.
     most : only the last so many points are kept.
     max_events : the most events of the run.
+    max_seconds : time on the clock > 0 after which the run ends where it is, with ``stop`` ``"max_seconds"``; default none.
 
     Returns
     -------
@@ -184,18 +186,21 @@ def section(
     end = number("t_end", t_end, "section")
     if not 0 <= transient < 1:
         raise InputError(f"section: transient must lie in [0, 1), got {transient}")
-    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
-        raise InputError(f"section: most must be a whole number of at least 1, got {most!r}")
+    for name, count in (("most", most), ("max_events", max_events)):
+        whole_number(name, count, "section")
+    time_limit(max_seconds, "section")
     if isinstance(system, Oscillator) and system.closed_form:
         velocity = None if v0 is None else number("v0", v0, "section")
         run = (0.0 if x0 is None else number("x0", x0, "section"), velocity, end, max_events)
         try:
-            rows, stop = _core.section(system.to_json(), json.dumps(surface.to_dict()), run, transient * end, most)
+            rows, stop = _core.section(
+                system.to_json(), json.dumps(surface.to_dict()), run, transient * end, most, max_seconds
+            )
         except ValueError as error:
             raise InputError(f"section: {error}") from None
         points, stopped = rows.reshape(-1, 6), _core.STOPS[stop]
     else:
-        orbit = simulate(system, end, x0, v0, max_events)
+        orbit = simulate(system, end, x0, v0, max_events, max_seconds)
         points, stopped = points_of(orbit, surface, transient * end, contact)[-most:], orbit.stop
     t, x, v, *event = points.T
     velocities = system.drive_velocity if isinstance(system, Oscillator) else system.contacts[contact].drive_velocity
@@ -373,7 +378,7 @@ def leave_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods: f
             continue
         x = (side * limit - system.damping * s + forcing.amplitude * np.cos(theta)) / system.stiffness
         run = (x, s, 2 * np.pi / forcing.frequency * periods, 1_000)
-        rows, _ = _core.section(json.dumps(document), json.dumps({"event": "release"}), run, 0.0, 1_000)
+        rows, _ = _core.section(json.dumps(document), json.dumps({"event": "release"}), run, 0.0, 1_000, None)
         table = rows.reshape(-1, 6)
         # Rounding may put the first release at once or leave it out.
         later = table[table[:, 0] > 1e-9 * system.natural_period]

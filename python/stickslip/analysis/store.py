@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import shutil
 import warnings
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.analysis.rows import Chunk
+from stickslip.documents import fits
 from stickslip.errors import InputError
 
 if TYPE_CHECKING:
@@ -115,6 +117,10 @@ def compute(
     """
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise InputError(f"{plan.name}: workers must be a whole number of at least 1, got {workers!r}")
+    # A store is filled chunk by chunk.
+    sizes = plan.sizes if store is None else {**plan.sizes, **plan.chunks}
+    shapes = [[sizes[dim] for dim in variable.dims] for variable in plan.variables.values()]
+    fits(sum(map(math.prod, shapes)), plan.name, "lower points or take fewer values")
     sink = Memory(plan) if store is None else Store(plan, Path(store))
     with _executor(plan.name, workers, cluster) as (executor, width):
         _work(plan, sink, executor, width, progress)
@@ -128,10 +134,13 @@ def _executor(name: str, workers: int | None, cluster: str | None) -> Iterator[t
     """What runs the tasks, and how many it should have in hand."""
     if cluster is None:
         count = workers or os.cpu_count() or 1
-        executor: Executor = ThreadPoolExecutor(count)
+        halt = _core.Halt()
+        executor: Executor = ThreadPoolExecutor(count, initializer=halt.heed)
         try:
             yield executor, 2 * count
         finally:
+            # After an error or Ctrl-C nobody waits for what still runs.
+            halt.set()
             executor.shutdown(wait=False, cancel_futures=True)
         return
     try:

@@ -1,10 +1,11 @@
 //! When adhesion breaks, and when friction leaves the branches between which it holds a slip speed.
 
 use super::slip::{add_waves, bounds, waves};
-use super::{DEGREE, Ends, Motion, Sample, Start, Work, first_exit};
+use super::{DEGREE, Ends, Motion, Sample, Start, first_exit};
 use crate::flow::exact::Stick;
 use crate::law::{End, Friction, Hold, Law};
 use crate::series::free_time;
+use crate::watch::Watched;
 
 /// The friction force that holds a speed.
 struct Reaction<'a, const H: usize> {
@@ -59,7 +60,7 @@ pub fn end_of_hold<const H: usize>(
     [low, high]: [f64; 2],
     start: Start,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<(f64, End)> {
     let reaction = Reaction {
         stick: &Stick {
@@ -84,7 +85,7 @@ fn constant_limit<const H: usize>(
     stick: &Stick<H>,
     bears: f64,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<f64> {
     if H == 0 {
         if stick.rate == 0.0 {
@@ -104,7 +105,7 @@ pub fn end_of_stick<const H: usize>(
     law: &Law,
     bears: Option<f64>,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<f64> {
     if let Some(bears) = bears {
         return constant_limit(stick, bears, horizon, work);
@@ -127,12 +128,15 @@ pub fn end_of_stick<const H: usize>(
         })
     };
     loop {
+        if work.ends(t) {
+            return None;
+        }
         work.evaluations += 1;
         let (force, rate, bend) = stick.at(t);
         let bears = limit(t, rate);
         let margin = bears - force.abs();
         let outward = rate * force.signum();
-        let rounding = 4.0 * f64::EPSILON * bears;
+        let rounding = stick.rounding(t, bears);
         if margin <= rounding && outward >= 0.0 {
             // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches. A limit
             // that falls with the force rate can also fall below a force that retreats.
@@ -157,7 +161,7 @@ pub fn end_of_stick<const H: usize>(
             {
                 step *= 0.5;
                 if step < f64::EPSILON * reach {
-                    return Some(t);
+                    break;
                 }
             }
             // Where the force rate falls, the limit grows with it.
@@ -179,10 +183,8 @@ pub fn end_of_stick<const H: usize>(
                 Err(free) => step = free - t,
             }
         }
-        if step <= 2.0 * f64::EPSILON * t.max(1e-3 * reach.min(1.0)) {
-            return Some(t);
-        }
-        t += step;
+        // However small the step that the bounds allow, only the margin itself says whether adhesion breaks.
+        t += step.max(2.0 * f64::EPSILON * t.max(1e-3 * reach.min(1.0)));
         if t >= horizon {
             return None;
         }
@@ -194,19 +196,21 @@ fn margin_time(bears: f64, force: f64, rate: f64, curvature: f64) -> f64 {
     free_time(bears - force, -rate, curvature).min(free_time(bears + force, rate, curvature))
 }
 
-/// The root of the falling margin in (low, high], or `high` where it is still positive there: Halley inside the bracket.
+/// The root of the falling margin in (low, high], or `high` where it is still positive there: Halley inside the bracket. A
+/// root is a time at which the margin was evaluated: it is zero within rounding there, or has changed its sign within that of t.
 fn close<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
     (mut low, high): (f64, f64),
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Result<f64, f64> {
-    let (mut t, mut above) = (low, high);
+    let (mut t, mut above, mut crossed) = (low, high, false);
+    let (mut last, mut polished) = (f64::INFINITY, false);
     // From a step this short the next one is below rounding: Halley's error is cubic, Newton's, which it is where the change
     // of the force rate counts, quadratic.
     let moves = law.feels_force_rate() && H > 0;
     let settled = if moves { 1e-9 } else { 1e-5 } * (high - low);
-    for _ in 0..100 {
+    loop {
         work.evaluations += 1;
         let (force, rate, bend) = stick.at(t);
         let limit = law.adhesion(Hold {
@@ -214,16 +218,24 @@ fn close<const H: usize>(
             force_rate: rate.abs(),
         });
         let margin = limit.force - force.abs();
-        if margin.abs() <= f64::EPSILON * limit.force {
+        let rounding = stick.rounding(t, limit.force);
+        if margin.abs()
+            <= if polished {
+                rounding
+            } else {
+                f64::EPSILON * limit.force
+            }
+        {
             return Ok(t);
         }
+        work.fallbacks += u64::from(polished);
         if margin > 0.0 {
             if t == high {
                 return Err(high);
             }
             low = t;
         } else {
-            above = t;
+            (above, crossed) = (t, true);
         }
         let mut fall = rate * force.signum() - limit.growth;
         let mut hastens = bend * force.signum();
@@ -235,21 +247,23 @@ fn close<const H: usize>(
         let newton = margin / fall;
         let step = newton / (1.0 + 0.5 * newton * hastens / fall).max(0.5);
         let mut next = t + step;
-        let steady = (step * limit.bend).abs() <= 1e-5 * limit.growth;
-        if step.abs() <= f64::EPSILON * t || (step.abs() <= settled && steady) {
-            return Ok(next.max(low).min(above));
+        if step.abs() <= f64::EPSILON * t && margin.abs() <= rounding {
+            return Ok(t);
         }
-        if !(next > low && next < above) {
-            next = if above == high && margin > 0.0 {
-                high
-            } else {
-                0.5 * (low + above)
-            };
-            if next == t {
-                return Ok(t);
+        polished = step.abs() <= settled;
+        // A step that does not halve the one before is not closing in: the line of a table has a corner ahead.
+        if !(next > low && next < above && step.abs() < 0.5 * last) {
+            polished = false;
+            next = 0.5 * (low + above);
+            let ends = next <= low || next >= above;
+            if ends && crossed {
+                return Ok(above);
+            }
+            if !crossed && (ends || t + step >= high) {
+                next = high;
             }
         }
+        last = (next - t).abs();
         t = next;
     }
-    Ok(t)
 }

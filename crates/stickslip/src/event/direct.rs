@@ -6,11 +6,12 @@
 
 use std::f64::consts::PI;
 
-use super::{Arrival, Start, Work, integral, polynomial};
+use super::{Arrival, ROUNDING, Start, integral, polynomial};
 use crate::elementary::angle;
 use crate::flow::exact::{Decay, Slip};
 use crate::law::{End, Piece};
 use crate::series::INVERSE;
+use crate::watch::Watched;
 
 /// Degree of the Taylor polynomial at the start of slip, and at a sample beside the root.
 const DEGREE: usize = 12;
@@ -24,14 +25,15 @@ const NEXT: f64 = 1e-4;
 /// A motion whose amplitude changes by less than this in a radian is nearly a cosine.
 const SLOW: f64 = 0.3;
 
-/// The slip speed about its rest value, e^{−γτ} (a C + b S).
+/// The slip speed about its rest value: its value and rate at the start, and its coefficients and those of its rate.
 pub(super) struct Direct<'a, const H: usize> {
     slip: &'a Slip<H>,
     decay: &'a Decay,
     direction: f64,
-    a: f64,
-    b: f64,
+    value: f64,
     rate: f64,
+    u: [f64; 2],
+    du: [f64; 2],
 }
 
 /// Taylor coefficients of a free motion from its value and rate.
@@ -62,19 +64,20 @@ fn root(coefficients: &[f64], target: f64, mut step: f64, settled: f64) -> Optio
 impl<'a, const H: usize> Direct<'a, H> {
     pub(super) fn new(slip: &'a Slip<H>, direction: f64, start: Start) -> Self {
         let decay = &slip.decay;
-        let a = -direction * slip.v.a;
-        let b = if start == Start::Turning {
-            decay.gamma * a
-        } else {
-            -direction * slip.v.b
-        };
+        let mut u = slip.v.free.map(|value| -direction * value);
+        let value = decay.start(u);
+        if start == Start::Turning {
+            u = decay.coefficients(value, 0.0);
+        }
+        let du = decay.derivative(u);
         Self {
             slip,
             decay,
             direction,
-            a,
-            b,
-            rate: b - decay.gamma * a,
+            value,
+            rate: decay.start(du),
+            u,
+            du,
         }
     }
 
@@ -84,16 +87,16 @@ impl<'a, const H: usize> Direct<'a, H> {
         drive_velocity: f64,
         piece: &Piece,
         start: Start,
-        work: &mut Work,
+        work: &mut Watched,
     ) -> Option<Arrival> {
         let rest = self.direction * drive_velocity;
         let (low, high) = (piece.low - rest, piece.high - rest);
-        let bend = -2.0 * self.decay.gamma * self.rate - self.decay.natural_squared * self.a;
+        let bend = -2.0 * self.decay.gamma * self.rate - self.decay.natural_squared * self.value;
         let sense = if start == Start::Turning { bend } else { self.rate }.signum();
         let contrary = (start == Start::Low && sense < 0.0) || (start == Start::High && sense > 0.0);
         let ends = [(low, End::Low), (high, End::High)];
         let (ahead, behind) = (ends[usize::from(sense > 0.0)], ends[usize::from(sense < 0.0)]);
-        let way = sense * (ahead.0 - self.a);
+        let way = sense * (ahead.0 - self.value);
         if contrary || way <= 0.0 {
             return None;
         }
@@ -110,8 +113,8 @@ impl<'a, const H: usize> Direct<'a, H> {
     }
 
     /// The end towards which the slip speed goes, before it turns.
-    fn ahead(&self, sense: f64, bend: f64, (target, end): (f64, End), work: &mut Work) -> Option<Arrival> {
-        let way = target - self.a;
+    fn ahead(&self, sense: f64, bend: f64, (target, end): (f64, End), work: &mut Watched) -> Option<Arrival> {
+        let way = target - self.value;
         let discriminant = self.rate * self.rate + 2.0 * bend * way;
         if discriminant < 0.0 {
             return None;
@@ -121,7 +124,7 @@ impl<'a, const H: usize> Direct<'a, H> {
         if guess.is_nan() || guess >= GUESS * unit {
             return None;
         }
-        let polynomial: [f64; DEGREE + 1] = coefficients(self.decay, self.a, self.rate);
+        let polynomial: [f64; DEGREE + 1] = coefficients(self.decay, self.value, self.rate);
         let near = guess < EXACT * unit;
         let settled = if near { 1e-8 * guess } else { 1e-4 * unit };
         let (t, slope) = root(&polynomial, target, guess, settled)?;
@@ -129,7 +132,7 @@ impl<'a, const H: usize> Direct<'a, H> {
             return None;
         }
         if t < EXACT * unit && near {
-            let start = self.slip.x.start();
+            let start = self.slip.start;
             return Some(self.arrive(t, end, start - self.direction * integral(&polynomial, t), target));
         }
         let (arrival, slope) = self.beside(t, target, end, work)?;
@@ -138,14 +141,20 @@ impl<'a, const H: usize> Direct<'a, H> {
     }
 
     /// The other end, after the slip speed turned once at a distance from the first.
-    fn behind(&self, sense: f64, ahead: f64, (target, end): (f64, End), work: &mut Work) -> Option<Arrival> {
+    fn behind(
+        &self,
+        sense: f64,
+        ahead: f64,
+        (target, end): (f64, End),
+        work: &mut Watched,
+    ) -> Option<Arrival> {
         let decay = self.decay;
         let slow = decay.gamma * decay.per_omega;
         if !(decay.oscillates() && slow.abs() < SLOW) {
             return None;
         }
         // sense · u = e^{−γτ} amplitude cos(ωτ − phase), and at the root ωτ − phase is beyond 0.
-        let (cosine, sine) = (sense * self.a, sense * self.b * decay.per_omega);
+        let (cosine, sine) = (sense * self.u[0], sense * self.u[1] * decay.per_omega);
         let square = cosine * cosine + sine * sine;
         let share = sense * target;
         let rest = square - share * share;
@@ -166,18 +175,17 @@ impl<'a, const H: usize> Direct<'a, H> {
     }
 
     /// The root beside `t` and the slope there.
-    fn beside(&self, mut t: f64, target: f64, end: End, work: &mut Work) -> Option<(Arrival, f64)> {
+    fn beside(&self, mut t: f64, target: f64, end: End, work: &mut Watched) -> Option<(Arrival, f64)> {
         let decay = self.decay;
         let fastest = decay.fastest();
-        let second = decay.kappa * self.a - decay.gamma * self.b;
         for _ in 0..3 {
             if t.is_nan() || t <= 0.0 {
                 return None;
             }
             work.evaluations += 1;
             let basis = self.slip.basis(t);
-            let value = self.a * basis.c + self.b * basis.s;
-            let rate = self.rate * basis.c + second * basis.s;
+            let value = self.u[0] * basis.c + self.u[1] * basis.s;
+            let rate = self.du[0] * basis.c + self.du[1] * basis.s;
             let bend = -2.0 * decay.gamma * rate - decay.natural_squared * value;
             let jerk = -2.0 * decay.gamma * bend - decay.natural_squared * rate;
             // Householder's method of the third order.
@@ -185,8 +193,17 @@ impl<'a, const H: usize> Direct<'a, H> {
             let (half, third) = (newton * bend, newton * newton * jerk);
             let step = newton * (rate + 0.5 * half) / (rate + half + third * (1.0 / 6.0));
             let far = step.abs() * fastest;
-            let x = self.slip.x.at(&basis);
-            if far < NEXT {
+            let x = self.slip.position(t, &basis);
+            // Householder's step can vanish far from any root: what it leaves must be rounding.
+            let left = value - target + step * (rate + step * (0.5 * bend + step * (1.0 / 6.0) * jerk));
+            let sizes = [self.u[0] * basis.c, self.u[1] * basis.s, target];
+            let rounding = ROUNDING * sizes.iter().map(|size| size.abs()).sum::<f64>();
+            if t + step <= 0.0 {
+                return None;
+            }
+            let short = far < NEXT;
+            work.fallbacks += u64::from(short && left.abs() > rounding);
+            if short && left.abs() <= rounding {
                 let travel = step * (value + step * (0.5 * rate + step * (1.0 / 6.0) * bend));
                 let slope = rate + step * bend;
                 return Some((
@@ -196,7 +213,11 @@ impl<'a, const H: usize> Direct<'a, H> {
             }
             if far < NEAR {
                 let polynomial: [f64; BESIDE + 1] = coefficients(decay, value, rate);
-                let (step, slope) = root(&polynomial, target, step, 1e-8 * step.abs())?;
+                let guess = step;
+                let (step, slope) = root(&polynomial, target, guess, 1e-8 * guess.abs())?;
+                if t + step <= 0.0 || step.abs() > 2.0 * guess.abs() {
+                    return None;
+                }
                 let travel = integral(&polynomial, step);
                 return Some((
                     self.arrive(t + step, end, x - self.direction * travel, target),

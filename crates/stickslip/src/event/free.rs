@@ -2,19 +2,20 @@
 //! an end of the piece is crossed there exactly once or not at all.
 
 use super::direct::Direct;
-use super::{Arrival, ROUNDING, Start, Work};
-use crate::elementary::exp;
+use super::{Arrival, ROUNDING, Start};
+use crate::elementary::{acos, atan2, atanh, exp, ln};
 use crate::flow::exact::{Basis, Signal, Slip};
 use crate::law::{End, Piece};
+use crate::watch::Watched;
 
 /// The slip speed as seen by the search.
-struct Search<'a, const H: usize> {
+struct Search<'a, 'w, const H: usize> {
     slip: &'a Slip<H>,
     direction: f64,
     u: Signal<H>,
     du: Signal<H>,
     ddu: Signal<H>,
-    work: &'a mut Work,
+    work: &'a mut Watched<'w>,
 }
 
 /// When and how slip along `piece` ends within `horizon`, if it does.
@@ -25,7 +26,7 @@ pub(super) fn end_of_free_slip<const H: usize>(
     piece: &Piece,
     start: Start,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<Arrival> {
     if let Some(arrival) = Direct::new(slip, direction, start).end(drive_velocity, piece, start, work) {
         return (arrival.t < horizon).then_some(arrival);
@@ -35,8 +36,8 @@ pub(super) fn end_of_free_slip<const H: usize>(
         .filter(|arrival| arrival.t < horizon)
 }
 
-impl<'a, const H: usize> Search<'a, H> {
-    fn new(slip: &'a Slip<H>, direction: f64, drive_velocity: f64, work: &'a mut Work) -> Self {
+impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
+    fn new(slip: &'a Slip<H>, direction: f64, drive_velocity: f64, work: &'a mut Watched<'w>) -> Self {
         let u = slip.speed(direction, drive_velocity);
         let du = u.derivative(&slip.decay, &slip.frequency);
         Self {
@@ -56,7 +57,7 @@ impl<'a, const H: usize> Search<'a, H> {
 
     /// The state a step `h` from where `basis` was taken; for a step so short that its fourth power is below rounding.
     fn arrive(&self, t: f64, basis: &Basis<H>, h: f64, end: End) -> Arrival {
-        let (x, v) = (self.slip.x.at(basis), self.slip.v.at(basis));
+        let (x, v) = (self.slip.position(t, basis), self.slip.v.at(basis));
         let (a, jerk) = (
             -self.direction * self.du.at(basis),
             -self.direction * self.ddu.at(basis),
@@ -75,22 +76,41 @@ impl<'a, const H: usize> Search<'a, H> {
         self.arrive(t, &basis, 0.0, end)
     }
 
-    /// The first time t > 0 at which the free slip acceleration e^{−γt}(a C + b S) vanishes, and the sign it has before.
+    /// The first time t > 0 at which the free slip acceleration vanishes, and the sign it has before.
     fn first_extremum(&self) -> (f64, bool) {
         let decay = &self.slip.decay;
-        let (a, b) = (self.du.a, self.du.b);
-        let rising = if a == 0.0 { b > 0.0 } else { a > 0.0 };
+        let [a, b] = self.du.free;
+        let mut start = decay.start([a, b]);
+        if decay.apart() && start.abs() <= f64::EPSILON * a.abs() {
+            start = 0.0;
+        }
+        let slope = decay.start(decay.derivative([a, b]));
+        let rising = if start == 0.0 { slope > 0.0 } else { start > 0.0 };
         let time = if decay.oscillates() {
+            // a cos + b sin / ω = 0; counted from zero, so that a slow oscillation loses no digits.
             let sine = b / decay.omega;
-            let phase = if rising { a.atan2(sine) } else { (-a).atan2(-sine) };
-            (std::f64::consts::PI - phase) / decay.omega
+            let angle = if rising { atan2(a, -sine) } else { atan2(-a, sine) };
+            if angle > 0.0 {
+                angle / decay.omega
+            } else {
+                std::f64::consts::PI / decay.omega
+            }
+        } else if decay.apart() {
+            // a e^{slow t} + b e^{fast t} = 0
+            let (slow, fast) = decay.roots();
+            let time = ln(-b / a) / (slow - fast);
+            if start != 0.0 && time > 0.0 {
+                time
+            } else {
+                f64::INFINITY
+            }
         } else {
             // a cosh + b sinh / ω = 0
             let ratio = -a * decay.omega / b;
             if a == 0.0 || a * b >= 0.0 || ratio.abs() >= 1.0 {
                 f64::INFINITY
             } else if ratio.abs() > 1e-8 {
-                ratio.abs().atanh() / decay.omega
+                atanh(ratio.abs()) / decay.omega
             } else {
                 -a / b
             }
@@ -101,8 +121,9 @@ impl<'a, const H: usize> Search<'a, H> {
     /// The slip speed at an extremum at `t`: there ü = −(k/m)(u − rest), and only the decay has to be evaluated.
     fn extreme(&self, t: f64, rising: bool) -> f64 {
         let decay = &self.slip.decay;
-        let sine = self.du.b / decay.omega;
-        let swing = (self.du.a * self.du.a + sine * sine).sqrt() * decay.omega / decay.natural_squared;
+        let [a, b] = self.du.free;
+        let sine = b / decay.omega;
+        let swing = (a * a + sine * sine).sqrt() * decay.omega / decay.natural_squared;
         let size = swing * exp(-decay.gamma * t);
         self.u.constant + if rising { size } else { -size }
     }
@@ -111,9 +132,9 @@ impl<'a, const H: usize> Search<'a, H> {
         let turning = start == Start::Turning;
         if turning {
             // Known to be zero here; rounding must not shift the extrema.
-            self.du.a = 0.0;
+            self.du = self.du.from_zero(&self.slip.decay);
         }
-        if self.du.a == 0.0 && self.du.b == 0.0 {
+        if self.du.free == [0.0; 2] {
             return None;
         }
         let decay = self.slip.decay;
@@ -126,6 +147,9 @@ impl<'a, const H: usize> Search<'a, H> {
         let mut from = 0.0;
         let mut seen = [false; 2];
         loop {
+            if self.work.ends(from) {
+                return None;
+            }
             let (target, end) = if rising {
                 (piece.high, End::High)
             } else {
@@ -150,6 +174,9 @@ impl<'a, const H: usize> Search<'a, H> {
                     // No extremum ahead: bracket the crossing from the near side, if there is one.
                     let (mut near, mut step) = (from, decay.time());
                     loop {
+                        if self.work.ends(near) {
+                            return None;
+                        }
                         let far = (near + step).min(horizon);
                         let basis = self.basis(far);
                         if beyond(self.u.at(&basis)) {
@@ -183,8 +210,10 @@ impl<'a, const H: usize> Search<'a, H> {
     /// A first guess of where u(t) = target in (from, until].
     fn guess(&self, target: f64, from: f64, until: f64, extremum: Option<f64>) -> f64 {
         if from == 0.0 {
-            let (travel, slope, bend) = (target - self.u.start(), self.du.start(), self.ddu.start());
-            let whole = extremum.map_or(f64::INFINITY, |value| value - self.u.start());
+            let decay = &self.slip.decay;
+            let (start, slope, bend) = (self.u.start(decay), self.du.start(decay), self.ddu.start(decay));
+            let travel = target - start;
+            let whole = extremum.map_or(f64::INFINITY, |value| value - start);
             let discriminant = slope * slope + 2.0 * bend * travel;
             if travel.abs() < 0.5 * whole.abs() && discriminant > 0.0 {
                 // Near the start the speed is a parabola.
@@ -195,14 +224,14 @@ impl<'a, const H: usize> Search<'a, H> {
             // Between extrema it is nearly a cosine about its rest value.
             Some(value) if self.slip.decay.oscillates() => {
                 let share = (target - self.u.constant) / (value - self.u.constant);
-                until - share.clamp(-1.0, 1.0).acos() / self.slip.decay.omega
+                until - acos(share.clamp(-1.0, 1.0)) / self.slip.decay.omega
             }
             _ => 0.5 * (from + until),
         }
     }
 
-    /// Where u(t) = target in (from, until], where u is monotone: Halley, kept inside the bracket by bisection.
-    /// `extremum` is u(until), where that is an extremum.
+    /// Where u(t) = target in (from, until], where u is monotone: Halley, kept inside the bracket by bisection, until what is
+    /// left is rounding or the bracket is. `extremum` is u(until), where that is an extremum.
     fn crossing(&mut self, target: f64, from: f64, until: f64, end: End, extremum: Option<f64>) -> Arrival {
         let sign = if end == End::High { 1.0 } else { -1.0 };
         let (mut low, mut high) = (from, until);
@@ -212,7 +241,7 @@ impl<'a, const H: usize> Search<'a, H> {
         }
         let mut last = high - low;
         let settled = 1e-5 * self.slip.decay.time();
-        for _ in 0..200 {
+        loop {
             let basis = self.basis(t);
             let value = sign * (self.u.at(&basis) - target);
             let (first, second) = (sign * self.du.at(&basis), sign * self.ddu.at(&basis));
@@ -225,12 +254,24 @@ impl<'a, const H: usize> Search<'a, H> {
                 } else {
                     (t - halley).max(low).min(high) - t
                 };
-                return self.arrive(t, &basis, step, end);
+                let sizes = [
+                    self.u.constant,
+                    self.u.free[0] * basis.c,
+                    self.u.free[1] * basis.s,
+                ];
+                let rounding = ROUNDING * sizes.iter().map(|size| size.abs()).sum::<f64>();
+                if (value + step * (first + 0.5 * step * second)).abs() <= rounding {
+                    return self.arrive(t, &basis, step, end);
+                }
+                self.work.fallbacks += 1;
             }
             if value > 0.0 {
                 high = t;
             } else {
                 low = t;
+            }
+            if high - low <= 2.0 * f64::EPSILON * high {
+                return self.arrive_at(high, end);
             }
             let mut next = t - halley;
             // Beside an extremum Halley's step is tiny far from any root; Newton's is not.
@@ -240,11 +281,7 @@ impl<'a, const H: usize> Search<'a, H> {
             }
             last = (next - t).abs();
             t = next;
-            if last <= f64::EPSILON * t {
-                break;
-            }
         }
-        self.arrive_at(t, end)
     }
 }
 
@@ -256,6 +293,7 @@ mod tests {
     use crate::event::{Start, Work};
     use crate::flow::exact::Frame;
     use crate::law::Piece;
+    use crate::watch::Watched;
 
     /// Slips of all kinds of damping, to ends near and far: what is found at once is what the search between extrema finds.
     #[test]
@@ -302,7 +340,8 @@ mod tests {
             };
             let v = frame.drive_velocity - direction * u;
             let slip = frame.closed(Clock::default(), random(-1.5, 1.5), v, direction, &piece);
-            let mut work = Work::default();
+            let (mut work, mut go_on) = (Work::default(), || true);
+            let mut work = Watched::new(&mut work, &mut go_on);
             let Some(direct) =
                 Direct::new(&slip, direction, start).end(frame.drive_velocity, &piece, start, &mut work)
             else {
@@ -318,7 +357,7 @@ mod tests {
                 .at(&slip.basis(direct.t))
                 .abs();
             let close = 1e-14
-                * (1.0 + slip.x.a.abs() + slip.x.b.abs())
+                * (1.0 + slip.x.free[0].abs() + slip.x.free[1].abs())
                 * (1.0 + 1.0 / rate)
                 * slip.decay.growth(direct.t);
             assert!(

@@ -1,9 +1,10 @@
 //! When slip along a piece of friction ends.
 
 use super::free::end_of_free_slip;
-use super::{DEGREE, Ends, Motion, Sample, Start, Work, first_exit};
+use super::{DEGREE, Ends, Motion, Sample, Start, first_exit};
 use crate::flow::exact::{Signal, Slip};
 use crate::law::{End, Piece};
+use crate::watch::Watched;
 
 /// Where slip along a piece ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +28,7 @@ pub fn end_of_slip<const H: usize>(
     piece: &Piece,
     start: Start,
     horizon: f64,
-    work: &mut Work,
+    work: &mut Watched,
 ) -> Option<Arrival> {
     if H == 0 {
         return end_of_free_slip(slip, direction, drive_velocity, piece, start, horizon, work);
@@ -39,9 +40,10 @@ pub fn end_of_slip<const H: usize>(
         turns: piece.turns,
     };
     let exit = first_exit(&speed, ends, start, horizon, work)?;
-    let x = if start == Start::Turning && !slip.decay.oscillates() {
+    let turning = start == Start::Turning && !slip.decay.oscillates();
+    let x = if turning || slip.decay.steep() {
         work.evaluations += 1;
-        slip.x.at(&slip.basis(exit.t))
+        slip.position(exit.t, &slip.basis(exit.t))
     } else {
         let step = exit.t - exit.sample.t;
         speed.position(&exit.sample) + drive_velocity * step - direction * exit.travel
@@ -75,7 +77,7 @@ impl<'a, const H: usize> Speed<'a, H> {
         if start == Start::Turning {
             // Known to be zero here; rounding must not shift the next turn. Where the motion grows, the rate then no longer
             // fits the speed well enough for the position to follow from both.
-            du.a -= du.start();
+            du = du.from_zero(&slip.decay);
         }
         let exponents = slip.decay.exponents();
         let fastest = slip

@@ -1,7 +1,7 @@
 //! Closed-form motion of one mass in a mode whose friction is linear in the slip speed: evaluated, never stepped.
 
 use crate::drive::{Clock, Harmonic};
-use crate::elementary::{exp, exp_m1, sin_cos};
+use crate::elementary::{exp, exp_m1, hypot, power, sin_cos};
 use crate::error::Error;
 use crate::law::Piece;
 use crate::structure::Oscillator;
@@ -22,6 +22,8 @@ pub struct Decay {
 
 /// Below this ratio of ω to γ the two exponents count as one.
 const NEARLY: f64 = 1e-3;
+/// Above this ratio of ω to γ a motion that does not oscillate is the sum of its two exponentials.
+const APART: f64 = 0.1;
 
 impl Decay {
     /// Of mass, damping and stiffness.
@@ -49,6 +51,11 @@ impl Decay {
     /// The time in which the free motion changes much.
     pub(crate) fn time(&self) -> f64 {
         1.0 / self.omega.max(self.gamma.abs())
+    }
+
+    /// Whether it is so heavily damped that the position follows from the slip speed with half of its digits only.
+    pub(crate) fn steep(&self) -> bool {
+        self.kappa > 1e6 * self.natural_squared
     }
 
     /// No exponent of the free motion is larger in size.
@@ -95,41 +102,76 @@ impl Decay {
     }
 
     /// The two real exponents of a motion that does not oscillate, the smaller in size first.
-    fn roots(&self) -> (f64, f64) {
+    pub(crate) fn roots(&self) -> (f64, f64) {
         let fast = -(self.gamma + self.omega.copysign(self.gamma));
         (self.natural_squared / fast, fast)
     }
 
-    /// e^{−γτ} C(τ) and e^{−γτ} S(τ), where C, S = cos ωτ, sin(ωτ)/ω or their hyperbolic or linear counterparts.
+    /// Whether a free motion is written as the sum of its two exponentials. Under heavy damping that alone is exact: the rate
+    /// of e^{−γτ} (a C + b S) would be a small difference of large terms.
+    #[inline]
+    pub(crate) fn apart(&self) -> bool {
+        self.kappa > 0.0 && self.omega > APART * self.gamma.abs()
+    }
+
+    /// The two functions a free motion is made of, at τ = t: e^{−γτ} C and e^{−γτ} S, where C, S = cos ωτ, sin(ωτ)/ω or their
+    /// hyperbolic or linear counterparts; or, where they are far [`Decay::apart`], the slow and the fast exponential.
     #[inline]
     fn basis(&self, t: f64) -> (f64, f64) {
         if self.oscillates() {
             let decay = exp(-self.gamma * t);
             let (sin, cos) = sin_cos(self.omega * t);
-            (decay * cos, decay * sin * self.per_omega)
-        } else {
-            let (slow, fast) = self.roots();
-            let (slow, fast) = if slow > fast { (slow, fast) } else { (fast, slow) };
-            let (upper, spread) = (exp(slow * t), 2.0 * self.omega * t);
-            let s = if spread > 1e-8 {
-                -exp_m1(-spread) * (0.5 * self.per_omega)
-            } else {
-                t
-            };
-            (0.5 * (upper + exp(fast * t)), upper * s)
+            return (decay * cos, decay * sin * self.per_omega);
         }
+        let (slow, fast) = self.roots();
+        let (slow, fast) = (exp(slow * t), exp(fast * t));
+        if self.apart() {
+            return (slow, fast);
+        }
+        let (upper, spread) = (slow.max(fast), 2.0 * self.omega * t);
+        let s = if spread > f64::EPSILON {
+            -exp_m1(-spread) * (0.5 * self.per_omega)
+        } else {
+            t
+        };
+        (0.5 * (slow + fast), upper * s)
+    }
+
+    /// The coefficients of the free motion that has this value and rate at τ = 0.
+    #[inline]
+    pub(crate) fn coefficients(&self, value: f64, rate: f64) -> [f64; 2] {
+        if self.apart() {
+            let (slow, fast) = self.roots();
+            let width = slow - fast;
+            return [(rate - fast * value) / width, (slow * value - rate) / width];
+        }
+        [value, rate + self.gamma * value]
+    }
+
+    /// The coefficients of its derivative.
+    #[inline]
+    pub(crate) fn derivative(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        if self.apart() {
+            let (slow, fast) = self.roots();
+            return [slow * a, fast * b];
+        }
+        [b - self.gamma * a, self.kappa * a - self.gamma * b]
+    }
+
+    /// Its value at τ = 0.
+    #[inline]
+    pub(crate) fn start(&self, [a, b]: [f64; 2]) -> f64 {
+        if self.apart() { a + b } else { a }
     }
 }
 
-/// constant + e^{−γτ} (a C + b S) + Σ (p cos Ωτ + q sin Ωτ): any coordinate of the motion in one mode.
+/// A free motion, see [`Decay`], about a constant and Σ (p cos Ωτ + q sin Ωτ): any coordinate of the motion in one mode.
 #[derive(Clone, Copy, Debug)]
 pub struct Signal<const H: usize> {
     /// The part that rests.
     pub constant: f64,
-    /// Coefficient of e^{−γτ} C.
-    pub a: f64,
-    /// Coefficient of e^{−γτ} S.
-    pub b: f64,
+    /// Coefficients of the free motion.
+    pub free: [f64; 2],
     /// Coefficients of cos Ωτ.
     pub p: [f64; H],
     /// Coefficients of sin Ωτ.
@@ -150,7 +192,7 @@ impl<const H: usize> Signal<H> {
     #[inline]
     #[must_use]
     pub fn at(&self, basis: &Basis<H>) -> f64 {
-        let mut value = self.constant + self.a * basis.c + self.b * basis.s;
+        let mut value = self.constant + self.free[0] * basis.c + self.free[1] * basis.s;
         for j in 0..H {
             value += self.p[j] * basis.cos[j] + self.q[j] * basis.sin[j];
         }
@@ -159,8 +201,17 @@ impl<const H: usize> Signal<H> {
 
     /// Its value at τ = 0.
     #[must_use]
-    pub fn start(&self) -> f64 {
-        self.constant + self.a + self.p.iter().sum::<f64>()
+    pub fn start(&self, decay: &Decay) -> f64 {
+        self.constant + decay.start(self.free) + self.p.iter().sum::<f64>()
+    }
+
+    /// The same without its value at τ = 0, which is known to be zero but for rounding.
+    pub(crate) fn from_zero(mut self, decay: &Decay) -> Self {
+        let start = self.start(decay);
+        let [a, b] = decay.coefficients(start, -decay.gamma * start);
+        self.free[0] -= a;
+        self.free[1] -= b;
+        self
     }
 
     /// Its derivative in time.
@@ -168,8 +219,7 @@ impl<const H: usize> Signal<H> {
     pub fn derivative(&self, decay: &Decay, frequency: &[f64; H]) -> Self {
         Self {
             constant: 0.0,
-            a: self.b - decay.gamma * self.a,
-            b: decay.kappa * self.a - decay.gamma * self.b,
+            free: decay.derivative(self.free),
             p: std::array::from_fn(|j| frequency[j] * self.q[j]),
             q: std::array::from_fn(|j| -frequency[j] * self.p[j]),
         }
@@ -177,7 +227,7 @@ impl<const H: usize> Signal<H> {
 
     /// Its free part.
     pub(crate) fn free(&self, basis: &Basis<H>) -> f64 {
-        self.a * basis.c + self.b * basis.s
+        self.free[0] * basis.c + self.free[1] * basis.s
     }
 
     /// Its part at frequency `j`.
@@ -193,7 +243,9 @@ pub struct Slip<const H: usize> {
     pub decay: Decay,
     /// Frequencies of the forcing.
     pub frequency: [f64; H],
-    /// Position.
+    /// Position at τ = 0.
+    pub start: f64,
+    /// Position; to be evaluated by [`Slip::position`].
     pub x: Signal<H>,
     /// Velocity.
     pub v: Signal<H>,
@@ -263,7 +315,7 @@ impl<const H: usize> Frame<H> {
         for harmonic in &self.forcing {
             let real = 1.0 - self.mass / self.stiffness * harmonic.frequency * harmonic.frequency;
             let imaginary = (self.damping + slope) * harmonic.frequency / self.stiffness;
-            if real.hypot(imaginary) < 1e-9 {
+            if hypot(real, imaginary) < 1e-9 {
                 return Err(Error::Resonance {
                     frequency: harmonic.frequency,
                 });
@@ -359,18 +411,19 @@ impl<const H: usize> Response<H> {
             q[j] = force_sin * within + force_cos * behind;
         }
         let constant = (direction * piece.offset + piece.slope * frame.drive_velocity) / frame.stiffness;
-        let a = x - constant - p.iter().sum::<f64>();
+        let start = x;
+        let free_position = x - constant - p.iter().sum::<f64>();
         let free_velocity = v - (0..H).map(|j| frequency[j] * q[j]).sum::<f64>();
         let x = Signal {
             constant,
-            a,
-            b: free_velocity + decay.gamma * a,
+            free: decay.coefficients(free_position, free_velocity),
             p,
             q,
         };
         Slip {
             decay,
             frequency,
+            start,
             x,
             v: x.derivative(&decay, &frequency),
         }
@@ -390,21 +443,39 @@ fn waves<const H: usize>(frequency: &[f64; H], t: f64) -> ([f64; H], [f64; H]) {
 }
 
 impl<const H: usize> Slip<H> {
+    /// Whether all numbers it is made of are in the range of double precision.
+    pub(crate) fn is_finite(&self) -> bool {
+        let [a, b] = self.v.free;
+        (a + b + self.x.constant + self.decay.natural_squared + self.decay.omega).is_finite()
+    }
+
     /// The functions of time at τ = t.
     #[inline]
     #[must_use]
     pub fn basis(&self, t: f64) -> Basis<H> {
-        if t == 0.0 {
-            return Basis {
-                c: 1.0,
-                s: 0.0,
-                cos: [1.0; H],
-                sin: [0.0; H],
-            };
-        }
-        let (c, s) = self.decay.basis(t);
+        let (c, s) = if t == 0.0 && !self.decay.apart() {
+            (1.0, 0.0)
+        } else {
+            self.decay.basis(t)
+        };
         let (cos, sin) = waves(&self.frequency, t);
         Basis { c, s, cos, sin }
+    }
+
+    /// The position at τ = t. On a steep piece of friction the mass rests far away, so that a sum that begins there would lose
+    /// the digits of the way made: it is counted from the start.
+    #[inline]
+    #[must_use]
+    pub fn position(&self, t: f64, basis: &Basis<H>) -> f64 {
+        if !self.decay.apart() {
+            return self.x.at(basis);
+        }
+        let ((slow, fast), [a, b]) = (self.decay.roots(), self.x.free);
+        let mut x = self.start + (a * exp_m1(slow * t) + b * exp_m1(fast * t));
+        for j in 0..H {
+            x += self.x.p[j] * (basis.cos[j] - 1.0) + self.x.q[j] * basis.sin[j];
+        }
+        x
     }
 
     /// The slip speed u = σ (s − ẋ) as a signal.
@@ -412,8 +483,7 @@ impl<const H: usize> Slip<H> {
     pub fn speed(&self, direction: f64, drive_velocity: f64) -> Signal<H> {
         Signal {
             constant: direction * drive_velocity,
-            a: -direction * self.v.a,
-            b: -direction * self.v.b,
+            free: self.v.free.map(|value| -direction * value),
             p: self.v.p.map(|value| -direction * value),
             q: self.v.q.map(|value| -direction * value),
         }
@@ -436,6 +506,13 @@ impl<const H: usize> Stick<H> {
         (force, rate, bend)
     }
 
+    /// How far the holding force and a `limit` may be apart at `t` by rounding alone.
+    #[inline]
+    pub(crate) fn rounding(&self, t: f64, limit: f64) -> f64 {
+        let waves: f64 = (0..H).map(|j| self.p[j].abs() + self.q[j].abs()).sum();
+        4.0 * f64::EPSILON * (limit + self.start.abs() + (self.rate * t).abs() + waves)
+    }
+
     /// cos Ωτ and sin Ωτ at τ = t.
     #[inline]
     pub(crate) fn waves(&self, t: f64) -> ([f64; H], [f64; H]) {
@@ -445,7 +522,10 @@ impl<const H: usize> Stick<H> {
     /// A bound of the second or third derivative of the holding force.
     pub(crate) fn derivative_bound(&self, order: i32) -> f64 {
         (0..H)
-            .map(|j| self.frequency[j].powi(order) * (self.p[j] * self.p[j] + self.q[j] * self.q[j]).sqrt())
+            .map(|j| {
+                power(self.frequency[j], f64::from(order))
+                    * (self.p[j] * self.p[j] + self.q[j] * self.q[j]).sqrt()
+            })
             .sum()
     }
 }

@@ -9,6 +9,7 @@
 pub(crate) mod tangent;
 
 use crate::drive::Clock;
+use crate::elementary::power;
 use crate::law::{Friction, Law, Piece};
 use crate::matrix::Matrix;
 use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature, free_time, slope_at};
@@ -22,6 +23,8 @@ const LONGEST: f64 = 4.0;
 
 /// At the end of a step a smooth law and its series may differ by as much as changes the speed by this share.
 const AGREES: f64 = 1e-14;
+/// They are compared at so many slip speeds along a step at the most.
+const ROUNDS: u32 = 10_000;
 
 /// What a contact does, as far as the flow cares.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -167,6 +170,13 @@ impl Frame {
             across.add(-1.0, a(other));
         }
         across
+    }
+
+    /// The speed that the springs can give mass `i` while the motion changes. Under heavy damping that is far less than the
+    /// position times the fastest rate.
+    pub(crate) fn sprung(&self, i: usize, x: &[f64]) -> f64 {
+        let pulls = self.spring.row(i).iter().zip(x);
+        pulls.map(|(spring, x)| (spring * x).abs()).sum::<f64>() / self.rate
     }
 
     /// How much a unit force of `from` accelerates `to`: b_to M⁻¹ b_from.
@@ -437,6 +447,12 @@ impl Motion {
         u[ORDER] = direction * (drive[ORDER] - v[ORDER]);
     }
 
+    /// Whether all numbers it is made of are in the range of double precision: the last coefficients are the largest.
+    pub(crate) fn is_finite(&self) -> bool {
+        let last = self.x.iter().chain(&self.v).map(|series| series[ORDER]);
+        last.sum::<f64>().is_finite()
+    }
+
     /// The size of the coefficients `k`, as a velocity.
     pub(crate) fn size(&self, rate: f64, k: usize) -> f64 {
         let sizes = self.x.iter().zip(&self.v);
@@ -460,8 +476,8 @@ impl Motion {
                 clippy::cast_possible_wrap,
                 reason = "below 23"
             )]
-            let power = 1.0 / f64::from(k as i32);
-            (bound / self.size(frame.rate, k)).powf(power)
+            let exponent = 1.0 / f64::from(k as i32);
+            power(bound / self.size(frame.rate, k), exponent)
         };
         if self.size(rate, ORDER) == 0.0 && self.size(rate, ORDER - 1) == 0.0 {
             // The series has come to its end, as that of a mass on a constant drive: only waves go on.
@@ -473,7 +489,7 @@ impl Motion {
             if rub.direction == 0.0 || rub.holds() {
                 let share = frame.rate * bound / frame.coupling(c, c);
                 for k in [ORDER - 2, ORDER - 1] {
-                    shortest = shortest.min((share / self.force[c][k].abs()).powf(1.0 / k as f64));
+                    shortest = shortest.min(power(share / self.force[c][k].abs(), 1.0 / k as f64));
                 }
             }
         }
@@ -504,14 +520,22 @@ impl Motion {
             let u = &self.u[c];
             let bend = curvature(u, step);
             let (mut t, mut speed, mut slope) = (0.0, u[0], u[1]);
-            while t < step && speed >= 0.0 {
+            for round in 0..=ROUNDS {
+                if !(t < step && speed >= 0.0) {
+                    break;
+                }
+                if round == ROUNDS {
+                    // So far they agree.
+                    step = t;
+                    break;
+                }
                 // An infinite one is no limit: `min` passes over what is not a number.
                 let free = free_time(room(speed), -slope.abs(), bend);
                 let next = (t + free).min(step);
                 (speed, slope) = slope_at(u, next);
                 if !agrees(next, speed) {
                     step = (1..60)
-                        .map(|halvings| t + (next - t) * 0.5_f64.powi(halvings))
+                        .map(|halvings| t + (next - t) * power(0.5, f64::from(halvings)))
                         .find(|&t| agrees(t, at(u, t)))
                         .unwrap_or(t);
                     break;

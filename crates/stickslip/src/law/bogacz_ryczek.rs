@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::table::Table;
 use super::{Adhesion, End, Friction, Hold, Memory, Piece, Point, StaticFriction};
+use crate::elementary::tan;
 use crate::error::{Error, finite, not_negative};
 
 /// The friction law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
@@ -90,19 +91,19 @@ pub const BRANCHES: [&str; 6] = ["fall", "upper", "common", "lower", "climb", "s
 
 impl BogaczRyczek {
     fn steepest(&self) -> f64 {
-        self.eta.to_radians().tan()
+        tan(self.eta.to_radians())
     }
 
     fn upper_slope(&self, anchor: Point) -> f64 {
         match self.a {
-            None => self.phi.to_radians().tan(),
+            None => tan(self.phi.to_radians()),
             Some(a) => slope(a, anchor),
         }
     }
 
     fn common_slope(&self, corner: Point) -> f64 {
         match self.c {
-            None => self.psi.to_radians().tan(),
+            None => tan(self.psi.to_radians()),
             Some(c) => slope(c, corner),
         }
     }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Hold, Memory, Piece};
+use crate::elementary::exp;
 use crate::error::{Error, finite, not_negative, positive};
 use crate::series::{Grown, Series, exponential, product};
 
@@ -54,7 +55,7 @@ impl Friction for ExponentialStribeck {
         } else {
             speed
         };
-        self.kinetic + (self.break_away - self.kinetic) * (-fall).exp() + self.viscous * u
+        self.kinetic + (self.break_away - self.kinetic) * exp(-fall) + self.viscous * u
     }
 
     fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {

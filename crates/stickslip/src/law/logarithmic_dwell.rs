@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Friction, Hold, Memory, Piece};
+use crate::elementary::ln_1p;
 use crate::error::{Error, not_negative, positive};
 
 /// f_s(t_s) = f_k + A ln(1 + t_s/t_c), F = f_k sgn w in motion (Dieterich, J. Geophysical Research 77 (1972) 3690).
@@ -25,7 +26,7 @@ impl Friction for LogarithmicDwell {
     }
 
     fn break_away(&self, hold: Hold) -> f64 {
-        self.kinetic + self.growth * (hold.stick_time.max(0.0) / self.onset).ln_1p()
+        self.kinetic + self.growth * ln_1p(hold.stick_time.max(0.0) / self.onset)
     }
 
     fn growth_bound(&self, stick_time: f64) -> f64 {

@@ -39,18 +39,24 @@ impl Table {
 
     /// The value at `at`.
     pub(super) fn at(&self, at: f64) -> f64 {
+        self.line(at)[0]
+    }
+
+    /// The value at `at` and the slope from there on.
+    pub(super) fn line(&self, at: f64) -> [f64; 2] {
         match self {
-            Self::Constant(value) => *value,
+            Self::Constant(value) => [*value, 0.0],
             Self::Nodes(nodes) => {
                 let above = nodes.partition_point(|node| node[0] <= at);
                 if above == 0 {
-                    return nodes[0][1];
+                    return [nodes[0][1], 0.0];
                 }
                 if above == nodes.len() {
-                    return nodes[above - 1][1];
+                    return [nodes[above - 1][1], 0.0];
                 }
                 let (from, to) = (nodes[above - 1], nodes[above]);
-                from[1] + (to[1] - from[1]) * (at - from[0]) / (to[0] - from[0])
+                let (rise, run) = (to[1] - from[1], to[0] - from[0]);
+                [from[1] + rise * (at - from[0]) / run, rise / run]
             }
         }
     }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::static_kinetic::at_least_kinetic;
 use super::table::Table;
-use super::{End, Friction, Hold, Memory, Piece};
+use super::{Adhesion, End, Friction, Hold, Memory, Piece};
 use crate::error::Error;
 
 /// F(w) linear between nodes (w_i, f_i), f_s(t_s) linear between nodes (t_i, f_i), both constant beyond the last.
@@ -43,6 +43,16 @@ impl Friction for Tabulated {
 
     fn break_away(&self, hold: Hold) -> f64 {
         self.break_away.at(hold.stick_time)
+    }
+
+    fn adhesion(&self, hold: Hold) -> Adhesion {
+        let [force, growth] = self.break_away.line(hold.stick_time);
+        Adhesion {
+            force,
+            growth,
+            bend: 0.0,
+            softening: 0.0,
+        }
     }
 
     fn growth_bound(&self, stick_time: f64) -> f64 {

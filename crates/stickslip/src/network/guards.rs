@@ -13,11 +13,11 @@ pub(super) enum Cause {
 }
 
 impl Loop<'_> {
-    /// The first event within `horizon`.
-    pub(super) fn next(&mut self, horizon: f64) -> Option<(f64, usize, Cause)> {
+    /// The first event within `horizon`, which comes nearer where a search gives up on the way.
+    pub(super) fn next(&mut self, horizon: &mut f64) -> Option<(f64, usize, Cause)> {
         let rounding = ROUNDING * self.scale;
         let mut found = None;
-        let mut reach = horizon;
+        let mut reach = *horizon;
         let grazes = &mut Vec::new();
         for (c, contact) in self.contacts.iter().enumerate() {
             if contact.direction == 0.0 {
@@ -25,10 +25,12 @@ impl Loop<'_> {
                     continue;
                 }
                 let rested = self.rested(c);
-                if let Some(h) = end_of_adhesion(self.laws[c], &self.motion.force[c], rested, reach, grazes)
-                    && (h < reach || found.is_none())
-                {
-                    (found, reach) = (Some((h, c, Cause::Release)), h);
+                match end_of_adhesion(self.laws[c], &self.motion.force[c], rested, reach, grazes) {
+                    Ok(Some(h)) if h < reach || found.is_none() => {
+                        (found, reach) = (Some((h, c, Cause::Release)), h);
+                    }
+                    Ok(_) => {}
+                    Err(clear) => (found, reach, *horizon) = (None, clear, clear),
                 }
                 continue;
             }

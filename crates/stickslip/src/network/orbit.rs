@@ -122,8 +122,12 @@ impl Orbit {
             let h = clock(row).until(t);
             for i in 0..n {
                 let (v, a) = slope_at(&motion.v[i], h);
-                states.x.push(at(&motion.x[i], h));
-                states.v.push(v);
+                // The state at the start of a step is known and need not be added up again.
+                let start = h == 0.0;
+                states
+                    .x
+                    .push(if start { row[2 + i] } else { at(&motion.x[i], h) });
+                states.v.push(if start { row[2 + n + i] } else { v });
                 states.a.push(a);
             }
             for (c, rub) in rubs.iter().enumerate() {

@@ -3,14 +3,18 @@
 use crate::law::{Friction, Hold, Law};
 use crate::series::{PASSED, Series, curvature, first_root, free_time, slope_at};
 
-/// When adhesion under `force` breaks within `reach`, for a contact that has rested for `rested`.
+/// A search of so many rounds gives up where it is: the motion goes on from there.
+const ROUNDS: u32 = 10_000;
+
+/// When adhesion under `force` breaks within `reach`, for a contact that has rested for `rested`; an error is the time up to
+/// which it holds, where the search gave up.
 pub(super) fn end_of_adhesion(
     law: &Law,
     force: &Series,
     rested: f64,
     reach: f64,
     grazes: &mut Vec<f64>,
-) -> Option<f64> {
+) -> Result<Option<f64>, f64> {
     let limit = |t: f64, rate: f64| {
         law.break_away(Hold {
             stick_time: rested + t,
@@ -27,19 +31,19 @@ pub(super) fn end_of_adhesion(
         lower[0] += bears;
         let first = first_root(&upper, rounding, false, reach, grazes);
         let second = first_root(&lower, rounding, false, first.unwrap_or(reach), grazes);
-        return second.or(first);
+        return Ok(second.or(first));
     }
     let bend = curvature(force, reach);
     let flat = bend * reach * reach <= rounding;
     let tiny = f64::EPSILON * reach;
     let mut t = 0.0;
-    loop {
+    for _ in 0..ROUNDS {
         let (value, rate) = slope_at(force, t);
         let bears = limit(t, rate);
         let outward = rate * value.signum();
         if bears - value.abs() <= rounding {
             if t > 0.0 || outward > 0.0 || bears - value.abs() < -PASSED * rounding {
-                return Some(t);
+                return Ok(Some(t));
             }
             // Adhesion that starts at its limit and is relieved from there.
             t += f64::EPSILON.sqrt() * reach;
@@ -50,15 +54,16 @@ pub(super) fn end_of_adhesion(
             .min(reach - t);
         if feels_rate && !flat {
             // The limit falls with the force rate: at the worst rate ahead it must still bear.
-            while limit(t, rate.abs() + bend * step)
-                - value.abs()
-                - rate.abs() * step
-                - 0.5 * bend * step * step
-                <= 0.0
+            while step > 0.0
+                && limit(t, rate.abs() + bend * step)
+                    - value.abs()
+                    - rate.abs() * step
+                    - 0.5 * bend * step * step
+                    <= 0.0
             {
                 step *= 0.5;
                 if step < tiny {
-                    return Some(t);
+                    break;
                 }
             }
         }
@@ -70,30 +75,30 @@ pub(super) fn end_of_adhesion(
             };
             let until = (t + 2.0 * step).min(reach);
             if margin(until) <= 0.0 {
-                return Some(close(margin, t, until));
+                return Ok(Some(close(margin, t, until)));
             }
             step = until - t;
         }
-        if step <= tiny && t + step < reach {
-            return Some(t);
-        }
-        t += step;
+        // However small the step that the bounds allow, only the margin itself says whether adhesion breaks.
+        t += step.max(tiny);
         if t >= reach {
-            return None;
+            return Ok(None);
         }
     }
+    Err(t)
 }
 
-/// The root of a falling margin, positive at `low` and not at `high`: secant steps inside a bracket (Illinois).
+/// The root of a falling margin, positive at `low` and not at `high`: secant steps inside a bracket (Illinois), halved where
+/// they are slow, until its ends are neighbours.
 fn close(margin: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let (mut above, mut below) = (margin(low), margin(high));
     let mut moved = 0;
-    for _ in 0..200 {
+    for tried in 0..200 {
         if below == 0.0 || high - low <= 2.0 * f64::EPSILON * high {
             break;
         }
         let mut t = high - below * (high - low) / (below - above);
-        if !(t > low && t < high) {
+        if tried >= 20 || !(t > low && t < high) {
             t = 0.5 * (low + high);
             if t <= low || t >= high {
                 break;

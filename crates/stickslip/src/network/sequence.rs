@@ -1,6 +1,6 @@
 //! The event sequence of a run of a system, and runs that go on from a state of it.
 
-use super::{Loop, Orbit, Run, check, simulate};
+use super::{Loop, Orbit, Run, check, simulate_while};
 use crate::drive::Clock;
 use crate::error::Error;
 use crate::flow::taylor::Frame;
@@ -33,21 +33,21 @@ fn admit(system: &System) -> Result<(), Error> {
     Ok(())
 }
 
-/// The trail of a run.
+/// The trail of a run, as long as `go_on` says so.
 ///
 /// # Errors
 /// What makes no sense in the system or the run, and events that a disturbance would part.
-pub fn run(system: &System, run: Run) -> Result<Trail, Error> {
+pub fn run(system: &System, run: Run, go_on: impl FnMut() -> bool) -> Result<Trail, Error> {
     admit(system)?;
     check(system, &run)?;
     let mut state = Loop::new(system, &run);
     state.start();
     let start = state_of(&state);
-    let orbit = simulate(system, run)?;
+    let orbit = simulate_while(system, run, go_on)?;
     of_orbit(&orbit, start, 0.0)
 }
 
-/// The trail from a state in which the contacts do what `phases` say, for a duration.
+/// The trail from a state in which the contacts do what `phases` say, for a duration and as long as `go_on` says so.
 ///
 /// # Errors
 /// What makes no sense in the system or the state, and events that a disturbance would part.
@@ -57,12 +57,13 @@ pub fn from(
     phases: &[Phase],
     duration: f64,
     max_events: u64,
+    go_on: impl FnMut() -> bool,
 ) -> Result<Trail, Error> {
-    let orbit = resume(system, state, phases, duration, max_events)?;
+    let orbit = resume(system, state, phases, duration, max_events, go_on)?;
     of_orbit(&orbit, state.clone(), state.numbers[0])
 }
 
-/// The motion from a state in which the contacts do what `phases` say, for a duration.
+/// The motion from a state in which the contacts do what `phases` say, for a duration and as long as `go_on` says so.
 ///
 /// # Errors
 /// What makes no sense in the system or the state.
@@ -72,6 +73,7 @@ pub fn resume(
     phases: &[Phase],
     duration: f64,
     max_events: u64,
+    mut go_on: impl FnMut() -> bool,
 ) -> Result<Orbit, Error> {
     admit(system)?;
     let layout = Layout {
@@ -131,7 +133,7 @@ pub fn resume(
     let held = motion.frame.held(stuck.collect());
     motion.frame.stop(&held, motion.clock, &mut motion.v);
     let mut events = Vec::new();
-    let stop = motion.go(&run, true, &mut |event| events.push(event), &mut || true);
+    let stop = motion.go(&run, true, &mut |event| events.push(event), &mut go_on);
     Ok(Orbit {
         system: system.clone(),
         run,

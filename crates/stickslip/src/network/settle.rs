@@ -11,7 +11,7 @@ use crate::series::slope_at;
 pub(super) struct Passage {
     /// Contacts whose slip speed reached zero just now.
     pub(super) arrived: Vec<usize>,
-    /// The contact whose adhesion broke, and the sign of the force that broke it.
+    /// The contact whose adhesion broke, and the force that broke it.
     pub(super) released: Option<(usize, f64)>,
     /// The rates of the friction forces just before.
     pub(super) rates: Vec<f64>,
@@ -144,7 +144,7 @@ impl Loop<'_> {
             kinetic: &kinetic,
             wants: zero.iter().map(|&c| wants[c]).collect(),
             drives: self.motion.drives(),
-            released: passage.released.map(|(c, direction)| (row_of(c), direction)),
+            released: passage.released.map(|(c, force)| (row_of(c), force.signum())),
         };
         let answer = question.answer();
         let idle: Vec<bool> = (0..zero.len()).map(|row| question.idle(&answer, row)).collect();
@@ -172,7 +172,13 @@ impl Loop<'_> {
             if is_new(c) {
                 self.tell(Kind::Crossing, c, was);
             } else {
-                self.tell(Kind::Release, c, limit[row] * direction);
+                // What held it; where an event elsewhere asked for more than it can bear, what it can bear.
+                let broken_by = passage.released.filter(|&(released, _)| released == c);
+                self.tell(
+                    Kind::Release,
+                    c,
+                    broken_by.map_or(limit[row] * direction, |(_, force)| force),
+                );
                 if let Some(event) = self.events.last_mut() {
                     (event.stick_time, event.force_rate) = (stick_time, passage.rates[c] * direction);
                 }

@@ -27,7 +27,7 @@ impl Loop<'_> {
             .collect();
         let speed = at(&self.motion.u[c], h).max(0.0);
         let passage = Passage {
-            released: (cause == Cause::Release).then(|| (c, at(&self.motion.force[c], h).signum())),
+            released: (cause == Cause::Release).then(|| (c, at(&self.motion.force[c], h))),
             rates: self.rates(h),
             starting: false,
             arrived,

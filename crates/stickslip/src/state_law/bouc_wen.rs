@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::StateFriction;
+use crate::elementary::power;
 use crate::error::{Error, finite, positive};
 
 /// ż = A w − β |w| |z|^(n−1) z − γ w |z|^n, F = k z, rate-independent.
@@ -27,7 +28,7 @@ pub struct BoucWen {
 
 impl BoucWen {
     fn largest(&self) -> f64 {
-        (self.amplitude / (self.beta + self.gamma)).powf(1.0 / self.exponent)
+        power(self.amplitude / (self.beta + self.gamma), 1.0 / self.exponent)
     }
 }
 
@@ -52,13 +53,9 @@ impl StateFriction for BoucWen {
     }
 
     fn rates(&self, w: f64, z: f64) -> (f64, f64) {
-        let power = if self.exponent == 1.0 {
-            z.abs()
-        } else {
-            z.abs().powf(self.exponent)
-        };
+        let raised = power(z.abs(), self.exponent);
         let sense = if z * w < 0.0 { -1.0 } else { 1.0 };
-        let rate = w * (self.amplitude - power * (self.beta * sense + self.gamma));
+        let rate = w * (self.amplitude - raised * (self.beta * sense + self.gamma));
         (self.stiffness * z, rate)
     }
 
@@ -67,7 +64,7 @@ impl StateFriction for BoucWen {
     }
 
     fn pace(&self, w: f64) -> f64 {
-        let bend = self.exponent * self.largest().powf(self.exponent - 1.0);
+        let bend = self.exponent * power(self.largest(), self.exponent - 1.0);
         (self.beta + self.gamma.abs()) * bend * w.abs()
     }
 }

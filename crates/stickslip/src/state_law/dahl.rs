@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::StateFriction;
+use crate::elementary::{exp, power};
 use crate::error::{Error, positive};
 
 /// dF/dx = σ |1 − (F/f_k) sgn w|^i sgn(1 − (F/f_k) sgn w), rate-independent; the state is F itself.
@@ -35,7 +36,7 @@ impl StateFriction for Dahl {
         let softened = if self.exponent == 1.0 {
             room
         } else {
-            room.abs().powf(self.exponent).copysign(room)
+            power(room.abs(), self.exponent).copysign(room)
         };
         (z, self.stiffness * softened * w)
     }
@@ -53,14 +54,14 @@ impl StateFriction for Dahl {
         let distance = self.stiffness * (w * time).abs() / self.kinetic;
         // r' = −|r|^i sgn r over the distance: exponential for i = 1, a power of a straight line else.
         let left = if self.exponent == 1.0 {
-            room * (-distance).exp()
+            room * exp(-distance)
         } else {
-            let power = 1.0 - self.exponent;
-            let line = room.abs().powf(power) - power * distance;
+            let rest = 1.0 - self.exponent;
+            let line = power(room.abs(), rest) - rest * distance;
             if line <= 0.0 {
                 0.0
             } else {
-                line.powf(1.0 / power).copysign(room)
+                power(line, 1.0 / rest).copysign(room)
             }
         };
         steady * (1.0 - left)

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{LuGre, StateFriction};
+use crate::elementary::sin_cos;
 use crate::error::{Error, not_negative};
 
 /// ż = w (1 − α(z, w) z/z∞(w)), F = σ₀ z + σ₁ ż + σ₂ w, z∞ = g(w) sgn w/σ₀, g as for [`super::LuGre`].
@@ -28,7 +29,7 @@ impl ElastoPlastic {
             1.0
         } else {
             let middle = 0.5 * (bears + self.elastic);
-            0.5 + 0.5 * (std::f64::consts::PI * (force - middle) / (bears - self.elastic)).sin()
+            0.5 + 0.5 * sin_cos(std::f64::consts::PI * (force - middle) / (bears - self.elastic)).0
         }
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::StateFriction;
+use crate::elementary::{exp, power};
 use crate::error::{Error, not_negative, positive};
 
 /// ż = w − σ₀ |w| z/g(w), F = σ₀ z + σ₁ ż + σ₂ w, g(w) = f_k + (f_s − f_k) exp(−|w/w_s|^n).
@@ -36,12 +37,7 @@ impl LuGre {
     /// g(w), the curve of steady slip that the bristles approach.
     pub(super) fn curve(&self, w: f64) -> f64 {
         let ratio = (w / self.scale).abs();
-        let power = if self.exponent == 2.0 {
-            ratio * ratio
-        } else {
-            ratio.powf(self.exponent)
-        };
-        self.kinetic + (self.break_away - self.kinetic) * (-power).exp()
+        self.kinetic + (self.break_away - self.kinetic) * exp(-power(ratio, self.exponent))
     }
 }
 
@@ -72,6 +68,6 @@ impl StateFriction for LuGre {
     fn advance(&self, w: f64, z: f64, time: f64) -> f64 {
         let steady = self.steady(w);
         let distance = self.stiffness * (w * time).abs() / self.curve(w);
-        steady + (z - steady) * (-distance).exp()
+        steady + (z - steady) * exp(-distance)
     }
 }

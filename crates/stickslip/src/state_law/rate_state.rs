@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::StateFriction;
+use crate::elementary::{asinh, exp, ln};
 use crate::error::{Error, finite, positive};
 
 /// How the state evolves.
@@ -52,12 +53,12 @@ impl RateState {
             return 0.0;
         }
         let exponent = (self.reference_friction + self.b * psi) / self.a;
-        let log = (w.abs() / (2.0 * self.reference_velocity)).ln() + exponent;
+        let log = ln(w.abs() / (2.0 * self.reference_velocity)) + exponent;
         // asinh y = ln 2y for y beyond 1e9, where y itself may overflow.
         let inverse = if log > 20.0 {
             log + std::f64::consts::LN_2
         } else {
-            log.exp().asinh()
+            asinh(exp(log))
         };
         (self.a * inverse).copysign(w)
     }
@@ -76,9 +77,9 @@ impl StateFriction for RateState {
     fn rates(&self, w: f64, z: f64) -> (f64, f64) {
         let speed = w.abs();
         let rate = match self.law {
-            Evolution::Aging => self.reference_velocity * (-z).exp() - speed,
+            Evolution::Aging => self.reference_velocity * exp(-z) - speed,
             Evolution::Slip if speed == 0.0 => 0.0,
-            Evolution::Slip => -speed * ((speed / self.reference_velocity).ln() + z),
+            Evolution::Slip => -speed * (ln(speed / self.reference_velocity) + z),
         };
         (self.normal_force * self.coefficient(w, z), rate / self.length)
     }
@@ -88,13 +89,13 @@ impl StateFriction for RateState {
         if w == 0.0 {
             0.0
         } else {
-            -(w.abs() / self.reference_velocity).ln()
+            -ln(w.abs() / self.reference_velocity)
         }
     }
 
     fn advance(&self, w: f64, z: f64, time: f64) -> f64 {
         let speed = w.abs();
-        let decay = (-speed * time / self.length).exp();
+        let decay = exp(-speed * time / self.length);
         match self.law {
             Evolution::Aging => {
                 // θ V₀/L is linear between its value now and V₀/|w|.
@@ -103,7 +104,7 @@ impl StateFriction for RateState {
                 } else {
                     self.reference_velocity / speed * (1.0 - decay)
                 };
-                (z.exp() * decay + aged).ln()
+                ln(exp(z) * decay + aged)
             }
             Evolution::Slip if speed == 0.0 => z,
             Evolution::Slip => {

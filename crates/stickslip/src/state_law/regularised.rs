@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::StateFriction;
+use crate::elementary::{atan, tanh};
 use crate::error::{Error, positive};
 use crate::law::{Friction, Law, Memory};
 
@@ -49,8 +50,8 @@ impl StateFriction for Regularised {
         let u = w.abs();
         let piece = self.law.begin(u, f64::INFINITY, &mut Memory::default());
         let sign = match self.shape {
-            Shape::Arctan => std::f64::consts::FRAC_2_PI * (w / self.width).atan(),
-            Shape::Tanh => (w / self.width).tanh(),
+            Shape::Arctan => std::f64::consts::FRAC_2_PI * atan(w / self.width),
+            Shape::Tanh => tanh(w / self.width),
         };
         (sign * self.law.force(&piece, u), 0.0)
     }

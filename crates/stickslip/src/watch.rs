@@ -1,0 +1,59 @@
+//! Whether a run goes on, asked within every loop whose length nobody knows beforehand.
+
+use std::ops::{Deref, DerefMut};
+
+use crate::event::Work;
+
+/// Rounds of a loop between two questions: below a millisecond even where a round is dear.
+const PATIENCE: u32 = 1024;
+
+/// The work of a search, and the question whether to go on with it.
+pub struct Watched<'a> {
+    work: &'a mut Work,
+    go_on: &'a mut dyn FnMut() -> bool,
+    left: u32,
+    /// How far the search had come when it was ended, if it was.
+    pub stopped: Option<f64>,
+}
+
+impl<'a> Watched<'a> {
+    /// A search that counts its `work` and ends once `go_on` says no.
+    pub fn new(work: &'a mut Work, go_on: &'a mut dyn FnMut() -> bool) -> Self {
+        Self {
+            work,
+            go_on,
+            left: PATIENCE,
+            stopped: None,
+        }
+    }
+
+    /// Whether the search is to end, having come to `t`; asked once a round.
+    #[inline]
+    pub fn ends(&mut self, t: f64) -> bool {
+        self.left -= 1;
+        self.left == 0 && self.ask(t)
+    }
+
+    #[cold]
+    fn ask(&mut self, t: f64) -> bool {
+        self.left = PATIENCE;
+        if self.stopped.is_none() && !(self.go_on)() {
+            self.stopped = Some(t);
+        }
+        self.stopped.is_some()
+    }
+}
+
+impl Deref for Watched<'_> {
+    type Target = Work;
+
+    fn deref(&self) -> &Work {
+        self.work
+    }
+}
+
+impl DerefMut for Watched<'_> {
+    fn deref_mut(&mut self) -> &mut Work {
+        self.work
+    }
+}

@@ -1,0 +1,66 @@
+"""The same document gives the same orbit to the bit on every machine: no function of the platform is asked for a number."""
+
+import hashlib
+import itertools
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip import _core
+from stickslip.laws import Law
+from stickslip.state_laws import StateLaw
+
+#: The first digits of the SHA-256 of all events of twenty orbits, or of force and state along a motion. They change where
+#: the arithmetic of the core does, on purpose, and never from one machine to another.
+PINNED: dict[str, str] = {
+}
+
+
+def orbits(law):
+    """Twenty oscillators: slow and fast drives, free and forced, with damping and without."""
+    forcings = [(), ss.Harmonic(0.3, 0.7)]
+    for damping, speed, forcing in itertools.product([0.0, 0.15], [0.05, 0.2, 0.5, 0.9, 1.4], forcings):
+        yield ss.simulate(ss.Oscillator(damping, speed, law, forcing=forcing), 100.0, x0=0.3)
+
+
+def motion_of(law):
+    """Force and state of a law with an internal state along a motion that slips, creeps, rests and turns."""
+    t = np.arange(400) / 64
+    w = (np.abs(np.arange(400) % 64 - 32.0) - 16.0) / 64
+    return np.concatenate(law.follow(t, np.where(np.abs(w) < 0.05, 0.0, w)))
+
+
+def digits(parts):
+    """The first digits of a hash over the bytes of arrays."""
+    total = hashlib.sha256()
+    for part in parts:
+        # What is no number has no bits of its own.
+        total.update(np.nan_to_num(part, nan=-1.0).astype("<f8").tobytes())
+    return total.hexdigest()[:12]
+
+
+def numbers_of(name):
+    law = Law.ALL[name].example()
+    if isinstance(law, StateLaw):
+        return [motion_of(law)]
+    return [orbit.events.drop(columns="kind").to_numpy(float) for orbit in orbits(law)]
+
+
+@pytest.mark.parametrize("name", Law.ALL)
+def test_events_of_every_law_have_the_same_bits_everywhere(name):
+    assert digits(numbers_of(name)) == PINNED[name]
+
+
+def test_events_of_masses_have_the_same_bits_everywhere():
+    systems = [ss.chain(3, Law.ALL[name].example(), 0.2) for name in ("StaticKinetic", "BogaczRyczek", "Rational")]
+    events = [ss.simulate(system, 30.0).events.drop(columns="kind").to_numpy(float) for system in systems]
+    assert digits(events) == PINNED["chain"]
+
+
+def test_the_library_asks_the_platform_for_no_function():
+    # What an ELF, Mach-O or PE file imports stands in it by name.
+    names = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log2 log10 log1p pow cbrt"
+    with open(_core.__file__, "rb") as file:
+        words = set(file.read().split(b"\0"))
+    assert not words & {name.encode() for name in [*names.split(), "hypot", "sincos", "fma"]}
