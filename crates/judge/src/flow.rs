@@ -26,7 +26,7 @@ pub const ROUNDINGS: f64 = 4096.0 * f64::EPSILON;
 /// Samples a radian of the fastest oscillation are one over this; fewer where each costs an extrapolation.
 const SPACING: [f64; 2] = [0.15, 0.4];
 /// More work than this in one phase is not judged.
-const MOST: f64 = 4e6;
+const MOST: [f64; 2] = [4e6, 2e7];
 
 /// The equations of one phase and its start.
 #[derive(Clone, Debug)]
@@ -338,6 +338,10 @@ impl<'a, R: Real> Model<'a, R> {
                 rate = rate.max(damped);
             }
         }
+        if !self.curves.is_empty() {
+            // No step of the extrapolated midpoint rule may be long against what decays.
+            rate = rate.max(0.3 * damped);
+        }
         self.rate = rate.max(waves);
         self.pace = norm(&self.scaled(), dim);
     }
@@ -463,7 +467,7 @@ impl<'a, R: Real> Phase<'a, R> {
             .ceil()
             .max((least >> curved) as f64);
         let share = if model.curves.is_empty() { 1.0 } else { 60.0 };
-        if !(wanted * share * (dim * dim) as f64 <= MOST) {
+        if !(wanted * share * (dim * dim) as f64 <= MOST[curved]) {
             return None;
         }
         #[expect(
@@ -703,7 +707,7 @@ fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Op
         (end[i] - check[i]).value().abs() / size.max(f64::MIN_POSITIVE)
     };
     let error = (0..state).map(gap).fold(0.0, f64::max);
-    if !(error <= 3e-14) && depth < 8 {
+    if !(error <= 3e-14) && depth < 12 {
         let half = h * R::of(0.5);
         let middle = bulirsch_stoer(model, from, half, depth + 1)?;
         return bulirsch_stoer(model, &middle, half, depth + 1);

@@ -65,7 +65,8 @@ pub fn exponential<R: Real>(a: &[R], n: usize, h: R) -> Vec<R> {
         sum.iter_mut()
             .zip(&term)
             .for_each(|(sum, &term)| *sum = *sum + term);
-        if norm(&term, n) < R::ROUNDING {
+        let seen = |(term, sum): (&R, &R)| term.value().abs() > R::ROUNDING * sum.value().abs();
+        if !term.iter().zip(&sum).any(seen) {
             break;
         }
     }

@@ -529,7 +529,7 @@ impl<'a, R: Real> Judge<'a, R> {
         for i in 0..2 * n {
             let off = (after.state[i] - sample.state[i]).abs();
             let rate = if i < n { sample.state[n + i].abs() } else { 0.0 };
-            let more = ROUNDINGS * (sample.state[i].abs() + rate * order / 256.0);
+            let more = self.floor()[usize::from(i >= n)] + ROUNDINGS * (sample.state[i].abs() + rate * order / 256.0);
             let stuck = i >= n
                 && self
                     .problem
@@ -648,6 +648,7 @@ impl<'a, R: Real> Judge<'a, R> {
             let here = after.events.iter().filter(|event| event.contact == c).count();
             self.find("events without end at one time", t, here as f64, AT_ONCE);
         }
+        let bends = self.problem.contacts.iter().any(|c| c.drive.nodes.iter().any(|node| node[0] == t));
         for (index, event) in after.events.iter().enumerate() {
             let c = event.contact;
             if after.events[index + 1..].iter().any(|later| later.contact == c) {
@@ -670,11 +671,6 @@ impl<'a, R: Real> Judge<'a, R> {
                     let rest = (after.time[0] - since[0]) + (after.time[1] - since[1]);
                     let limit = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
                     let tolerance = more + self.limit_slack(c, rest, rate, rate_slack);
-                    let bends = self
-                        .problem
-                        .contacts
-                        .iter()
-                        .any(|c| c.drive.nodes.iter().any(|node| node[0] == t));
                     let mut pull = force;
                     if bends {
                         // Where a drive changes its acceleration the reaction jumps, and may jump over the limit.
@@ -762,7 +758,7 @@ impl<'a, R: Real> Judge<'a, R> {
                         Mode::Line(direction, lines[(at + usize::from(above)).min(lines.len() - 1)]);
                 }
                 (Kind::Reversal | Kind::Hold, Mode::Line(direction, line)) => {
-                    if one {
+                    if one && !bends {
                         self.find(
                             "slip acceleration at a turn",
                             t,
