@@ -47,6 +47,18 @@ pub enum Start {
     Turning,
 }
 
+impl Start {
+    /// Whether the slip acceleration is zero there but for rounding: at an end it points inward, so one that does not is.
+    fn turns(self, slope: f64) -> bool {
+        match self {
+            Self::Inside => false,
+            Self::Turning => true,
+            Self::Low => slope <= 0.0,
+            Self::High => slope >= 0.0,
+        }
+    }
+}
+
 /// Distance between samples, in units of the time in which the motion changes.
 const REACH: f64 = 2.2;
 /// As a part of that distance, how near a sample must be to a root for its Taylor polynomial to give it to rounding.
@@ -394,15 +406,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
     /// The end on which the motion lies at its start and beyond which it goes at once; one that it leaves is armed.
     #[inline]
     fn begin(&mut self, sample: &mut Sample<H>, start: Start) -> Option<End> {
-        let slope = sample.d[1];
-        // At an end the slope points inward; one that rounding made zero or worse is a turn.
-        let turning = match start {
-            Start::Inside => false,
-            Start::Turning => true,
-            Start::Low => slope <= 0.0,
-            Start::High => slope >= 0.0,
-        };
-        if turning {
+        if start.turns(sample.d[1]) {
             sample.d[1] = 0.0;
         }
         match start {

@@ -129,8 +129,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
     }
 
     fn between_extrema(&mut self, piece: &Piece, start: Start, horizon: f64) -> Option<Arrival> {
-        let turning = start == Start::Turning;
-        if turning {
+        if start.turns(self.du.start(&self.slip.decay)) {
             // Known to be zero here; rounding must not shift the extrema.
             self.du = self.du.from_zero(&self.slip.decay);
         }

@@ -122,12 +122,21 @@ impl Orbit {
             let h = clock(row).until(t);
             for i in 0..n {
                 let (v, a) = slope_at(&motion.v[i], h);
-                // The state at the start of a step is known and need not be added up again.
+                // The state at the start of a step is known and need not be added up again; that of the run is the one given,
+                // also where the motion then goes on at the velocity of a drive that it has within rounding.
                 let start = h == 0.0;
-                states
-                    .x
-                    .push(if start { row[2 + i] } else { at(&motion.x[i], h) });
-                states.v.push(if start { row[2 + n + i] } else { v });
+                let given =
+                    |values: &Option<Vec<f64>>| values.as_ref().filter(|_| t == 0.0).map(|all| all[i]);
+                states.x.push(if start {
+                    given(&self.run.x0).unwrap_or(row[2 + i])
+                } else {
+                    at(&motion.x[i], h)
+                });
+                states.v.push(if start {
+                    given(&self.run.v0).unwrap_or(row[2 + n + i])
+                } else {
+                    v
+                });
                 states.a.push(a);
             }
             for (c, rub) in rubs.iter().enumerate() {

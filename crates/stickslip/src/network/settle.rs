@@ -167,8 +167,9 @@ impl Loop<'_> {
                 continue;
             }
             contact.piece = self.laws[c].leave(limit[row], &mut contact.memory);
-            // Adhesion that broke at the force slip starts with: the slip velocity leaves zero with no slope.
-            contact.turning = kinetic[row] >= limit[row];
+            // Adhesion that broke at the force slip starts with, within rounding: the slip velocity leaves zero with no slope.
+            let rounding = ROUNDING * (limit[row] + self.frame.rate * self.scale / self.frame.coupling(c, c));
+            contact.turning = kinetic[row] >= limit[row] - rounding;
             if is_new(c) {
                 self.tell(Kind::Crossing, c, was);
             } else {
