@@ -51,7 +51,8 @@ impl Random {
 }
 
 /// The names of the laws an oscillator is drawn with.
-pub const LAWS: [&str; 13] = [
+pub const LAWS: [&str; 14] = [
+    "BogaczRyczek",
     "Coulomb",
     "StaticKinetic",
     "PiecewiseLinear",
@@ -74,6 +75,12 @@ struct Units {
     velocity: f64,
     time: f64,
 }
+
+const PLAIN: Units = Units {
+    force: 1.0,
+    velocity: 1.0,
+    time: 1.0,
+};
 
 impl Units {
     fn length(self) -> f64 {
@@ -197,11 +204,7 @@ fn law(random: &mut Random, name: &str, units: Units) -> Value {
 
 fn units(random: &mut Random) -> Units {
     if random.chance(0.7) {
-        return Units {
-            force: 1.0,
-            velocity: 1.0,
-            time: 1.0,
-        };
+        return PLAIN;
     }
     let wide = if random.chance(0.8) { 4.0 } else { 9.0 };
     Units {
@@ -244,7 +247,9 @@ fn waves(random: &mut Random, units: Units, natural: f64, amplitude: f64) -> Vec
 pub fn oscillator(seed: u64, index: u64) -> Value {
     let mut random = Random::new(seed, index);
     let random = &mut random;
-    let units = units(random);
+    let name = LAWS[random.one_of(LAWS.len())];
+    // The angles of the paper's law are of dimensionless numbers.
+    let units = if name == "BogaczRyczek" { PLAIN } else { units(random) };
     let (mut mass, mut stiffness) = (random.within(0.5, 2.0), random.within(0.3, 3.0));
     if random.chance(0.15) {
         stiffness *= random.decades(-6.0, 4.0);
@@ -269,7 +274,6 @@ pub fn oscillator(seed: u64, index: u64) -> Value {
             3 => random.decades(0.0, 2.0),
             _ => random.within(0.02, 1.5),
         };
-    let name = LAWS[random.one_of(LAWS.len())];
     let law = law(random, name, units);
     let natural_here = natural / units.time;
     let forcing = if random.chance(0.45) {
@@ -286,7 +290,7 @@ pub fn oscillator(seed: u64, index: u64) -> Value {
     let at_rest = ["break_away", "kinetic", "static"]
         .iter()
         .find_map(|key| law[key].as_f64());
-    let at_rest = at_rest.unwrap_or(0.5 * units.force);
+    let at_rest = at_rest.unwrap_or(units.force);
     let (x0, v0) = match random.one_of(10) {
         0 => (0.0, None),
         // Stuck, at the edge of what adhesion bears.
@@ -405,7 +409,7 @@ pub fn system(seed: u64, index: u64) -> Value {
             // Branches by the sense of the slip acceleration are for one mass.
             loop {
                 let name = LAWS[random.one_of(LAWS.len())];
-                if name != "TwoBranch" {
+                if name != "TwoBranch" && name != "BogaczRyczek" {
                     return name;
                 }
             }

@@ -20,7 +20,7 @@ pub struct Line {
 }
 
 impl Line {
-    fn through(name: usize, point: [f64; 2], slope: f64, low: f64, high: f64) -> Self {
+    pub(crate) fn through(name: usize, point: [f64; 2], slope: f64, low: f64, high: f64) -> Self {
         Self {
             low,
             high,
@@ -28,6 +28,14 @@ impl Line {
             slope,
             name,
             sense: 0.0,
+        }
+    }
+
+    /// The line, for one sense of the slip acceleration.
+    pub(crate) fn toward(self, sense: f64) -> Self {
+        Self {
+            sense: if sense == 0.0 { 0.0 } else { sense.signum() },
+            ..self
         }
     }
 

@@ -6,6 +6,7 @@ use stickslip::mode::Kind;
 use crate::flow::{Model, Phase, ROUNDINGS, Rub, Sample};
 use crate::law::{Kinetic, Line, piece_at};
 use crate::number::{Pair, Real};
+use crate::paper::Memory;
 use crate::problem::Problem;
 use crate::report::{Mark, Report, run};
 
@@ -86,11 +87,17 @@ pub fn judge(case: &Value) -> Option<Verdict> {
             });
         }
     };
-    let verdict = Judge::<f64>::new(&problem, &report, false).follow();
+    Some(judge_report(&problem, &report))
+}
+
+/// Judge what was reported of a problem.
+#[must_use]
+pub fn judge_report(problem: &Problem, report: &Report) -> Verdict {
+    let verdict = Judge::<f64>::new(problem, report, false).follow();
     if verdict.findings.is_empty() {
-        return Some(verdict);
+        return verdict;
     }
-    Some(Judge::<Pair>::new(&problem, &report, true).follow())
+    Judge::<Pair>::new(problem, report, true).follow()
 }
 
 struct Judge<'a, R> {
@@ -98,10 +105,13 @@ struct Judge<'a, R> {
     problem: &'a Problem,
     report: &'a Report,
     modes: Vec<Mode>,
+    memories: Vec<Memory>,
     verdict: Verdict,
     asked: Vec<(f64, Sample, Vec<f64>)>,
     /// The largest position and speed so far.
     size: [f64; 2],
+    /// What rounding of w did to its rate at the last event: along a steep piece that shifts the event in time.
+    entry: Vec<f64>,
     /// Events in a row between which hardly any time passed.
     at_once: f64,
     number: std::marker::PhantomData<R>,
@@ -123,6 +133,7 @@ impl<'a, R: Real> Judge<'a, R> {
             problem,
             report,
             modes: Vec::new(),
+            memories: vec![Memory::default(); problem.contacts.len()],
             verdict: Verdict {
                 stop: report.stop.to_owned(),
                 ..Verdict::default()
@@ -130,6 +141,7 @@ impl<'a, R: Real> Judge<'a, R> {
             asked: Vec::new(),
             size: [0.0; 2],
             at_once: 0.0,
+            entry: vec![0.0; problem.contacts.len()],
             number: std::marker::PhantomData,
         }
     }
@@ -260,29 +272,26 @@ impl<'a, R: Real> Judge<'a, R> {
         Some(model.at_start())
     }
 
-    /// Slip from zero speed in a direction.
-    fn leave(&self, c: usize, direction: f64) -> Mode {
+    /// Slip from zero speed in a direction, adhesion having broken at a force.
+    fn leave(&mut self, c: usize, direction: f64, force: f64) -> Mode {
         match &self.problem.contacts[c].law.kinetic {
             Kinetic::Lines(lines) => Mode::Line(direction, lines[0]),
             Kinetic::Branches(branches) => Mode::Line(direction, branches[1][0]),
+            Kinetic::Paper(paper) => Mode::Line(direction, paper.leave(force, &mut self.memories[c])),
             _ => Mode::Curve(direction),
         }
     }
 
     /// Modes at the start.
     fn begin(&mut self, mark: &Mark) {
+        // Each is asked of the others: first as reported, then one by one.
         for (c, &reported) in mark.directions.iter().enumerate() {
-            let contact = &self.problem.contacts[c];
-            let other = contact
-                .other
-                .map_or(0.0, |other| mark.state[self.problem.n + other]);
-            let w = contact.drive.value(mark.time) - mark.state[self.problem.n + contact.mass] + other;
             let mode = if reported == 0.0 {
                 Mode::Stick(mark.time)
             } else {
-                self.leave(c, reported)
+                let limit = self.problem.contacts[c].law.adhesion.force(0.0, 0.0);
+                self.leave(c, reported, limit)
             };
-            let _ = w;
             self.modes.push(mode);
         }
         for (c, &reported) in mark.directions.iter().enumerate() {
@@ -326,7 +335,7 @@ impl<'a, R: Real> Judge<'a, R> {
             self.modes[c] = if reported == 0.0 {
                 Mode::Stick(mark.time)
             } else {
-                self.leave(c, reported)
+                self.leave(c, reported, limit)
             };
             return;
         }
@@ -342,6 +351,10 @@ impl<'a, R: Real> Judge<'a, R> {
             Kinetic::Lines(lines) => {
                 let line = piece_at(lines, u, true);
                 Mode::Line(direction, piece_at(lines, u, balance >= line.force(u)))
+            }
+            Kinetic::Paper(paper) => {
+                let line = paper.begin(u, balance, limit, &mut self.memories[c]);
+                Mode::Line(direction, line)
             }
             Kinetic::Branches([falling, rising]) => {
                 let (down, up) = (piece_at(falling, u, false), piece_at(rising, u, true));
@@ -418,7 +431,7 @@ impl<'a, R: Real> Judge<'a, R> {
                         guard(
                             "slip acceleration of the other branch",
                             line.sense * direction * w_rate,
-                            w_rate_slack,
+                            w_rate_slack + self.entry[c],
                         );
                     }
                 }
@@ -655,8 +668,8 @@ impl<'a, R: Real> Judge<'a, R> {
                 // More happens to this contact at once: only where that leads is judged.
                 self.modes[c] = match event.kind {
                     Kind::Capture => Mode::Stick(after.time),
-                    Kind::Release => self.leave(c, event.force.signum()),
-                    Kind::Crossing => self.leave(c, -self.modes[c].direction()),
+                    Kind::Release => self.leave(c, event.force.signum(), event.force.abs()),
+                    Kind::Crossing => self.leave(c, -self.modes[c].direction(), event.force.abs()),
                     _ => self.modes[c],
                 };
                 continue;
@@ -701,7 +714,7 @@ impl<'a, R: Real> Judge<'a, R> {
                         slack,
                     );
                     let direction = if one { pull.signum() } else { after.directions[c] };
-                    self.modes[c] = self.leave(c, direction);
+                    self.modes[c] = self.leave(c, direction, limit);
                 }
                 (Kind::Capture | Kind::Crossing, Mode::Line(..) | Mode::Curve(_)) => {
                     self.find(
@@ -729,6 +742,15 @@ impl<'a, R: Real> Judge<'a, R> {
                 }
                 (Kind::Node, Mode::Line(direction, line)) => {
                     let u = direction * w;
+                    if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
+                        let high = (line.high - u).abs() < (line.low - u).abs();
+                        let end = if high { line.high } else { line.low };
+                        let tolerance = w_slack + w_rate.abs() * blur + ROUNDINGS * end;
+                        let next = paper.end(&line, high, &mut self.memories[c]);
+                        self.find("slip speed at a node", t, (u - end).abs(), tolerance);
+                        self.modes[c] = Mode::Line(direction, next);
+                        continue;
+                    }
                     let lines: Vec<Line> = match &self.problem.contacts[c].law.kinetic {
                         Kinetic::Lines(lines) => lines.clone(),
                         Kinetic::Branches(branches) => branches[usize::from(line.sense > 0.0)].clone(),
@@ -769,6 +791,12 @@ impl<'a, R: Real> Judge<'a, R> {
                     let u = direction * w;
                     if event.kind == Kind::Hold {
                         self.modes[c] = Mode::Hold(direction, u);
+                    } else if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
+                        let rising = line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
+                        let rate = self.held(c, after).map_or(f64::NAN, |held| held.force[c][1]);
+                        let top = self.problem.contacts[c].law.adhesion.force(0.0, rate.abs());
+                        let next = paper.turn(&line, u, rising, top, &self.memories[c]);
+                        self.modes[c] = Mode::Line(direction, next);
                     } else if let Kinetic::Branches(branches) = &self.problem.contacts[c].law.kinetic {
                         let rising = line.sense < 0.0;
                         self.modes[c] =
@@ -797,6 +825,9 @@ impl<'a, R: Real> Judge<'a, R> {
                 }
             }
         }
+        for (entry, w) in self.entry.iter_mut().zip(&sample.w) {
+            *entry = w[3];
+        }
         for (c, mode) in self.modes.iter().enumerate() {
             if mode.direction() != after.directions[c] {
                 let what = format!(
@@ -821,7 +852,7 @@ impl<'a, R: Real> Judge<'a, R> {
             let direction = after.directions[c];
             match event.kind {
                 Kind::Capture => self.modes[c] = Mode::Stick(after.time),
-                Kind::Release | Kind::Crossing => self.modes[c] = self.leave(c, direction),
+                Kind::Release | Kind::Crossing => self.modes[c] = self.leave(c, direction, event.force.abs()),
                 _ => self.enter(c, direction, after, false),
             }
         }
