@@ -249,7 +249,11 @@ pub fn oscillator(seed: u64, index: u64) -> Value {
     let random = &mut random;
     let name = LAWS[random.one_of(LAWS.len())];
     // The angles of the paper's law are of dimensionless numbers.
-    let units = if name == "BogaczRyczek" { PLAIN } else { units(random) };
+    let units = if name == "BogaczRyczek" {
+        PLAIN
+    } else {
+        units(random)
+    };
     let (mut mass, mut stiffness) = (random.within(0.5, 2.0), random.within(0.3, 3.0));
     if random.chance(0.15) {
         stiffness *= random.decades(-6.0, 4.0);

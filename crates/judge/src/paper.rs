@@ -65,7 +65,11 @@ impl Geometry {
         let falls = self.a.map_or(self.slopes[0], |a| slope(a, anchor));
         let w = (anchor[1] - falls * anchor[0] - self.l[1]) / (self.l[0] - falls);
         memory.anchor = anchor;
-        memory.corner = if w > anchor[0] { [w, self.l[0] * w + self.l[1]] } else { anchor };
+        memory.corner = if w > anchor[0] {
+            [w, self.l[0] * w + self.l[1]]
+        } else {
+            anchor
+        };
     }
 
     fn fall(force: f64, memory: &Memory) -> Line {
@@ -84,7 +88,13 @@ impl Geometry {
     }
 
     fn lower(&self, memory: &Memory) -> Line {
-        Line::through(LOWER, memory.corner, slope(self.b, memory.corner), 0.0, memory.corner[0])
+        Line::through(
+            LOWER,
+            memory.corner,
+            slope(self.b, memory.corner),
+            0.0,
+            memory.corner[0],
+        )
     }
 
     /// What the slip speed rises along.
@@ -160,7 +170,11 @@ impl Geometry {
     pub fn end(&self, line: &Line, high: bool, memory: &mut Memory) -> Line {
         if !high {
             let common = line.name == CLIMB && line.low > memory.corner[0];
-            let next = if common { self.common(memory) } else { self.lower(memory) };
+            let next = if common {
+                self.common(memory)
+            } else {
+                self.lower(memory)
+            };
             return next.toward(-1.0);
         }
         if line.name == CLIMB {

@@ -542,7 +542,8 @@ impl<'a, R: Real> Judge<'a, R> {
         for i in 0..2 * n {
             let off = (after.state[i] - sample.state[i]).abs();
             let rate = if i < n { sample.state[n + i].abs() } else { 0.0 };
-            let more = self.floor()[usize::from(i >= n)] + ROUNDINGS * (sample.state[i].abs() + rate * order / 256.0);
+            let more = self.floor()[usize::from(i >= n)]
+                + ROUNDINGS * (sample.state[i].abs() + rate * order / 256.0);
             let stuck = i >= n
                 && self
                     .problem
@@ -661,7 +662,11 @@ impl<'a, R: Real> Judge<'a, R> {
             let here = after.events.iter().filter(|event| event.contact == c).count();
             self.find("events without end at one time", t, here as f64, AT_ONCE);
         }
-        let bends = self.problem.contacts.iter().any(|c| c.drive.nodes.iter().any(|node| node[0] == t));
+        let bends = self
+            .problem
+            .contacts
+            .iter()
+            .any(|c| c.drive.nodes.iter().any(|node| node[0] == t));
         for (index, event) in after.events.iter().enumerate() {
             let c = event.contact;
             if after.events[index + 1..].iter().any(|later| later.contact == c) {
@@ -792,7 +797,8 @@ impl<'a, R: Real> Judge<'a, R> {
                     if event.kind == Kind::Hold {
                         self.modes[c] = Mode::Hold(direction, u);
                     } else if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
-                        let rising = line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
+                        let rising =
+                            line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
                         let rate = self.held(c, after).map_or(f64::NAN, |held| held.force[c][1]);
                         let top = self.problem.contacts[c].law.adhesion.force(0.0, rate.abs());
                         let next = paper.turn(&line, u, rising, top, &self.memories[c]);

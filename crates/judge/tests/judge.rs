@@ -21,7 +21,10 @@ fn finding(case: &Value, change: impl Fn(&mut Report)) -> String {
     let mut report = run(case, &problem).unwrap();
     change(&mut report);
     let verdict = judge_report(&problem, &report);
-    verdict.findings.first().map_or_else(String::new, |finding| finding.what.clone())
+    verdict
+        .findings
+        .first()
+        .map_or_else(String::new, |finding| finding.what.clone())
 }
 
 #[test]
@@ -42,7 +45,10 @@ fn a_late_event_is_found() {
 
 #[test]
 fn a_missed_event_is_found() {
-    for (index, wanted) in [(1, "adhesion beyond its limit"), (2, "slip velocity changes its sign")] {
+    for (index, wanted) in [
+        (1, "adhesion beyond its limit"),
+        (2, "slip velocity changes its sign"),
+    ] {
         let what = finding(&stick_slip(), |report| report.marks.truncate(index));
         assert!(what.contains(wanted), "{what}");
     }
@@ -63,10 +69,18 @@ fn an_event_too_many_is_found() {
 #[test]
 fn numbers_of_an_event_are_checked() {
     let changes: [(&str, fn(&mut Report)); 4] = [
-        ("force reported at the release", |report| report.marks[1].events[0].force += 1e-9),
-        ("stick time reported at the release", |report| report.marks[1].events[0].stick_time += 1e-9),
-        ("force rate reported at the release", |report| report.marks[1].events[0].force_rate += 1e-9),
-        ("position of mass 0 at the end of the phase", |report| report.marks[2].state[0] += 1e-9),
+        ("force reported at the release", |report| {
+            report.marks[1].events[0].force += 1e-9
+        }),
+        ("stick time reported at the release", |report| {
+            report.marks[1].events[0].stick_time += 1e-9
+        }),
+        ("force rate reported at the release", |report| {
+            report.marks[1].events[0].force_rate += 1e-9
+        }),
+        ("position of mass 0 at the end of the phase", |report| {
+            report.marks[2].state[0] += 1e-9
+        }),
     ];
     for (wanted, change) in changes {
         assert_eq!(finding(&stick_slip(), change), wanted);
@@ -114,7 +128,10 @@ fn clean(count: u64, draw: impl Fn(u64) -> Value) {
         events += verdict.events;
         left += verdict.left;
     }
-    assert!(events > 5 * count && left < count / 10, "{events} events, {left} phases left");
+    assert!(
+        events > 5 * count && left < count / 10,
+        "{events} events, {left} phases left"
+    );
 }
 
 #[test]

@@ -31,7 +31,11 @@ const PERIODS: f64 = 5000.0;
 
 fn events(law: &Value, amplitude: f64, drive: f64, x0: f64, engine: &str) -> Vec<String> {
     let forcing = json!([{"amplitude": amplitude, "frequency": 1.37, "phase": 0.3}]);
-    let periods = if engine == "closed" { PERIODS } else { PERIODS / 20.0 };
+    let periods = if engine == "closed" {
+        PERIODS
+    } else {
+        PERIODS / 20.0
+    };
     let case = json!({
         "sys": {"mass": 1.0, "stiffness": 1.0, "damping": 0.3, "drive_velocity": drive, "law": law, "forcing": forcing},
         "x0": x0, "v0": 0.0, "t_end": periods * 4.586, "engine": engine,
@@ -39,7 +43,10 @@ fn events(law: &Value, amplitude: f64, drive: f64, x0: f64, engine: &str) -> Vec
     let problem = Problem::read(&case).unwrap();
     let report = run(&case, &problem).unwrap();
     assert_eq!(report.stop, "t_end", "{law}");
-    let all = report.marks.iter().flat_map(|mark| mark.events.iter().map(|event| (mark.time[0], event)));
+    let all = report
+        .marks
+        .iter()
+        .flat_map(|mark| mark.events.iter().map(|event| (mark.time[0], event)));
     // A law of pieces or branches may pass from one to the next: that is no change of contact.
     let change = |kind: &str| !matches!(kind, "node" | "reversal" | "hold");
     all.filter(|(_, event)| change(event.kind.name()))
@@ -52,7 +59,11 @@ fn a_stick_that_cannot_break_holds() {
     for law in laws() {
         for engine in ["closed", "series"] {
             // |F| ≤ 0.59 < 0.6 at every time.
-            assert_eq!(events(&law, 0.54, 0.0, 0.05, engine), Vec::<String>::new(), "{law}, {engine}");
+            assert_eq!(
+                events(&law, 0.54, 0.0, 0.05, engine),
+                Vec::<String>::new(),
+                "{law}, {engine}"
+            );
         }
     }
 }
@@ -62,7 +73,11 @@ fn a_slip_that_cannot_stop_goes_on() {
     for law in laws() {
         for engine in ["closed", "series"] {
             // From rest at x = 0.7: |ẋ| stays below 2, the drive has 5.
-            assert_eq!(events(&law, 0.3, 5.0, 0.7, engine), Vec::<String>::new(), "{law}, {engine}");
+            assert_eq!(
+                events(&law, 0.3, 5.0, 0.7, engine),
+                Vec::<String>::new(),
+                "{law}, {engine}"
+            );
         }
     }
 }
