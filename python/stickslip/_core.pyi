@@ -110,8 +110,8 @@ def batch(
     max_seconds: float | None,
     progress: Callable[[int, int], object] | None,
 ) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
-
 def halted() -> bool: ...
+
 @final
 class Halt:
     def __new__(cls) -> Halt: ...

@@ -89,13 +89,11 @@ def time_limit(value: float | None, where: str) -> float | None:
 MOST_NUMBERS = 2**29
 
 
-def fits(count: int, where: str, advice: str) -> None:
+def fits(count: float, where: str, advice: str) -> None:
     """Refuse a result of so many numbers that it would fill the memory of the machine; `advice` says what to lower."""
     if count > MOST_NUMBERS:
-        raise InputError(
-            f"{where}: expected a result of at most {MOST_NUMBERS * 8 / 2**30:g} GiB, got one of {count * 8 / 2**30:.3g} GiB; "
-            f"{advice}"
-        )
+        most, size = (numbers * 8 / 2**30 for numbers in (MOST_NUMBERS, count))
+        raise InputError(f"{where}: expected a result of at most {most:g} GiB, got one of {size:.3g} GiB; {advice}")
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:

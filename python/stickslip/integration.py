@@ -25,6 +25,8 @@ from stickslip.state_orbit import Mark, StateOrbit, masses_of, state_laws_of
 from stickslip.system import Oscillator, System
 
 METHODS = ("LSODA", "Radau", "BDF", "DOP853", "RK45")
+#: So many steps at one time lead nowhere.
+_IDLE = 1000
 
 
 def integrate(
@@ -117,12 +119,17 @@ def integrate(
         # At a node of a drive the next piece of its table counts, which the step to the node must not see.
         return core.rates(min(t, before), np.ascontiguousarray(y))
 
-    up = math.inf
+    up, seen, idle = math.inf, 0.0, 0
     deadline = math.inf if max_seconds is None else time.monotonic() + max_seconds
 
     def time_left(t: float, _: NDArray[np.float64]) -> float:
         """Zero at the end of the step in which the time is up."""
-        nonlocal up
+        nonlocal up, seen, idle
+        # Over a span of hardly any numbers LSODA steps on the spot.
+        idle = idle + 1 if t == seen else 0
+        seen = t
+        if idle > _IDLE:
+            raise _Stalled(t)
         if up == math.inf and time.monotonic() >= deadline:
             up = t
         return min(up - t, 1.0)
@@ -157,8 +164,8 @@ def integrate(
         except _Stalled as stalled:
             if attempt == attempts[-1]:
                 raise InputError(
-                    f"integrate: {attempt} came to t = {stalled.t:g} in {max_evaluations} evaluations: take another method, "
-                    "a looser tolerance, or raise max_evaluations"
+                    f"integrate: {attempt} came to t = {stalled.t:g} in {min(spent, max_evaluations)} evaluations: take "
+                    "another method, a looser tolerance, or raise max_evaluations"
                 ) from None
             continue
         if pieces[-1].status >= 0:

@@ -24,6 +24,7 @@ use crate::event::Work;
 use crate::flow::taylor::{Frame, Held, Motion, Rub};
 use crate::law::{End, Law, Memory, Piece};
 use crate::mode::Kind;
+use crate::series::at;
 use crate::simulate::{MOST_BYTES, Stop, lost};
 use crate::system::System;
 
@@ -246,7 +247,8 @@ impl<'a> Loop<'a> {
             if !keep {
                 self.steps.clear();
             }
-            if let Some(stop) = lost(self.x.iter().chain(&self.v).copied())
+            if let Some(stop) = lost(&self.x)
+                .or_else(|| lost(&self.v))
                 .or_else(|| (!self.motion.is_finite()).then_some(Stop::NotANumber))
             {
                 self.record_step();
@@ -284,7 +286,9 @@ impl<'a> Loop<'a> {
             }
             let Some((h, contact, cause)) = self.next(&mut horizon) else {
                 if horizon == end {
-                    return Stop::End;
+                    let parts = self.motion.x.iter().chain(&self.motion.v);
+                    let last: Vec<f64> = parts.map(|series| at(series, end)).collect();
+                    return lost(&last).unwrap_or(Stop::End);
                 }
                 self.advance(horizon);
                 for contact in &mut self.contacts {
@@ -297,6 +301,7 @@ impl<'a> Loop<'a> {
                     self.settle(&Passage {
                         arrived: Vec::new(),
                         released: None,
+                        returned: None,
                         rates,
                         starting: false,
                     });

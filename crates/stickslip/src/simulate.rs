@@ -197,9 +197,8 @@ pub fn resume(
     }
 }
 
-/// So many events in less than a millionth of the natural time √(m/k) are an accumulation.
-const ACCUMULATION: u64 = 1000;
-/// So many events pass between two questions whether to go on.
+/// So many events pass between two questions whether to go on; in less than a millionth of the natural time √(m/k) they are an
+/// accumulation.
 const ASKED: u64 = 1000;
 /// A state beyond this has left the numbers: its square would overflow.
 const HUGE: f64 = 1e150;
@@ -207,11 +206,12 @@ const HUGE: f64 = 1e150;
 pub(crate) const MOST_BYTES: usize = 1 << 30;
 
 /// Why a motion cannot go on from a state, if it cannot.
-pub(crate) fn lost(mut state: impl Iterator<Item = f64> + Clone) -> Option<Stop> {
-    if state.clone().any(f64::is_nan) {
+pub(crate) fn lost(state: &[f64]) -> Option<Stop> {
+    if state.iter().any(|number| number.is_nan()) {
         Some(Stop::NotANumber)
     } else {
-        state.any(|number| number.abs() >= HUGE).then_some(Stop::Diverged)
+        let far = state.iter().any(|number| number.abs() >= HUGE);
+        far.then_some(Stop::Diverged)
     }
 }
 
@@ -268,12 +268,15 @@ impl<'a, const H: usize> Loop<'a, H> {
         let short = 1e-6 * (self.frame.mass / self.frame.stiffness).sqrt();
         let mut mark = self.clock;
         loop {
-            let segment = Segment::new(self.clock, self.x, self.v, &mode);
-            record.segment(segment);
-            if let Some(stop) = lost([self.x, self.v].into_iter()) {
-                return Ok((stop, self.work));
+            record.segment(Segment::new(self.clock, self.x, self.v, &mode));
+            if !(self.x.abs() < HUGE && self.v.abs() < HUGE) {
+                return Ok((lost(&[self.x, self.v]).unwrap_or(Stop::Diverged), self.work));
             }
             if self.work.events.is_multiple_of(ASKED) {
+                if self.work.events > 0 && mark.until(self.clock.high) < short {
+                    return Ok((Stop::Accumulation, self.work));
+                }
+                mark = self.clock;
                 if !record.go_on() {
                     return Ok((Stop::MaxSeconds, self.work));
                 }
@@ -314,9 +317,10 @@ impl<'a, const H: usize> Loop<'a, H> {
                 } => self.hold(direction, u, between, start, horizon, record),
             };
             let Some(next) = next else {
+                let segment = Segment::new(self.clock, self.x, self.v, &mode);
                 let reached = self.stopped.unwrap_or(horizon);
                 let state = segment.state(&self.frame, reached);
-                if let Some(stop) = lost([state.x, state.v].into_iter()) {
+                if let Some(stop) = lost(&[state.x, state.v]) {
                     return Ok((stop, self.work));
                 }
                 if self.stopped.is_some() {
@@ -335,12 +339,6 @@ impl<'a, const H: usize> Loop<'a, H> {
             self.work.events += 1;
             if self.work.events >= run.max_events {
                 return Ok((Stop::MaxEvents, self.work));
-            }
-            if self.work.events.is_multiple_of(ACCUMULATION) {
-                if mark.until(self.clock.high) < short {
-                    return Ok((Stop::Accumulation, self.work));
-                }
-                mark = self.clock;
             }
         }
     }

@@ -306,13 +306,14 @@ impl<L: Checked + DeserializeOwned> System<L> {
     /// Check that every force accelerates.
     pub(crate) fn check_masses(&self) -> Result<(), Error> {
         let symmetric = (0..self.masses()).all(|i| (0..i).all(|j| self.mass[i][j] == self.mass[j][i]));
-        if symmetric && Matrix::from_rows(&self.mass).inverse().is_some() {
-            return Ok(());
+        match Matrix::from_rows(&self.mass).inverse().filter(|_| symmetric) {
+            Some(inverse) if inverse.norm().is_finite() => Ok(()),
+            Some(_) => wrong("the masses must be so large that their inverses are finite numbers".into()),
+            None => wrong(
+                "the mass matrix must be symmetric and positive definite: every mass must be greater than 0"
+                    .into(),
+            ),
         }
-        wrong(
-            "the mass matrix must be symmetric and positive definite: every mass must be greater than 0"
-                .into(),
-        )
     }
 
     /// Where every mass starts unless asked otherwise: moving with the drive it touches, itself or through other masses.

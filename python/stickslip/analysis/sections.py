@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.analysis.steady import sign_changes
-from stickslip.documents import did_you_mean, number, time_limit, whole_number
+from stickslip.documents import did_you_mean, fits, number, time_limit, whole_number
 from stickslip.errors import InputError
 from stickslip.orbit import Orbit
 from stickslip.simulation import simulate
@@ -259,6 +259,7 @@ def points_of(orbit: Orbit, surface: Surface, after: float, contact: int = 0) ->
         slack = 1e-9 * surface.period
         first = np.ceil((after - slack - surface.start) / surface.period)
         last = np.floor((orbit.t_end + slack - surface.start) / surface.period)
+        fits(last - first, "section", "run shorter")
         times = np.clip(surface.start + np.arange(first, last + 1) * surface.period, 0.0, orbit.t_end)
     else:
         normal = np.array(surface.normal)
@@ -267,9 +268,10 @@ def points_of(orbit: Orbit, surface: Surface, after: float, contact: int = 0) ->
             values = columns(t)
             return normal @ np.stack([values[name] for name in "xva"]) - surface.level
 
-        samples = np.linspace(
-            after, orbit.t_end, max(2, int(200 * (orbit.t_end - after) / orbit.system.natural_period))
-        )
+        count = 200 * (orbit.t_end - after) / orbit.system.natural_period
+        # Six columns of the motion, and the slip velocities.
+        fits(10 * count, "section", "run shorter")
+        samples = np.linspace(after, orbit.t_end, max(2, int(count)))
         times = sign_changes(side, samples, surface.direction)
     state = columns(times)
     missing = np.full(len(times), np.nan)

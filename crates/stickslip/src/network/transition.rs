@@ -26,8 +26,13 @@ impl Loop<'_> {
             })
             .collect();
         let speed = at(&self.motion.u[c], h).max(0.0);
+        let mut reached = at(&self.motion.force[c], h);
+        if h == 0.0 {
+            reached = f64::INFINITY.copysign(reached);
+        }
         let passage = Passage {
-            released: (cause == Cause::Release).then(|| (c, at(&self.motion.force[c], h))),
+            released: (cause == Cause::Release).then_some((c, reached)),
+            returned: (h == 0.0 && self.contacts[c].turning && cause == Cause::End(End::Low)).then_some(c),
             rates: self.rates(h),
             starting: false,
             arrived,
