@@ -46,13 +46,14 @@ test: .venv/.tested
 	@touch $@
 
 test-core: .tools/.rust
-	cargo test --quiet --package stickslip
+	cargo test --quiet --package stickslip --package stickslip-judge
 
 test-python: .venv/.built
 	$(BIN)/python -m pytest --quiet $(PYTEST)
 
 test-slow: .venv/.built
 	$(BIN)/python -m pytest --quiet -m slow $(PYTEST)
+	$(BIN)/python docs/evidence/events.py --oscillators 1000000 --systems 100000
 
 check: static test-core test-python
 

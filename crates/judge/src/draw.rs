@@ -1,0 +1,451 @@
+//! Random documents, drawn to provoke: grazes, resonance, critical damping, forces one ulp apart, edges, scales, denormals.
+
+use serde_json::{Value, json};
+
+/// Marsaglia's xorshift with a multiplication (Vigna 2016), seeded by Steele's splitmix.
+#[derive(Clone, Debug)]
+pub struct Random(u64);
+
+impl Random {
+    /// The stream of one document of one seed.
+    #[must_use]
+    pub fn new(seed: u64, index: u64) -> Self {
+        let mut random = Self(seed ^ index.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5DEE_CE66_D1CE_4E5B);
+        for _ in 0..4 {
+            random.next();
+        }
+        random
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        bits ^ (bits >> 31)
+    }
+
+    /// Uniform between two numbers.
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * ((self.next() >> 11) as f64 / 9_007_199_254_740_992.0)
+    }
+
+    /// Uniform in the logarithm, decades.
+    pub fn decades(&mut self, low: f64, high: f64) -> f64 {
+        10f64.powf(self.within(low, high))
+    }
+
+    /// One of `count`.
+    pub fn one_of(&mut self, count: usize) -> usize {
+        usize::try_from(self.next() >> 33).unwrap_or(0) % count
+    }
+
+    /// True so often.
+    pub fn chance(&mut self, share: f64) -> bool {
+        self.within(0.0, 1.0) < share
+    }
+
+    fn sign(&mut self) -> f64 {
+        if self.chance(0.5) { 1.0 } else { -1.0 }
+    }
+}
+
+/// The names of the laws an oscillator is drawn with.
+pub const LAWS: [&str; 14] = [
+    "BogaczRyczek",
+    "Coulomb",
+    "StaticKinetic",
+    "PiecewiseLinear",
+    "DwellTime",
+    "LogarithmicDwell",
+    "ForceRate",
+    "Tabulated",
+    "TwoBranch",
+    "Rational",
+    "Cubic",
+    "ExponentialStribeck",
+    "Lorentzian",
+    "PoppStelter",
+];
+
+/// Units of force, velocity and time.
+#[derive(Clone, Copy)]
+struct Units {
+    force: f64,
+    velocity: f64,
+    time: f64,
+}
+
+const PLAIN: Units = Units {
+    force: 1.0,
+    velocity: 1.0,
+    time: 1.0,
+};
+
+impl Units {
+    fn length(self) -> f64 {
+        self.velocity * self.time
+    }
+    fn mass(self) -> f64 {
+        self.force * self.time / self.velocity
+    }
+    fn stiffness(self) -> f64 {
+        self.force / self.length()
+    }
+    fn damping(self) -> f64 {
+        self.force / self.velocity
+    }
+}
+
+/// What lies above a force: it itself, an ulp, a rounding, or something to see.
+fn above(random: &mut Random, force: f64) -> f64 {
+    match random.one_of(6) {
+        0 => force,
+        1 => force.next_up(),
+        2 => force * (1.0 + random.decades(-15.0, -3.0)),
+        _ => force * random.within(1.0, 2.0),
+    }
+}
+
+fn table(random: &mut Random, units: Units, first: f64) -> Vec<[f64; 2]> {
+    let mut nodes = vec![[0.0, first]];
+    let mut speed = 0.0;
+    for _ in 0..1 + random.one_of(3) {
+        speed += units.velocity
+            * if random.chance(0.05) {
+                random.decades(-10.0, 0.0)
+            } else {
+                random.within(0.03, 0.7)
+            };
+        nodes.push([speed, units.force * random.within(0.2, 1.2)]);
+    }
+    nodes
+}
+
+fn law(random: &mut Random, name: &str, units: Units) -> Value {
+    let force = |value: f64| value * units.force;
+    let low = force(random.within(0.1, 1.0));
+    let high = above(random, low);
+    match name {
+        "Coulomb" => json!({"type": name, "kinetic": low}),
+        "StaticKinetic" => json!({"type": name, "break_away": high, "kinetic": low}),
+        "PiecewiseLinear" => {
+            let mut nodes = table(random, units, low);
+            let last = nodes[nodes.len() - 1];
+            nodes.push([
+                last[0] + 0.1 * units.velocity,
+                last[1] + random.within(0.0, 0.1) * units.force,
+            ]);
+            json!({"type": name, "nodes": nodes, "break_away": high})
+        }
+        "DwellTime" | "ForceRate" => {
+            let exponent = [1.0, 0.36, 0.67, 1.5][random.one_of(4)];
+            let mut document = json!({
+                "type": name, "kinetic": low, "limit": force(random.within(0.0, 1.0)),
+                "rate": random.decades(-2.0, 1.0) * units.time.powf(-exponent), "exponent": exponent,
+            });
+            if name == "ForceRate" {
+                document["force_rate_scale"] = json!(random.decades(-2.0, 1.0) * units.force / units.time);
+                document["force_rate_exponent"] = json!([1.0, 2.0, 0.5][random.one_of(3)]);
+            }
+            document
+        }
+        "LogarithmicDwell" => json!({
+            "type": name, "kinetic": low, "growth": force(random.decades(-2.5, -0.3)), "onset": random.decades(-2.0, 1.0) * units.time,
+        }),
+        "Tabulated" => {
+            let mut nodes = vec![[0.0, high]];
+            for index in 0..1 + random.one_of(4) {
+                let gap = random.within(0.1, 2.0) * units.time;
+                nodes.push([
+                    nodes[index][0] + gap,
+                    nodes[index][1] + force(random.within(0.0, 0.2)),
+                ]);
+            }
+            let kinetic = if random.chance(0.4) {
+                json!(low)
+            } else {
+                json!(table(random, units, low))
+            };
+            json!({"type": name, "kinetic": kinetic, "break_away": nodes})
+        }
+        "TwoBranch" => {
+            let other = force(random.within(0.1, 1.0));
+            let (rising, falling) = (table(random, units, low), table(random, units, other));
+            let most = rising[0][1].max(falling[0][1]);
+            json!({"type": name, "rising": rising, "falling": falling, "break_away": above(random, most)})
+        }
+        "Rational" => {
+            json!({"type": name, "break_away": low, "weakening": random.decades(-1.0, 1.5) / units.velocity})
+        }
+        "Cubic" => {
+            let (deep, at) = (
+                low * random.within(0.1, 0.9),
+                random.within(0.2, 2.0) * units.velocity,
+            );
+            json!({"type": name, "static": low, "linear": 1.5 * deep / at, "cubic": 0.5 * deep / (at * at * at)})
+        }
+        "ExponentialStribeck" | "Lorentzian" => {
+            let mut document = json!({
+                "type": name, "break_away": high, "kinetic": low, "scale": random.decades(-2.0, 0.5) * units.velocity,
+                "viscous": random.within(0.0, 0.3) * units.damping(),
+            });
+            if name == "ExponentialStribeck" {
+                document["exponent"] = json!([1.0, 2.0][random.one_of(2)]);
+            }
+            document
+        }
+        _ => json!({
+            "type": name, "break_away": high, "kinetic": low, "weakening": random.decades(-1.0, 1.5) / units.velocity,
+            "square": random.within(0.0, 0.05) * units.force / (units.velocity * units.velocity),
+        }),
+    }
+}
+
+fn units(random: &mut Random) -> Units {
+    if random.chance(0.7) {
+        return PLAIN;
+    }
+    let wide = if random.chance(0.8) { 4.0 } else { 9.0 };
+    Units {
+        force: random.decades(-wide, wide),
+        velocity: random.decades(-wide, wide),
+        time: random.decades(-wide, wide),
+    }
+}
+
+fn waves(random: &mut Random, units: Units, natural: f64, amplitude: f64) -> Vec<Value> {
+    let count = [1, 1, 2, 4][random.one_of(4)];
+    let mut frequencies: Vec<f64> = Vec::new();
+    for _ in 0..count {
+        let frequency = match random.one_of(8) {
+            0 => natural * (1.0 + random.sign() * random.decades(-8.0, -1.0)),
+            1 => natural * random.decades(-2.0, -0.5),
+            2 => natural * random.decades(0.5, 1.5),
+            3 if !frequencies.is_empty() => frequencies[0].next_up(),
+            _ => natural * random.within(0.2, 3.0),
+        };
+        frequencies.push(frequency);
+    }
+    frequencies
+        .iter()
+        .map(|frequency| {
+            let amplitude = amplitude
+                * units.force
+                * if random.chance(0.1) {
+                    random.decades(-12.0, 0.0)
+                } else {
+                    random.within(0.0, 0.6)
+                };
+            json!({"amplitude": amplitude, "frequency": frequency, "phase": random.within(0.0, 6.3)})
+        })
+        .collect()
+}
+
+/// One mass on one drive.
+#[must_use]
+pub fn oscillator(seed: u64, index: u64) -> Value {
+    let mut random = Random::new(seed, index);
+    let random = &mut random;
+    let name = LAWS[random.one_of(LAWS.len())];
+    // The angles of the paper's law are of dimensionless numbers.
+    let units = if name == "BogaczRyczek" {
+        PLAIN
+    } else {
+        units(random)
+    };
+    let (mut mass, mut stiffness) = (random.within(0.5, 2.0), random.within(0.3, 3.0));
+    if random.chance(0.15) {
+        stiffness *= random.decades(-6.0, 4.0);
+    }
+    if random.chance(0.1) {
+        mass *= random.decades(-4.0, 4.0);
+    }
+    let natural = (stiffness / mass).sqrt();
+    let critical = 2.0 * (stiffness * mass).sqrt();
+    let damping = match random.one_of(10) {
+        0 | 1 => 0.0,
+        2 => critical * (1.0 + random.sign() * random.decades(-16.0, -2.0)),
+        3 => critical * random.decades(-5.0, -2.0),
+        4 => critical * random.decades(0.0, 3.5),
+        _ => critical * random.within(0.0, 0.4),
+    };
+    let speed = random.sign()
+        * match random.one_of(12) {
+            0 => 0.0,
+            1 => random.decades(-12.0, -2.0),
+            2 if random.chance(0.1) => 5e-324,
+            3 => random.decades(0.0, 2.0),
+            _ => random.within(0.02, 1.5),
+        };
+    let law = law(random, name, units);
+    let natural_here = natural / units.time;
+    let forcing = if random.chance(0.45) {
+        waves(random, units, natural_here, 1.0)
+    } else {
+        Vec::new()
+    };
+    let (mass, stiffness, damping) = (
+        mass * units.mass(),
+        stiffness * units.stiffness(),
+        damping * units.damping(),
+    );
+    let speed = speed * units.velocity;
+    let at_rest = ["break_away", "kinetic", "static"]
+        .iter()
+        .find_map(|key| law[key].as_f64());
+    let at_rest = at_rest.unwrap_or(units.force);
+    let (x0, v0) = match random.one_of(10) {
+        0 => (0.0, None),
+        // Stuck, at the edge of what adhesion bears.
+        1 => ((random.sign() * at_rest - damping * speed) / stiffness, None),
+        2 => (
+            (random.sign() * at_rest * (1.0 + random.sign() * random.decades(-16.0, -8.0)) - damping * speed)
+                / stiffness,
+            None,
+        ),
+        // Slip that just reaches the drive, or just not, were it undamped and unforced.
+        3 | 4 => {
+            let swing = (speed * (1.0 + random.sign() * random.decades(-15.0, -3.0))).abs() / natural_here;
+            let angle = random.within(0.0, 6.3);
+            let centre =
+                law["kinetic"].as_f64().unwrap_or(at_rest) * if speed < 0.0 { -1.0 } else { 1.0 } / stiffness;
+            (
+                centre + swing * angle.cos(),
+                Some(-swing * natural_here * angle.sin()),
+            )
+        }
+        5 => (
+            random.within(-2.0, 2.0) * at_rest / stiffness,
+            Some(speed * (1.0 + random.sign() * random.decades(-16.0, -6.0))),
+        ),
+        6 if random.chance(0.2) => (random.sign() * 1e-310, Some(random.sign() * 3e-320)),
+        _ => (
+            random.within(-2.0, 2.0) * units.length(),
+            Some(random.within(-2.0, 2.0) * units.velocity),
+        ),
+    };
+    let long = if random.chance(0.03) { 10.0 } else { 1.0 };
+    let t_end = random.within(1.0, 12.0) * 6.3 / natural_here * long;
+    let mut system = json!({
+        "mass": mass, "stiffness": stiffness, "damping": damping, "drive_velocity": speed, "law": law,
+    });
+    if !forcing.is_empty() {
+        system["forcing"] = json!(forcing);
+    }
+    let mut case = json!({"sys": system, "x0": x0, "v0": v0, "t_end": t_end});
+    if random.chance(0.2) {
+        case["engine"] = json!("series");
+    }
+    case
+}
+
+fn drive(random: &mut Random, units: Units) -> Value {
+    let speed = units.velocity
+        * random.sign()
+        * if random.chance(0.1) {
+            random.decades(-9.0, -1.0)
+        } else {
+            random.within(0.0, 1.2)
+        };
+    match random.one_of(6) {
+        0 => {
+            // A table, reversing as a rule.
+            let mut t = 0.0;
+            let nodes: Vec<[f64; 2]> = (0..2 + random.one_of(5))
+                .map(|_| {
+                    t += random.within(0.3, 8.0) * units.time;
+                    [
+                        t,
+                        units.velocity * [0.0, 1.0, -1.0, random.within(-1.0, 1.0)][random.one_of(4)],
+                    ]
+                })
+                .collect();
+            json!({"velocity": if random.chance(0.5) { 0.0 } else { speed }, "nodes": nodes})
+        }
+        1 => json!({
+            "velocity": speed,
+            "harmonics": [{"amplitude": units.velocity * random.within(0.0, 1.0), "frequency": random.within(0.2, 3.0) / units.time, "phase": random.within(0.0, 6.3)}],
+        }),
+        _ => json!(speed),
+    }
+}
+
+/// One to six masses in a chain, on drives and on each other.
+#[must_use]
+pub fn system(seed: u64, index: u64) -> Value {
+    let mut random = Random::new(seed ^ 0xABCD_EF01, index);
+    let random = &mut random;
+    let units = units(random);
+    let n = 1 + random.one_of(6);
+    let mut stiffness = vec![vec![0.0; n]; n];
+    let mut damping = vec![vec![0.0; n]; n];
+    let light = [0.0, 0.02, 0.3, 3.0][random.one_of(4)];
+    let mut join = |i: usize, j: usize, k: f64, d: f64| {
+        for (matrix, value) in [
+            (&mut stiffness, k * units.stiffness()),
+            (&mut damping, d * units.damping()),
+        ] {
+            matrix[i][i] += value;
+            if i != j {
+                matrix[j][j] += value;
+                matrix[i][j] -= value;
+                matrix[j][i] -= value;
+            }
+        }
+    };
+    for i in 0..n {
+        join(i, i, random.within(0.2, 2.0), light * random.within(0.0, 1.0));
+        if i > 0 {
+            join(i - 1, i, random.within(0.1, 3.0), light * random.within(0.0, 1.0));
+        }
+    }
+    if random.chance(0.08) {
+        damping[0][0] -= units.damping() * random.within(0.0, 0.1);
+    }
+    let mut mass = vec![vec![0.0; n]; n];
+    for (i, row) in mass.iter_mut().enumerate() {
+        row[i] = random.within(0.3, 3.0) * units.mass();
+    }
+    let mut contacts = Vec::new();
+    for i in 0..n {
+        let choose = |random: &mut Random| {
+            // Branches by the sense of the slip acceleration are for one mass.
+            loop {
+                let name = LAWS[random.one_of(LAWS.len())];
+                if name != "TwoBranch" && name != "BogaczRyczek" {
+                    return name;
+                }
+            }
+        };
+        if i == 0 || random.chance(0.6) {
+            let name = choose(random);
+            contacts.push(
+                json!({"mass": i, "drive_velocity": drive(random, units), "law": law(random, name, units)}),
+            );
+        } else if random.chance(0.5) {
+            let name = choose(random);
+            contacts.push(json!({"mass": i, "other": i - 1, "law": law(random, name, units)}));
+        }
+    }
+    let mut forcing = Vec::new();
+    if random.chance(0.4) {
+        for mut wave in waves(random, units, 1.0 / units.time, 1.0) {
+            wave["mass"] = json!(random.one_of(n));
+            forcing.push(wave);
+        }
+    }
+    let state = |random: &mut Random, unit: f64| -> Vec<f64> {
+        (0..n).map(|_| random.within(-1.0, 1.0) * unit).collect()
+    };
+    let x0 = state(random, units.length());
+    let v0 = if random.chance(0.5) {
+        json!(state(random, units.velocity))
+    } else {
+        json!(vec![0.0; n])
+    };
+    json!({
+        "sys": {"mass": mass, "stiffness": stiffness, "damping": damping, "contacts": contacts, "forcing": forcing},
+        "x0": x0, "v0": v0, "t_end": random.within(3.0, 40.0) * units.time,
+    })
+}

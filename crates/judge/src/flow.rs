@@ -1,0 +1,717 @@
+//! The motion between two events, from the judge's own equations.
+//!
+//! Positions, velocities, a one, the waves of forces and drives and the time since the start form one state y with ẏ = A y:
+//! forcing, ramps and stuck contacts are all linear. Straight pieces of friction are as well, and then exp(A h) leads from
+//! sample to sample, whatever is over-, near-critically or negatively damped or in resonance. A curved law feeds its force in
+//! as an input; then Gragg's midpoint rule, extrapolated (Bulirsch & Stoer 1966), does the steps.
+
+use crate::law::{Law, Line};
+use crate::matrix::{dot, exponential, norm, solve, times};
+use crate::number::Real;
+use crate::problem::Problem;
+
+/// What a contact does between two events.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rub {
+    /// It sticks, or holds its slip speed: the reaction keeps w from changing faster than the drive.
+    Held,
+    /// It slips with this sign of w along a line.
+    Line(f64, Line),
+    /// It slips with this sign of w along a curve.
+    Curve(f64),
+}
+
+/// How many roundings an engine may lose on what conditioning does not explain.
+pub const ROUNDINGS: f64 = 4096.0 * f64::EPSILON;
+/// Samples a radian of the fastest oscillation are one over this; fewer where each costs an extrapolation.
+const SPACING: [f64; 2] = [0.15, 0.4];
+/// More work than this in one phase is not judged.
+const MOST: [f64; 2] = [4e6, 2e7];
+
+/// The equations of one phase and its start.
+#[derive(Clone, Debug)]
+pub struct Model<'a, R> {
+    n: usize,
+    dim: usize,
+    a: Vec<R>,
+    w: Vec<Vec<R>>,
+    force: Vec<Vec<R>>,
+    curves: Vec<(usize, usize, f64, &'a Law)>,
+    y0: Vec<R>,
+    scale: Vec<f64>,
+    /// The norm of A in its units.
+    pace: f64,
+    /// A few roundings of the largest position and speed of the run: below them nothing is known.
+    floor: [f64; 2],
+    /// One, but where the effect of a little more of every curved friction is asked for.
+    gain: f64,
+    /// The fastest that anything oscillates or grows.
+    rate: f64,
+}
+
+/// Everything at one time.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// Time since the start of the phase.
+    pub tau: f64,
+    /// x and ẋ.
+    pub state: Vec<f64>,
+    /// Slip velocities, their rates, and what rounding may do to both.
+    pub w: Vec<[f64; 4]>,
+    /// Friction forces, their rates, and what rounding may do to both.
+    pub force: Vec<[f64; 4]>,
+    /// d²w/dt².
+    pub second: Vec<f64>,
+    /// ẍ.
+    pub acceleration: Vec<f64>,
+}
+
+fn add<R: Real>(row: &mut [R], factor: R, other: &[R]) {
+    row.iter_mut()
+        .zip(other)
+        .for_each(|(row, &other)| *row = *row + factor * other);
+}
+
+impl<'a, R: Real> Model<'a, R> {
+    /// The equations while contacts do what `rubs` say; none where reactions are not determined.
+    #[must_use]
+    pub fn new(
+        problem: &'a Problem,
+        rubs: &[Rub],
+        time: [f64; 2],
+        state: &[f64],
+        floor: [f64; 2],
+    ) -> Option<Self> {
+        let n = problem.n;
+        let (one, noise) = (2 * n, 2 * n + 1);
+        let ramps: Vec<[f64; 2]> = problem
+            .contacts
+            .iter()
+            .map(|c| c.drive.ramp(time[0] + time[1]))
+            .collect();
+        let mut dim = 2 * n + 2;
+        let ramped = ramps.iter().any(|ramp| ramp[1] != 0.0);
+        let clock = dim;
+        dim += usize::from(ramped);
+        let mut waves = Vec::new();
+        for (_, wave) in &problem.forces {
+            waves.push((dim, *wave));
+            dim += 2;
+        }
+        let first_of_drive: Vec<usize> = problem
+            .contacts
+            .iter()
+            .map(|contact| {
+                let first = dim;
+                for wave in &contact.drive.waves {
+                    waves.push((dim, *wave));
+                    dim += 2;
+                }
+                first
+            })
+            .collect();
+        let mut curves = Vec::new();
+        for (c, rub) in rubs.iter().enumerate() {
+            if let Rub::Curve(direction) = rub {
+                curves.push((c, dim, *direction, &problem.contacts[c].law));
+                dim += 1;
+            }
+        }
+        let zero = vec![R::of(0.0); dim];
+        let mut a = vec![zero.clone(); dim];
+        for i in 0..n {
+            a[i][n + i] = R::of(1.0);
+        }
+        for (at, wave) in &waves {
+            a[*at][at + 1] = R::of(-wave.frequency);
+            a[at + 1][*at] = R::of(wave.frequency);
+        }
+        if ramped {
+            a[clock][one] = R::of(1.0);
+        }
+        // s_c and w_c as rows.
+        let mut drives = Vec::new();
+        let mut w = Vec::new();
+        for (c, contact) in problem.contacts.iter().enumerate() {
+            let mut row = zero.clone();
+            row[one] = R::of(contact.drive.velocity) + R::of(ramps[c][0]);
+            row[noise] = R::of(contact.drive.velocity.abs() + ramps[c][0].abs());
+            if ramped {
+                row[clock] = R::of(ramps[c][1]);
+            }
+            for (index, wave) in contact.drive.waves.iter().enumerate() {
+                row[first_of_drive[c] + 2 * index] = R::of(wave.amplitude);
+            }
+            drives.push(row.clone());
+            row[n + contact.mass] = row[n + contact.mass] - R::of(1.0);
+            if let Some(other) = contact.other {
+                row[n + other] = row[n + other] + R::of(1.0);
+            }
+            w.push(row);
+        }
+        // Forces on the masses, without reactions.
+        let mut pushes = vec![zero.clone(); n];
+        for (i, push) in pushes.iter_mut().enumerate() {
+            for j in 0..n {
+                push[j] = R::of(-problem.stiffness[i * n + j]);
+                push[n + j] = R::of(-problem.damping[i * n + j]);
+            }
+        }
+        for ((mass, wave), (at, _)) in problem.forces.iter().zip(&waves) {
+            pushes[*mass][*at] = pushes[*mass][*at] + R::of(wave.amplitude);
+        }
+        let mut force = vec![zero.clone(); rubs.len()];
+        for (c, rub) in rubs.iter().enumerate() {
+            match *rub {
+                Rub::Held => {}
+                Rub::Line(direction, line) => {
+                    add(&mut force[c], R::of(line.slope), &w[c]);
+                    let run = R::of(line.slope) * R::of(line.point[0]);
+                    force[c][one] = force[c][one] + R::of(direction) * (R::of(line.point[1]) - run);
+                    force[c][noise] = R::of(line.slope.abs()) * w[c][noise]
+                        + R::of(line.point[1].abs() + run.value().abs());
+                }
+                Rub::Curve(_) => {
+                    let at = curves.iter().find(|curve| curve.0 == c)?.1;
+                    force[c][at] = R::of(1.0);
+                }
+            }
+        }
+        let across = |rows: &[Vec<R>], c: usize| {
+            let contact = &problem.contacts[c];
+            let mut row = rows[contact.mass].clone();
+            if let Some(other) = contact.other {
+                add(&mut row, R::of(-1.0), &rows[other]);
+            }
+            row
+        };
+        for (c, row) in force.iter().enumerate() {
+            let contact = &problem.contacts[c];
+            add(&mut pushes[contact.mass], R::of(1.0), row);
+            if let Some(other) = contact.other {
+                add(&mut pushes[other], R::of(-1.0), row);
+                pushes[other][noise] = pushes[other][noise] + R::of(2.0) * row[noise];
+            }
+        }
+        let masses: Vec<R> = problem.mass.iter().map(|&m| R::of(m)).collect();
+        let over_mass = |rows: &[Vec<R>]| -> Option<Vec<Vec<R>>> {
+            let solved = solve(&masses, &rows.concat(), n, dim)?;
+            Some(solved.chunks_exact(dim).map(<[R]>::to_vec).collect())
+        };
+        let mut accelerations = over_mass(&pushes)?;
+        let held: Vec<usize> = (0..rubs.len()).filter(|&c| rubs[c] == Rub::Held).collect();
+        if !held.is_empty() {
+            // Reactions λ: b·v̇ = ṡ.
+            let k = held.len();
+            let mut gram = vec![R::of(0.0); k * k];
+            for (q, &d) in held.iter().enumerate() {
+                let contact = &problem.contacts[d];
+                let mut unit = vec![vec![R::of(0.0)]; n];
+                unit[contact.mass][0] = R::of(1.0);
+                if let Some(other) = contact.other {
+                    unit[other][0] = R::of(-1.0);
+                }
+                let moved = solve(&masses, &unit.concat(), n, 1)?;
+                for (p, &c) in held.iter().enumerate() {
+                    let contact = &problem.contacts[c];
+                    let other = contact.other.map_or(R::of(0.0), |other| moved[other]);
+                    gram[p * k + q] = moved[contact.mass] - other;
+                }
+            }
+            let flat = a.concat();
+            let wants: Vec<Vec<R>> = held
+                .iter()
+                .map(|&c| {
+                    let mut row = zero.clone();
+                    for (i, &entry) in drives[c].iter().enumerate() {
+                        if entry.value() != 0.0 {
+                            add(&mut row, entry, &flat[i * dim..(i + 1) * dim]);
+                        }
+                    }
+                    add(&mut row, R::of(-1.0), &across(&accelerations, c));
+                    row
+                })
+                .collect();
+            let reactions = solve(&gram, &wants.concat(), k, dim)?;
+            for (p, &c) in held.iter().enumerate() {
+                force[c] = reactions[p * dim..(p + 1) * dim].to_vec();
+                let contact = &problem.contacts[c];
+                add(&mut pushes[contact.mass], R::of(1.0), &force[c]);
+                if let Some(other) = contact.other {
+                    add(&mut pushes[other], R::of(-1.0), &force[c]);
+                }
+            }
+            accelerations = over_mass(&pushes)?;
+        }
+        for (i, row) in accelerations.into_iter().enumerate() {
+            a[n + i] = row;
+        }
+        let a = a.concat();
+        let mut y0: Vec<R> = state.iter().map(|&value| R::of(value)).collect();
+        y0.resize(dim, R::of(0.0));
+        y0[one] = R::of(1.0);
+        for (at, wave) in &waves {
+            let [cos, sin] = wave.at(time);
+            (y0[*at], y0[at + 1]) = (R::of(cos), R::of(sin));
+        }
+        let mut model = Self {
+            n,
+            dim,
+            a,
+            w,
+            force,
+            curves,
+            y0,
+            scale: Vec::new(),
+            pace: 0.0,
+            floor,
+            gain: 1.0,
+            rate: 0.0,
+        };
+        model.measure(
+            waves
+                .iter()
+                .map(|(_, wave)| wave.frequency.abs())
+                .fold(0.0, f64::max),
+        );
+        Some(model)
+    }
+
+    /// Units in which the entries of A are alike, and the fastest rate.
+    fn measure(&mut self, waves: f64) {
+        let (n, dim) = (self.n, self.dim);
+        let block = |column: usize| {
+            let rows = (n..2 * n).map(|row| {
+                (0..n)
+                    .map(|j| self.a[row * dim + column + j].value().abs())
+                    .sum::<f64>()
+            });
+            rows.fold(0.0, f64::max)
+        };
+        let (stiff, damped) = (block(0).sqrt(), block(n));
+        let power = |value: f64| {
+            if value > 0.0 && value.is_finite() {
+                value.log2().round().exp2()
+            } else {
+                1.0
+            }
+        };
+        let unit = power(stiff.max(1e-3 * damped).max(waves));
+        let pace = stiff.max(damped).max(waves).max(f64::MIN_POSITIVE);
+        self.scale = vec![1.0; dim];
+        for j in 0..dim {
+            if j < n {
+                self.scale[j] = 1.0 / unit;
+            } else if j >= 2 * n {
+                let column =
+                    (0..2 * n).map(|i| self.a[i * dim + j].value().abs() * if i < n { unit } else { 1.0 });
+                let largest = column.fold(0.0, f64::max);
+                self.scale[j] = if largest > 0.0 {
+                    1.0 / power(largest / pace)
+                } else {
+                    1.0
+                };
+            }
+        }
+        // A wave is a pair: one unit for both.
+        for j in 2 * n..dim.saturating_sub(1) {
+            if self.a[j * dim + j + 1].value() < 0.0 && self.a[(j + 1) * dim + j].value() > 0.0 {
+                let unit = self.scale[j].min(self.scale[j + 1]);
+                (self.scale[j], self.scale[j + 1]) = (unit, unit);
+            }
+        }
+        let mut rate = stiff;
+        if n == 1 && self.curves.is_empty() {
+            // x″ = −p x − q x′: what decays without oscillation shows at the start only.
+            let (p, q) = (-self.a[dim].value(), -self.a[dim + 1].value());
+            let square = 0.25 * q * q - p;
+            rate = if square < 0.0 { p.sqrt() } else { 0.0 };
+            let grows = if square < 0.0 {
+                -0.5 * q
+            } else {
+                square.sqrt() - 0.5 * q
+            };
+            rate = rate.max(grows);
+        } else {
+            let grows = (n..2 * n).any(|i| self.a[i * dim + i].value() > 0.0);
+            if grows {
+                rate = rate.max(damped);
+            }
+        }
+        if !self.curves.is_empty() {
+            // No step of the extrapolated midpoint rule may be long against what decays.
+            rate = rate.max(0.3 * damped);
+        }
+        self.rate = rate.max(waves);
+        self.pace = norm(&self.scaled(), dim);
+    }
+
+    fn scaled(&self) -> Vec<R> {
+        let dim = self.dim;
+        let entry = |index: usize| self.a[index] * R::of(self.scale[index % dim] / self.scale[index / dim]);
+        (0..dim * dim).map(entry).collect()
+    }
+
+    fn propagator(&self, h: R) -> Vec<R> {
+        let dim = self.dim;
+        let mut matrix = exponential(&self.scaled(), dim, h);
+        for (index, entry) in matrix.iter_mut().enumerate() {
+            *entry = *entry * R::of(self.scale[index / dim] / self.scale[index % dim]);
+        }
+        matrix
+    }
+
+    fn feed(&self, y: &mut [R]) {
+        for &(c, at, direction, law) in &self.curves {
+            let u = direction * dot(&self.w[c], y).value();
+            y[at] = R::of(direction * law.curve(u)[0] * self.gain);
+        }
+    }
+
+    fn add_slope(&self, to: &mut [R], factor: R, y: &[R]) {
+        for (to, row) in to.iter_mut().zip(self.a.chunks_exact(self.dim)) {
+            *to = *to + factor * dot(row, y);
+        }
+    }
+
+    fn slope(&self, y: &[R]) -> Vec<R> {
+        times(&self.a, y)
+    }
+
+    fn floor_of(&self, j: usize) -> f64 {
+        self.floor.get(j / self.n).copied().unwrap_or(0.0)
+    }
+
+    /// Everything at the start.
+    #[must_use]
+    pub fn at_start(&self) -> Sample {
+        let mut start = self.y0.clone();
+        self.feed(&mut start);
+        self.read(0.0, &start, &[])
+    }
+
+    fn read(&self, tau: f64, y: &[R], slack: &[f64]) -> Sample {
+        let mut rates = self.slope(y);
+        for &(c, at, direction, law) in &self.curves {
+            let u = direction * dot(&self.w[c], y).value();
+            rates[at] = R::of(law.curve(u)[1]) * dot(&self.w[c], &rates);
+        }
+        let noise = 2 * self.n + 1;
+        let size = |row: &[R], of: &[R]| -> f64 {
+            let terms = row.iter().enumerate().map(|(j, r)| {
+                let size = if j == noise { 0.0 } else { of[j].value().abs() };
+                r.value().abs()
+                    * (ROUNDINGS * size + slack.get(j).copied().unwrap_or_else(|| self.floor_of(j)))
+            });
+            terms.sum::<f64>() + ROUNDINGS * row[noise].value().abs()
+        };
+        // What rounding does to a rate: to each term of each acceleration.
+        let rate_size = |row: &[R]| -> f64 {
+            let dim = self.dim;
+            (0..dim)
+                .filter(|&j| row[j].value() != 0.0 && j != noise)
+                .map(|j| {
+                    let line = &self.a[j * dim..(j + 1) * dim];
+                    row[j].value().abs() * size(line, y)
+                })
+                .sum()
+        };
+        let both = |row: &Vec<R>| {
+            [
+                dot(row, y).value(),
+                dot(row, &rates).value(),
+                size(row, y),
+                rate_size(row),
+            ]
+        };
+        let second = self.slope(&rates);
+        let mut sample = Sample {
+            tau,
+            second: self.w.iter().map(|row| dot(row, &second).value()).collect(),
+            acceleration: rates[self.n..2 * self.n]
+                .iter()
+                .map(|rate| rate.value())
+                .collect(),
+            state: y[..2 * self.n].iter().map(|value| value.value()).collect(),
+            w: self.w.iter().map(both).collect(),
+            force: self.force.iter().map(both).collect(),
+        };
+        for &(c, _, direction, law) in &self.curves {
+            // The slope of the curve leads from w to the force.
+            let [_, slope] = law.curve(direction * sample.w[c][0]);
+            sample.force[c][2] += slope.abs() * sample.w[c][2];
+            sample.force[c][3] += slope.abs() * sample.w[c][3];
+        }
+        sample
+    }
+}
+
+/// A phase that was followed.
+#[derive(Clone, Debug)]
+pub struct Phase<'a, R> {
+    model: Model<'a, R>,
+    times: Vec<f64>,
+    states: Vec<Vec<R>>,
+    /// What rounding may do to x and ẋ at the end, and at most on the way.
+    pub slack: [Vec<f64>; 2],
+}
+
+impl<'a, R: Real> Phase<'a, R> {
+    /// Follow the model over a time; none where that is too much work.
+    #[must_use]
+    pub fn new(model: Model<'a, R>, length: R, least: usize, thorough: bool) -> Option<Self> {
+        let dim = model.dim;
+        let total = length.value();
+        let curved = usize::from(!model.curves.is_empty());
+        let wanted = (total * model.rate / SPACING[curved])
+            .ceil()
+            .max((least >> curved) as f64);
+        let share = if model.curves.is_empty() { 1.0 } else { 60.0 };
+        if !(wanted * share * (dim * dim) as f64 <= MOST[curved]) {
+            return None;
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked above"
+        )]
+        let count = wanted as usize;
+        let step = length / R::of(count as f64);
+        let mut phase = Self {
+            times: vec![0.0],
+            states: Vec::with_capacity(count + 12),
+            slack: [Vec::new(), Vec::new()],
+            model,
+        };
+        let mut start = phase.model.y0.clone();
+        phase.model.feed(&mut start);
+        phase.states.push(start.clone());
+        // Closer and closer to the start, where w may leave zero and what is heavily damped decays.
+        let pace = phase.model.pace * step.value();
+        let mut halvings = if curved == 1 { 3 } else { 5 };
+        while pace * f64::exp2(-f64::from(halvings)) > 0.25 && halvings < 60 {
+            halvings += 1;
+        }
+        for halving in (1..=halvings).rev() {
+            let tau = step * R::of(f64::exp2(-f64::from(halving)));
+            let (from, before) = (phase.states.last()?.clone(), *phase.times.last()?);
+            let next = phase.move_on(&from, tau - R::of(before))?;
+            phase.times.push(tau.value());
+            phase.states.push(next);
+        }
+        let propagator = phase
+            .model
+            .curves
+            .is_empty()
+            .then(|| phase.model.propagator(step));
+        let mut at_mark = start;
+        for index in 1..=count {
+            at_mark = match &propagator {
+                Some(matrix) => times(matrix, &at_mark),
+                None => phase.move_on(&at_mark, step)?,
+            };
+            phase.times.push((step * R::of(index as f64)).value());
+            phase.states.push(at_mark.clone());
+        }
+        phase.weigh(length, thorough)?;
+        Some(phase)
+    }
+
+    /// What rounding of the start, of constants and of rates may do to the state; as if it did not grow unless `thorough`.
+    fn weigh(&mut self, length: R, thorough: bool) -> Option<()> {
+        let (n, dim) = (self.model.n, self.model.dim);
+        let noise = 2 * n + 1;
+        let mut way = vec![0.0; 2 * n];
+        for pair in self.states.windows(2) {
+            for i in 0..2 * n {
+                way[i] += (pair[1][i].value() - pair[0][i].value()).abs();
+            }
+        }
+        let mut ends = [vec![0.0; 2 * n], vec![0.0; 2 * n]];
+        for (which, share) in [(0, 1.0), (1, 0.5)] {
+            let columns: Vec<Vec<f64>> = if !thorough {
+                (0..2 * n).map(|i| vec![self.model.y0[i].value().abs()]).collect()
+            } else if self.model.curves.is_empty() {
+                let matrix = self.model.propagator(length * R::of(share));
+                (0..2 * n)
+                    .map(|i| {
+                        (0..dim)
+                            .map(|j| {
+                                let size = if j == noise {
+                                    1.0
+                                } else {
+                                    self.model.y0[j].value().abs()
+                                };
+                                matrix[i * dim + j].value().abs() * size
+                            })
+                            .collect()
+                    })
+                    .collect()
+            } else if which == 0 {
+                // By differences: move each start a little, then what the constants and curves give.
+                let mut columns = vec![Vec::new(); 2 * n];
+                let last = self.states.last()?.clone();
+                for j in 0..2 * n + 1 {
+                    let mut y = self.model.y0.clone();
+                    if j < 2 * n {
+                        let size = y[j].value().abs().max(way[j]);
+                        if size == 0.0 {
+                            continue;
+                        }
+                        y[j] = y[j] + R::of(1e-7 * size);
+                    } else {
+                        y[noise] = R::of(1e-7);
+                        self.model.gain = 1.0 + 1e-7;
+                    }
+                    for k in 1..self.times.len() {
+                        y = self.move_on(&y, R::of(self.times[k] - self.times[k - 1]))?;
+                    }
+                    self.model.gain = 1.0;
+                    for (i, column) in columns.iter_mut().enumerate() {
+                        column.push((y[i].value() - last[i].value()).abs() / 1e-7);
+                    }
+                }
+                columns
+            } else {
+                vec![Vec::new(); 2 * n]
+            };
+            for i in 0..2 * n {
+                ends[which][i] =
+                    ROUNDINGS * (columns[i].iter().sum::<f64>() + way[i]) + self.model.floor_of(i);
+            }
+        }
+        let inner = (0..2 * n).map(|i| {
+            let start = ROUNDINGS * self.model.y0[i].value().abs();
+            ends[0][i].max(ends[1][i]).max(start)
+        });
+        self.slack = [ends[0].clone(), inner.collect()];
+        Some(())
+    }
+
+    /// From a state on over a short time.
+    fn move_on(&self, from: &[R], h: R) -> Option<Vec<R>> {
+        let model = &self.model;
+        if h.value() == 0.0 {
+            return Some(from.to_vec());
+        }
+        if !model.curves.is_empty() {
+            return bulirsch_stoer(model, from, h, 0);
+        }
+        if model.pace * h.value().abs() > 2.0 {
+            return Some(times(&model.propagator(h), from));
+        }
+        let mut sum = from.to_vec();
+        let mut term = from.to_vec();
+        for order in 1..50 {
+            let factor = h / R::of(f64::from(order));
+            term = model.slope(&term);
+            term.iter_mut().for_each(|entry| *entry = *entry * factor);
+            sum.iter_mut()
+                .zip(&term)
+                .for_each(|(sum, &term)| *sum = *sum + term);
+            let small = term
+                .iter()
+                .zip(&sum)
+                .all(|(term, sum)| term.value().abs() <= R::ROUNDING * sum.value().abs());
+            if small {
+                break;
+            }
+        }
+        Some(sum)
+    }
+
+    /// Everything at one of the sample times.
+    #[must_use]
+    pub fn sample(&self, index: usize) -> Sample {
+        self.model
+            .read(self.times[index], &self.states[index], &self.slack[1])
+    }
+
+    /// One of the sample times.
+    #[must_use]
+    pub fn time(&self, index: usize) -> f64 {
+        self.times[index]
+    }
+
+    /// How many sample times there are.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.times.len()
+    }
+
+    /// Everything at any time.
+    #[must_use]
+    pub fn at(&self, tau: f64) -> Option<Sample> {
+        let index = self.times.partition_point(|&time| time <= tau).max(1) - 1;
+        let y = self.move_on(&self.states[index], R::of(tau) - R::of(self.times[index]))?;
+        Some(self.model.read(tau, &y, &self.slack[1]))
+    }
+
+    /// Everything at the end.
+    #[must_use]
+    pub fn end(&self) -> Sample {
+        let last = self.times.len() - 1;
+        self.model
+            .read(self.times[last], &self.states[last], &self.slack[0])
+    }
+}
+
+/// One step by the extrapolated midpoint rule of order 14, halved until its last two columns agree.
+fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Option<Vec<R>> {
+    const PARTS: [u32; 7] = [2, 4, 6, 8, 10, 12, 14];
+    let state = 2 * model.n;
+    let mut start = from.to_vec();
+    model.feed(&mut start);
+    let first = model.slope(&start);
+    let mut row: Vec<Vec<R>> = Vec::new();
+    for (index, &parts) in PARTS.iter().enumerate() {
+        let step = h / R::of(f64::from(parts));
+        let (mut before, mut now) = (start.clone(), start.clone());
+        add(&mut now, step, &first);
+        for _ in 1..parts {
+            model.feed(&mut now);
+            model.add_slope(&mut before, step + step, &now);
+            std::mem::swap(&mut before, &mut now);
+        }
+        model.feed(&mut now);
+        let mut column = vec![R::of(0.0); now.len()];
+        for rest in [&now, &before] {
+            add(&mut column, R::of(0.5), rest);
+        }
+        model.add_slope(&mut column, step * R::of(0.5), &now);
+        let mut next = vec![column];
+        for back in 1..=index {
+            let ratio = R::of(f64::from(parts)) / R::of(f64::from(PARTS[index - back]));
+            let factor = R::of(1.0) / (ratio * ratio - R::of(1.0));
+            let (new, old) = (&next[back - 1], &row[back - 1]);
+            next.push(
+                new.iter()
+                    .zip(old)
+                    .map(|(&new, &old)| new + (new - old) * factor)
+                    .collect(),
+            );
+        }
+        row = next;
+    }
+    let (mut end, check) = (row[6].clone(), &row[5]);
+    let gap = |i: usize| {
+        let line = &model.a[i * model.dim..(i + 1) * model.dim];
+        let terms: f64 = line
+            .iter()
+            .zip(&start)
+            .map(|(a, y)| (*a * *y).value().abs())
+            .sum();
+        let size = start[i].value().abs().max(end[i].value().abs())
+            + h.value() * terms
+            + model.floor_of(i) / ROUNDINGS;
+        (end[i] - check[i]).value().abs() / size.max(f64::MIN_POSITIVE)
+    };
+    let error = (0..state).map(gap).fold(0.0, f64::max);
+    if !(error <= 3e-14) && depth < 12 {
+        let half = h * R::of(0.5);
+        let middle = bulirsch_stoer(model, from, half, depth + 1)?;
+        return bulirsch_stoer(model, &middle, half, depth + 1);
+    }
+    model.feed(&mut end);
+    end.iter().all(|value| value.value().is_finite()).then_some(end)
+}

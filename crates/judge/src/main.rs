@@ -1,0 +1,210 @@
+//! Judge random oscillators and systems, or documents from files.
+//!
+//!   stickslip-judge --oscillators N --systems N --seed S [--first I] [--threads T] [--show K] [FILE...]
+//!
+//! A file holds one document {"sys", "x0", "v0", "t_end"} or a list of them. Counts go to the standard output as one JSON
+//! object, and before it each failure as a line with the document that reproduces it.
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command line")]
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use serde_json::{Value, json};
+use stickslip_judge::draw;
+use stickslip_judge::problem::Problem;
+use stickslip_judge::report::run;
+use stickslip_judge::verdict::{Verdict, judge};
+
+#[derive(Default)]
+struct Counts {
+    documents: u64,
+    refused: u64,
+    not_understood: u64,
+    events: u64,
+    phases: u64,
+    failures: u64,
+    grazes: u64,
+    edges: u64,
+    sensitive: u64,
+    left: u64,
+    stops: BTreeMap<String, u64>,
+    laws: BTreeMap<String, [u64; 2]>,
+    kinds: BTreeMap<String, u64>,
+    shown: u64,
+    slowest: (f64, String),
+}
+
+impl Counts {
+    fn add(&mut self, label: &str, case: &Value, verdict: Option<&Verdict>, show: u64) {
+        self.documents += 1;
+        let Some(verdict) = verdict else {
+            self.not_understood += 1;
+            return;
+        };
+        if let Some(sentence) = &verdict.refused {
+            self.refused += 1;
+            *self
+                .kinds
+                .entry(format!(
+                    "refused: {}",
+                    sentence.chars().take(50).collect::<String>()
+                ))
+                .or_default() += 1;
+            return;
+        }
+        self.events += verdict.events;
+        self.phases += verdict.phases;
+        self.grazes += verdict.grazes;
+        self.edges += verdict.edges;
+        self.sensitive += verdict.sensitive;
+        self.left += verdict.left;
+        *self.stops.entry(verdict.stop.clone()).or_default() += 1;
+        let law = case["sys"]["law"]["type"].as_str().unwrap_or("system");
+        let count = self.laws.entry(law.to_owned()).or_default();
+        count[0] += 1;
+        if let Some(finding) = verdict.findings.first() {
+            count[1] += 1;
+            self.failures += 1;
+            *self.kinds.entry(finding.what.clone()).or_default() += 1;
+            if self.shown < show {
+                self.shown += 1;
+                let line = json!({
+                    "from": label, "what": finding.what, "t": finding.t, "off": finding.off,
+                    "tolerance": finding.tolerance, "document": case,
+                });
+                println!("{line}");
+            }
+        }
+    }
+
+    fn summary(&self) -> Value {
+        json!({
+            "documents": self.documents, "refused": self.refused, "not_understood": self.not_understood,
+            "events": self.events, "phases": self.phases, "failures": self.failures, "grazes": self.grazes,
+            "edges": self.edges, "sensitive": self.sensitive, "left": self.left, "stops": self.stops,
+            "laws_and_failures": self.laws, "kinds": self.kinds, "slowest": self.slowest,
+        })
+    }
+}
+
+fn many(
+    count: u64,
+    first: u64,
+    threads: u64,
+    show: u64,
+    label: &str,
+    draw: impl Fn(u64) -> Value + Sync,
+) -> Counts {
+    let (next, counts) = (AtomicU64::new(first), Mutex::new(Counts::default()));
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    if index >= first + count {
+                        return;
+                    }
+                    let case = draw(index);
+                    let start = std::time::Instant::now();
+                    let verdict = judge(&case);
+                    let seconds = start.elapsed().as_secs_f64();
+                    if let Ok(mut counts) = counts.lock() {
+                        if seconds > counts.slowest.0 {
+                            counts.slowest = (seconds, format!("{label} {index}"));
+                        }
+                        counts.add(&format!("{label} {index}"), &case, verdict.as_ref(), show);
+                    }
+                }
+            });
+        }
+    });
+    counts.into_inner().unwrap_or_default()
+}
+
+fn main() -> ExitCode {
+    let mut options = BTreeMap::from([
+        ("oscillators", 0),
+        ("systems", 0),
+        ("seed", 1),
+        ("first", 0),
+        ("threads", 1),
+        ("show", 100),
+        ("marks", 0),
+    ]);
+    let mut files = Vec::new();
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let name = argument.strip_prefix("--").unwrap_or_default();
+        if let Some(option) = options.get_mut(name) {
+            let Some(value) = arguments.next().and_then(|value| value.parse().ok()) else {
+                eprintln!("--{name} expects a whole number");
+                return ExitCode::from(2);
+            };
+            *option = value;
+        } else {
+            files.push(argument);
+        }
+    }
+    let (seed, first, threads, show) = (
+        options["seed"],
+        options["first"],
+        options["threads"],
+        options["show"],
+    );
+    let mut failures = 0;
+    let mut summary = json!({"seed": seed});
+    let mut tell = |name: &str, counts: &Counts| {
+        failures += counts.failures;
+        summary[name] = counts.summary();
+    };
+    if options["oscillators"] > 0 {
+        let draw = |index| draw::oscillator(seed, index);
+        tell(
+            "oscillators",
+            &many(options["oscillators"], first, threads, show, "oscillator", draw),
+        );
+    }
+    if options["systems"] > 0 {
+        let draw = |index| draw::system(seed, index);
+        tell(
+            "systems",
+            &many(options["systems"], first, threads, show, "system", draw),
+        );
+    }
+    for file in files {
+        let document = std::fs::read_to_string(&file)
+            .ok()
+            .and_then(|text| serde_json::from_str::<Value>(&text).ok());
+        let Some(document) = document else {
+            eprintln!("{file}: expected a JSON document of a run or a list of them");
+            return ExitCode::from(2);
+        };
+        let cases = document.as_array().cloned().unwrap_or_else(|| vec![document]);
+        let mut counts = Counts::default();
+        for (index, case) in cases.iter().enumerate() {
+            let problem = Problem::read(case);
+            if let Some(Ok(report)) = problem
+                .filter(|_| options["marks"] > 0)
+                .map(|problem| run(case, &problem))
+            {
+                for mark in report
+                    .marks
+                    .iter()
+                    .take(usize::try_from(options["marks"]).unwrap_or(usize::MAX))
+                {
+                    println!(
+                        "{:?} {:?} {:?} {:?}",
+                        mark.time, mark.state, mark.directions, mark.events
+                    );
+                }
+            }
+            let verdict = judge(case);
+            counts.add(&format!("{file} {index}"), case, verdict.as_ref(), show);
+        }
+        tell(&file, &counts);
+    }
+    println!("{summary}");
+    ExitCode::from(u8::from(failures > 0))
+}

@@ -1,0 +1,200 @@
+//! The document of a run, read by the judge for itself.
+
+use serde_json::Value;
+
+use crate::law::Law;
+use crate::number::angle;
+
+/// A cos(Ω t + φ).
+#[derive(Clone, Copy, Debug)]
+pub struct Wave {
+    /// A.
+    pub amplitude: f64,
+    /// Ω.
+    pub frequency: f64,
+    /// φ.
+    pub phase: f64,
+}
+
+impl Wave {
+    fn read(value: &Value) -> Option<Self> {
+        Some(Self {
+            amplitude: value["amplitude"].as_f64()?,
+            frequency: value["frequency"].as_f64()?,
+            phase: value["phase"].as_f64().unwrap_or(0.0),
+        })
+    }
+
+    /// cos and sin of Ω t + φ.
+    pub fn at(&self, time: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = angle(self.frequency, time, self.phase).sin_cos();
+        [cos, sin]
+    }
+}
+
+/// s(t): a constant, waves, and a table with straight pieces.
+#[derive(Clone, Debug, Default)]
+pub struct Drive {
+    /// The constant.
+    pub velocity: f64,
+    /// The waves.
+    pub waves: Vec<Wave>,
+    /// The table.
+    pub nodes: Vec<[f64; 2]>,
+}
+
+impl Drive {
+    fn read(value: &Value) -> Option<Self> {
+        if value.is_null() {
+            return Some(Self::default());
+        }
+        if let Some(velocity) = value.as_f64() {
+            return Some(Self {
+                velocity,
+                ..Self::default()
+            });
+        }
+        let list = |name: &str| value[name].as_array().cloned().unwrap_or_default();
+        Some(Self {
+            velocity: value["velocity"].as_f64().unwrap_or(0.0),
+            waves: list("harmonics").iter().map(Wave::read).collect::<Option<_>>()?,
+            nodes: list("nodes")
+                .iter()
+                .map(|node| Some([node[0].as_f64()?, node[1].as_f64()?]))
+                .collect::<Option<_>>()?,
+        })
+    }
+
+    /// The table as value and slope from `t` on.
+    pub fn ramp(&self, t: f64) -> [f64; 2] {
+        let nodes = &self.nodes;
+        let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
+            return [0.0; 2];
+        };
+        if t < first[0] {
+            return [first[1], 0.0];
+        }
+        for pair in nodes.windows(2) {
+            let ([a, p], [b, q]) = (pair[0], pair[1]);
+            if t < b {
+                let slope = (q - p) / (b - a);
+                return [p + slope * (t - a), slope];
+            }
+        }
+        [last[1], 0.0]
+    }
+
+    /// s(t).
+    pub fn value(&self, time: [f64; 2]) -> f64 {
+        let waves: f64 = self
+            .waves
+            .iter()
+            .map(|wave| wave.amplitude * wave.at(time)[0])
+            .sum();
+        self.velocity + waves + self.ramp(time[0])[0]
+    }
+}
+
+/// A contact.
+#[derive(Clone, Debug)]
+pub struct Contact {
+    /// The mass friction acts on.
+    pub mass: usize,
+    /// The mass it acts on the other way.
+    pub other: Option<usize>,
+    /// s(t).
+    pub drive: Drive,
+    /// F and f_s.
+    pub law: Law,
+}
+
+/// M ẍ + D ẋ + K x = Σ b_c F_c + forces, and a start.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// Masses.
+    pub n: usize,
+    /// M, K, D row by row.
+    pub mass: Vec<f64>,
+    /// K.
+    pub stiffness: Vec<f64>,
+    /// D.
+    pub damping: Vec<f64>,
+    /// Contacts.
+    pub contacts: Vec<Contact>,
+    /// Forces on masses.
+    pub forces: Vec<(usize, Wave)>,
+    /// x(0).
+    pub x0: Vec<f64>,
+    /// ẋ(0); none: the drive's.
+    pub v0: Option<Vec<f64>>,
+    /// How long.
+    pub t_end: f64,
+}
+
+impl Problem {
+    /// From {"sys": oscillator or system, "x0", "v0", "t_end"}; none where the judge does not understand it.
+    pub fn read(case: &Value) -> Option<Self> {
+        let document = &case["sys"];
+        let rows = |name: &str| -> Option<Vec<Vec<f64>>> {
+            let value = &document[name];
+            if let Some(number) = value.as_f64() {
+                return Some(vec![vec![number]]);
+            }
+            let row = |row: &Value| row.as_array()?.iter().map(Value::as_f64).collect();
+            value.as_array()?.iter().map(row).collect()
+        };
+        let mass = rows("mass")?;
+        let n = mass.len();
+        let contacts = if document["contacts"].is_array() {
+            let contact = |contact: &Value| {
+                Some(Contact {
+                    mass: usize::try_from(contact["mass"].as_u64()?).ok()?,
+                    other: contact["other"]
+                        .as_u64()
+                        .and_then(|other| usize::try_from(other).ok()),
+                    drive: Drive::read(&contact["drive_velocity"])?,
+                    law: Law::read(&contact["law"])?,
+                })
+            };
+            document["contacts"]
+                .as_array()?
+                .iter()
+                .map(contact)
+                .collect::<Option<Vec<_>>>()?
+        } else {
+            vec![Contact {
+                mass: 0,
+                other: None,
+                drive: Drive::read(&document["drive_velocity"])?,
+                law: Law::read(&document["law"])?,
+            }]
+        };
+        let forcing = match &document["forcing"] {
+            Value::Null => Vec::new(),
+            Value::Array(waves) => waves.clone(),
+            one => vec![one.clone()],
+        };
+        let force = |force: &Value| {
+            let mass = force["mass"].as_u64().unwrap_or(0);
+            Some((usize::try_from(mass).ok()?, Wave::read(force)?))
+        };
+        let list = |value: &Value| -> Option<Vec<f64>> {
+            match value {
+                Value::Null => None,
+                Value::Array(values) => values.iter().map(Value::as_f64).collect(),
+                one => Some(vec![one.as_f64()?; 1]),
+            }
+        };
+        Some(Self {
+            n,
+            mass: mass.concat(),
+            stiffness: rows("stiffness")?.concat(),
+            damping: rows("damping")?.concat(),
+            contacts,
+            forces: forcing.iter().map(force).collect::<Option<_>>()?,
+            x0: list(&case["x0"]).unwrap_or_else(|| vec![0.0; n]),
+            v0: list(&case["v0"]),
+            t_end: case["t_end"].as_f64()?,
+        })
+    }
+}

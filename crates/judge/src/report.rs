@@ -1,0 +1,181 @@
+//! What the engine says of a run: the only place that knows its types.
+
+use serde_json::Value;
+use stickslip::law::Friction;
+use stickslip::mode::Kind;
+use stickslip::structure::Oscillator;
+use stickslip::system::System;
+use stickslip::{network, simulate};
+
+use crate::problem::Problem;
+
+/// An event, as it was reported.
+#[derive(Clone, Copy, Debug)]
+pub struct Event {
+    /// Its kind.
+    pub kind: Kind,
+    /// At which contact.
+    pub contact: usize,
+    /// Friction just before.
+    pub force: f64,
+    /// Time of adhesion before a release.
+    pub stick_time: f64,
+    /// d|F|/dt at a release.
+    pub force_rate: f64,
+}
+
+/// Everything that happened at one time, and the state after it.
+#[derive(Clone, Debug)]
+pub struct Mark {
+    /// When, as a sum.
+    pub time: [f64; 2],
+    /// x and ẋ.
+    pub state: Vec<f64>,
+    /// What happened.
+    pub events: Vec<Event>,
+    /// The signs of w after it, 0 where contacts stick.
+    pub directions: Vec<f64>,
+}
+
+/// A state asked for at a time.
+pub type Dense = Box<dyn Fn(&[f64]) -> Vec<Vec<f64>>>;
+
+/// A run.
+pub struct Report {
+    /// The start, and every event.
+    pub marks: Vec<Mark>,
+    /// Why it ended.
+    pub stop: &'static str,
+    /// Until when it is known.
+    pub t_last: f64,
+    /// x and ẋ at any times, as reported.
+    pub dense: Dense,
+}
+
+/// Whether one mass on one constant drive can be asked of the closed form, and of which document.
+fn oscillator(case: &Value) -> Option<Oscillator> {
+    let mut document = case["sys"].clone();
+    if document["forcing"].is_object() {
+        document["forcing"] = Value::Array(vec![document["forcing"].clone()]);
+    } else if document["forcing"].is_null() {
+        document["forcing"] = Value::Array(Vec::new());
+    }
+    Oscillator::from_json(&document.to_string()).ok()
+}
+
+/// The same document as a system of one mass.
+fn system(case: &Value) -> Result<System, String> {
+    let document = &case["sys"];
+    if document["contacts"].is_array() {
+        return System::from_json(&document.to_string()).map_err(|error| error.to_string());
+    }
+    let forcing = match &document["forcing"] {
+        Value::Null => Value::Array(Vec::new()),
+        Value::Array(_) => document["forcing"].clone(),
+        one => Value::Array(vec![one.clone()]),
+    };
+    let one = |name: &str| serde_json::json!([[document[name]]]);
+    let document = serde_json::json!({
+        "mass": one("mass"), "stiffness": one("stiffness"), "damping": one("damping"), "forcing": forcing,
+        "contacts": [{"mass": 0, "drive_velocity": document["drive_velocity"], "law": document["law"]}],
+    });
+    System::from_json(&document.to_string()).map_err(|error| error.to_string())
+}
+
+/// How many events a run may have.
+const MOST: u64 = 400;
+
+/// Let the engine run a case; `series`: on Taylor series also where there is a closed form.
+///
+/// # Errors
+/// The engine's sentence.
+pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
+    let series = case["engine"] == "series";
+    let most = case["max_events"].as_u64().unwrap_or(MOST);
+    if let Some(oscillator) = oscillator(case).filter(|o| !series && !o.law.smooth() && !o.resonates()) {
+        let run = simulate::Run {
+            x0: problem.x0[0],
+            v0: problem.v0.as_ref().map(|v0| v0[0]),
+            t_end: problem.t_end,
+            max_events: most,
+        };
+        let orbit = simulate::simulate(&oscillator, run).map_err(|error| error.to_string())?;
+        let mut marks = Vec::new();
+        for (index, segment) in orbit.segments.iter().enumerate() {
+            let events = index.checked_sub(1).map(|index| {
+                let event = &orbit.events[index];
+                Event {
+                    kind: event.kind,
+                    contact: 0,
+                    force: event.force,
+                    stick_time: event.stick_time,
+                    force_rate: event.force_rate,
+                }
+            });
+            marks.push(Mark {
+                time: [segment.clock.high, segment.clock.low],
+                state: vec![segment.x, segment.v],
+                events: events.into_iter().collect(),
+                directions: vec![segment.direction],
+            });
+        }
+        let t_last = orbit.t_last();
+        return Ok(Report {
+            marks,
+            stop: orbit.stop.name(),
+            t_last,
+            dense: Box::new(move |times| {
+                orbit
+                    .states(times)
+                    .iter()
+                    .map(|state| vec![state.x, state.v])
+                    .collect()
+            }),
+        });
+    }
+    let run = network::Run {
+        x0: Some(problem.x0.clone()),
+        v0: problem.v0.clone(),
+        t_end: problem.t_end,
+        max_events: most,
+    };
+    let orbit = network::simulate(&system(case)?, run).map_err(|error| error.to_string())?;
+    let (n, width) = (problem.n, orbit.width());
+    let rows: Vec<&[f64]> = orbit.steps.chunks_exact(width).collect();
+    let mark = |row: &[f64]| Mark {
+        time: [row[0], row[1]],
+        state: row[2..2 + 2 * n].to_vec(),
+        events: Vec::new(),
+        directions: row[2 + 2 * n..].chunks_exact(4).map(|rub| rub[0]).collect(),
+    };
+    let mut marks: Vec<Mark> = rows.iter().take(1).map(|row| mark(row)).collect();
+    let mut events = orbit.events.iter().peekable();
+    while let Some(first) = events.peek().copied() {
+        // The last row of that time: the state after all that happened then.
+        let after = rows.partition_point(|row| row[0] <= first.t);
+        let mut group = match rows[..after].last() {
+            Some(row) if row[0] == first.t => mark(row),
+            _ => break,
+        };
+        while let Some(event) = events.next_if(|event| event.t == first.t) {
+            group.events.push(Event {
+                kind: event.kind,
+                contact: event.contact,
+                force: event.force,
+                stick_time: event.stick_time,
+                force_rate: event.force_rate,
+            });
+        }
+        marks.push(group);
+    }
+    Ok(Report {
+        marks,
+        stop: orbit.stop.name(),
+        t_last: orbit.t_last(),
+        dense: Box::new(move |times| {
+            let states = orbit.states(times);
+            let rows = states.x.chunks_exact(n).zip(states.v.chunks_exact(n));
+            rows.map(|(x, v)| [x, v].concat()).collect()
+        }),
+    })
+}

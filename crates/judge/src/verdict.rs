@@ -1,0 +1,895 @@
+//! The verdict on one run: every phase followed again, every event asked whether it is one.
+
+use serde_json::Value;
+use stickslip::mode::Kind;
+
+use crate::flow::{Model, Phase, ROUNDINGS, Rub, Sample};
+use crate::law::{Kinetic, Line, piece_at};
+use crate::number::{Pair, Real};
+use crate::paper::Memory;
+use crate::problem::Problem;
+use crate::report::{Mark, Report, run};
+
+/// Something that is not as it should be.
+#[derive(Clone, Debug)]
+pub struct Finding {
+    /// What.
+    pub what: String,
+    /// When.
+    pub t: f64,
+    /// How far off.
+    pub off: f64,
+    /// What rounding and conditioning explain.
+    pub tolerance: f64,
+}
+
+/// What was judged, and how.
+#[derive(Clone, Debug, Default)]
+pub struct Verdict {
+    /// Events judged.
+    pub events: u64,
+    /// Phases judged.
+    pub phases: u64,
+    /// What is wrong.
+    pub findings: Vec<Finding>,
+    /// Guards that come within rounding of zero and go back: an event and none are both right.
+    pub grazes: u64,
+    /// Decisions at zero slip velocity with the force within rounding of what adhesion bears.
+    pub edges: u64,
+    /// Phases over which rounding grows beyond a millionth of the motion.
+    pub sensitive: u64,
+    /// Phases that would be too much work, or whose reactions are not determined.
+    pub left: u64,
+    /// Why the run ended.
+    pub stop: String,
+    /// The engine's sentence, where it refused the document.
+    pub refused: Option<String>,
+}
+
+/// So many events of one contact at one time are no motion.
+const AT_ONCE: f64 = 20.0;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Mode {
+    Stick([f64; 2]),
+    Line(f64, Line),
+    Curve(f64),
+    Hold(f64, f64),
+}
+
+impl Mode {
+    fn rub(self) -> Rub {
+        match self {
+            Self::Stick(_) | Self::Hold(..) => Rub::Held,
+            Self::Line(direction, line) => Rub::Line(direction, line),
+            Self::Curve(direction) => Rub::Curve(direction),
+        }
+    }
+
+    fn direction(self) -> f64 {
+        match self {
+            Self::Stick(_) => 0.0,
+            Self::Line(direction, _) | Self::Curve(direction) | Self::Hold(direction, _) => direction,
+        }
+    }
+}
+
+/// Judge a case in doubles without asking how rounding grows; what fails there anew, in pairs of doubles, with that asked.
+#[must_use]
+pub fn judge(case: &Value) -> Option<Verdict> {
+    let problem = Problem::read(case)?;
+    let report = match run(case, &problem) {
+        Ok(report) => report,
+        Err(sentence) => {
+            return Some(Verdict {
+                refused: Some(sentence),
+                ..Verdict::default()
+            });
+        }
+    };
+    Some(judge_report(&problem, &report))
+}
+
+/// Judge what was reported of a problem.
+#[must_use]
+pub fn judge_report(problem: &Problem, report: &Report) -> Verdict {
+    let verdict = Judge::<f64>::new(problem, report, false).follow();
+    if verdict.findings.is_empty() {
+        return verdict;
+    }
+    Judge::<Pair>::new(problem, report, true).follow()
+}
+
+struct Judge<'a, R> {
+    thorough: bool,
+    problem: &'a Problem,
+    report: &'a Report,
+    modes: Vec<Mode>,
+    memories: Vec<Memory>,
+    verdict: Verdict,
+    asked: Vec<(f64, Sample, Vec<f64>)>,
+    /// The largest position and speed so far.
+    size: [f64; 2],
+    /// What rounding of w did to its rate at the last event: along a steep piece that shifts the event in time.
+    entry: Vec<f64>,
+    /// Events in a row between which hardly any time passed.
+    at_once: f64,
+    number: std::marker::PhantomData<R>,
+}
+
+/// The value of a guard, which must not fall below zero, and what rounding may do to it.
+#[derive(Clone, Debug)]
+struct Guard {
+    name: &'static str,
+    contact: usize,
+    value: f64,
+    slack: f64,
+}
+
+impl<'a, R: Real> Judge<'a, R> {
+    fn new(problem: &'a Problem, report: &'a Report, thorough: bool) -> Self {
+        Self {
+            thorough,
+            problem,
+            report,
+            modes: Vec::new(),
+            memories: vec![Memory::default(); problem.contacts.len()],
+            verdict: Verdict {
+                stop: report.stop.to_owned(),
+                ..Verdict::default()
+            },
+            asked: Vec::new(),
+            size: [0.0; 2],
+            at_once: 0.0,
+            entry: vec![0.0; problem.contacts.len()],
+            number: std::marker::PhantomData,
+        }
+    }
+
+    fn find(&mut self, what: impl Into<String>, t: f64, off: f64, tolerance: f64) {
+        if !(off <= tolerance) {
+            self.verdict.findings.push(Finding {
+                what: what.into(),
+                t,
+                off,
+                tolerance,
+            });
+        }
+    }
+
+    fn follow(mut self) -> Verdict {
+        let marks = &self.report.marks;
+        let Some(first) = marks.first() else {
+            self.find("no start", 0.0, f64::NAN, 0.0);
+            return self.verdict;
+        };
+        let drive = self.problem.contacts[0].drive.value([0.0; 2]);
+        let v0 = self
+            .problem
+            .v0
+            .clone()
+            .unwrap_or_else(|| vec![drive; self.problem.n]);
+        let start = [self.problem.x0.clone(), v0].concat();
+        for (got, wanted) in first.state.iter().zip(&start) {
+            let tolerance = if self.problem.v0.is_some() {
+                0.0
+            } else {
+                ROUNDINGS * wanted.abs()
+            };
+            self.find(
+                "start is not the start given",
+                0.0,
+                (got - wanted).abs(),
+                tolerance,
+            );
+        }
+        self.reach();
+        self.measure(first);
+        self.begin(first);
+        for index in 0..marks.len() {
+            let after = marks.get(index + 1);
+            if after.is_none() && self.report.stop != "t_end" {
+                break;
+            }
+            if !self.verdict.findings.is_empty() {
+                break;
+            }
+            if marks[index].state.iter().any(|value| !value.is_finite()) {
+                if self.report.stop != "diverged" {
+                    self.find("not a number", marks[index].time[0], f64::NAN, 0.0);
+                }
+                break;
+            }
+            self.measure(&marks[(index + 1).min(marks.len() - 1)]);
+            if self.phase(&marks[index], after).is_none() {
+                self.verdict.left += 1;
+                // What was left cannot say in which mode it ended: the reported one is taken.
+                if let Some(after) = after {
+                    self.take_over(after);
+                }
+                continue;
+            }
+            self.verdict.phases += 1;
+            if let Some(after) = after {
+                self.verdict.events += after.events.len() as u64;
+            }
+        }
+        if self.verdict.findings.is_empty() {
+            self.compare_dense();
+        }
+        self.verdict
+    }
+
+    /// The largest speed that the forces of the document can give in the run, and how far it leads.
+    fn reach(&mut self) {
+        let problem = self.problem;
+        for i in 0..problem.n {
+            let at = i * (problem.n + 1);
+            let (m, k, d) = (
+                problem.mass[at],
+                problem.stiffness[at].abs(),
+                problem.damping[at].abs(),
+            );
+            let rubs = problem
+                .contacts
+                .iter()
+                .filter(|contact| contact.mass == i || contact.other == Some(i));
+            let friction: f64 = rubs.map(|contact| contact.law.adhesion.force(0.0, 0.0)).sum();
+            let waves = problem
+                .forces
+                .iter()
+                .filter(|force| force.0 == i)
+                .map(|force| force.1.amplitude.abs());
+            let force = friction + waves.sum::<f64>();
+            let speed = (force / (k * m).sqrt())
+                .min(force * problem.t_end / m)
+                .min(force / d);
+            self.size[1] = self.size[1].max(speed);
+            self.size[0] = self.size[0].max((force / k).min(speed * problem.t_end));
+        }
+    }
+
+    fn measure(&mut self, mark: &Mark) {
+        let n = self.problem.n;
+        for (i, value) in mark.state.iter().enumerate() {
+            let which = usize::from(i >= n);
+            self.size[which] = self.size[which].max(value.abs());
+        }
+        for contact in &self.problem.contacts {
+            self.size[1] = self.size[1].max(contact.drive.value(mark.time).abs());
+        }
+    }
+
+    fn floor(&self) -> [f64; 2] {
+        self.size.map(|size| 64.0 * f64::EPSILON * size)
+    }
+
+    /// Reaction, its rate, and their slack if contact c were held at this state.
+    fn held(&self, c: usize, mark: &Mark) -> Option<Sample> {
+        let mut rubs: Vec<Rub> = self.modes.iter().map(|mode| mode.rub()).collect();
+        rubs[c] = Rub::Held;
+        let model = Model::<R>::new(self.problem, &rubs, mark.time, &mark.state, self.floor())?;
+        Some(model.at_start())
+    }
+
+    /// Slip from zero speed in a direction, adhesion having broken at a force.
+    fn leave(&mut self, c: usize, direction: f64, force: f64) -> Mode {
+        match &self.problem.contacts[c].law.kinetic {
+            Kinetic::Lines(lines) => Mode::Line(direction, lines[0]),
+            Kinetic::Branches(branches) => Mode::Line(direction, branches[1][0]),
+            Kinetic::Paper(paper) => Mode::Line(direction, paper.leave(force, &mut self.memories[c])),
+            _ => Mode::Curve(direction),
+        }
+    }
+
+    /// Modes at the start.
+    fn begin(&mut self, mark: &Mark) {
+        // Each is asked of the others: first as reported, then one by one.
+        for (c, &reported) in mark.directions.iter().enumerate() {
+            let mode = if reported == 0.0 {
+                Mode::Stick(mark.time)
+            } else {
+                let limit = self.problem.contacts[c].law.adhesion.force(0.0, 0.0);
+                self.leave(c, reported, limit)
+            };
+            self.modes.push(mode);
+        }
+        for (c, &reported) in mark.directions.iter().enumerate() {
+            self.enter(c, reported, mark, true);
+        }
+    }
+
+    /// The mode a contact begins in, at any slip speed.
+    fn enter(&mut self, c: usize, reported: f64, mark: &Mark, starting: bool) {
+        let contact = &self.problem.contacts[c];
+        let one = self.problem.n == 1;
+        let Some(held) = self.held(c, mark) else { return };
+        let [w, _, w_slack, _] = held.w[c];
+        let [force, rate, slack, rate_slack] = held.force[c];
+        let limit = contact.law.adhesion.force(0.0, rate.abs());
+        let limit_slack = self.limit_slack(c, 0.0, rate, rate_slack);
+        let stuck = if one && starting {
+            w == 0.0
+        } else {
+            w.abs() <= w_slack
+        };
+        if stuck && one {
+            let margin = limit - force.abs();
+            if margin.abs() <= slack + limit_slack {
+                self.verdict.edges += 1;
+            } else {
+                let wanted = if margin > 0.0 { 0.0 } else { force.signum() };
+                self.find(
+                    if wanted == 0.0 {
+                        "slips where adhesion bears the force"
+                    } else {
+                        "sticks, or slips the wrong way, where adhesion cannot bear the force"
+                    },
+                    mark.time[0],
+                    (reported - wanted).abs(),
+                    0.0,
+                );
+            }
+        }
+        if stuck {
+            self.modes[c] = if reported == 0.0 {
+                Mode::Stick(mark.time)
+            } else {
+                self.leave(c, reported, limit)
+            };
+            return;
+        }
+        let direction = w.signum();
+        self.find(
+            "direction at the start",
+            mark.time[0],
+            (direction - reported).abs(),
+            0.0,
+        );
+        let (u, balance) = (w.abs(), direction * force);
+        self.modes[c] = match &contact.law.kinetic {
+            Kinetic::Lines(lines) => {
+                let line = piece_at(lines, u, true);
+                Mode::Line(direction, piece_at(lines, u, balance >= line.force(u)))
+            }
+            Kinetic::Paper(paper) => {
+                let line = paper.begin(u, balance, limit, &mut self.memories[c]);
+                Mode::Line(direction, line)
+            }
+            Kinetic::Branches([falling, rising]) => {
+                let (down, up) = (piece_at(falling, u, false), piece_at(rising, u, true));
+                if down.force(u) < balance && balance < up.force(u) {
+                    Mode::Hold(direction, u)
+                } else if balance >= up.force(u) {
+                    Mode::Line(direction, up)
+                } else {
+                    Mode::Line(direction, down)
+                }
+            }
+            _ => Mode::Curve(direction),
+        };
+    }
+
+    /// What a rate within its slack does to what adhesion bears.
+    fn limit_slack(&self, c: usize, rest: f64, rate: f64, slack: f64) -> f64 {
+        let adhesion = &self.problem.contacts[c].law.adhesion;
+        let at = |rate: f64| adhesion.force(rest, rate.abs());
+        let moved = if adhesion.feels_rate() {
+            (at(rate + slack) - at(rate))
+                .abs()
+                .max((at(rate - slack) - at(rate)).abs())
+        } else {
+            0.0
+        };
+        let earlier = adhesion.force(rest * (1.0 - ROUNDINGS), rate.abs());
+        moved + (at(rate) - earlier).abs() + ROUNDINGS * at(rate)
+    }
+
+    /// What must stay above zero in the present modes.
+    fn guards(&self, from: [f64; 2], sample: &Sample, into: &mut Vec<Guard>) {
+        into.clear();
+        // A time is good to an ulp of itself and of the phase.
+        let blur = ROUNDINGS / 256.0 * sample.tau.abs();
+        for (c, mode) in self.modes.iter().enumerate() {
+            let [w, w_rate, w_slack, w_rate_slack] = sample.w[c];
+            let [force, rate, slack, rate_slack] = sample.force[c];
+            let mut guard = |name, value: f64, slack: f64| {
+                into.push(Guard {
+                    name,
+                    contact: c,
+                    value,
+                    slack,
+                });
+            };
+            match *mode {
+                Mode::Stick(since) => {
+                    let rest = (from[0] - since[0]) + (from[1] - since[1]) + sample.tau;
+                    let limit = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
+                    let more = self.limit_slack(c, rest, rate, rate_slack);
+                    guard(
+                        "adhesion beyond its limit",
+                        limit - force.abs(),
+                        slack + more + rate.abs() * blur,
+                    );
+                }
+                Mode::Line(direction, line) => {
+                    let (u, slack) = (direction * w, w_slack + w_rate.abs() * blur);
+                    let low = if line.low == 0.0 {
+                        "slip velocity changes its sign"
+                    } else {
+                        "slip below its piece"
+                    };
+                    guard(low, u - line.low, slack + ROUNDINGS * line.low);
+                    if line.high.is_finite() {
+                        guard(
+                            "slip above its piece",
+                            line.high - u,
+                            slack + ROUNDINGS * line.high,
+                        );
+                    }
+                    if line.sense != 0.0 {
+                        guard(
+                            "slip acceleration of the other branch",
+                            line.sense * direction * w_rate,
+                            w_rate_slack + self.entry[c],
+                        );
+                    }
+                }
+                Mode::Curve(direction) => {
+                    guard(
+                        "slip velocity changes its sign",
+                        direction * w,
+                        w_slack + w_rate.abs() * blur,
+                    );
+                }
+                Mode::Hold(direction, u) => {
+                    if let Kinetic::Branches([falling, rising]) = &self.problem.contacts[c].law.kinetic {
+                        let more = slack + rate.abs() * blur;
+                        guard(
+                            "held below its branches",
+                            direction * force - piece_at(falling, u, false).force(u),
+                            more,
+                        );
+                        guard(
+                            "held above its branches",
+                            piece_at(rising, u, true).force(u) - direction * force,
+                            more,
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// Follow the motion from one mark to the next; none where it is not judged.
+    fn phase(&mut self, mark: &Mark, after: Option<&Mark>) -> Option<()> {
+        let until = after.map_or([self.report.t_last, 0.0], |after| after.time);
+        let (mut time, mut state) = (mark.time, mark.state.clone());
+        let mut slack = vec![0.0; state.len()];
+        let order = (until[0] - time[0]) + (until[1] - time[1]);
+        self.find("events out of order", until[0], -order, 0.0);
+        if order < 0.0 {
+            return Some(());
+        }
+        let still = order <= 4.0 * f64::EPSILON * until[0] && after.is_some();
+        self.at_once = if still { self.at_once + 1.0 } else { 0.0 };
+        self.find(
+            "events without end at one time",
+            until[0],
+            self.at_once,
+            AT_ONCE * self.modes.len() as f64,
+        );
+        let mut bends: Vec<f64> = self
+            .problem
+            .contacts
+            .iter()
+            .flat_map(|c| c.drive.nodes.iter().map(|node| node[0]))
+            .collect();
+        bends.retain(|&bend| bend > time[0] && bend < until[0]);
+        for c in 0..self.modes.len() {
+            if let Mode::Stick(since) = self.modes[c] {
+                let kinks = self.problem.contacts[c].law.adhesion.kinks();
+                bends.extend(
+                    kinks
+                        .iter()
+                        .map(|kink| since[0] + kink)
+                        .filter(|&at| at > time[0] && at < until[0]),
+                );
+            }
+        }
+        bends.sort_by(f64::total_cmp);
+        bends.dedup();
+        let ends = bends.into_iter().map(|bend| [bend, 0.0]).chain([until]);
+        let rubs: Vec<Rub> = self.modes.iter().map(|mode| mode.rub()).collect();
+        let mut last = None;
+        for end in ends {
+            let length = R::of(end[0]) - R::of(time[0]) + (R::of(end[1]) - R::of(time[1]));
+            let model = Model::<R>::new(self.problem, &rubs, time, &state, self.floor())?;
+            if length.value() <= 0.0 {
+                last = Some(model.at_start());
+                continue;
+            }
+            let phase = Phase::new(model, length, 24, self.thorough)?;
+            self.watch(time, &phase)?;
+            let sample = phase.end();
+            for (slack, more) in slack.iter_mut().zip(&phase.slack[0]) {
+                *slack += more;
+            }
+            for share in [0.137, 0.618] {
+                let tau = share * length.value();
+                if let Some(inside) = phase.at(tau) {
+                    self.asked
+                        .push((time[0] + tau + time[1], inside, phase.slack[1].clone()));
+                }
+            }
+            state.clone_from(&sample.state);
+            time = end;
+            last = Some(sample);
+        }
+        let sample = last?;
+        let n = self.problem.n;
+        let motion: Vec<f64> = (0..2 * n)
+            .map(|i| state[i].abs().max(mark.state[i].abs()))
+            .collect();
+        if (0..2 * n).any(|i| {
+            slack[i] > 1e-6 * motion[i] && slack[i] > 1e-6 * motion.iter().copied().fold(0.0, f64::max)
+        }) {
+            self.verdict.sensitive += 1;
+        }
+        let Some(after) = after else {
+            return Some(());
+        };
+        for i in 0..2 * n {
+            let off = (after.state[i] - sample.state[i]).abs();
+            let rate = if i < n { sample.state[n + i].abs() } else { 0.0 };
+            let more = self.floor()[usize::from(i >= n)]
+                + ROUNDINGS * (sample.state[i].abs() + rate * order / 256.0);
+            let stuck = i >= n
+                && self
+                    .problem
+                    .contacts
+                    .iter()
+                    .zip(&self.modes)
+                    .any(|(c, _)| c.mass == i - n || c.other == Some(i - n));
+            let more = more
+                + if stuck {
+                    sample.w.iter().map(|w| w[2]).fold(0.0, f64::max)
+                } else {
+                    0.0
+                };
+            self.find(
+                format!(
+                    "{} of mass {} at the end of the phase",
+                    if i < n { "position" } else { "velocity" },
+                    i % n
+                ),
+                until[0],
+                off,
+                slack[i] + more,
+            );
+        }
+        self.occur(after, &sample, order, &slack);
+        Some(())
+    }
+
+    /// No guard falls below zero between two events.
+    fn watch(&mut self, from: [f64; 2], phase: &Phase<R>) -> Option<()> {
+        let count = phase.samples();
+        let mut rows: Vec<Vec<Guard>> = Vec::with_capacity(count);
+        for index in 0..count {
+            let mut row = Vec::new();
+            self.guards(from, &phase.sample(index), &mut row);
+            rows.push(row);
+        }
+        let times: Vec<f64> = (0..count).map(|index| phase.time(index)).collect();
+        for g in 0..rows[0].len() {
+            for index in 0..count {
+                let now = &rows[index][g];
+                let (name, c) = (now.name, now.contact);
+                if !(now.value >= -now.slack) {
+                    self.find(
+                        format!("{name} (contact {c})"),
+                        from[0] + times[index],
+                        -now.value,
+                        now.slack,
+                    );
+                    return Some(());
+                }
+                if index == 0 || index + 1 == count {
+                    continue;
+                }
+                let (before, next) = (rows[index - 1][g].value, rows[index + 1][g].value);
+                let drop = (before - now.value).max(next - now.value);
+                if now.value > before || now.value > next || now.value > drop {
+                    continue;
+                }
+                let (tau, low) = self.lowest(from, phase, g, times[index - 1], times[index + 1])?;
+                self.find(
+                    format!("{name} (contact {c})"),
+                    from[0] + tau,
+                    -low.value,
+                    low.slack,
+                );
+                if low.value <= low.slack && index > 6 && index + 2 < count {
+                    self.verdict.grazes += 1;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// The lowest value of a guard between two times, by golden section.
+    fn lowest(
+        &self,
+        from: [f64; 2],
+        phase: &Phase<R>,
+        g: usize,
+        mut low: f64,
+        mut high: f64,
+    ) -> Option<(f64, Guard)> {
+        const SHARE: f64 = 0.381_966_011_250_105_1;
+        let mut row = Vec::new();
+        let mut value = |tau: f64| {
+            self.guards(from, &phase.at(tau)?, &mut row);
+            Some(row[g].clone())
+        };
+        let (mut one, mut two) = (low + SHARE * (high - low), high - SHARE * (high - low));
+        let (mut first, mut second) = (value(one)?, value(two)?);
+        for _ in 0..36 {
+            if first.value <= second.value {
+                (high, two, second) = (two, one, first);
+                one = low + SHARE * (high - low);
+                first = value(one)?;
+            } else {
+                (low, one, first) = (one, two, second);
+                two = high - SHARE * (high - low);
+                second = value(two)?;
+            }
+        }
+        Some(if first.value <= second.value {
+            (one, first)
+        } else {
+            (two, second)
+        })
+    }
+
+    /// Each event is one, and leads where it should.
+    fn occur(&mut self, after: &Mark, sample: &Sample, length: f64, _slack: &[f64]) {
+        let t = after.time[0];
+        let blur = ROUNDINGS / 256.0 * length;
+        let one = self.problem.n == 1;
+        for c in 0..self.modes.len() {
+            let here = after.events.iter().filter(|event| event.contact == c).count();
+            self.find("events without end at one time", t, here as f64, AT_ONCE);
+        }
+        let bends = self
+            .problem
+            .contacts
+            .iter()
+            .any(|c| c.drive.nodes.iter().any(|node| node[0] == t));
+        for (index, event) in after.events.iter().enumerate() {
+            let c = event.contact;
+            if after.events[index + 1..].iter().any(|later| later.contact == c) {
+                // More happens to this contact at once: only where that leads is judged.
+                self.modes[c] = match event.kind {
+                    Kind::Capture => Mode::Stick(after.time),
+                    Kind::Release => self.leave(c, event.force.signum(), event.force.abs()),
+                    Kind::Crossing => self.leave(c, -self.modes[c].direction(), event.force.abs()),
+                    _ => self.modes[c],
+                };
+                continue;
+            }
+            let [w, w_rate, w_slack, w_rate_slack] = sample.w[c];
+            let [force, rate, slack, rate_slack] = sample.force[c];
+            let mode = self.modes[c];
+            let more = slack + rate.abs() * blur;
+            let alone = after.events.len() == 1;
+            match (event.kind, mode) {
+                (Kind::Release, Mode::Stick(since)) => {
+                    let rest = (after.time[0] - since[0]) + (after.time[1] - since[1]);
+                    let limit = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
+                    let tolerance = more + self.limit_slack(c, rest, rate, rate_slack);
+                    let mut pull = force;
+                    if bends {
+                        // Where a drive changes its acceleration the reaction jumps, and may jump over the limit.
+                        let Some(held) = self.held(c, after) else { continue };
+                        pull = held.force[c][0];
+                        self.find("release below the limit", t, limit - pull.abs(), tolerance);
+                    } else if alone {
+                        self.find("release off the limit", t, (force.abs() - limit).abs(), tolerance);
+                        self.find(
+                            "force reported at the release",
+                            t,
+                            (event.force - force).abs(),
+                            tolerance,
+                        );
+                        let slope = rate * force.signum();
+                        self.find(
+                            "force rate reported at the release",
+                            t,
+                            (event.force_rate - slope).abs(),
+                            rate_slack + ROUNDINGS * rate.abs(),
+                        );
+                    }
+                    let slack = ROUNDINGS * rest + f64::EPSILON * t;
+                    self.find(
+                        "stick time reported at the release",
+                        t,
+                        (event.stick_time - rest).abs(),
+                        slack,
+                    );
+                    let direction = if one { pull.signum() } else { after.directions[c] };
+                    self.modes[c] = self.leave(c, direction, limit);
+                }
+                (Kind::Capture | Kind::Crossing, Mode::Line(..) | Mode::Curve(_)) => {
+                    self.find(
+                        "slip velocity at a capture or crossing",
+                        t,
+                        w.abs(),
+                        w_slack + w_rate.abs() * blur,
+                    );
+                    if alone {
+                        self.find(
+                            "force reported at a capture or crossing",
+                            t,
+                            (event.force - force).abs(),
+                            more,
+                        );
+                    }
+                    let stuck = event.kind == Kind::Capture;
+                    self.find(
+                        "kind and mode",
+                        t,
+                        f64::from(u8::from(alone && stuck != (after.directions[c] == 0.0))),
+                        0.0,
+                    );
+                    self.enter(c, after.directions[c], after, false);
+                }
+                (Kind::Node, Mode::Line(direction, line)) => {
+                    let u = direction * w;
+                    if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
+                        let high = (line.high - u).abs() < (line.low - u).abs();
+                        let end = if high { line.high } else { line.low };
+                        let tolerance = w_slack + w_rate.abs() * blur + ROUNDINGS * end;
+                        let next = paper.end(&line, high, &mut self.memories[c]);
+                        self.find("slip speed at a node", t, (u - end).abs(), tolerance);
+                        self.modes[c] = Mode::Line(direction, next);
+                        continue;
+                    }
+                    let lines: Vec<Line> = match &self.problem.contacts[c].law.kinetic {
+                        Kinetic::Lines(lines) => lines.clone(),
+                        Kinetic::Branches(branches) => branches[usize::from(line.sense > 0.0)].clone(),
+                        _ => Vec::new(),
+                    };
+                    let off = |line: &Line| (line.high - u).abs();
+                    let Some(at) =
+                        (0..lines.len()).min_by(|&p, &q| off(&lines[p]).total_cmp(&off(&lines[q])))
+                    else {
+                        self.find("node of a law without nodes", t, 1.0, 0.0);
+                        return;
+                    };
+                    self.find(
+                        "slip speed at a node",
+                        t,
+                        off(&lines[at]),
+                        w_slack + w_rate.abs() * blur + ROUNDINGS * u.abs(),
+                    );
+                    let rises = direction * w_rate;
+                    let above = if rises.abs() > w_rate_slack {
+                        rises > 0.0
+                    } else {
+                        self.verdict.grazes += 1;
+                        line == lines[at]
+                    };
+                    self.modes[c] =
+                        Mode::Line(direction, lines[(at + usize::from(above)).min(lines.len() - 1)]);
+                }
+                (Kind::Reversal | Kind::Hold, Mode::Line(direction, line)) => {
+                    if one && !bends {
+                        self.find(
+                            "slip acceleration at a turn",
+                            t,
+                            w_rate.abs(),
+                            w_rate_slack + sample.second[c].abs() * blur,
+                        );
+                    }
+                    let u = direction * w;
+                    if event.kind == Kind::Hold {
+                        self.modes[c] = Mode::Hold(direction, u);
+                    } else if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
+                        let rising =
+                            line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
+                        let rate = self.held(c, after).map_or(f64::NAN, |held| held.force[c][1]);
+                        let top = self.problem.contacts[c].law.adhesion.force(0.0, rate.abs());
+                        let next = paper.turn(&line, u, rising, top, &self.memories[c]);
+                        self.modes[c] = Mode::Line(direction, next);
+                    } else if let Kinetic::Branches(branches) = &self.problem.contacts[c].law.kinetic {
+                        let rising = line.sense < 0.0;
+                        self.modes[c] =
+                            Mode::Line(direction, piece_at(&branches[usize::from(rising)], u, rising));
+                    }
+                }
+                (Kind::Reversal, Mode::Hold(direction, u)) => {
+                    if let Kinetic::Branches([falling, rising]) = &self.problem.contacts[c].law.kinetic {
+                        let (down, up) = (piece_at(falling, u, false), piece_at(rising, u, true));
+                        let (below, above) = (
+                            (direction * force - down.force(u)).abs(),
+                            (direction * force - up.force(u)).abs(),
+                        );
+                        let next = if above < below { up } else { down };
+                        self.find(
+                            "reaction at the end of a hold",
+                            t,
+                            below.min(above),
+                            more + ROUNDINGS * force.abs(),
+                        );
+                        self.modes[c] = Mode::Line(direction, next);
+                    }
+                }
+                (kind, mode) => {
+                    self.find(format!("{} in mode {mode:?}", kind.name()), t, f64::NAN, 0.0);
+                }
+            }
+        }
+        for (entry, w) in self.entry.iter_mut().zip(&sample.w) {
+            *entry = w[3];
+        }
+        for (c, mode) in self.modes.iter().enumerate() {
+            if mode.direction() != after.directions[c] {
+                let what = format!(
+                    "direction {} of contact {c} after the event, judged {}",
+                    after.directions[c],
+                    mode.direction()
+                );
+                self.verdict.findings.push(Finding {
+                    what,
+                    t,
+                    off: 1.0,
+                    tolerance: 0.0,
+                });
+                return;
+            }
+        }
+    }
+
+    fn take_over(&mut self, after: &Mark) {
+        for event in &after.events {
+            let c = event.contact;
+            let direction = after.directions[c];
+            match event.kind {
+                Kind::Capture => self.modes[c] = Mode::Stick(after.time),
+                Kind::Release | Kind::Crossing => self.modes[c] = self.leave(c, direction, event.force.abs()),
+                _ => self.enter(c, direction, after, false),
+            }
+        }
+    }
+
+    /// The orbit between its events is the motion too.
+    fn compare_dense(&mut self) {
+        self.asked.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let times: Vec<f64> = self.asked.iter().map(|asked| asked.0).collect();
+        let states = (self.report.dense)(&times);
+        let n = self.problem.n;
+        for ((t, sample, slack), state) in std::mem::take(&mut self.asked).into_iter().zip(states) {
+            for i in 0..2 * n {
+                let rate = if i < n {
+                    sample.state[n + i]
+                } else {
+                    sample.acceleration[i - n]
+                };
+                let tolerance =
+                    slack[i] + ROUNDINGS * sample.state[i].abs() + 4.0 * f64::EPSILON * t * rate.abs();
+                self.find(
+                    format!(
+                        "orbit.at, {} of mass {}",
+                        if i < n { "position" } else { "velocity" },
+                        i % n
+                    ),
+                    t,
+                    (state[i] - sample.state[i]).abs(),
+                    tolerance,
+                );
+            }
+        }
+    }
+}

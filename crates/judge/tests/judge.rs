@@ -1,0 +1,145 @@
+//! The judge finds what is wrong with an orbit, and nothing wrong with a sample of random runs.
+
+use serde_json::{Value, json};
+use stickslip::mode::Kind;
+use stickslip_judge::draw;
+use stickslip_judge::problem::Problem;
+use stickslip_judge::report::{Report, run};
+use stickslip_judge::verdict::{judge, judge_report};
+
+fn stick_slip() -> Value {
+    json!({
+        "sys": {"mass": 1.0, "stiffness": 1.0, "damping": 0.05, "drive_velocity": 0.2,
+                "law": {"type": "Tabulated", "kinetic": 0.6, "break_away": [[0.0, 0.7], [2.0, 1.0], [9.0, 1.1]]}},
+        "x0": 0.1, "v0": null, "t_end": 60.0,
+    })
+}
+
+/// What the judge finds first once the report was changed.
+fn finding(case: &Value, change: impl Fn(&mut Report)) -> String {
+    let problem = Problem::read(case).unwrap();
+    let mut report = run(case, &problem).unwrap();
+    change(&mut report);
+    let verdict = judge_report(&problem, &report);
+    verdict
+        .findings
+        .first()
+        .map_or_else(String::new, |finding| finding.what.clone())
+}
+
+#[test]
+fn an_orbit_that_was_left_alone_is_right() {
+    assert_eq!(finding(&stick_slip(), |_| ()), "");
+    let mut series = stick_slip();
+    series["engine"] = json!("series");
+    assert_eq!(finding(&series, |_| ()), "");
+}
+
+#[test]
+fn a_late_event_is_found() {
+    for index in [1, 2, 5] {
+        let what = finding(&stick_slip(), |report| report.marks[index].time[0] += 1e-9);
+        assert!(!what.is_empty(), "event {index}");
+    }
+}
+
+#[test]
+fn a_missed_event_is_found() {
+    for (index, wanted) in [
+        (1, "adhesion beyond its limit"),
+        (2, "slip velocity changes its sign"),
+    ] {
+        let what = finding(&stick_slip(), |report| report.marks.truncate(index));
+        assert!(what.contains(wanted), "{what}");
+    }
+}
+
+#[test]
+fn an_event_too_many_is_found() {
+    let what = finding(&stick_slip(), |report| {
+        let mut early = report.marks[1].clone();
+        let back = 0.5 * early.time[0];
+        early.state[0] -= 0.2 * back;
+        early.time[0] -= back;
+        report.marks.insert(1, early);
+    });
+    assert_eq!(what, "release off the limit");
+}
+
+#[test]
+fn numbers_of_an_event_are_checked() {
+    let changes: [(&str, fn(&mut Report)); 4] = [
+        ("force reported at the release", |report| {
+            report.marks[1].events[0].force += 1e-9
+        }),
+        ("stick time reported at the release", |report| {
+            report.marks[1].events[0].stick_time += 1e-9
+        }),
+        ("force rate reported at the release", |report| {
+            report.marks[1].events[0].force_rate += 1e-9
+        }),
+        ("position of mass 0 at the end of the phase", |report| {
+            report.marks[2].state[0] += 1e-9
+        }),
+    ];
+    for (wanted, change) in changes {
+        assert_eq!(finding(&stick_slip(), change), wanted);
+    }
+    assert_eq!(
+        finding(&stick_slip(), |report| report.marks[0].state[0] += 1e-16),
+        "start is not the start given"
+    );
+}
+
+#[test]
+fn a_wrong_law_is_found() {
+    // The engine runs another friction than the document says.
+    let case = stick_slip();
+    let mut other = case.clone();
+    other["sys"]["law"]["break_away"][1][1] = json!(1.000_000_01);
+    let report = run(&other, &Problem::read(&other).unwrap()).unwrap();
+    let verdict = judge_report(&Problem::read(&case).unwrap(), &report);
+    assert_eq!(verdict.findings[0].what, "release off the limit");
+}
+
+#[test]
+fn every_law_slips_on_either_engine_as_its_formula_says() {
+    let mut kinds = [0; 6];
+    for index in 0..300 {
+        let case = draw::oscillator(7, index);
+        if let Some(report) = Problem::read(&case).and_then(|problem| run(&case, &problem).ok()) {
+            for event in report.marks.iter().flat_map(|mark| &mark.events) {
+                kinds[event.kind as usize] += 1;
+            }
+        }
+    }
+    for kind in Kind::ALL {
+        assert!(kinds[kind as usize] > 5, "hardly any {}: {kinds:?}", kind.name());
+    }
+}
+
+/// No failure among random documents of one seed.
+fn clean(count: u64, draw: impl Fn(u64) -> Value) {
+    let (mut events, mut left) = (0, 0);
+    for index in 0..count {
+        let case = draw(index);
+        let verdict = judge(&case).expect("a document the judge understands");
+        assert!(verdict.findings.is_empty(), "{:?} in {case}", verdict.findings);
+        events += verdict.events;
+        left += verdict.left;
+    }
+    assert!(
+        events > 5 * count && left < count / 10,
+        "{events} events, {left} phases left"
+    );
+}
+
+#[test]
+fn a_sample_of_random_oscillators_is_right() {
+    clean(600, |index| draw::oscillator(2, index));
+}
+
+#[test]
+fn a_sample_of_random_systems_is_right() {
+    clean(60, |index| draw::system(2, index));
+}
