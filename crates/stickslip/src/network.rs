@@ -301,6 +301,7 @@ impl<'a> Loop<'a> {
                     self.settle(&Passage {
                         arrived: Vec::new(),
                         released: None,
+                        returned: None,
                         rates,
                         starting: false,
                     });

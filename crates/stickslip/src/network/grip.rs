@@ -27,6 +27,8 @@ pub(super) struct Question<'a> {
     pub(super) drives: &'a [Series],
     /// The contact that cannot stick, by its place in `zero`.
     pub(super) released: Option<(usize, f64)>,
+    /// The contact that is at its limit and relieved from there, by its place in `zero`: it sticks.
+    pub(super) returned: Option<usize>,
 }
 
 impl Question<'_> {
@@ -95,6 +97,8 @@ impl Question<'_> {
     /// The most overloaded of the stuck contacts, with its direction; or a slipping one that would go backwards, with 0.
     fn objection(&self, grip: &[f64]) -> Option<(usize, f64)> {
         const ROOM: f64 = 16.0 * f64::EPSILON;
+        // As much as a slope may be that counts as none.
+        const RELIEVED: f64 = 1e-8;
         let (load, left) = self.loads(grip);
         let size = self
             .wants
@@ -105,7 +109,9 @@ impl Question<'_> {
         for row in (0..grip.len()).filter(|&row| grip[row] == 0.0) {
             let unheld = left[row].abs() > 1e-9 * size || self.follows(grip, row) == Some(false);
             // A contact at its limit beside one that breaks breaks too.
-            let room = if self.released.is_some() {
+            let room = if self.returned == Some(row) {
+                1.0 + RELIEVED
+            } else if self.released.is_some() {
                 1.0 - ROOM
             } else {
                 1.0 + ROOM

@@ -13,6 +13,8 @@ pub(super) struct Passage {
     pub(super) arrived: Vec<usize>,
     /// The contact whose adhesion broke, and the force it reached; of infinite size where forces jumped beyond what it bears.
     pub(super) released: Option<(usize, f64)>,
+    /// The contact whose slip had begun with no slope and went back at once: within rounding it never began.
+    pub(super) returned: Option<usize>,
     /// The rates of the friction forces just before.
     pub(super) rates: Vec<f64>,
     /// At the start nothing stuck before.
@@ -53,6 +55,7 @@ impl Loop<'_> {
         self.settle(&Passage {
             arrived: at_rest,
             released: None,
+            returned: None,
             rates,
             starting: true,
         });
@@ -145,6 +148,7 @@ impl Loop<'_> {
             wants: zero.iter().map(|&c| wants[c]).collect(),
             drives: self.motion.drives(),
             released: passage.released.map(|(c, force)| (row_of(c), force.signum())),
+            returned: passage.returned.map(row_of),
         };
         let answer = question.answer();
         let idle: Vec<bool> = (0..zero.len()).map(|row| question.idle(&answer, row)).collect();

@@ -32,6 +32,7 @@ impl Loop<'_> {
         }
         let passage = Passage {
             released: (cause == Cause::Release).then_some((c, reached)),
+            returned: (h == 0.0 && self.contacts[c].turning && cause == Cause::End(End::Low)).then_some(c),
             rates: self.rates(h),
             starting: false,
             arrived,
