@@ -15,7 +15,7 @@ from stickslip.state_laws import StateLaw
 #: The first digits of the SHA-256 of all events of twenty orbits, or of force and state along a motion. They change where
 #: the arithmetic of the core does, on purpose, and never from one machine to another.
 PINNED = {
-    "BogaczRyczek": "763ac7c51ae9",
+    "BogaczRyczek": "7c6885775873",
     "Dahl": "c7f8522f255d",
     "LuGre": "f0e962d25efa",
     "ElastoPlastic": "5fb4fe40ad57",

@@ -18,7 +18,7 @@ def test_a_fall_within_hardly_any_slip_is_the_limit_of_a_jump(damping, forcing):
     assert steep.stop == "t_end"
     for kind in ("release", "capture"):
         times = [orbit.events.loc[orbit.events["kind"] == kind, "t"].to_numpy() for orbit in (steep, flat)]
-        assert len(times[0]) == len(times[1]) >= 3
+        assert len(times[0]) == len(times[1]) >= 2
         assert times[0] == pytest.approx(times[1], abs=1e-7)
     t = np.linspace(0, 60, 500)
     assert steep.at(t)[0] == pytest.approx(flat.at(t)[0], abs=1e-7)

@@ -137,11 +137,11 @@ pub fn end_of_stick<const H: usize>(
         let margin = bears - force.abs();
         let outward = rate * force.signum();
         let rounding = stick.rounding(t, bears);
-        if margin <= rounding && outward >= 0.0 {
-            // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches. A limit
-            // that falls with the force rate can also fall below a force that retreats.
+        // A limit that falls with the force rate can also fall below a force that retreats.
+        let passed = feels_rate && margin < -rounding;
+        if passed || margin <= rounding && outward >= 0.0 {
+            // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches.
             let inward = -bend * force.signum();
-            let passed = feels_rate && margin < -rounding;
             if passed || inward <= 0.0 || (outward > 0.0 && outward * outward > 2.0 * inward * rounding) {
                 return Some(t);
             }
@@ -211,6 +211,9 @@ fn close<const H: usize>(
     let moves = law.feels_force_rate() && H > 0;
     let settled = if moves { 1e-9 } else { 1e-5 } * (high - low);
     loop {
+        if work.ends(t) {
+            return Err(t);
+        }
         work.evaluations += 1;
         let (force, rate, bend) = stick.at(t);
         let limit = law.adhesion(Hold {
