@@ -80,7 +80,7 @@ def test_static_friction_grows_with_stick_time_whatever_the_threshold_and_the_dr
         (("k168_v42", "k1002_v42"), {"k168_v1100", "k168_v4300"}),
         (("k168_v42", "k168_v1100"), {"k168_v4300"}),
         (("k168_v42", "k168_v4300"), {"k168_v1100"}),
-        (("k168_v4300", "k1002_v42"), {"k168_v1100"}),
+        (("k168_v4300", "k1002_v42"), set()),
     ],
 )
 def test_a_law_from_two_runs_predicts_the_others(shared_data, names, near):
