@@ -95,7 +95,9 @@ def page(totals: dict[str, dict], seeds: list[int]) -> str:
     found = {kind: totals[kind]["kinds"] for kind in kinds if totals[kind]["failures"]}
     if found:
         text += ["", "| what failed | in | times |", "|---|---|---:|"]
-        text += [f"| {what} | {kind} | {count:,} |" for kind, all in found.items() for what, count in sorted(all.items())]
+        text += [
+            f"| {what} | {kind} | {count:,} |" for kind, all in found.items() for what, count in sorted(all.items())
+        ]
     return "\n".join(text) + "\n"
 
 
