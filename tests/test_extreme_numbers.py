@@ -24,17 +24,22 @@ def test_a_fall_within_hardly_any_slip_is_the_limit_of_a_jump(damping, forcing):
     assert steep.at(t)[0] == pytest.approx(flat.at(t)[0], abs=1e-7)
 
 
+STEEPEST = ss.laws.PiecewiseLinear([(0, 0.9), (1e-99, 0.1), (0.6, 0.1)], 1.0)
 BEYOND = {
-    "a slope": ss.Oscillator(0.1, 0.3, ss.laws.PiecewiseLinear([(0, 0.9), (1e-200, 0.1), (0.6, 0.1)], 1.0)),
-    "a slope, forced": ss.Oscillator(
-        0.1, 0.3, ss.laws.PiecewiseLinear([(0, 0.9), (1e-200, 0.1), (0.6, 0.1)], 1.0), forcing=ss.Harmonic(0.1, 0.7)
-    ),
+    "a slope": ss.Oscillator(0.1, 0.3, STEEPEST),
+    "a slope, forced": ss.Oscillator(0.1, 0.3, STEEPEST, forcing=ss.Harmonic(0.1, 0.7)),
+    "a smooth law": ss.Oscillator(0.1, 0.3, ss.laws.Rational(1.0, 1e99)),
     "a mass": ss.Oscillator(0.1, 0.3, ss.laws.StaticKinetic(1.0, 0.6), mass=1e-200),
     "damping": ss.Oscillator(1e200, 0.3, ss.laws.StaticKinetic(1.0, 0.6)),
-    "a smooth law": ss.Oscillator(0.1, 0.3, ss.laws.Rational(1.0, 1e200)),
     "a mass of a system": ss.Oscillator(0.1, 0.3, ss.laws.StaticKinetic(1.0, 0.6), mass=1e-30).to_system(),
     "damping of a system": ss.Oscillator(1e18, 0.3, ss.laws.StaticKinetic(1.0, 0.6)).to_system(),
 }
+
+
+def test_numbers_of_laws_out_of_range_are_refused():
+    for law in (lambda: ss.laws.PiecewiseLinear([(0, 0.9), (1e-200, 0.1)], 1.0), lambda: ss.laws.Rational(1.0, 1e200)):
+        with pytest.raises(ss.InputError, match="nearer to 1"):
+            law()
 
 
 @pytest.mark.parametrize("name", BEYOND)

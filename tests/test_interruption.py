@@ -90,7 +90,8 @@ def test_a_section_ends_after_max_seconds(engine):
 def test_the_command_line_ends_after_max_seconds(tmp_path, capsys):
     file = tmp_path / "slip.toml"
     file.write_text(
-        'mass = 1.0\nstiffness = 1.0\ndamping = 0.1\ndrive_velocity = 5.0\n[law]\ntype = "Coulomb"\nkinetic = 0.1\n[forcing]\namplitude = 0.01\n'
+        "mass = 1.0\nstiffness = 1.0\ndamping = 0.1\ndrive_velocity = 5.0\n"
+        '[law]\ntype = "Coulomb"\nkinetic = 0.1\n[forcing]\namplitude = 0.01\n'
         "frequency = 1.3\n[simulation]\nt_end = 1e9\nv0 = 0.0\nmax_seconds = 0.2\n"
     )
     begin = time.monotonic()

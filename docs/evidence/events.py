@@ -96,7 +96,9 @@ def page(totals: dict[str, dict], seeds: list[int]) -> str:
     if found:
         text += ["", "| what failed | in | times |", "|---|---|---:|"]
         text += [
-            f"| {what} | {kind} | {count:,} |" for kind, all in found.items() for what, count in sorted(all.items())
+            f"| {what} | {kind} | {count:,} |"
+            for kind, faults in found.items()
+            for what, count in sorted(faults.items())
         ]
     return "\n".join(text) + "\n"
 
