@@ -46,7 +46,8 @@ test: .venv/.tested
 	@touch $@
 
 test-core: .tools/.rust
-	cargo test --quiet --package stickslip --package stickslip-judge
+	cargo test --quiet --package stickslip
+	cargo test --quiet --release --package stickslip-judge
 
 test-python: .venv/.built
 	$(BIN)/python -m pytest --quiet $(PYTEST)

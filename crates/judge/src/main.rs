@@ -41,6 +41,7 @@ impl Counts {
         self.documents += 1;
         let Some(verdict) = verdict else {
             self.not_understood += 1;
+            println!("{}", json!({"from": label, "not understood": case}));
             return;
         };
         if let Some(sentence) = &verdict.refused {

@@ -128,7 +128,7 @@ impl Real for Pair {
 /// Ω (t₀ + t₁) + φ without whole turns, to a rounding of the result.
 pub fn angle(frequency: f64, time: [f64; 2], phase: f64) -> f64 {
     const TURN: Pair = Pair {
-        high: 6.283_185_307_179_586,
+        high: std::f64::consts::TAU,
         low: 2.449_293_598_294_706_4e-16,
     };
     let angle = Pair::product(frequency, time[0]) + Pair::of(frequency * time[1]) + Pair::of(phase);

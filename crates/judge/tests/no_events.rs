@@ -38,7 +38,7 @@ fn events(law: &Value, amplitude: f64, drive: f64, x0: f64, engine: &str) -> Vec
     };
     let case = json!({
         "sys": {"mass": 1.0, "stiffness": 1.0, "damping": 0.3, "drive_velocity": drive, "law": law, "forcing": forcing},
-        "x0": x0, "v0": 0.0, "t_end": periods * 4.586, "engine": engine,
+        "x0": x0, "v0": 0.0, "t_end": periods * 4.586, "engine": engine, "max_events": 10_000_000,
     });
     let problem = Problem::read(&case).unwrap();
     let report = run(&case, &problem).unwrap();

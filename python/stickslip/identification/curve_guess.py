@@ -75,8 +75,8 @@ def stribeck(
 def exponential(seen: Seen) -> Guess:
     """A fall and a line, the fall an exponential or a Gaussian."""
     choices = ExponentialStribeck.CHOICES["exponent"]
-    law, *rivals = (ExponentialStribeck(*stribeck(seen, "ExponentialStribeck", n), exponent=n) for n in choices)
-    return Guess(law, ["break_away", "kinetic", "scale", "viscous"], rivals=rivals)
+    laws: list[Law] = [ExponentialStribeck(*stribeck(seen, "ExponentialStribeck", n), exponent=n) for n in choices]
+    return Guess(laws[0], ["break_away", "kinetic", "scale", "viscous"], rivals=laws[1:])
 
 
 def _lorentzian(seen: Seen) -> Guess:

@@ -272,8 +272,9 @@ def identify(
     guess = _bounded(_guess(kind, start, seen, free, fixed), bounds or {})
     fits = []
     for form in _forms(guess):
-        options = {"relative": relative, "ties": form.ties, "within": form.within, "offset": offset}
-        problem = Problem(records, form.law, form.free, **options)
+        problem = Problem(
+            records, form.law, form.free, relative=relative, ties=form.ties, within=form.within, offset=offset
+        )
         fits.append((problem, fit_branches(problem, _best_start(problem, form))))
     problem, found = min(fits, key=lambda fit: fit[1].rms)
     constant = 0.0 if found.offset is None else float(found.offset["value"])

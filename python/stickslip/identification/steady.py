@@ -431,7 +431,7 @@ def _check(rows: Rows, name: str, place: str) -> None:
 
 
 def _joined(parts: list[Rows]) -> Rows:
-    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
     rows = Rows(**columns, series=all(part.series for part in parts))
     if not (np.isfinite(rows.error) & (rows.error > 0)).all():
         return replace(rows, error=np.ones(len(rows)))
