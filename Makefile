@@ -50,7 +50,7 @@ test-core: .tools/.rust
 	cargo test --quiet --release --package stickslip-judge
 
 test-python: .venv/.built
-	$(BIN)/python -m pytest --quiet $(PYTEST)
+	$(BIN)/python -m pytest --quiet --numprocesses auto --dist loadfile $(PYTEST)
 
 test-slow: .venv/.built
 	$(BIN)/python -m pytest --quiet -m slow $(PYTEST)
