@@ -35,8 +35,8 @@ equations keeps its balance.
 The documents are drawn to provoke: near-critical, heavy and no damping, near resonance, up to four harmonics, static
 friction from zero to some ulps above kinetic, grazes, starts on the edge of adhesion, drives near zero, steep pieces, units
 over many decades, denormal numbers; systems of one to six masses with contacts on ramped, reversing and shaken drives and on
-each other, some with negative damping. The law of Bogacz and Ryczek is not drawn yet. A fifth of the oscillators runs on
-Taylor series although it has a closed form.
+each other, some with negative damping.
+The law of Bogacz and Ryczek is not drawn yet. A fifth of the oscillators runs on Taylor series although it has a closed form.
 """
 
 ROWS = {
@@ -98,9 +98,7 @@ def page(totals: dict[str, dict], seeds: list[int]) -> str:
     if found:
         text += ["", "| what failed | in | times |", "|---|---|---:|"]
         text += [
-            f"| {what} | {kind} | {count:,} |"
-            for kind, faults in found.items()
-            for what, count in sorted(faults.items())
+            f"| {what} | {kind} | {count:,} |" for kind, kinds in found.items() for what, count in sorted(kinds.items())
         ]
     return "\n".join(text) + "\n"
 
@@ -115,7 +113,7 @@ def main() -> int:
     options = parser.parse_args()
     totals, failures = judge(options.oscillators, options.systems, options.seeds, options.threads)
     options.output.write_text(page(totals, options.seeds))
-    print("\n".join(failures))
+    sys.stdout.write("".join(f"{line}\n" for line in failures))
     return int(bool(failures))
 
 

@@ -109,7 +109,7 @@ fn above(random: &mut Random, force: f64) -> f64 {
 fn table(random: &mut Random, units: Units, first: f64) -> Vec<[f64; 2]> {
     let mut nodes = vec![[0.0, first]];
     let mut speed = 0.0;
-    for _ in 0..1 + random.one_of(3) {
+    for _ in 0..=random.one_of(3) {
         speed += units.velocity
             * if random.chance(0.05) {
                 random.decades(-10.0, 0.0)
@@ -154,7 +154,7 @@ fn law(random: &mut Random, name: &str, units: Units) -> Value {
         }),
         "Tabulated" => {
             let mut nodes = vec![[0.0, high]];
-            for index in 0..1 + random.one_of(4) {
+            for index in 0..=random.one_of(4) {
                 let gap = random.within(0.1, 2.0) * units.time;
                 nodes.push([
                     nodes[index][0] + gap,

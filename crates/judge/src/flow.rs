@@ -551,7 +551,7 @@ impl<'a, R: Real> Phase<'a, R> {
                 // By differences: move each start a little, then what the constants and curves give.
                 let mut columns = vec![Vec::new(); 2 * n];
                 let last = self.states.last()?.clone();
-                for j in 0..2 * n + 1 {
+                for j in 0..=2 * n {
                     let mut y = self.model.y0.clone();
                     if j < 2 * n {
                         let size = y[j].value().abs().max(way[j]);
@@ -605,7 +605,9 @@ impl<'a, R: Real> Phase<'a, R> {
         for order in 1..50 {
             let factor = h / R::of(f64::from(order));
             term = model.slope(&term);
-            term.iter_mut().for_each(|entry| *entry = *entry * factor);
+            for entry in &mut term {
+                *entry = *entry * factor;
+            }
             sum.iter_mut()
                 .zip(&term)
                 .for_each(|(sum, &term)| *sum = *sum + term);

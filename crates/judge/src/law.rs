@@ -281,7 +281,9 @@ impl Law {
             "TwoBranch" => {
                 let branch = |name: &str, sense: f64| {
                     let mut lines = Table::read(&document[name])?.lines(false);
-                    lines.iter_mut().for_each(|line| line.sense = sense);
+                    for line in lines.iter_mut() {
+                        line.sense = sense;
+                    }
                     Some(lines)
                 };
                 Self {

@@ -10,6 +10,12 @@
 //! | [`verdict`] | phase by phase, event by event |
 //! | [`draw`] | random documents that provoke |
 
+#![allow(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "what is no number must fail a check"
+)]
+#![allow(clippy::needless_range_loop, reason = "formulas run over two arrays at once")]
+
 pub mod draw;
 pub mod flow;
 pub mod law;

@@ -61,7 +61,9 @@ pub fn exponential<R: Real>(a: &[R], n: usize, h: R) -> Vec<R> {
     for order in 1..60 {
         let inverse = R::of(1.0) / R::of(f64::from(order));
         term = product(&term, &small, n);
-        term.iter_mut().for_each(|entry| *entry = *entry * inverse);
+        for entry in &mut term {
+            *entry = *entry * inverse;
+        }
         sum.iter_mut()
             .zip(&term)
             .for_each(|(sum, &term)| *sum = *sum + term);

@@ -131,7 +131,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
     fn between_extrema(&mut self, piece: &Piece, start: Start, horizon: f64) -> Option<Arrival> {
         if start.turns(self.du.start(&self.slip.decay)) {
             // Known to be zero here; rounding must not shift the extrema.
-            self.du = self.du.from_zero(&self.slip.decay);
+            self.du = self.du.started_at_zero(&self.slip.decay);
         }
         if self.du.free == [0.0; 2] {
             return None;

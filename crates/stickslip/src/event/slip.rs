@@ -77,7 +77,7 @@ impl<'a, const H: usize> Speed<'a, H> {
         if start == Start::Turning {
             // Known to be zero here; rounding must not shift the next turn. Where the motion grows, the rate then no longer
             // fits the speed well enough for the position to follow from both.
-            du = du.from_zero(&slip.decay);
+            du = du.started_at_zero(&slip.decay);
         }
         let exponents = slip.decay.exponents();
         let fastest = slip

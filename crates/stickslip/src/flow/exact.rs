@@ -206,7 +206,7 @@ impl<const H: usize> Signal<H> {
     }
 
     /// The same without its value at τ = 0, which is known to be zero but for rounding.
-    pub(crate) fn from_zero(mut self, decay: &Decay) -> Self {
+    pub(crate) fn started_at_zero(mut self, decay: &Decay) -> Self {
         let start = self.start(decay);
         let [a, b] = decay.coefficients(start, -decay.gamma * start);
         self.free[0] -= a;
