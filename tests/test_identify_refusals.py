@@ -108,7 +108,7 @@ def test_a_file_that_is_missing_or_broken_is_refused(tmp_path):
         identify(tmp_path / "friction.nc")
     broken = tmp_path / "broken.nc"
     broken.write_bytes(b"\x89HDF\r\n\x1a\n and no more")
-    with pytest.raises(InputError, match=r"broken\.nc: not a netCDF file, or a truncated one"):
+    with pytest.raises(InputError, match=r"broken\.nc: not a netCDF file, or a truncated or damaged one"):
         identify(broken)
 
 

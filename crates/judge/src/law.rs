@@ -281,7 +281,7 @@ impl Law {
             "TwoBranch" => {
                 let branch = |name: &str, sense: f64| {
                     let mut lines = Table::read(&document[name])?.lines(false);
-                    for line in lines.iter_mut() {
+                    for line in &mut *lines {
                         line.sense = sense;
                     }
                     Some(lines)

@@ -68,18 +68,19 @@ fn an_event_too_many_is_found() {
 
 #[test]
 fn numbers_of_an_event_are_checked() {
-    let changes: [(&str, fn(&mut Report)); 4] = [
+    type Change = fn(&mut Report);
+    let changes: [(&str, Change); 4] = [
         ("force reported at the release", |report| {
-            report.marks[1].events[0].force += 1e-9
+            report.marks[1].events[0].force += 1e-9;
         }),
         ("stick time reported at the release", |report| {
-            report.marks[1].events[0].stick_time += 1e-9
+            report.marks[1].events[0].stick_time += 1e-9;
         }),
         ("force rate reported at the release", |report| {
-            report.marks[1].events[0].force_rate += 1e-9
+            report.marks[1].events[0].force_rate += 1e-9;
         }),
         ("position of mass 0 at the end of the phase", |report| {
-            report.marks[2].state[0] += 1e-9
+            report.marks[2].state[0] += 1e-9;
         }),
     ];
     for (wanted, change) in changes {
