@@ -226,7 +226,8 @@ def static_kinetic_belt() -> Results:
     slip_time=4.068887871591405, stick_time=4.0, period=8.068887871591405,
 )  # fmt: skip
 def ten_blocks_in_unison() -> Results:
-    orbit = ss.simulate(ss.chain(10, ss.laws.StaticKinetic(1.0, 0.6), 0.2, coupling=1.2), 100)
+    # The unison is unstable: rounding grows by half in each of its cycles, so few are looked at.
+    orbit = ss.simulate(ss.chain(10, ss.laws.StaticKinetic(1.0, 0.6), 0.2, coupling=1.2), 50)
     orbit.events = orbit.events[orbit.events["contact"] == 7]
     return {name: value for name, value in cycle(orbit).items() if name in ("slip_time", "stick_time", "period")}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 
 import numpy as np
 import pytest
@@ -205,7 +206,7 @@ def test_bounds_hold_and_a_number_on_its_bound_is_named(tmp_path):
     asked = ["--law", "PiecewiseLinear", "--pieces", "2", "--bounds", "nodes[1].force=0.62:0.7"]
     main(["identify", str(path), *asked, "--no-simulation", "-o", str(law)])
     assert ss.load_law(law).nodes[1][1] == pytest.approx(0.62, abs=1e-6)
-    assert " ".join(asked) in law.read_text()
+    assert shlex.join(asked) in law.read_text()
 
 
 @pytest.mark.parametrize(

@@ -171,5 +171,5 @@ def test_the_command_predicts_a_run_from_a_rig_file(tmp_path, capsys):
 def test_a_rig_that_cannot_be_read_is_a_sentence(alike):
     other = run(0.2, seed=3)
     other.attrs["rig"] = "stiffness = = 1"
-    with pytest.raises(InputError, match=r"record 1: rig is not a TOML document .*; measure again"):
+    with pytest.raises(InputError, match=r"record 1: rig: not a TOML document .*; correct that line"):
         predict_motion(alike, other)

@@ -111,7 +111,7 @@ def test_a_long_chaotic_transient_and_a_long_period_are_not_counted_as_non_perio
     # At s = 0.30, η = 1.25 the first finds its period of one after some thousand forcing periods, the second never does;
     # at s = 0.40, η = 1.60 the motion has a period of 14 (found in a run of 12000 forcing periods).
     assert not study._never_returns(0.30, 1.25, 0.045)
-    assert study._never_returns(0.30, 1.25, 0.030)
+    assert study._never_returns(0.30, 1.25, 0.026)
     assert not study._never_returns(0.40, 1.60, 0.365)
 
 

@@ -57,11 +57,22 @@ def contents(path: Path) -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
                     f"{path.stat().st_size} bytes: damaged; make or copy it again"
                 )
             variables = {
-                str(key): (item.dimensions, item[...], _plain(item.attrs)) for key, item in group.variables.items()
+                str(key): (item.dimensions, _text(item[...]), _plain(item.attrs))
+                for key, item in group.variables.items()
             }
             groups[name] = variables, _plain(group.attrs)
             waiting += [(f"{name.rstrip('/')}/{key}", item) for key, item in group.groups.items()]
     return groups
+
+
+def _text(values: Any) -> Any:
+    """Words as text: the library gives them as bytes."""
+    import numpy as np
+
+    if getattr(values, "dtype", None) != object:
+        return values
+    words = [word.decode("utf-8") if isinstance(word, bytes) else word for word in values.ravel()]
+    return np.array(words, dtype=object).reshape(values.shape)
 
 
 def _width(dtype: Any) -> int:

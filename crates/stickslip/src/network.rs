@@ -360,7 +360,7 @@ impl<'a> Loop<'a> {
                 }
                 let slope = self.motion.u[c][1];
                 // A start known to have no slope keeps that but for the error with which its event was found.
-                contact.turning &= slope.abs() <= 1e-9 * size;
+                contact.turning &= slope.abs() <= 1e-12 * size;
                 if !contact.piece.turns {
                     continue;
                 }
