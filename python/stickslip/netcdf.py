@@ -69,7 +69,7 @@ def _text(values: Any) -> Any:
     """Words as text: the library gives them as bytes."""
     import numpy as np
 
-    if getattr(values, "dtype", None) != object:
+    if not (isinstance(values, np.ndarray) and values.dtype.hasobject):
         return values
     words = [word.decode("utf-8") if isinstance(word, bytes) else word for word in values.ravel()]
     return np.array(words, dtype=object).reshape(values.shape)
