@@ -149,6 +149,11 @@ pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
         directions: row[2 + 2 * n..].chunks_exact(4).map(|rub| rub[0]).collect(),
     };
     let mut marks: Vec<Mark> = rows.iter().take(1).map(|row| mark(row)).collect();
+    if let Some(first) = marks.first_mut() {
+        // What the orbit says of t = 0; its first step may begin on a drive from which that differs by rounding.
+        let start = orbit.states(&[0.0]);
+        first.state = [start.x, start.v].concat();
+    }
     let mut events = orbit.events.iter().peekable();
     while let Some(first) = events.peek().copied() {
         // The last row of that time: the state after all that happened then.
