@@ -1,7 +1,7 @@
 """Damage whole files and documents in every way and read them: nothing but `InputError` may come of it.
 
 python docs/evidence/readers.py --each 10000          # writes readers.md beside this file
-python docs/evidence/readers.py --only matlab --each 1000000 --seed 2 -o /tmp/page.md
+python docs/evidence/readers.py --only matlab --each 1000000 --seed 2 -o page.md
 python docs/evidence/readers.py --again matlab:1:4711 # one input of the page, with its traceback
 """
 

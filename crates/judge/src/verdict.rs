@@ -313,7 +313,7 @@ impl<'a, R: Real> Judge<'a, R> {
             reported == 0.0
         } else if one && starting {
             // Where rounding alone keeps the start off the drive, both slip and rest are right.
-            let near = w != 0.0 && reported == 0.0 && w.abs() <= w_slack;
+            let near = w != 0.0 && reported != w.signum() && w.abs() <= w_slack;
             self.verdict.edges += u64::from(near);
             w == 0.0 || near
         } else {
