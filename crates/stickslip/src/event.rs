@@ -185,6 +185,11 @@ impl Guard {
     }
 }
 
+/// How large a sum of such terms may be by rounding alone.
+fn rounding_of(terms: [f64; 3]) -> f64 {
+    ROUNDING * terms.iter().map(|term| term.abs()).sum::<f64>()
+}
+
 /// A margin below zero: beyond the end by more than a touch within rounding, which would turn back there.
 fn beyond([margin, slope, bend]: [f64; 3], rounding: f64) -> bool {
     margin < -rounding || through([slope, bend], rounding)

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Arrival, ROUNDING, Start, integral, polynomial};
+use super::{Arrival, Start, integral, polynomial, rounding_of};
 use crate::elementary::angle;
 use crate::flow::exact::{Decay, Slip};
 use crate::law::{End, Piece};
@@ -196,8 +196,7 @@ impl<'a, const H: usize> Direct<'a, H> {
             let x = self.slip.position(t, &basis);
             // Householder's step can vanish far from any root: what it leaves must be rounding.
             let left = value - target + step * (rate + step * (0.5 * bend + step * (1.0 / 6.0) * jerk));
-            let sizes = [self.u[0] * basis.c, self.u[1] * basis.s, target];
-            let rounding = ROUNDING * sizes.iter().map(|size| size.abs()).sum::<f64>();
+            let rounding = rounding_of([self.u[0] * basis.c, self.u[1] * basis.s, target]);
             if t + step <= 0.0 {
                 return None;
             }

@@ -2,7 +2,7 @@
 //! an end of the piece is crossed there exactly once or not at all.
 
 use super::direct::Direct;
-use super::{Arrival, ROUNDING, Start};
+use super::{Arrival, ROUNDING, Start, rounding_of};
 use crate::elementary::{acos, atan2, atanh, exp, ln};
 use crate::flow::exact::{Basis, Signal, Slip};
 use crate::law::{End, Piece};
@@ -81,7 +81,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
         let decay = &self.slip.decay;
         let [a, b] = self.du.free;
         let mut start = decay.start([a, b]);
-        if decay.apart() && start.abs() <= f64::EPSILON * a.abs() {
+        if decay.separates() && start.abs() <= f64::EPSILON * a.abs() {
             start = 0.0;
         }
         let slope = decay.start(decay.derivative([a, b]));
@@ -95,7 +95,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
             } else {
                 std::f64::consts::PI / decay.omega
             }
-        } else if decay.apart() {
+        } else if decay.separates() {
             // a e^{slow t} + b e^{fast t} = 0
             let (slow, fast) = decay.roots();
             let time = ln(-b / a) / (slow - fast);
@@ -253,12 +253,8 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
                 } else {
                     (t - halley).max(low).min(high) - t
                 };
-                let sizes = [
-                    self.u.constant,
-                    self.u.free[0] * basis.c,
-                    self.u.free[1] * basis.s,
-                ];
-                let rounding = ROUNDING * sizes.iter().map(|size| size.abs()).sum::<f64>();
+                let [a, b] = self.u.free;
+                let rounding = rounding_of([self.u.constant, a * basis.c, b * basis.s]);
                 if (value + step * (first + 0.5 * step * second)).abs() <= rounding {
                     return self.arrive(t, &basis, step, end);
                 }

@@ -23,7 +23,7 @@ pub struct Decay {
 /// Below this ratio of ω to γ the two exponents count as one.
 const NEARLY: f64 = 1e-3;
 /// Above this ratio of ω to γ a motion that does not oscillate is the sum of its two exponentials.
-const APART: f64 = 0.1;
+const SEPARATE: f64 = 0.1;
 
 impl Decay {
     /// Of mass, damping and stiffness.
@@ -110,12 +110,12 @@ impl Decay {
     /// Whether a free motion is written as the sum of its two exponentials. Under heavy damping that alone is exact: the rate
     /// of e^{−γτ} (a C + b S) would be a small difference of large terms.
     #[inline]
-    pub(crate) fn apart(&self) -> bool {
-        self.kappa > 0.0 && self.omega > APART * self.gamma.abs()
+    pub(crate) fn separates(&self) -> bool {
+        self.kappa > 0.0 && self.omega > SEPARATE * self.gamma.abs()
     }
 
     /// The two functions a free motion is made of, at τ = t: e^{−γτ} C and e^{−γτ} S, where C, S = cos ωτ, sin(ωτ)/ω or their
-    /// hyperbolic or linear counterparts; or, where they are far [`Decay::apart`], the slow and the fast exponential.
+    /// hyperbolic or linear counterparts; or, where it [separates](Decay::separates), the slow and the fast exponential.
     #[inline]
     fn basis(&self, t: f64) -> (f64, f64) {
         if self.oscillates() {
@@ -125,7 +125,7 @@ impl Decay {
         }
         let (slow, fast) = self.roots();
         let (slow, fast) = (exp(slow * t), exp(fast * t));
-        if self.apart() {
+        if self.separates() {
             return (slow, fast);
         }
         let (upper, spread) = (slow.max(fast), 2.0 * self.omega * t);
@@ -140,7 +140,7 @@ impl Decay {
     /// The coefficients of the free motion that has this value and rate at τ = 0.
     #[inline]
     pub(crate) fn coefficients(&self, value: f64, rate: f64) -> [f64; 2] {
-        if self.apart() {
+        if self.separates() {
             let (slow, fast) = self.roots();
             let width = slow - fast;
             return [(rate - fast * value) / width, (slow * value - rate) / width];
@@ -151,7 +151,7 @@ impl Decay {
     /// The coefficients of its derivative.
     #[inline]
     pub(crate) fn derivative(&self, [a, b]: [f64; 2]) -> [f64; 2] {
-        if self.apart() {
+        if self.separates() {
             let (slow, fast) = self.roots();
             return [slow * a, fast * b];
         }
@@ -161,7 +161,7 @@ impl Decay {
     /// Its value at τ = 0.
     #[inline]
     pub(crate) fn start(&self, [a, b]: [f64; 2]) -> f64 {
-        if self.apart() { a + b } else { a }
+        if self.separates() { a + b } else { a }
     }
 }
 
@@ -453,7 +453,7 @@ impl<const H: usize> Slip<H> {
     #[inline]
     #[must_use]
     pub fn basis(&self, t: f64) -> Basis<H> {
-        let (c, s) = if t == 0.0 && !self.decay.apart() {
+        let (c, s) = if t == 0.0 && !self.decay.separates() {
             (1.0, 0.0)
         } else {
             self.decay.basis(t)
