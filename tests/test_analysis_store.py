@@ -16,7 +16,7 @@ import xarray as xr
 import zarr
 
 import stickslip as ss
-from stickslip.analysis import store as stores
+from stickslip.dynamics import store as stores
 
 FORCED = ss.Oscillator(
     damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 0.7)

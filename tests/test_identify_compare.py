@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import compare_laws, first_guess, friction_of_orbit, identify
 from stickslip.identification.parameters import value

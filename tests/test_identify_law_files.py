@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 from stickslip.identification import fit_steady, friction_of_orbit
 from stickslip.identification.parameters import value, with_values
 

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import friction_of_orbit, identify, predict_motion
 from stickslip.measurement import Rig

@@ -18,9 +18,9 @@ from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.uncertainty import correlation_time, robust_scale
 from stickslip.laws import Law
 from stickslip.measurement.spectra import main_line
-from stickslip.orbit import Orbit
-from stickslip.simulation import simulate
-from stickslip.system import Oscillator
+from stickslip.model.system import Oscillator
+from stickslip.simulation.orbit import Orbit
+from stickslip.simulation.simulate import simulate
 
 Array = npt.NDArray[np.float64]
 

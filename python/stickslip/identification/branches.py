@@ -26,7 +26,7 @@ from stickslip.identification.uncertainty import (
     worth,
 )
 from stickslip.laws import Coulomb, Law
-from stickslip.state_laws import StateLaw
+from stickslip.laws.state_law import StateLaw
 
 Array = npt.NDArray[np.float64]
 Samples = npt.NDArray[np.int_]

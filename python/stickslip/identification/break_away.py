@@ -15,8 +15,8 @@ import pandas as pd
 import tomli_w
 from scipy.optimize import least_squares
 
-from stickslip.documents import write_whole
 from stickslip.errors import InputError
+from stickslip.files.documents import write_whole
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.static_forms import BY_RATIO, Form, forms
 from stickslip.identification.uncertainty import correlation_time, half_width, robust_scale

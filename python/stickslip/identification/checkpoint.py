@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import tomli_w
 
-from stickslip.documents import write_whole
+from stickslip.files.documents import write_whole
 
 if TYPE_CHECKING:
     from stickslip.identification.fit import Identification

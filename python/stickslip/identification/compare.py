@@ -19,7 +19,7 @@ from stickslip.identification.first_guess import GUESSES
 from stickslip.identification.fit import Identification, identify
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.laws import BoucWen, Coulomb, Law, RateState, Regularised, Tabulated
-from stickslip.state_laws import StateLaw
+from stickslip.laws.state_law import StateLaw
 
 Array = npt.NDArray[np.float64]
 

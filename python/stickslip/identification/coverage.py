@@ -31,8 +31,8 @@ from stickslip.laws import (
     StaticKinetic,
 )
 from stickslip.measurement import Rig, measure
-from stickslip.simulation import simulate
-from stickslip.system import Oscillator
+from stickslip.model.system import Oscillator
+from stickslip.simulation.simulate import simulate
 
 COLUMNS = ["parameter", "value", "error", "low", "high"]
 """Of the file of repetitions, with the seed; a refused one has no numbers but the same columns."""

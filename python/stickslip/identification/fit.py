@@ -11,8 +11,8 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
-from stickslip.documents import did_you_mean, write_whole
 from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean, write_whole
 from stickslip.identification.branches import BranchFit, Problem, fit_branches
 from stickslip.identification.break_away import (
     FEWEST_ROWS,
@@ -29,7 +29,6 @@ from stickslip.identification.motion import WITH_MEMORY, Motion
 from stickslip.identification.parameters import check_names, maybe, places, value, with_values
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.seen import Guess, Seen, refuse_unreadable
-from stickslip.law import law_file
 from stickslip.laws import (
     Coulomb,
     DwellTime,
@@ -41,6 +40,7 @@ from stickslip.laws import (
     Tabulated,
     TwoBranch,
 )
+from stickslip.laws.law import law_file
 
 CORRELATED = 0.98
 OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)

@@ -20,8 +20,8 @@ from stickslip.identification.search import Laid, distance
 from stickslip.identification.slip import Slip, slips_of
 from stickslip.identification.uncertainty import correlation_time, half_width, inverse, robust_scale
 from stickslip.laws import Law
+from stickslip.laws.state_law import StateLaw
 from stickslip.measurement.noise import noise_level
-from stickslip.state_laws import StateLaw
 
 if TYPE_CHECKING:
     from stickslip.identification.fit import Identification

@@ -17,9 +17,9 @@ from stickslip.identification.records import FrictionRecord
 from stickslip.identification.tangent import Tangent, why_differences
 from stickslip.laws import Law
 from stickslip.measurement.noise import noise_level
-from stickslip.orbit import Orbit
-from stickslip.simulation import simulate
-from stickslip.system import Oscillator
+from stickslip.model.system import Oscillator
+from stickslip.simulation.orbit import Orbit
+from stickslip.simulation.simulate import simulate
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from stickslip.documents import did_you_mean
 from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean
 from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]

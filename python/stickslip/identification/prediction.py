@@ -26,7 +26,7 @@ from stickslip.measurement.gauges import Bench
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.rig_file import load_rig
 from stickslip.measurement.spectra import main_line
-from stickslip.simulation import simulate
+from stickslip.simulation.simulate import simulate
 
 Array = npt.NDArray[np.float64]
 

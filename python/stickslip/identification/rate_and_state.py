@@ -18,7 +18,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from stickslip.errors import InputError
 from stickslip.identification.uncertainty import half_width
 from stickslip.identification.velocity_step import path_of_decay, save_rate_and_state, table_of_steps
-from stickslip.state_laws import RateState
+from stickslip.laws.rate_state import RateState
 
 Array = npt.NDArray[np.float64]
 

@@ -14,14 +14,14 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from stickslip.documents import number
+from stickslip.files.documents import number
 from stickslip.identification.motion import velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.sticks import Pilot, creeping_sticks, find_flanks
-from stickslip.orbit import Orbit
-from stickslip.system import Oscillator
+from stickslip.model.system import Oscillator
+from stickslip.simulation.orbit import Orbit
 
 Array = npt.NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class Reading:
 
     Attributes
     ----------
-    kind : its kind, a word of `stickslip.regimes`.
+    kind : its kind, a word of `stickslip.simulation.regimes`.
     trace : DataFrame over the samples: time, v, spring (force) and stuck.
     sticks : DataFrame over the sticks: t (their end), stick_time and drop, the fall of the spring force that follows.
     """

@@ -15,7 +15,7 @@ from stickslip.errors import InputError
 from stickslip.identification.fit import Identification
 from stickslip.identification.overlay import Overlay
 from stickslip.identification.parameters import limits, value, with_values
-from stickslip.orbit import Orbit
+from stickslip.simulation.orbit import Orbit
 
 STEP = 1e-3
 """Relative change of a number for its derivatives."""

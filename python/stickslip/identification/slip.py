@@ -13,8 +13,8 @@ from stickslip.errors import InputError
 from stickslip.identification.overlay import CONSTANTS
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import Law
-from stickslip.simulation import simulate
-from stickslip.system import Oscillator
+from stickslip.model.system import Oscillator
+from stickslip.simulation.simulate import simulate
 
 Array = npt.NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from stickslip.identification.records import read_records
 from stickslip.identification.synthetic import friction_of_sticks
 from stickslip.identification.trajectory import fit_trajectories
 from stickslip.laws import BogaczRyczek, DwellTime, ExponentialStribeck, Law, StaticFriction, StaticKinetic
-from stickslip.system import Oscillator
+from stickslip.model.system import Oscillator
 
 FORCE_NOISE = 0.01
 """Of the friction force, from which only the branch fit is made."""

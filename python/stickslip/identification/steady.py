@@ -15,8 +15,8 @@ import pandas as pd
 import xarray as xr
 from scipy.stats import chi2
 
-from stickslip.documents import did_you_mean, write_whole
 from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean, write_whole
 from stickslip.identification.between import BY_CHANCE
 from stickslip.identification.curves import (
     BLOCKS,
@@ -35,8 +35,8 @@ from stickslip.identification.curves import (
 )
 from stickslip.identification.parameters import places, value
 from stickslip.identification.records import opened
-from stickslip.law import law_file
 from stickslip.laws import Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
+from stickslip.laws.law import law_file
 from stickslip.measurement.noise import noise_level
 
 Array = npt.NDArray[np.float64]

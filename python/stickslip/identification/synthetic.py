@@ -9,13 +9,13 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.documents import number
 from stickslip.errors import InputError
+from stickslip.files.documents import number
 from stickslip.identification.first_passage import own_number
 from stickslip.identification.parameters import value, with_values
-from stickslip.orbit import Orbit
-from stickslip.simulation import simulate
-from stickslip.system import Oscillator
+from stickslip.model.system import Oscillator
+from stickslip.simulation.orbit import Orbit
+from stickslip.simulation.simulate import simulate
 
 LONGEST = 1000.0
 """Natural periods in which a stick and the slip that follows must end."""

@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicHermiteSpline
 
+from stickslip.dynamics.periodic.event_sequence import STATE, TIME, Trail
 from stickslip.errors import InputError
 from stickslip.identification.parameters import Place, places
 from stickslip.laws import Law
-from stickslip.orbit import Orbit
-from stickslip.stability.trail import STATE, TIME, Trail
-from stickslip.state_laws import StateLaw
+from stickslip.laws.state_law import StateLaw
+from stickslip.simulation.orbit import Orbit
 
 Array = npt.NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from stickslip.documents import number
 from stickslip.errors import InputError
+from stickslip.files.documents import number
 from stickslip.identification.checkpoint import Checkpoint
 from stickslip.identification.multiple_shooting import MultipleShooting, scattering
 from stickslip.identification.overlay import Overlay

@@ -19,8 +19,8 @@ from stickslip.errors import InputError
 from stickslip.identification.parameters import places
 from stickslip.identification.records import opened
 from stickslip.identification.uncertainty import correlation_time, half_width
-from stickslip.law import save_law
-from stickslip.state_laws import RateState
+from stickslip.laws.law import save_law
+from stickslip.laws.rate_state import RateState
 
 if TYPE_CHECKING:
     from stickslip.identification.rate_and_state import VelocityStepsFit
