@@ -8,6 +8,8 @@ pub trait Real:
 {
     /// What a sum of terms near one no longer sees.
     const ROUNDING: f64;
+    /// How well two extrapolations agree, in parts of the terms, where the better one has no error to speak of.
+    const AGREED: f64;
     /// From a double.
     fn of(value: f64) -> Self;
     /// To the nearest double.
@@ -16,6 +18,7 @@ pub trait Real:
 
 impl Real for f64 {
     const ROUNDING: f64 = 1e-17;
+    const AGREED: f64 = 1e-14;
     fn of(value: f64) -> Self {
         value
     }
@@ -114,6 +117,7 @@ impl Div for Pair {
 
 impl Real for Pair {
     const ROUNDING: f64 = 1e-33;
+    const AGREED: f64 = 2e-15;
     fn of(value: f64) -> Self {
         Self {
             high: value,
