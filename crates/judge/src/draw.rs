@@ -351,7 +351,7 @@ pub fn oscillator(seed: u64, index: u64) -> Value {
             Some(random.within(-2.0, 2.0) * units.velocity),
         ),
     };
-    let t_end = random.within(0.5, 6.0) * 6.3 / natural_here * stretch(random);
+    let t_end = random.within(0.3, 4.0) * 6.3 / natural_here * stretch(random);
     let mut system = json!({
         "mass": mass, "stiffness": stiffness, "damping": damping, "drive_velocity": speed, "law": law,
     });

@@ -730,13 +730,13 @@ fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Op
                 (*old, *new) = (*new, better);
             }
         }
-        if index >= 2 {
+        if index >= R::COLUMNS {
             let check = &table[(index - 1) * dim..];
             let gap = |i: usize| {
                 let size = start[i].value().abs().max(before[i].value().abs()) + known[i];
                 (before[i] - check[i]).value().abs() / size.max(f64::MIN_POSITIVE)
             };
-            if (0..state).all(|i| gap(i) <= R::AGREED) {
+            if (0..state).all(|i| gap(i) <= 1e-14) {
                 model.feed(&mut before);
                 return before
                     .iter()
@@ -746,14 +746,11 @@ fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Op
         }
         table.extend_from_slice(&before);
     }
-    if depth < 12 {
-        let half = h * R::of(0.5);
-        let middle = bulirsch_stoer(model, from, half, depth + 1)?;
-        return bulirsch_stoer(model, &middle, half, depth + 1);
+    if depth == 12 {
+        // Too stiff.
+        return None;
     }
-    model.feed(&mut before);
-    before
-        .iter()
-        .all(|value| value.value().is_finite())
-        .then_some(before)
+    let half = h * R::of(0.5);
+    let middle = bulirsch_stoer(model, from, half, depth + 1)?;
+    bulirsch_stoer(model, &middle, half, depth + 1)
 }

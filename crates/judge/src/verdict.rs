@@ -287,6 +287,16 @@ impl<'a> Judge<'a> {
         Some(model.at_start())
     }
 
+    /// What adhesion would bear were contact c, of one mass, to stick this moment: the force rate is that of ẋ = s.
+    fn top<R: Real>(&self, c: usize, mark: &Mark) -> f64 {
+        let mut stuck = mark.clone();
+        stuck.state[1] = self.problem.contacts[c].drive.value(mark.time);
+        let rate = self
+            .held::<R>(c, &stuck)
+            .map_or(f64::NAN, |held| held.force[c][1]);
+        self.problem.contacts[c].law.adhesion.force(0.0, rate.abs())
+    }
+
     /// Slip from zero speed in a direction, adhesion having broken at a force.
     fn leave(&mut self, c: usize, direction: f64, force: f64) -> Mode {
         match &self.problem.contacts[c].law.kinetic {
@@ -365,11 +375,7 @@ impl<'a> Judge<'a> {
             };
             return;
         }
-        let direction = w.signum();
-        if w.is_subnormal() {
-            self.modes[c] = self.leave(c, reported, limit);
-            return;
-        }
+        let direction = if w.is_subnormal() { reported } else { w.signum() };
         self.find(
             "direction at the start",
             mark.time[0],
@@ -383,8 +389,8 @@ impl<'a> Judge<'a> {
                 Mode::Line(direction, piece_at(lines, u, balance >= line.force(u)))
             }
             Kinetic::Paper(paper) => {
-                let line = paper.begin(u, balance, limit, &mut self.memories[c]);
-                Mode::Line(direction, line)
+                let top = self.top::<R>(c, mark);
+                Mode::Line(direction, paper.begin(u, balance, top, &mut self.memories[c]))
             }
             Kinetic::Branches([falling, rising]) => {
                 let (down, up) = (piece_at(falling, u, false), piece_at(rising, u, true));
@@ -830,8 +836,7 @@ impl<'a> Judge<'a> {
                     } else if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
                         let rising =
                             line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
-                        let rate = self.held::<R>(c, after).map_or(f64::NAN, |held| held.force[c][1]);
-                        let top = self.problem.contacts[c].law.adhesion.force(0.0, rate.abs());
+                        let top = self.top::<R>(c, after);
                         let next = paper.turn(&line, u, rising, top, &self.memories[c]);
                         self.modes[c] = Mode::Line(direction, next);
                     } else if let Kinetic::Branches(branches) = &self.problem.contacts[c].law.kinetic {
