@@ -11,8 +11,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -39,7 +41,7 @@ equations keeps its balance.
 The documents are drawn to provoke: near-critical, heavy and no damping, near resonance, up to four harmonics, static
 friction from zero to some ulps above kinetic, grazes, starts on the edge of adhesion, drives near zero, steep pieces, units
 over many decades, denormal numbers; systems of one to six masses with contacts on ramped, reversing and shaken drives and on
-each other, some with negative damping. Most runs are short, for many different ones; one in fifty is twenty times as long.
+each other, some with negative damping. Most runs are short, for many different ones; one in a hundred is twenty times as long.
 The law of Bogacz and Ryczek is drawn for oscillators. A fifth of the oscillators runs on Taylor series although it has a
 closed form. `max_events` is 400.
 """
@@ -73,17 +75,9 @@ def source(crate: str) -> str:
     return tree.stdout[:10]
 
 
-def judge(seed: int, first: int = 0, **shares: int) -> tuple[dict, list[dict]]:
+def judge(program: Path, seed: int, first: int = 0, **shares: int) -> tuple[dict, list[dict]]:
     """The counts of some documents of a seed, and what failed."""
-    command = [
-        str(ROOT / "target/release/stickslip-judge"),
-        "--seed",
-        str(seed),
-        "--first",
-        str(first),
-        "--show",
-        "1000000",
-    ]
+    command = [str(program), "--seed", str(seed), "--first", str(first), "--show", "1000000"]
     for name, count in shares.items():
         command += [f"--{name}", str(count)]
     run = subprocess.run(command, stdout=subprocess.PIPE, text=True)
@@ -171,13 +165,16 @@ def main() -> int:
     store = options.output.with_suffix(".jsonl")
     chunks = [json.loads(line) for line in store.read_text().splitlines()] if store.exists() else []
     names = {"engine": source("stickslip"), "judge": source("judge")}
+    # A copy: what is built later is not what these verdicts name.
+    program = Path(tempfile.mkdtemp()) / "stickslip-judge"
     build = ["cargo", "build", "--quiet", "--release", "--locked", "--package", "stickslip-judge"]
     subprocess.run(build, cwd=ROOT, check=True)
+    shutil.copy2(ROOT / "target/release/stickslip-judge", program)
     if options.again:
         for chunk in chunks:
             for failure in chunk["failures"]:
                 kind, index = failure["from"].split()
-                _, found = judge(chunk["seed"], int(index), **{f"{kind}s": 1})
+                _, found = judge(program, chunk["seed"], int(index), **{f"{kind}s": 1})
                 failure["again"] = names | {"failures": found}
         store.write_text("".join(f"{json.dumps(chunk)}\n" for chunk in chunks))
     else:
@@ -186,7 +183,7 @@ def main() -> int:
         for seed in range(options.first, options.first + options.seeds):
             if seed in done:
                 continue
-            counts, found = judge(seed, **SHARES)
+            counts, found = judge(program, seed, **SHARES)
             chunks.append({"seed": seed} | names | {"counts": counts, "failures": found})
             with store.open("a") as file:
                 file.write(f"{json.dumps(chunks[-1])}\n")

@@ -265,7 +265,7 @@ fn waves(random: &mut Random, units: Units, natural: f64, amplitude: f64) -> Vec
 
 /// Most runs are short, for many different ones; some are long.
 fn stretch(random: &mut Random) -> f64 {
-    if random.chance(0.02) { 20.0 } else { 1.0 }
+    if random.chance(0.01) { 20.0 } else { 1.0 }
 }
 
 /// One mass on one drive.
