@@ -85,6 +85,8 @@ def on_border(point: Point, family: Family, border: Label) -> Point:
             found = [label for label in labels(turn(trail, turns, tests=True)) if label[:2] == (low, border[1])]
         except InputError as error:
             raise Lost(str(error)) from None
+        if not found:
+            raise Lost("the slip speed has no least value there")
         border = found[-1]
     return corrected(trail, turns, family, point.values, None, border)
 
