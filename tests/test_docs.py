@@ -1,4 +1,4 @@
-"""Every page of the documentation: its blocks of code run in their order, its links lead somewhere, its sentences are short."""
+"""Every page of the docs: its blocks of code run in their order, its links lead somewhere, its sentences are short."""
 
 import doctest
 import re

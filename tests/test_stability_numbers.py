@@ -1,4 +1,4 @@
-"""The known numbers of stability, their table in docs/evidence/stability.md, and the motion on both sides of each kind of point."""
+"""The known numbers of stability, their table, and the motion on both sides of each kind of point."""
 
 from __future__ import annotations
 

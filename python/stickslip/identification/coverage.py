@@ -17,10 +17,11 @@ import numpy as np
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.fit import Identification, identify
-from stickslip.identification.parameters import value
+from stickslip.identification.estimator.parameters import value
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.trajectory import fit_trajectories
+from stickslip.identification.result import Identification
+from stickslip.identification.selection.identify import identify
+from stickslip.identification.trajectory.shooting import fit_trajectories
 from stickslip.laws import (
     BogaczRyczek,
     DwellTime,

@@ -29,7 +29,7 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     Returns
     -------
     Three axes of a new figure: force over time and slip velocity over time, both around the middle of the record, and
-    force over slip velocity of the whole record, orange while the slip speeds up and light blue while it slows down. Of a drive
+    force over slip velocity of the whole record, orange while slip speeds up and light blue while it slows down. Of a drive
     that holds its speeds, the whole record and one point a hold. One or two axes where there is less to draw.
     """
     data = friction.to_dataset()
