@@ -1,4 +1,4 @@
-"""The known numbers of stability, and their table in docs/stability.md made from them: python docs/stability.py.
+"""The known numbers of stability, and their table: python docs/evidence/stability.py.
 
 Each is a closed form, a published number, or a root of equations written down here that share nothing with the package: the
 motion of x″ + d x′ + x = F cos Ωt + constant between two events is known, so an orbit with given events is a few equations.
@@ -20,7 +20,7 @@ from scipy.optimize import brentq, fsolve
 import stickslip as ss
 
 PAGE = Path(__file__).with_suffix(".md")
-BEGIN, END = "<!-- numbers: made by docs/stability.py -->", "<!-- end of numbers -->"
+BEGIN, END = "<!-- numbers: made by docs/evidence/stability.py -->", "<!-- end of numbers -->"
 HEAD = "| quantity | source | expected | got | difference |\n|---|---|---|---|---|"
 
 

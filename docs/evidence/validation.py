@@ -1,4 +1,4 @@
-"""The cases with known numbers, and the page docs/validation.md made from them: python docs/validation.py.
+"""The cases with known numbers, and the page docs/evidence/validation.md made from them: python docs/evidence/validation.py.
 
 To add a case: a function that returns what the package gets, under a decorator that says what is known and from where.
 """
@@ -24,7 +24,7 @@ INTRODUCTION = """# Known numbers
 
 Every number below was known before: from a closed form, in 30 to 60 digits, or from two independent integrators. The public
 functions of the package meet it to the digits it has, less one; where they do not, the last column says why. The tests
-compute the table anew, and `python docs/validation.py` writes it.
+compute the table anew, and `python docs/evidence/validation.py` writes it.
 
 Unless units are given the motion is x″ + d x′ + x = f(w), w = v − x′, with the velocity v of the belt.
 

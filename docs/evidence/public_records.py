@@ -1,6 +1,6 @@
-"""What is known of public records beside the laws identified from them, and the page docs/public-records.md made of it.
+"""What is known of public records beside the laws identified from them, and the page docs/evidence/public-records.md made of it.
 
-python docs/public_records.py [FOLDER of the records; default STICKSLIP_DATA]
+python docs/evidence/public_records.py [FOLDER of the records; default STICKSLIP_DATA]
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stickslip.identification import fit_static_friction, fit_steady, fit_veloci
 from stickslip.measurement import load_rig, measure
 
 PAGE = Path(__file__).with_name("public-records.md")
-RIGS = Path(__file__).parents[1] / "examples" / "rigs"
+RIGS = Path(__file__).parents[2] / "examples" / "rigs"
 
 INTRODUCTION = """# Laws of public records, and what is known of them
 
@@ -27,7 +27,7 @@ Each record is measured with its rig file in `examples/rigs` and identified as `
 given by hand. Known is what the owners of the records published, or what was found independently of this package.
 An interval is that of the law (95 %), of one more measurement by it where the known number is one measurement, or of a
 mean where nothing but break-aways was recorded. The tests compute the table anew where the records are at hand, and
-`python docs/public_records.py` writes it.
+`python docs/evidence/public_records.py` writes it.
 
 | record | law | number | known | found | 95 % | inside |
 |---|---|---|---|---|---|---|
