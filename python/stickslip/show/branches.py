@@ -115,7 +115,7 @@ def loci_plot(loci: Sequence[Locus], ax: Axes | None = None) -> Axes:
 
     Returns
     -------
-    The axes. A curve that ends inside meets another border there.
+    The axes. A curve that ends inside meets another boundary there.
     """
     ax = axes(ax)
     colours = [colour for name, colour in OKABE_ITO.items() if name not in ("grey", "yellow")]

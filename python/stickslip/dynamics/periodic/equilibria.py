@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.dynamics.periodic.event_sequence import STATE, TIME, Trail, read, with_number
+from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence, read, with_number
 from stickslip.errors import InputError
 from stickslip.model.system import Oscillator
 
@@ -48,14 +48,14 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
     drive = system.drive_velocity
     x = float(system.law.kinetic_force(drive)) / system.stiffness
     tau = 0.1 * system.natural_period
-    trail, kinds, _ = Trail.of_run(system, tau, x, 0.0)
+    sequence, kinds, _ = EventSequence.of_run(system, tau, x, 0.0)
     # The second flag: whether the law follows the sense of the slip acceleration.
-    if trail.start[len(STATE) + 1]:
+    if sequence.start[len(STATE) + 1]:
         return None
     if kinds:
         # Rounding has set off an event at once: the line of friction it starts on says all the same.
-        trail = replace(trail, arcs=np.array([[*trail.arcs[0, :2], TIME, tau]]))
-    matrix = trail.follow().rates[-1][1:3, 1:3]
+        sequence = replace(sequence, phases=np.array([[*sequence.phases[0, :2], TIME, tau]]))
+    matrix = sequence.follow().rates[-1][1:3, 1:3]
     damping = -system.mass * math.log(max(float(np.linalg.det(matrix)), 1e-300)) / tau
     half = damping / (2 * system.mass)
     square = half * half - system.stiffness / system.mass
