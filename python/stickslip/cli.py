@@ -16,6 +16,7 @@ from stickslip.commands import (
     continue_,
     critical,
     demo,
+    explore,
     film,
     identify,
     measure,
@@ -32,7 +33,7 @@ TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check")
 """Options that name a file which is written."""
 
 # In the order of the way through the package.
-COMMANDS = (simulate, film, track, measure, identify, sweep, basins, continue_, critical, reproduce, demo)
+COMMANDS = (simulate, film, track, measure, identify, sweep, basins, continue_, critical, reproduce, explore, demo)
 
 
 def _parser() -> argparse.ArgumentParser:
