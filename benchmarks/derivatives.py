@@ -10,7 +10,7 @@ import numpy as np
 from problems import PROBLEMS
 
 import stickslip as ss
-from stickslip.stability.trail import Trail
+from stickslip.dynamics.periodic.event_sequence import Trail
 
 EVENTS = 150
 REPEATS = 20

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 
 # A belt whose friction first falls and then rises with speed: stick-slip and stable slip coexist.
 FALLING = ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], break_away=1.0)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analysis.rows import Chunk, Look, period_of
-from stickslip.analysis.sections import Surface, points_of
-from stickslip.parameters import document_of
+from stickslip.dynamics.rows import Chunk, Look, period_of
+from stickslip.dynamics.sections import Surface, points_of
+from stickslip.model.parameters import document_of
 
 FORCED = ss.Oscillator(
     damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 0.7)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 
 FOREVER = 10**9
 MANY = 2**62
@@ -124,7 +124,7 @@ CHILD = """
 import signal, sys, time
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background of a shell is born deaf to it
-from stickslip.stability.trail import Trail
+from stickslip.dynamics.periodic.event_sequence import Trail
 from test_interruption import FOREVER, MANY, long_run
 import stickslip as ss
 import numpy as np

@@ -13,7 +13,7 @@ import pytest
 from scipy.optimize import brentq
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 
 
 def den_hartog(omega: float, friction: float) -> ss.Oscillator:

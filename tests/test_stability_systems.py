@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.stability import derivatives
+from stickslip.dynamics.periodic import derivatives
 
 #: Steps of a fourth-order difference, and its weights.
 STEPS, WEIGHTS = (-2.0, -1.0, 1.0, 2.0), (1 / 12, -8 / 12, 8 / 12, -1 / 12)

@@ -16,8 +16,8 @@ import numpy as np
 
 import stickslip as ss
 from stickslip import show
+from stickslip.laws.state_law import StateLaw
 from stickslip.paper import figures
-from stickslip.state_laws import StateLaw
 
 HERE = Path(__file__).parent
 

@@ -36,14 +36,14 @@ export class Controls {
     const { law, forcing } = state.system as Document;
     const groups: HTMLElement[] = [];
     groups.push(this.group("Rig", this.data.oscillator.map((page) => this.slider(page, `system.${page.path}`))));
-    const chain: NumberPage[] = [{ path: "masses", symbol: "n", words: "masses in a row", unit: "", low: 1, high: 5, choices: [1, 2, 3, 4, 5] }];
-    if (state.chain.masses > 1) chain.push({ path: "coupling", symbol: "k_c", words: "spring between neighbours", unit: "", low: 0, high: 5 });
+    const chain: NumberPage[] = [{ path: "masses", symbol: "n", name: "masses in a row", words: "masses in a row", unit: "", low: 1, high: 5, choices: [1, 2, 3, 4, 5] }];
+    if (state.chain.masses > 1) chain.push({ path: "coupling", symbol: "κ", name: "coupling", words: "stiffness of the springs between neighbours", unit: "", low: 0, high: 5 });
     groups.push(this.group("Chain", chain.map((page) => this.slider(page, `chain.${page.path}`))));
     if (forcing.length)
       groups.push(
         this.group("Forcing", [
-          this.slider({ path: "", symbol: "u₀", words: "amplitude", unit: "force", low: 0, high: 0.5 }, "system.forcing.0.amplitude"),
-          this.slider({ path: "", symbol: "Ω", words: "frequency", unit: "", low: 0.1, high: 4 }, "system.forcing.0.frequency"),
+          this.slider({ path: "", symbol: "u₀", name: "amplitude", words: "amplitude of the forcing", unit: "force", low: 0, high: 0.5 }, "system.forcing.0.amplitude"),
+          this.slider({ path: "", symbol: "Ω", name: "frequency", words: "angular frequency of the forcing", unit: "", low: 0.1, high: 4 }, "system.forcing.0.frequency"),
         ]),
       );
     const page = this.data.laws[law.type]!;
@@ -88,9 +88,9 @@ export class Controls {
   }
 
   private slider(page: NumberPage, path: string): HTMLElement {
-    const { symbol, words, low, high, choices } = page;
+    const { symbol, name, words, low, high, choices } = page;
     const range = element("input", { type: "range" });
-    range.setAttribute("aria-label", `${words} ${symbol}`);
+    range.setAttribute("aria-label", `${name} ${symbol}`);
     const steps = choices ? choices.length - 1 : 500;
     Object.assign(range, { min: "0", max: String(steps), step: "1" });
     let top = high;
@@ -106,7 +106,7 @@ export class Controls {
       range.style.setProperty("--at", `${100 * Math.max(0, Math.min(1, share))}%`);
       range.setAttribute("aria-valuetext", String(value));
     });
-    return element("div", { className: "number", title: words }, element("i", {}, symbol), element("span", {}, words), this.number(path, `${words} ${symbol}, as a number`), range);
+    return element("div", { className: "number", title: words }, element("i", {}, symbol), element("span", {}, name === symbol ? words : name), this.number(path, `${name} ${symbol}, as a number`), range);
   }
 
   /** Whether a pencil lies at infinity; where it comes back from there its lines stay about where they were. */

@@ -5,6 +5,8 @@ export interface NumberPage {
   /** Path within the document of the law or the oscillator. */
   path: string;
   symbol: string;
+  name: string;
+  /** What the documentation says of it. */
   words: string;
   unit: string;
   low: number;

@@ -13,7 +13,7 @@ import { Rig } from "./panels/rig";
 import { Spectrum } from "./panels/spectrum";
 import { Surface } from "./panels/surface";
 import { type State, fromLink, get, presetState, put, toLink, toToml } from "./state";
-import { REGIMES, type Steady, type SweepPart, Sweeper, lookOf, steady } from "./sweeps";
+import { REGIMES, REGIME_NAMES, type Steady, type SweepPart, Sweeper, lookOf, steady } from "./sweeps";
 
 const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getElementById(id) as T;
 
@@ -230,7 +230,7 @@ class Page {
       return;
     }
     const { settled, orbit } = this as { settled: Steady | null; orbit: Orbit };
-    const name = settled ? REGIMES[settled.regime]! : orbit.words.regime.replaceAll("_", " ");
+    const name = settled ? REGIMES[settled.regime]! : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
     strong(name[0]!.toUpperCase() + name.slice(1), "regime");
     const forced = this.state.system["forcing"].length > 0;
     const say = (before: string, value: number, digits: number, after = "") => {

@@ -8,14 +8,15 @@ import re
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from stickslip.law import Table
+from stickslip.laws.law import Table
 from stickslip.laws import Law
-from stickslip.state_laws import StateLaw
-from stickslip.system import Oscillator
+from stickslip.laws.state_law import StateLaw
+from stickslip.model.system import Oscillator
 
 #: A symbol at the start of a description, or before a relation or a comma: f_s, Δ∞, σ₀, γ, z∞.
 _SYMBOL = re.compile(r"(?<![\w/])((?:[A-Zα-ωΑ-Ω]|[a-zμ])(?:_[A-Za-z0-9]{1,2}|[₀-₉]|∞)?)(?=\s*(?:[><≥≤,.;=:(]|$))")
-_UNDER = str.maketrans("0123456789s", "₀₁₂₃₄₅₆₇₈₉ₛ")
+_UNDER = str.maketrans("0123456789sk", "₀₁₂₃₄₅₆₇₈₉ₛₖ")
+_GREEK = {"phi": "φ", "psi": "ψ", "eta": "η", "alpha": "α", "beta": "β", "gamma": "γ"}
 
 
 def _parameters(cls: type) -> dict[str, str]:
@@ -32,26 +33,29 @@ def _parameters(cls: type) -> dict[str, str]:
         left, _, right = line.partition(" : ")
         names = [name.strip() for name in left.split(",")]
         words |= dict.fromkeys(names, right.strip())
-    return words
+    # A law may refer to another one of its family for words.
+    other = next((found[1] for said in words.values() if (found := re.match(r"as for :class:`(\w+)`", said))), None)
+    return {**words, **{name: said for name, said in _parameters(Law.ALL[other]).items() if name in words}} if other else words
 
 
 def _symbol(name: str, words: str, position: int) -> str:
     """The symbol of the parameter at `position` among those that share these words; its own name where there is none."""
     if len(name) == 1:
         return name
+    if name in _GREEK:
+        return _GREEK[name]
     found = _SYMBOL.findall(words)
-    if name in ("phi", "psi", "eta", "alpha", "beta", "gamma"):
-        return {"phi": "φ", "psi": "ψ", "eta": "η", "alpha": "α", "beta": "β", "gamma": "γ"}[name]
     symbol = found[position] if position < len(found) else name.replace("_", " ")
-    return re.sub(r"_([0-9s])$", lambda match: match[1].translate(_UNDER), symbol)
+    return re.sub(r"_([0-9sk])$", lambda match: match[1].translate(_UNDER), symbol)
 
 
-def _range(value: object, unit: str, words: str) -> tuple[float, float]:
+def _range(value: object, unit: str) -> tuple[float, float]:
     """From where to where a slider goes."""
     if unit == "angle":
         return -89.0, 89.5
     size = abs(value) if isinstance(value, int | float) and value else 1.0
-    return (0.0 if re.search(r"[≥>] 0", words) or isinstance(value, int | float) and value >= 0 else -3 * size), 3 * size
+    low = 0.0 if isinstance(value, int | float) and value >= 0 else -3 * size
+    return low, float(f"{3 * size:.6g}")
 
 
 def _numbers(table: Table, document: dict[str, Any], path: str = "") -> list[dict[str, Any]]:
@@ -68,10 +72,11 @@ def _numbers(table: Table, document: dict[str, Any], path: str = "") -> list[dic
             numbers += _numbers(value, document[item.name], f"{path}{item.name}.")
             continue
         unit = type(table).UNITS.get(item.name, "")
-        low, high = _range(value, unit, said)
+        low, high = _range(value, unit)
         number = {
             "path": path + item.name,
             "symbol": _symbol(item.name, said, position),
+            "name": item.name.replace("_", " "),
             "words": said.rstrip("."),
             "unit": unit,
             "low": low,
@@ -121,8 +126,9 @@ def oscillator() -> list[dict[str, Any]]:
         {
             "path": name,
             "symbol": {"drive_velocity": "s", "damping": "D", "stiffness": "k", "mass": "m"}[name],
-            "words": {"drive_velocity": "belt speed", "damping": "damping", "stiffness": "stiffness", "mass": "mass"}[name],
-            "unit": words[name],
+            "name": "belt speed" if name == "drive_velocity" else name,
+            "words": words[name].rstrip("."),
+            "unit": "",
             "low": 0.05 if name in ("stiffness", "mass") else 0.0,
             "high": high,
         }

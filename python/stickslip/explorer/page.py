@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from stickslip import _core
-from stickslip.documents import read_toml
+from stickslip.files.documents import read_toml
 from stickslip.errors import InputError
 from stickslip.explorer import catalogue
 from stickslip.laws import Law, load_law
-from stickslip.system import Oscillator, System, load_system_document
+from stickslip.model.system import Oscillator, System, load_system_document
 
 #: Damping and drive of the rig on which a law file is shown.
 _RIG = {"mass": 1.0, "stiffness": 1.0, "damping": 0.1, "drive_velocity": 0.2}
@@ -67,7 +67,7 @@ def state_of(path: str | Path) -> dict[str, Any]:
     """
     path = Path(path)
     if path.suffix == ".nc":
-        from stickslip.orbit import load
+        from stickslip.simulation.orbit import load
 
         orbit = load(path)
         return _shown(orbit.system, {"t_end": float(orbit.t_end), **_start(orbit)}, str(path))

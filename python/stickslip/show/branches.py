@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from stickslip.stability.branch import Branches
-    from stickslip.stability.loci import Locus
+    from stickslip.dynamics.continuation.branch import Branches
+    from stickslip.dynamics.continuation.loci import Locus
 
 _COLOURS = {"steady_slip": "green", "slip": "blue", "stick_slip": "vermilion"}
 _NAMES = {

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-    from stickslip.system import Oscillator, System
+    from stickslip.model.system import Oscillator, System
 
 #: The palette of Okabe and Ito (2008): told apart with every kind of colour vision, and in grey.
 OKABE_ITO = {

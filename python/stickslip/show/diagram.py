@@ -36,7 +36,7 @@ def orbit_diagram_plot(
 
     Parameters
     ----------
-    diagram : from :func:`stickslip.analysis.orbit_diagram`.
+    diagram : from :func:`stickslip.dynamics.orbit_diagram`.
     ax : axes to draw into; default a new figure.
     quantity : ``"x"`` (position where ẋ = 0), ``"slip_velocity"`` (where ẇ = 0) or ``"section"`` (position at the returns).
     name_regimes : whether the regimes are written above their spans.

@@ -16,7 +16,7 @@ from stickslip.show.canvas import OKABE_ITO, axes, label, units_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.orbit import Orbit
+    from stickslip.simulation.orbit import Orbit
 
 #: One colour per branch of a law, the same in every picture.
 BRANCH_COLOURS = {

@@ -12,7 +12,7 @@ from stickslip.show.canvas import OKABE_ITO, axes, label, units_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.orbit import Orbit
+    from stickslip.simulation.orbit import Orbit
 
 
 def phase_plane(

@@ -13,7 +13,7 @@ from stickslip.show.canvas import OKABE_ITO, label, new_axes, units_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.orbit import Orbit
+    from stickslip.simulation.orbit import Orbit
 
 
 def time_series(

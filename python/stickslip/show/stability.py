@@ -13,8 +13,8 @@ from stickslip.show.canvas import OKABE_ITO, axes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.stability.cycles import PeriodicOrbit
-    from stickslip.stability.exponents import LyapunovSpectrum
+    from stickslip.dynamics.periodic.cycles import PeriodicOrbit
+    from stickslip.dynamics.periodic.exponents import LyapunovSpectrum
 
 
 def multipliers_plot(

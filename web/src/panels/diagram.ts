@@ -30,13 +30,16 @@ export class Diagram extends Panel {
     const forced = system["forcing"].length > 0;
     if (this.refused) return p.say(this.refused);
     p.x = { low: diagram.low, high: diagram.high };
-    const heights = (row: Steady): ArrayLike<number> => (forced ? row.section.map(([, v]) => system["drive_velocity"] - v) : row.turns);
+    const drive = (i: number): number => (diagram.over === "drive_velocity" ? this.values[i]! : system["drive_velocity"]);
+    const heights = (row: Steady, i: number): ArrayLike<number> => (forced ? row.section.map(([, v]) => drive(i) - v) : row.turns);
     let [low, high] = [0, 0];
-    for (const row of [...this.up, ...this.down])
-      for (const y of row ? Array.from(heights(row)) : []) {
-        low = Math.min(low, y);
-        high = Math.max(high, y);
-      }
+    for (const rows of [this.up, this.down])
+      rows.forEach((row, i) => {
+        for (const y of row ? Array.from(heights(row, i)) : []) {
+          low = Math.min(low, y);
+          high = Math.max(high, y);
+        }
+      });
     p.y = { low: Math.min(low * 1.05, -0.02), high: Math.max(high * 1.06, 0.1) };
     p.labels.x = diagram.over === "drive_velocity" ? "belt speed s" : diagram.over.replace(/^law\./, "").replaceAll("_", " ");
     p.labels.y = forced ? "w at t = 2πn/Ω" : "w where ẇ = 0";
@@ -50,7 +53,7 @@ export class Diagram extends Panel {
         g.fillStyle = regimes[row.regime]!;
         g.globalAlpha = alpha;
         const seen = new Set<number>();
-        const ys = heights(row);
+        const ys = heights(row, i);
         for (let k = 0; k < ys.length; k++) {
           const y = Math.round(p.py(ys[k]!) * 2);
           if (seen.has(y)) continue;

@@ -52,13 +52,13 @@ export class Surface extends Panel {
     const heights = core.ask(Verb.surface, { law: system["law"], stick_times: axis(time), force_rates: axis(rate) }).numbers;
     const [low, high] = [Math.min(...heights), Math.max(...heights)];
     p.begin(g);
-    const size = Math.min(p.width * 0.62, p.height * 0.95);
-    const rise = high > low ? 0.62 / (high - low) : 0;
+    const size = Math.min(p.width * 0.6, p.height * 0.72);
+    const rise = high > low ? 0.5 / (high - low) : 0;
     const [c, s] = [Math.cos(this.turn), Math.sin(this.turn)];
     const place = (a: number, b: number, f: number): [number, number, number] => {
       const [x, y] = [a - 0.5, b - 0.5];
       const [across, away] = [c * x - s * y, s * x + c * y];
-      return [p.width / 2 + across * size, p.height * 0.6 + away * size * Math.sin(this.tilt) - (f - low) * rise * size * Math.cos(this.tilt), away];
+      return [p.width / 2 + across * size, p.height * 0.62 + away * size * Math.sin(this.tilt) - (f - low) * rise * size * Math.cos(this.tilt), away];
     };
     const at = (i: number, j: number) => place(i / CELLS, j / CELLS, heights[j * (CELLS + 1) + i]!);
     const cells: { depth: number; corners: [number, number, number][]; height: number }[] = [];
@@ -93,7 +93,7 @@ export class Surface extends Panel {
     g.textAlign = "center";
     g.textBaseline = "middle";
     for (const [name, a, b] of [[`stick time tₛ to ${plain(+time.toPrecision(2))}`, 0.5, 1.16], [`force rate δ to ${plain(+rate.toPrecision(2))}`, 1.2, 0.5]] as const) {
-      const [x, y] = place(a, b, low);
+      const [x, y] = place(a, b, low - (rise ? 0.1 / rise : 0));
       const half = g.measureText(name).width / 2 + 4;
       g.fillText(name, Math.max(half, Math.min(p.width - half, x)), Math.min(p.height - 9, y));
     }
