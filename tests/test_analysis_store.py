@@ -16,7 +16,7 @@ import xarray as xr
 import zarr
 
 import stickslip as ss
-from stickslip.analysis import store as stores
+from stickslip.dynamics import store as stores
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "stores.py"
 _spec = importlib.util.spec_from_file_location("stores_evidence", SCRIPT)

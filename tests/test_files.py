@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.cli import main
-from stickslip.documents import read_text, write_whole
+from stickslip.cli.main import main
+from stickslip.files.documents import read_text, write_whole
 
 LAW = '[law]\ntype = "Coulomb"\nkinetic = 0.5\n'
 SYSTEM = (
@@ -93,7 +93,7 @@ def test_a_program_may_write_what_it_has_read(tmp_path):
 
 
 def test_drafts_of_killed_processes_are_cleared_and_those_of_living_ones_kept(tmp_path):
-    script = "import os, signal, sys\nfrom stickslip.documents import write_whole\n"
+    script = "import os, signal, sys\nfrom stickslip.files.documents import write_whole\n"
     script += "def write(draft):\n    draft.write_text('half')\n    os.kill(os.getpid(), signal.SIGKILL)\n"
     script += f"write_whole({str(tmp_path / 'out.txt')!r}, write)"
     subprocess.run([sys.executable, "-c", script], check=False)

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
-from stickslip.cli import main
-from stickslip.commands import identify as command
+from stickslip.cli import identify as command
+from stickslip.cli.main import main
 from stickslip.identification import friction_of_orbit, records
 from stickslip.measurement import measure
 

@@ -8,7 +8,7 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 from stickslip.identification import fit_velocity_steps
 from stickslip.measurement import measure
 

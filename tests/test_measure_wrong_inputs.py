@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from stickslip.cli import main
+from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.measurement import Layout, load_rig, measure
 from stickslip.measurement.read import read_table

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 from stickslip.measurement import Rig, measure, motion
 
 T = np.arange(0, 40, 0.05)

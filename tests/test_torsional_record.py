@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 
 INERTIA, STIFFNESS, SPEED = 0.005, 2.0, 2.0
 """kg m^2, N m/rad and rad/s."""

@@ -4,7 +4,7 @@
 
 Each oscillator is drawn from its own seed. Every reported velocity has to be shown by runs on both sides of it, and every
 change that runs at 200 speeds show has to be reported. The runs are those of `stickslip.simulate` and nothing of
-`stickslip.stability` looks at them. Results are kept line by line: a run that was ended goes on where it was.
+`stickslip.dynamics` looks at them. Results are kept line by line: a run that was ended goes on where it was.
 """
 
 from __future__ import annotations

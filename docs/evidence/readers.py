@@ -413,7 +413,7 @@ def read_law(source: Any, _: random.Random) -> None:
 
 def read_system(source: Any, _: random.Random) -> None:
     """An oscillator or a system of masses."""
-    from stickslip.system import load_system, system_from_dict
+    from stickslip.model.system import load_system, system_from_dict
 
     _ = load_system(source) if isinstance(source, Path) else system_from_dict(source)
 

@@ -12,8 +12,8 @@ import numpy.typing as npt
 import tomli_w
 import xarray as xr
 
-from stickslip.documents import number
 from stickslip.errors import InputError
+from stickslip.files.documents import number
 from stickslip.measurement.rig import Rig
 
 Array = npt.NDArray[np.float64]

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from stickslip.documents import did_you_mean
 from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean
 from stickslip.measurement.chain import Chain
 from stickslip.measurement.friction import measure_record
 from stickslip.measurement.gauges import Bench

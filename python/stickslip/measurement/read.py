@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.documents import read_bytes
 from stickslip.errors import InputError
+from stickslip.files.documents import read_bytes
+from stickslip.files.netcdf import read_tree
 from stickslip.measurement.formats.json_rows import json_table
 from stickslip.measurement.formats.look import look_table
 from stickslip.measurement.formats.matlab import matlab_table
@@ -20,7 +21,6 @@ from stickslip.measurement.formats.text import text_table
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.units import FARTHEST, find_unit
-from stickslip.netcdf import read_tree
 
 Array = npt.NDArray[np.float64]
 

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
-from stickslip.documents import did_you_mean, number, read_toml, toml_table
 from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean, number, read_toml, toml_table
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.units import FARTHEST, find_unit, quantity
 from stickslip.measurement.units import UNITS as SIZES
 
 if TYPE_CHECKING:
-    from stickslip.system import Oscillator
+    from stickslip.model.system import Oscillator
 
 GAUGES = ("spring_force", "displacement")
 UNITS = {"spring_force": ("N", "mg", "1"), "displacement": ("m", "1")}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from stickslip.documents import did_you_mean, read_toml
 from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean, read_toml
 from stickslip.measurement.chain import Chain
 from stickslip.measurement.gauges import GAUGES as OTHERS
 from stickslip.measurement.gauges import Bench

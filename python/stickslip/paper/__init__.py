@@ -10,9 +10,9 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from stickslip.drive import Harmonic
 from stickslip.laws import BogaczRyczek
-from stickslip.system import Oscillator
+from stickslip.model.drive import Harmonic
+from stickslip.model.system import Oscillator
 
 if TYPE_CHECKING:
     from stickslip.paper import calibration, figures

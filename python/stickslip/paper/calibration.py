@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.documents import did_you_mean
-from stickslip.drive import Harmonic
 from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean
 from stickslip.laws import BogaczRyczek, StaticFriction
+from stickslip.model.drive import Harmonic
+from stickslip.model.system import Oscillator
 from stickslip.paper.judges import STATEMENTS
 from stickslip.paper.statement import NOT, PARTLY, REPRODUCED
 from stickslip.paper.study import Make, Study
-from stickslip.system import Oscillator
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.documents import write_whole
 from stickslip.errors import InputError
+from stickslip.files.documents import write_whole
 from stickslip.paper import DAMPING, oscillator
 from stickslip.paper.judges import STATEMENTS
 from stickslip.paper.scoring import score
@@ -63,7 +63,7 @@ def reproduce(folder: str | Path, progress: Callable[[str, int, int], Any] | Non
 
 def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict[str, Any]) -> Path:
     from stickslip.paper.figures import FIGURES
-    from stickslip.report import Report
+    from stickslip.report.report import Report
 
     only = options.get("only")
     judged = len(STATEMENTS) if only is None else len(only)

@@ -78,8 +78,8 @@ def score(
     >>> score(only=("amplitude-falls",))["verdict"].item()
     'reproduced'
     """
-    from stickslip.documents import did_you_mean
     from stickslip.errors import InputError
+    from stickslip.files.documents import did_you_mean
 
     known = {statement.id: statement for statement in STATEMENTS}
     for name in only or ():

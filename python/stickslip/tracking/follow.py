@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.documents import check_writable
 from stickslip.errors import InputError
+from stickslip.files.documents import check_writable
 from stickslip.tracking.blobs import find_blobs
 from stickslip.tracking.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.fiducial import check_dictionary, find_fiducials

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.documents import write_whole
+from stickslip.files.documents import write_whole
 from stickslip.tracking.calibration import Calibration
 from stickslip.tracking.sightings import Array
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.documents import input_file, read_text
 from stickslip.errors import InputError
+from stickslip.files.documents import input_file, read_text
 from stickslip.tracking.vision import MOST_PIXELS, vision
 
 Picture = npt.NDArray[np.uint8]

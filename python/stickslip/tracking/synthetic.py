@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.documents import number
 from stickslip.errors import InputError
+from stickslip.files.documents import number
 from stickslip.tracking.calibration import Calibration, Lens
 from stickslip.tracking.motion import motion_dataset
 from stickslip.tracking.setup import Setup

@@ -12,8 +12,8 @@ import numpy.typing as npt
 import tomli_w
 import xarray as xr
 
-from stickslip.documents import check_keys, number
 from stickslip.errors import InputError
+from stickslip.files.documents import check_keys, number
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.read import check_finite, check_increasing, one_segment, read_table, table_of

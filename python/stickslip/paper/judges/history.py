@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analysis import sign_changes
+from stickslip.dynamics import sign_changes
 from stickslip.paper.statement import NOT, PARTLY, REPRODUCED, Seen, Statement
 from stickslip.paper.study import Study
-from stickslip.simulation import simulate
+from stickslip.simulation.simulate import simulate
 
 if TYPE_CHECKING:
-    from stickslip.orbit import Orbit
+    from stickslip.simulation.orbit import Orbit
 
 
 def _single_cycle(study: Study) -> Seen:
