@@ -13,7 +13,7 @@ from stickslip.measurement.noise import line_excess, mains_line
 from stickslip.measurement.read import Record
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.spectra import Line
-from stickslip.measurement.sticks import Flanks, Pilot
+from stickslip.measurement.sticks import Flanks, Presmoothed
 
 Array = npt.NDArray[np.float64]
 
@@ -37,9 +37,9 @@ def check_sampling(record: Record, rig: Rig) -> None:
         )
 
 
-def check_rise(record: Record, rig: Rig, pilot: Pilot, flanks: Flanks) -> None:
+def check_rise(record: Record, rig: Rig, presmoothed: Presmoothed, flanks: Flanks) -> None:
     """Refuse an extension that rises far faster than the drive can pull it, as in another unit of length."""
-    x, time = pilot.extension, pilot.time
+    x, time = presmoothed.extension, presmoothed.time
     rise = max(((x[b] - x[a]) / (time[b] - time[a]) for a, b in flanks.limits), default=0.0)
     if rise > RISES * rig.drive_velocity:
         raise InputError(
@@ -92,7 +92,7 @@ def unlike_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[st
     """Whether the samples scatter otherwise than the file says they do."""
     if not record.error:
         return []
-    spring = rig.gauge == "spring_force"
+    spring = rig.instrument == "spring_force"
     stated = record.error * rig.force_unit / (friction.fit.oscillator.stiffness if spring else 1.0)
     if 0.5 < friction.noise / max(stated, 1e-300) < 2:
         return []
