@@ -1,4 +1,4 @@
-"""The table of docs/measuring.md: how good friction from a film is, over frame rate and noise.
+"""The table of docs/evidence/measuring.md: how good friction from a film is, over frame rate and noise.
 
 Run it with ``python examples/measuring_errors.py`` (a few minutes); it prints the table.
 """

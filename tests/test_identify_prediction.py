@@ -20,7 +20,7 @@ KINETIC = 0.6
 @pytest.fixture(autouse=True)
 def few_draws(monkeypatch):
     """Enough to tell what is asked here, in a quarter of the time."""
-    monkeypatch.setattr("stickslip.identification.prediction.DRAWS", 8)
+    monkeypatch.setattr("stickslip.identification.selection.prediction.DRAWS", 8)
 
 
 def run(drive_velocity: float, break_away: float = 1.0, seed: int = 0, damping: float = 0.05):

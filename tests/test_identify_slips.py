@@ -12,9 +12,9 @@ from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_sticks, identify
 from stickslip.identification.coverage import coverage
-from stickslip.identification.first_passage import Sticks, solve
-from stickslip.identification.parameters import Free
+from stickslip.identification.estimator.parameters import Free
 from stickslip.identification.slip_coverage import CASES
+from stickslip.identification.trajectory.first_passage import Sticks, solve
 
 LAW = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
 

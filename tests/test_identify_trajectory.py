@@ -13,10 +13,10 @@ from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify, sensitivity
 from stickslip.identification.coverage import CASES, coverage
-from stickslip.identification.overlay import Landmarks, Overlay
-from stickslip.identification.parameters import Free, places, value
+from stickslip.identification.estimator.parameters import Free, places, value
 from stickslip.identification.records import read_records
-from stickslip.identification.single_shooting import SingleShooting
+from stickslip.identification.trajectory.motion_misfit import Landmarks, Overlay
+from stickslip.identification.trajectory.single_shooting import SingleShooting
 from stickslip.measurement import Rig
 
 LAW = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)

@@ -120,7 +120,7 @@ def test_pieces_keep_the_jump_that_smoothers_smear() -> None:
         assert moved.attrs["method"] == method
         np.testing.assert_allclose(moved["v"].values[25:-25], v[25:-25], atol=0.08)
     assert error["pieces"] < 0.02
-    # the table in docs/measuring.md: f_s is 1
+    # the table in docs/evidence/measuring.md: f_s is 1
     assert beside["pieces"] < 0.02
     assert 0.05 < min(beside[method] for method in beside if method != "pieces") < max(beside.values()) < 0.1
     # the generic smoothers leave much more, all of it near events

@@ -1,4 +1,4 @@
-"""The known numbers of stability, their table in docs/stability.md, and the motion on both sides of each kind of point."""
+"""The known numbers of stability, their table, and the motion on both sides of each kind of point."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 import stickslip as ss
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "stability.py"
+SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "stability.py"
 _spec = importlib.util.spec_from_file_location("stability_numbers", SCRIPT)
 assert _spec is not None
 assert _spec.loader is not None
@@ -27,7 +27,7 @@ def test_known_numbers_are_met_to_their_digits(compute):
 
 
 def test_the_table_of_known_numbers_is_current():
-    assert numbers.page() == numbers.PAGE.read_text(encoding="utf-8"), "run python docs/stability.py"
+    assert numbers.page() == numbers.PAGE.read_text(encoding="utf-8"), "run python docs/evidence/stability.py"
 
 
 def settled(system: ss.Oscillator, periods: int = 600) -> ss.Orbit:

@@ -19,8 +19,8 @@ from stickslip import paper, show
 from stickslip.errors import InputError
 from stickslip.files.documents import write_whole
 from stickslip.identification import Agreement, Identification, compare_motion, identify
-from stickslip.identification.parameters import value
-from stickslip.identification.trajectory import fit_trajectories
+from stickslip.identification.estimator.parameters import value
+from stickslip.identification.trajectory.shooting import fit_trajectories
 from stickslip.measurement import Rig, measure, notes
 from stickslip.measurement.read import open_motion
 from stickslip.report.report import Report

@@ -14,6 +14,8 @@ from stickslip.errors import InputError
 
 #: Boundary and contact as one number, phase, and which of that kind on the phase: a test function along a sequence.
 Label = tuple[int, int, int]
+#: Newton's method is given up where so many rounds do not halve its smallest step.
+_PATIENCE = 7
 #: What vanishes on a curve in two parameters: a test function, or a condition on the multipliers by its name.
 Condition = Label | str
 
@@ -147,6 +149,7 @@ def corrected(
     values = np.asarray(values, float).copy()
     best, stalled, halved = np.inf, 0, 0
     last: tuple[Return, Floats, Floats, Floats] | None = None
+    course: list[float] = []
     for _ in range(rounds):
         try:
             here, residual, jacobian, written = evaluate(sequence, forcing_periods, family, values, boundary)
@@ -175,6 +178,9 @@ def corrected(
                 along = tangent(here, jacobian, family, values, direction)
                 return Point(here, values, along, boundary)
         best = min(best, error)
+        course.append(best)
+        if len(course) > _PATIENCE and best > 0.5 * course[-1 - _PATIENCE]:
+            break
         step = np.asarray(step * scales * min(1.0, 0.3 / max(error, 1e-300)), float)
         last, halved = (here, step, values, written), 0
         sequence, values = _moved(here, step, values, written)

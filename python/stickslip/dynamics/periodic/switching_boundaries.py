@@ -89,6 +89,8 @@ def on_boundary(point: Point, family: Family, boundary: Label) -> Point:
             ]
         except InputError as error:
             raise Lost(str(error)) from None
+        if not found:
+            raise Lost("the slip speed has no least value there")
         boundary = found[-1]
     return corrected(sequence, forcing_periods, family, point.values, None, boundary)
 
