@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.gauges.gauge import Bench, Gauge, Samples
-from stickslip.measurement.gauges.scatter import straight_line
+from stickslip.measurement.instruments.instrument import Bench, Instrument, Samples
+from stickslip.measurement.instruments.scatter import straight_line
 from stickslip.measurement.result import event_table, friction_tree
 
 
@@ -67,7 +67,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     )
 
 
-EVENT_LIST = Gauge(
+EVENT_LIST = Instrument(
     name="event_list",
     channels={"force": ("force", "torque", "pressure", "ratio")},
     optional={

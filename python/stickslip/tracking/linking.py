@@ -1,4 +1,4 @@
-"""Sightings to tracks: which spot of this picture is which spot of the last one."""
+"""Detections to tracks: which spot of this picture is which spot of the last one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.sightings import Array, Sightings
+from stickslip.tracking.detections import Array, Detections
 
 SURE = 2.0
 """What is measured on the clearest tracks may be exceeded by this factor."""
@@ -27,8 +27,8 @@ class Track:
     Attributes
     ----------
     frames : picture numbers where it was seen, increasing.
-    places : its index in the sightings of each of them.
-    score : sum of the scores of its sightings.
+    places : its index in the detections of each of them.
+    score : sum of the scores of its detections.
     """
 
     frames: list[int] = field(default_factory=list)
@@ -43,28 +43,28 @@ class Track:
     contrast: float = 0.0
     label: int = -1
 
-    def add(self, frame: int, place: int, sightings: Sightings) -> None:
-        """Take sighting `place` of picture `frame`."""
-        x, y = float(sightings.x[place]), float(sightings.y[place])
+    def add(self, frame: int, place: int, detections: Detections) -> None:
+        """Take detection `place` of picture `frame`."""
+        x, y = float(detections.x[place]), float(detections.y[place])
         if self.frames:
             gap = frame - self.frames[-1]
             ahead = math.hypot(x - self.x - gap * self.vx, y - self.y - gap * self.vy)
             self.flies = ahead < math.hypot(x - self.x, y - self.y)
             self.vx, self.vy = (x - self.x) / gap, (y - self.y) / gap
         share = 1.0 if not self.frames else 0.2  # marks change slowly: light, blur, distance
-        whole = not (sightings.cut_x[place] or sightings.cut_y[place])
+        whole = not (detections.cut_x[place] or detections.cut_y[place])
         if whole or not self.frames:
-            self.size += share * (float(sightings.size[place]) - self.size)
-            self.contrast += share * (float(sightings.contrast[place]) - self.contrast)
+            self.size += share * (float(detections.size[place]) - self.size)
+            self.contrast += share * (float(detections.contrast[place]) - self.contrast)
         self.x, self.y = x, y
-        self.label = int(sightings.label[place])
-        self.score += float(sightings.score[place])
+        self.label = int(detections.label[place])
+        self.score += float(detections.score[place])
         self.frames.append(frame)
         self.places.append(place)
 
 
 @dataclass(frozen=True)
-class Habits:
+class Limits:
     """How the markers of one film behave from picture to picture, as far as is known.
 
     Attributes
@@ -78,7 +78,7 @@ class Habits:
     contrast: float = math.log(2.5)
 
     @classmethod
-    def of(cls, tracks: list[Track], film: list[Sightings], reach: float) -> Habits:
+    def of(cls, tracks: list[Track], film: list[Detections], reach: float) -> Limits:
         """Those of these tracks: what they did in all but one step of a hundred, and as much again.
 
         `reach` is the one with which they were followed.
@@ -103,22 +103,22 @@ class Habits:
 
 
 def find_markers(
-    film: list[Sightings],
+    film: list[Detections],
     count: int,
     *,
     max_jump: float | None = None,
     start: tuple[tuple[float, float], ...] | None = None,
     moving: bool = False,
 ) -> list[Track]:
-    """The tracks of `count` markers, with reach and likeness measured on the film itself.
+    """The tracks of `count` markers, with reach and similarity measured on the film itself.
 
     The film is followed with reaches from two diameters to the whole field in which anything is seen; the shortest that
-    keeps the markers in sight as well as any is taken, and the film followed once more with the likeness that the markers
-    then kept (:class:`Habits`).
+    keeps the markers in sight as well as any is taken, and the film followed once more with the similarity that the markers
+    then kept (:class:`Limits`).
 
     Parameters
     ----------
-    film : the sightings of each picture.
+    film : the detections of each picture.
     count, start, moving : as for :func:`choose`.
     max_jump : the reach in px, where it is known.
 
@@ -130,39 +130,39 @@ def find_markers(
     without having moved that way before; of markers that cross while one of them is hidden the identities are a guess.
     """
 
-    def markers(habits: Habits) -> list[Track]:
-        return choose(link(film, habits), film, count, start=start, moving=moving)
+    def markers(limits: Limits) -> list[Track]:
+        return choose(link(film, limits), film, count, start=start, moving=moving)
 
     if max_jump is not None:
-        return markers(Habits(max_jump))
-    tried = [(reach, markers(Habits(reach))) for reach in _reaches(film)]
+        return markers(Limits(max_jump))
+    tried = [(reach, markers(Limits(reach))) for reach in _reaches(film)]
     scores = [sum(track.score for track in tracks) for _, tracks in tried]
     for (reach, tracks), score in zip(tried, scores, strict=True):
         if score >= WHOLE * max(scores):
-            return markers(Habits.of(tracks, film, reach))
+            return markers(Limits.of(tracks, film, reach))
     return []
 
 
-def _reaches(film: list[Sightings]) -> list[float]:
+def _reaches(film: list[Detections]) -> list[float]:
     """From two diameters of what is seen to the whole field in which anything is seen."""
-    seen = [sightings for sightings in film if len(sightings)]
+    seen = [detections for detections in film if len(detections)]
     if not seen:
         return []
-    places = np.concatenate([np.stack([sightings.x, sightings.y], axis=1) for sightings in seen])
-    first = 2 * float(np.median(np.concatenate([sightings.size for sightings in seen])))
+    places = np.concatenate([np.stack([detections.x, detections.y], axis=1) for detections in seen])
+    first = 2 * float(np.median(np.concatenate([detections.size for detections in seen])))
     last = max(first, float(np.hypot(*np.ptp(places, axis=0))))
     return list(np.geomspace(first, last, 1 + math.ceil(math.log(last / first, 1.6))))
 
 
-def link(film: list[Sightings], habits: Habits) -> list[Track]:
+def link(film: list[Detections], limits: Limits) -> list[Track]:
     """Follow everything that was seen through the film.
 
-    In each picture tracks and sightings are paired so that the sum of the distances, over the reach and weighed by how
+    In each picture tracks and detections are paired so that the sum of the distances, over the reach and weighed by how
     clearly a track was seen so far, is least over all pairs at once (linear assignment). The distance is that to where
     the track would be at its last velocity, if that told its last step better than its last place did, else to its last
-    place; or to the other of the two plus half the last step, so that a marker may stop dead or set off. Unlikeness adds to
+    place; or to the other of the two plus half the last step, so that a marker may stop or start. Dissimilarity adds to
     it, the more the longer a track was not seen. Pairs farther apart than the reach, or more unlike in size or contrast
-    than the habits say, or of another label, are never made: the track then waits, its reach growing by a quarter with
+    than the limits say, or of another label, are never made: the track then waits, its reach growing by a quarter with
     each missed picture up to twice. What is not paired begins a new track.
 
     Returns
@@ -173,21 +173,21 @@ def link(film: list[Sightings], habits: Habits) -> list[Track]:
 
     alive: list[Track] = []
     gone: list[Track] = []
-    for frame, sightings in enumerate(film):
+    for frame, detections in enumerate(film):
         taken: set[int] = set()
-        if alive and len(sightings):
-            cost, allowed, worth = _distances(alive, sightings, frame, habits)
+        if alive and len(detections):
+            cost, allowed, worth = _distances(alive, detections, frame, limits)
             # a column more for each track: what it costs to leave it waiting
             alone = np.where(np.eye(len(alive), dtype=bool), worth, np.inf)
             whole = np.hstack([np.where(allowed, cost, np.inf), alone])
             for row, column in zip(*linear_sum_assignment(whole), strict=True):
-                if column < len(sightings):
-                    alive[row].add(frame, int(column), sightings)
+                if column < len(detections):
+                    alive[row].add(frame, int(column), detections)
                     taken.add(int(column))
-        for place in range(len(sightings)):
+        for place in range(len(detections)):
             if place not in taken:
                 track = Track()
-                track.add(frame, place, sightings)
+                track.add(frame, place, detections)
                 alive.append(track)
         for track in [track for track in alive if len(track.frames) < PATIENCE and frame - track.frames[-1] >= 3]:
             alive.remove(track)
@@ -196,28 +196,30 @@ def link(film: list[Sightings], habits: Habits) -> list[Track]:
 
 
 def _distances(
-    tracks: list[Track], sightings: Sightings, frame: int, habits: Habits
+    tracks: list[Track], detections: Detections, frame: int, limits: Limits
 ) -> tuple[Array, npt.NDArray[np.bool_], Array]:
     column = {name: np.array([getattr(track, name) for track in tracks])[:, None] for name in _TRAITS}
     gap = frame - np.array([track.frames[-1] for track in tracks])[:, None]
-    here = np.hypot(sightings.x - column["x"], sightings.y - column["y"])
+    here = np.hypot(detections.x - column["x"], detections.y - column["y"])
     # after a few missed pictures the last velocity says nothing any more
     ahead = np.where(gap <= 3, gap, 0)
-    there = np.hypot(sightings.x - column["x"] - ahead * column["vx"], sightings.y - column["y"] - ahead * column["vy"])
+    there = np.hypot(
+        detections.x - column["x"] - ahead * column["vx"], detections.y - column["y"] - ahead * column["vy"]
+    )
     # what flies is expected ahead, what jumps back and forth where it was; the other costs half the last step more
     step = 0.5 * ahead * np.hypot(column["vx"], column["vy"])
     cost = np.minimum(here + np.where(column["flies"], step, 0), there + np.where(column["flies"], 0, step))
-    reach = habits.reach * np.minimum(1 + 0.25 * (gap - 1), 2.0)
+    reach = limits.reach * np.minimum(1 + 0.25 * (gap - 1), 2.0)
     near = cost <= reach
-    cut = sightings.cut_x | sightings.cut_y
+    cut = detections.cut_x | detections.cut_y
     with np.errstate(divide="ignore"):
-        size = np.abs(np.log(sightings.size / column["size"]))
-        contrast = np.abs(np.log(sightings.contrast / column["contrast"]))
+        size = np.abs(np.log(detections.size / column["size"]))
+        contrast = np.abs(np.log(detections.contrast / column["contrast"]))
     fresh = gap <= 3  # a marker that was away for longer must prove itself: noise comes by all the time
     patience = np.where(fresh, 1.0, 0.6)
-    alike = ((size < patience * habits.size) & (contrast < patience * habits.contrast)) | (cut & fresh)
-    same = (sightings.label == column["label"]) | ((sightings.label < 0) & (column["label"] < 0))
-    labelled = (sightings.label >= 0) & same
+    alike = ((size < patience * limits.size) & (contrast < patience * limits.contrast)) | (cut & fresh)
+    same = (detections.label == column["label"]) | ((detections.label < 0) & (column["label"] < 0))
+    labelled = (detections.label >= 0) & same
     # of two candidates at one place the one that looks like before
     unlike = 2.0 * np.minimum(gap, 4) * column["size"]
     cost = cost + unlike * np.where(cut, 0.0, size + contrast)
@@ -234,7 +236,7 @@ _TRAITS = ("x", "y", "vx", "vy", "flies", "size", "contrast", "label")
 
 def choose(
     tracks: list[Track],
-    film: list[Sightings],
+    film: list[Detections],
     count: int,
     *,
     start: tuple[tuple[float, float], ...] | None = None,
@@ -244,7 +246,7 @@ def choose(
 
     Those with the greatest sum of scores, that is seen longest and most clearly; with `start`, the track that passes
     nearest to each given place at its first sight; with `moving`, scores count times the way they went. Pieces of one
-    marker that was out of sight for long are joined where their likeness allows it and no other track claims them.
+    marker that was out of sight for long are joined where their similarity allows it and no other track claims them.
 
     Returns
     -------
@@ -275,7 +277,7 @@ def choose(
     return chosen
 
 
-def _travel(track: Track, film: list[Sightings]) -> float:
+def _travel(track: Track, film: list[Detections]) -> float:
     """How far apart its places lie, in px; of a coordinate that an edge cuts off nothing is known."""
     rows = [(film[frame], place) for frame, place in zip(track.frames, track.places, strict=True)]
     spans = []
@@ -285,7 +287,7 @@ def _travel(track: Track, film: list[Sightings]) -> float:
     return math.hypot(*spans)
 
 
-def _continues(piece: Track, track: Track, chosen: list[Track], film: list[Sightings]) -> bool:
+def _continues(piece: Track, track: Track, chosen: list[Track], film: list[Detections]) -> bool:
     """Whether a piece is the same marker before or after a gap: like it, in reach and nobody else's."""
     before, after = (piece, track) if piece.frames[-1] < track.frames[0] else (track, piece)
     if before.frames[-1] >= after.frames[0] or len(piece.frames) < PATIENCE:
@@ -311,12 +313,12 @@ def _join(track: Track, piece: Track) -> None:
     piece.frames, piece.places = [], []
 
 
-def _first_distance(track: Track, film: list[Sightings], x: float, y: float) -> float:
+def _first_distance(track: Track, film: list[Detections], x: float, y: float) -> float:
     first = film[track.frames[0]]
     return math.hypot(float(first.x[track.places[0]]) - x, float(first.y[track.places[0]]) - y)
 
 
-def _same_thing(one: Track, other: Track, film: list[Sightings]) -> bool:
+def _same_thing(one: Track, other: Track, film: list[Detections]) -> bool:
     """Whether one is a part of the other: they are nearer to each other than half a diameter."""
     places = dict(zip(other.frames, other.places, strict=True))
     apart = [

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stickslip.paper.statement import NOT, PARTLY, REPRODUCED, Seen, Statement, listed
+from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, Claim, Evidence, listed
 from stickslip.paper.study import FREQUENCIES, Forced, Study
 
 
@@ -20,51 +20,51 @@ def _forced_summary(motions: list[Forced]) -> str:
     return sentence + (f"; two loops per forcing period at u₀ = {listed(two_loops)}" if two_loops else "")
 
 
-def _two_periodic(s: float, frequency: float) -> Callable[[Study], Seen]:
-    def look(study: Study) -> Seen:
+def _two_periodic(s: float, frequency: float) -> Callable[[Study], Evidence]:
+    def check(study: Study) -> Evidence:
         motions = study.forced(s, frequency)
         found = [motion.amplitude for motion in motions if motion.period == 2 and not motion.sticks]
         nearly = [motion for motion in motions if motion.period == 2 or (motion.period == 1 and motion.loops == 2.0)]
         sentence = _forced_summary(motions) + (f"; period two at u₀ = {listed(found)}" if found else "")
         verdict = REPRODUCED if len(found) > 1 else PARTLY if nearly else NOT
-        return Seen(verdict, float(len(found)), sentence)
+        return Evidence(verdict, float(len(found)), sentence)
 
-    return look
+    return check
 
 
-def _non_periodic(s: float, frequency: float) -> Callable[[Study], Seen]:
-    def look(study: Study) -> Seen:
+def _non_periodic(s: float, frequency: float) -> Callable[[Study], Evidence]:
+    def check(study: Study) -> Evidence:
         motions, found = study.forced(s, frequency), study.non_periodic(s, frequency)
         nearly = [motion for motion in motions if motion.period == 0 or motion.period > 2]
         sentence = _forced_summary(motions) + (
             f"; after 9600 forcing periods no period up to 1000 at u₀ = {listed(found)}" if found else ""
         )
         verdict = REPRODUCED if len(found) > 1 else PARTLY if nearly else NOT
-        return Seen(verdict, float(len(found)), sentence)
+        return Evidence(verdict, float(len(found)), sentence)
 
-    return look
+    return check
 
 
-def _one_amplitude(s: float, slow: float, fast: float) -> Callable[[Study], Seen]:
-    def look(study: Study) -> Seen:
+def _one_amplitude(s: float, slow: float, fast: float) -> Callable[[Study], Evidence]:
+    def check(study: Study) -> Evidence:
         fast_ones = study.non_periodic(s, fast)
         there = [motion for motion in study.forced(s, slow) if motion.amplitude in fast_ones and not motion.sticks]
         both = [motion.amplitude for motion in there if motion.period == 2]
         near = [motion.amplitude for motion in there if motion.period in (4, 8) or abs(motion.loops - 2) < 0.05]
         if both:
-            return Seen(REPRODUCED, both[0], f"both at u₀ = {listed(both)}")
+            return Evidence(REPRODUCED, both[0], f"both at u₀ = {listed(both)}")
         if near:
-            return Seen(PARTLY, near[0], f"nearly both at u₀ = {listed(near)}")
-        seen = f"where η = {fast} is non-periodic, u₀ = {listed(fast_ones)}, η = {slow} has the periods "
+            return Evidence(PARTLY, near[0], f"nearly both at u₀ = {listed(near)}")
+        evidence = f"where η = {fast} is non-periodic, u₀ = {listed(fast_ones)}, η = {slow} has the periods "
         periods = sorted({motion.period for motion in there})
-        seen += ", ".join(str(p) if p else "none up to 32" for p in periods)
-        return Seen(NOT, np.nan, seen if fast_ones else f"η = {fast} is nowhere non-periodic without sticking")
+        evidence += ", ".join(str(p) if p else "none up to 32" for p in periods)
+        return Evidence(NOT, np.nan, evidence if fast_ones else f"η = {fast} is nowhere non-periodic without sticking")
 
-    return look
+    return check
 
 
-def _kinds(s: float) -> Callable[[Study], Seen]:
-    def look(study: Study) -> Seen:
+def _kinds(s: float) -> Callable[[Study], Evidence]:
+    def check(study: Study) -> Evidence:
         best, sentence = -1, ""
         for amplitude in (0.05, 0.10, 0.15):
             found = study.kinds(s, amplitude)
@@ -78,13 +78,13 @@ def _kinds(s: float) -> Callable[[Study], Seen]:
                 sentence += "periodic"
             if there == len(found):
                 break
-        return Seen(REPRODUCED if best == 4 else PARTLY if best > 1 else NOT, float(best), sentence)
+        return Evidence(REPRODUCED if best == 4 else PARTLY if best > 1 else NOT, float(best), sentence)
 
-    return look
+    return check
 
 
-STATEMENTS: tuple[Statement, ...] = (
-    Statement(
+CLAIMS: tuple[Claim, ...] = (
+    Claim(
         "forced-0.30-two-periodic",
         "8",
         "s = 0.30, η = 0.35: two-periodic, nothing sticks.",
@@ -93,7 +93,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "calibration: u₀, f_s(0, δ) and d",
         _two_periodic(0.30, 0.35),
     ),
-    Statement(
+    Claim(
         "forced-0.30-non-periodic",
         "8",
         "s = 0.30, η = 1.25: non-periodic, nothing sticks.",
@@ -102,7 +102,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "calibration: u₀, f_s(0, δ) and d",
         _non_periodic(0.30, 1.25),
     ),
-    Statement(
+    Claim(
         "forced-0.30-one-amplitude",
         "8",
         "Both of these at s = 0.30 with one forcing amplitude.",
@@ -111,7 +111,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "calibration: u₀, f_s(0, δ) and d",
         _one_amplitude(0.30, 0.35, 1.25),
     ),
-    Statement(
+    Claim(
         "forced-0.30-kinds",
         "8",
         "s = 0.30, one forcing amplitude: over the frequency one-, two-, higher- and non-periodic motions.",
@@ -120,7 +120,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "calibration: f_s(0, δ) and d",
         _kinds(0.30),
     ),
-    Statement(
+    Claim(
         "forced-0.40-two-periodic",
         "8",
         "s = 0.40, η = 0.40: two-periodic around the equilibrium.",
@@ -129,7 +129,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "calibration: u₀, f_s(0, δ) and d",
         _two_periodic(0.40, 0.40),
     ),
-    Statement(
+    Claim(
         "forced-0.40-non-periodic",
         "8",
         "s = 0.40, η = 1.60: non-periodic around the equilibrium.",
@@ -138,7 +138,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "calibration: u₀, f_s(0, δ) and d",
         _non_periodic(0.40, 1.60),
     ),
-    Statement(
+    Claim(
         "forced-0.40-kinds",
         "8",
         "s = 0.40, one forcing amplitude: over the frequency one-, two-, higher- and non-periodic motions about equilibrium.",

@@ -1,4 +1,4 @@
-"""A picture as likeness: one number a pixel, high where the marker is."""
+"""A picture as response map: one number a pixel, high where the marker is."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.tracking.source import Picture
 
-Likeness = npt.NDArray[np.float32]
+ResponseMap = npt.NDArray[np.float32]
 
 COLOURS = {
     "red": (255, 0, 0),
@@ -32,7 +32,7 @@ def check_marker(marker: str, where: str) -> None:
         raise InputError(f"{where}: marker must be one of {known} or a colour like '#20a040', got {marker!r}")
 
 
-def likeness(picture: Picture, marker: str, channel: str = "grey") -> Likeness:
+def response_map(picture: Picture, marker: str, channel: str = "grey") -> ResponseMap:
     """How much each pixel looks like the marker, 0 to 255.
 
     A dark marker: 255 minus the brightness; a bright one: the brightness. A coloured one: with the colour c and the

@@ -1,4 +1,4 @@
-"""What a gauge is: named channels, named constants, and a function from samples to friction."""
+"""What an instrument is: named channels, named constants, and a function from samples to friction."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ class Channel:
     ----------
     column : name or number of the column, or a list of names that are joined end to end.
     unit : its unit; default SI.
-    sign : +1, or -1 where the gauge counts the other way.
+    sign : +1, or -1 where the instrument counts the other way.
     zero : the reading, in its unit, that means zero.
     valid : [lowest, highest] reading; what lies outside is a drop-out and counts as missing.
     scale : units per count, for readings that are not calibrated yet.
     zero_row : row, from 0, whose reading means zero; in place of `zero`.
-    resets : pairs of rows, from 0, between which the gauge was set back: the reading is held and the jump taken out.
+    resets : pairs of rows, from 0, between which the instrument was set back: the reading is held and the jump taken out.
     sum : add the readings up, for a column of sampling periods that is to be a time.
     """
 
@@ -146,11 +146,11 @@ def notes_of(records: Sequence[Samples]) -> list[str]:
 
 @dataclass(frozen=True)
 class Bench:
-    """A rig of any gauge but the spring's, as its file says it.
+    """A rig of any instrument but the spring's, as its file says it.
 
     Attributes
     ----------
-    gauge : its name in `GAUGES`.
+    instrument : its name in `INSTRUMENTS`.
     channels : name -> column and unit.
     constants : name -> number in SI; None where it is optional and not given.
     read : layout of the file.
@@ -159,7 +159,7 @@ class Bench:
     toml : the document itself.
     """
 
-    gauge: str
+    instrument: str
     channels: dict[str, Channel]
     constants: dict[str, Any]
     read: Layout = field(default_factory=Layout)
@@ -179,15 +179,15 @@ class Bench:
 
 
 @dataclass(frozen=True)
-class Gauge:
-    """A kind of gauge.
+class Instrument:
+    """A kind of instrument.
 
     For developers: give the channels and constants their dimensions and write `measure`; reading, units, windows,
     missing values and error sentences are done by then.
 
     Attributes
     ----------
-    name : as in the rig file, ``gauge = "..."``.
+    name : as in the rig file, ``instrument = "..."``.
     channels, optional : name -> dimensions one of which it must have.
     constants : name -> dimension and default.
     measure : from the samples of one or more records and the bench to the tree.
@@ -201,7 +201,7 @@ class Gauge:
 
     def bench(self, table: Mapping[str, Any], where: str) -> Bench:
         """Check the table of a rig file; `where` names it."""
-        known = ["gauge", "columns", "read", "sampling_rate", "companion", *self.constants]
+        known = ["instrument", "columns", "read", "sampling_rate", "companion", *self.constants]
         check_keys(table, known, ["columns"], where)
         channels = self._channels(table["columns"], where, "[columns]")
         companion = table.get("companion", {})
@@ -212,7 +212,7 @@ class Gauge:
         both = {**channels, **others}
         for name in self.channels:
             if name not in both and name != "time":
-                raise InputError(f"{where}: [columns] lacks {name}; a {self.name} gauge needs it")
+                raise InputError(f"{where}: [columns] lacks {name}; a {self.name} instrument needs it")
         constants: dict[str, Any] = {}
         for name, constant in self.constants.items():
             if name not in table:
@@ -269,7 +269,7 @@ class Gauge:
         """The channels of one record in SI."""
         samples = self._read_one(source, bench.channels, bench.read, bench.maybe("sampling_rate"))
         if bench.companion:
-            raise InputError(f"{samples.source}: a {self.name} gauge joins no second file; remove [companion]")
+            raise InputError(f"{samples.source}: a {self.name} instrument joins no second file; remove [companion]")
         return samples
 
     def read_companion(self, source: Any, bench: Bench, least: int = LEAST_SAMPLES) -> Samples:

@@ -1,4 +1,4 @@
-"""A gauge in the line of the friction force: friction is its reading less inertia, over speed a loop."""
+"""An instrument in the line of the friction force: friction is its reading less inertia, over speed a loop."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.measurement.clocks import clock_offset
-from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
-from stickslip.measurement.gauges.scatter import median_and_error
+from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
+from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.noise import noise_level
 from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
 from stickslip.measurement.smooth import jerk_spline
@@ -45,7 +45,7 @@ class _Run:
     facts: dict[str, float | str]
 
 
-class _DirectForce(Gauge):
+class _DirectForce(Instrument):
     """Reads a second file on another clock where the rig names one."""
 
     def read(self, source: Any, bench: Bench) -> Samples:
@@ -147,7 +147,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
         w, acceleration, acceleration_error = smooth.v, smooth.a, smooth.a_error
         speed_unit = "m/s" if record.units["displacement"] == "m" else "rad/s"
     else:
-        raise InputError(f"{record.source}: a direct_force gauge needs a column of displacement or of velocity")
+        raise InputError(f"{record.source}: a direct_force instrument needs a column of displacement or of velocity")
     if not (np.abs(w) > 0).any():
         raise InputError(
             f"{record.source}: nothing moves in this record, so it holds no friction of slip; take another"
@@ -159,7 +159,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
     error = np.hypot(noise_level(force), inertia * acceleration_error)
     if inertia == 0.0:
         notes.append(
-            "inertia is 0: the gauge's reading is taken as friction, so what lies between gauge and contact and is "
+            "inertia is 0: the instrument's reading is taken as friction, so what lies between instrument and contact and is "
             f"accelerated (up to {np.quantile(np.abs(acceleration), 0.99):.3g} {speed_unit[:-2]}/s^2) is in it"
         )
     if "normal_force" in record:

@@ -7,8 +7,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples, notes_of
-from stickslip.measurement.gauges.scatter import block_error
+from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples, notes_of
+from stickslip.measurement.instruments.scatter import block_error
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.spectra import main_line
 
@@ -95,7 +95,7 @@ def _series(record: Samples) -> dict[str, tuple[npt.NDArray[np.generic], str]]:
     }
 
 
-TORQUE_OBSERVER = Gauge(
+TORQUE_OBSERVER = Instrument(
     name="torque_observer",
     channels={"velocity": ("angular_speed",), "torque": ("torque",)},
     optional={"angle": ("angle",)},

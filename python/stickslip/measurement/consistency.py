@@ -15,7 +15,7 @@ from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.read import Record
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.spectra import Line
-from stickslip.measurement.sticks import Flanks, Pilot, own_period
+from stickslip.measurement.sticks import Flanks, Presmoothed, own_period
 
 Array = npt.NDArray[np.float64]
 
@@ -46,14 +46,14 @@ def few_samples(record: Record, oscillator: Oscillator) -> list[str]:
         return []
     return [
         f"{period / record.step:.0f} samples in a period of the free mass: with fewer than {FEW} a break-away may be seen "
-        f"some {BLUR:g} samples ({BLUR * record.step:.2g} s) too early, its force too low by as much loading, and the friction "
-        "of slow slip beside it too high; the errors of the break-aways hold that; record faster"
+        f"some {BLUR:g} samples ({BLUR * record.step:.2g} s) too early, its force too low by as much loading, and the "
+        "friction of slow slip beside it too high; the errors of the break-aways hold that; record faster"
     ]
 
 
-def check_rise(record: Record, rig: Rig, pilot: Pilot, flanks: Flanks) -> None:
+def check_rise(record: Record, rig: Rig, presmoothed: Presmoothed, flanks: Flanks) -> None:
     """Refuse an extension that rises far faster than the drive can pull it, as in another unit of length."""
-    x, time = pilot.extension, pilot.time
+    x, time = presmoothed.extension, presmoothed.time
     rise = max(((x[b] - x[a]) / (time[b] - time[a]) for a, b in flanks.limits), default=0.0)
     if rise > RISES * rig.drive_velocity:
         raise InputError(
@@ -106,7 +106,7 @@ def unlike_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[st
     """Whether the samples scatter otherwise than the file says they do."""
     if not record.error:
         return []
-    spring = rig.gauge == "spring_force"
+    spring = rig.instrument == "spring_force"
     stated = record.error * rig.force_unit / (friction.fit.oscillator.stiffness if spring else 1.0)
     if 0.5 < friction.noise / max(stated, 1e-300) < 2:
         return []

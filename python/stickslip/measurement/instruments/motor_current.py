@@ -7,7 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples, notes_of
+from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples, notes_of
 from stickslip.measurement.result import friction_tree
 from stickslip.measurement.smooth import Smooth, jerk_spline
 
@@ -147,7 +147,7 @@ def _series(
     }
 
 
-MOTOR_CURRENT = Gauge(
+MOTOR_CURRENT = Instrument(
     name="motor_current",
     channels={"current": ("current",), "displacement": ("length",)},
     optional={"velocity": ("speed",)},

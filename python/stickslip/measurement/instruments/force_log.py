@@ -12,15 +12,15 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.measurement.clocks import LEAST_SAMPLES as LEAST_PICTURES
 from stickslip.measurement.clocks import spring_offset
-from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
-from stickslip.measurement.gauges.scatter import straight_line
+from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
+from stickslip.measurement.instruments.scatter import straight_line
 from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.sticks import turning_points
 
 Array = npt.NDArray[np.float64]
 
 
-class _ForceLog(Gauge):
+class _ForceLog(Instrument):
     """Takes along a film of the spring's two ends, on another clock."""
 
     def read(self, source: Any, bench: Bench) -> Samples:

@@ -1,4 +1,4 @@
-"""Other gauges on real records: each rig that ships as an example gives the numbers known for its data."""
+"""Other instruments on real records: each rig that ships as an example gives the numbers known for its data."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
-from stickslip.measurement import GAUGES, facts, load_rig, measure
+from stickslip.measurement import INSTRUMENTS, facts, load_rig, measure
 
 RIGS = Path(__file__).parents[1] / "examples" / "rigs"
 KIP = 4448.2216
@@ -182,7 +182,7 @@ def test_the_film_of_a_spring_is_joined_to_the_log_of_its_force(shared_data: Pat
         folder / "frames", RIGS.parent / "tracks" / "spring_slider_camera.toml", output=tmp_path / f"{log.stem}_film.nc"
     )
     f = measure(log, RIGS / "spring_slider_film.toml")
-    # README: the clocks agree within ~0.5 s, the spring has about 4.7 N/cm (all the pull over all the gauge's way)
+    # README: the clocks agree within ~0.5 s, the spring has about 4.7 N/cm (all the pull over all the instrument's way)
     assert f.attrs["clock_offset"] == pytest.approx(-1.37, abs=0.08)
     assert 0.05 < f.attrs["clock_offset_error"] < 0.15
     assert f.attrs["spring_stiffness"] == pytest.approx(470, rel=0.15)
@@ -206,7 +206,7 @@ def test_a_log_wants_both_ends_of_its_spring_in_metres(tmp_path: Path) -> None:
     motion = xr.Dataset({"x": (("time", "mass"), x, pixels)}, {"time": film, "mass": [0, 1]})
     motion.to_netcdf(tmp_path / "film.nc", engine="h5netcdf")
     rig = {
-        "gauge": "force_log",
+        "instrument": "force_log",
         "least_drop": 0.3,
         "sampling_rate": 4,
         "read": {"header": False},
@@ -296,7 +296,7 @@ def test_holds_at_constant_speed_are_found_and_their_friction_is_unbiased() -> N
     jump = 0.02 * np.log(np.concatenate([np.ones(400), np.full(400, 5.0), np.full(400, 0.5)]))
     friction = 0.6 + 0.005 * np.log(speeds) + jump * np.exp(-since / 12) + 5e-4 * rng.standard_normal(1200)
     rig = {
-        "gauge": "velocity_steps",
+        "instrument": "velocity_steps",
         "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}},
     }
     f = measure({"t": time, "x": x, "f": friction}, rig)
@@ -310,7 +310,7 @@ def test_holds_at_constant_speed_are_found_and_their_friction_is_unbiased() -> N
     [
         ({"x": np.zeros(64)}, {}, "no stretch of constant speed above least_speed = 0"),
         ({"n": np.linspace(1, -1, 64)}, {}, "the normal force is -0.01587 at 3.2 s, where it must be positive"),
-        ({}, {"gauge": "event_list"}, "an event_list needs a column of drop or of force_after"),
+        ({}, {"instrument": "event_list"}, "an event_list needs a column of drop or of force_after"),
     ],
 )
 def test_what_holds_and_lists_cannot_use_is_refused(
@@ -321,14 +321,14 @@ def test_what_holds_and_lists_cannot_use_is_refused(
     if changes:
         named = {"time": "t", "force": "f"}
     with pytest.raises(ss.InputError) as caught:
-        measure(record, {"gauge": "velocity_steps", "columns": named} | changes)
+        measure(record, {"instrument": "velocity_steps", "columns": named} | changes)
     assert words in str(caught.value)
 
 
 def test_every_gauge_has_an_example_rig() -> None:
     text = "\n".join(path.read_text() for path in RIGS.glob("*.toml"))
-    for name in GAUGES:
-        assert f'gauge = "{name}"' in text
+    for name in INSTRUMENTS:
+        assert f'instrument = "{name}"' in text
 
 
 def test_a_measured_gauge_survives_a_file(shared_data: Path, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
+from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
 from stickslip.measurement.result import friction_tree
 from stickslip.measurement.smooth import Smooth, jerk_spline
 
@@ -35,7 +35,9 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     if restoring is None:
         mass, length = bench.maybe("mass"), bench.maybe("length")
         if mass is None or length is None:
-            raise InputError("rig: a free_decay gauge needs restoring_torque (m g l), or mass and length; add them")
+            raise InputError(
+                "rig: a free_decay instrument needs restoring_torque (m g l), or mass and length; add them"
+            )
         restoring = mass * length * bench.number("gravity")
     notes = list(record.notes)
     time = record.time
@@ -144,7 +146,7 @@ def _fit(torque: Array, speed: Array, powers: tuple[int, ...]) -> tuple[list[flo
     return [float(v) for v in values], [float(e) for e in np.sqrt(np.diag(covariance))], rms
 
 
-FREE_DECAY = Gauge(
+FREE_DECAY = Instrument(
     name="free_decay",
     channels={"angle": ("angle",)},
     optional={},

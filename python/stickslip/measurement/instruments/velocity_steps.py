@@ -12,8 +12,8 @@ import xarray as xr
 from scipy.ndimage import median_filter
 
 from stickslip.errors import InputError
-from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples
-from stickslip.measurement.gauges.scatter import block_error
+from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
+from stickslip.measurement.instruments.scatter import block_error
 from stickslip.measurement.noise import noise_level
 from stickslip.measurement.result import friction_tree
 
@@ -281,7 +281,7 @@ def _steps(
     )
 
 
-VELOCITY_STEPS = Gauge(
+VELOCITY_STEPS = Instrument(
     name="velocity_steps",
     channels={"displacement": ("length", "angle"), "force": ("force", "torque", "pressure", "ratio")},
     optional={"normal_force": ("force", "pressure")},

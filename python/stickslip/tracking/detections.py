@@ -11,7 +11,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Sightings:
+class Detections:
     """Possible markers in one picture, n of them; all lengths in px, the centre of the top left pixel is (0, 0).
 
     Attributes
@@ -40,21 +40,21 @@ class Sightings:
         return len(self.x)
 
     @classmethod
-    def of(cls, rows: list[tuple[float, ...]]) -> Sightings:
+    def of(cls, rows: list[tuple[float, ...]]) -> Detections:
         """From rows of the attributes in their order."""
         table = np.array(rows, float).reshape(-1, len(fields(cls)))
         x, y, x_error, y_error, size, contrast, score, label, cut_x, cut_y = table.T.copy()
         return cls(x, y, x_error, y_error, size, contrast, score, label.astype(np.int64), cut_x > 0, cut_y > 0)
 
-    def take(self, which: npt.NDArray[np.int64]) -> Sightings:
+    def take(self, which: npt.NDArray[np.int64]) -> Detections:
         """Those of the indices `which`."""
-        return Sightings(*(getattr(self, item.name)[which] for item in fields(self)))
+        return Detections(*(getattr(self, item.name)[which] for item in fields(self)))
 
-    def best(self, count: int) -> Sightings:
+    def best(self, count: int) -> Detections:
         """The `count` of highest score."""
         return self if len(self) <= count else self.take(np.sort(np.argsort(-self.score, kind="stable")[:count]))
 
-    def moved(self, dx: float, dy: float) -> Sightings:
+    def moved(self, dx: float, dy: float) -> Detections:
         """Shifted from the corner of a region to that of the picture."""
         columns = {item.name: getattr(self, item.name) for item in fields(self)}
-        return Sightings(**(columns | {"x": self.x + dx, "y": self.y + dy}))
+        return Detections(**(columns | {"x": self.x + dx, "y": self.y + dy}))

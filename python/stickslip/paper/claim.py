@@ -1,4 +1,4 @@
-"""A statement of the paper: a fact in our words, how it is measured, when it counts as reproduced.
+"""A claim of the paper: a fact in our words, how it is measured, when it counts as reproduced.
 
 `basis` says what stands behind a success: ``calibration`` (a free number was chosen so that this comes out), ``reading`` (our
 reading of the law says so by construction) or ``follows`` (nothing was chosen for it).
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 REPRODUCED, PARTLY, NOT = "reproduced", "partly", "not reproduced"
 
 
-class Seen(NamedTuple):
+class Evidence(NamedTuple):
     """A verdict, its main number and a sentence with all numbers."""
 
     verdict: str
@@ -25,8 +25,8 @@ class Seen(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Statement:
-    """A statement of the paper: where it stands, what it says, how it is measured and when it counts as reproduced."""
+class Claim:
+    """A claim of the paper: where it stands, what it says, how it is measured and when it counts as reproduced."""
 
     id: str
     section: str
@@ -34,7 +34,7 @@ class Statement:
     measured: str
     threshold: str
     basis: str
-    look: Callable[[Study], Seen] = field(repr=False)
+    check: Callable[[Study], Evidence] = field(repr=False)
 
 
 def listed(values: list[float], digits: int = 3) -> str:

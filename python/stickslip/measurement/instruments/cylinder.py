@@ -9,7 +9,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.gauges.gauge import Bench, Constant, Gauge, Samples, notes_of
+from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples, notes_of
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.smooth import jerk_spline
 
@@ -51,7 +51,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     steady["source"] = ("row", [record.source for record in records])
     shift = rows["shift"]
     notes.append(
-        f"the loop is shifted by {shift.min():.2f} ... {shift.max():.2f} N (zero of the gauges or error of the area), "
+        f"the loop is shifted by {shift.min():.2f} ... {shift.max():.2f} N (zero of the instruments or error of the area), "
         "so only the half width is friction"
     )
     facts: dict[str, float | str] = {
@@ -150,7 +150,7 @@ def _run(record: Samples, area: float, bench: Bench) -> dict[str, float]:
     }
 
 
-CYLINDER = Gauge(
+CYLINDER = Instrument(
     name="cylinder",
     channels={"displacement": ("length",), "pressure": ("pressure",), "force": ("force",)},
     optional={},
