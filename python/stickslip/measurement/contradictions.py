@@ -45,9 +45,9 @@ def few_samples(record: Record, oscillator: Oscillator) -> list[str]:
     if period >= FEW * record.step:
         return []
     return [
-        f"{period / record.step:.0f} samples in a period of the free mass: with fewer than {FEW} a break-away may be seen some "
-        f"{BLUR:g} samples ({BLUR * record.step:.2g} s) too early, its force too low by as much loading, and the friction of slow "
-        "slip beside it too high; the errors of the break-aways hold that; record faster"
+        f"{period / record.step:.0f} samples in a period of the free mass: with fewer than {FEW} a break-away may be seen "
+        f"some {BLUR:g} samples ({BLUR * record.step:.2g} s) too early, its force too low by as much loading, and the "
+        "friction of slow slip beside it too high; the errors of the break-aways hold that; record faster"
     ]
 
 
