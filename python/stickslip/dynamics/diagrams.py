@@ -156,7 +156,7 @@ def orbit_diagram(
         )
 
     closed = isinstance(system, Oscillator) and system.closed_form
-    carried = ("x_end", "v_end", *(["onward"] if closed else []))
+    carried = ("x_end", "v_end", *(["restart"] if closed else []))
     dims = ("direction", parameter)
     state = (*dims, "mass") if isinstance(system, System) else dims
     variables = {
@@ -176,7 +176,9 @@ def orbit_diagram(
     }
     sizes = {"direction": len(directions), parameter: axis.size, "point": points}
     if closed:
-        variables["onward"] = Variable((*dims, "number"), float, {"long_name": "how the motion goes on"})
+        variables["restart"] = Variable(
+            (*dims, "number"), float, {"long_name": "the state from which the motion goes on"}
+        )
         sizes["number"] = _core.ONWARD
     if isinstance(system, System):
         sizes["mass"] = system.masses

@@ -44,7 +44,7 @@ COUNTS = ("period", "loops", "events")
 WORDS = ("regime", "recurrence", "stop")
 NUMBERS = tuple(name for name in MEANINGS if name not in (*COUNTS, *WORDS))
 
-#: Positions, velocities and a row of the column ``onward`` (empty for none).
+#: Positions, velocities and a row of the column ``restart`` (empty for none).
 Start = tuple[Any, Any, Any] | None
 
 
@@ -77,8 +77,8 @@ class Chunk:
 
     `values` has a row for each run and a column for each path. Each starts from `start` (default stuck at x = 0; a velocity
     that is not a number is that of the drive); in a `chain` only the first, the others where the one before ended, and
-    `backwards` the last row is the first. Where the motion has a closed form the column ``onward`` says how it goes on: x, w,
-    the mode and what the contact remembers; else it is not a number.
+    `backwards` the last row is the first. Where the motion has a closed form the column ``restart`` says how it goes on: x,
+    w, the mode and what the contact remembers; else it is not a number.
     """
 
     document: str
@@ -157,7 +157,7 @@ class Chunk:
 
 def columns_of(table: Any, count: int, points: int) -> dict[str, Array]:
     """The columns of `count` runs from the numbers of the core."""
-    numbers, x_end, v_end, turning_x, turning_w, section, onward = table
+    numbers, x_end, v_end, turning_x, turning_w, section, restart = table
     columns = dict(zip(_core.SWEEP_COLUMNS, numbers.reshape(count, -1).T.copy(), strict=True))
     columns["amplitude"] = (columns["x_max"] - columns["x_min"]) / 2
     section = section.reshape(count, points, 3)
@@ -170,7 +170,7 @@ def columns_of(table: Any, count: int, points: int) -> dict[str, Array]:
         "turning_x": turning_x.reshape(count, points),
         "turning_slip_velocity": turning_w.reshape(count, points),
         **{f"section_{name}": section[:, :, i] for i, name in enumerate("txv")},
-        "onward": onward.reshape(count, -1),
+        "restart": restart.reshape(count, -1),
     }
     columns["recurrence"] = recurrence(columns["regime"], columns["period"], columns["chaos"])
     return columns
