@@ -99,6 +99,10 @@ class Chunk:
         if system.integrated:
             columns = self._integrated(document, values, seconds)
         else:
+            start = None
+            if self.start is not None:
+                x, v, restart = (np.ravel(item).tolist() for item in self.start)
+                start = (x, v, restart)
             try:
                 table = _core.sweep(
                     self.document,
@@ -107,7 +111,7 @@ class Chunk:
                     np.array(values, float).ravel(),
                     self.look.to_json(),
                     self.chain,
-                    self.start and tuple(np.ravel(item).tolist() for item in self.start),
+                    start,
                     seconds,
                 )
             except ValueError as error:
