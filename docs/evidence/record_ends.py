@@ -53,7 +53,7 @@ def rows(number: int, case: dict[str, float]) -> list[tuple[object, ...]]:
     time = np.arange(start, stop, 2 * np.pi / case["samples"])
     x = orbit.at(time)[0] + case["noise"] * np.random.default_rng([number, 1]).standard_normal(len(time))
     rig = Rig(
-        gauge="displacement",
+        instrument="displacement",
         column="x",
         unit="1",
         stiffness=1,
@@ -87,8 +87,8 @@ def page(found: pd.DataFrame) -> str:
     lines = [
         "# Records cut anywhere: do the intervals hold the truth?",
         "",
-        "Made by `record_ends.py`; its docstring says what is drawn at random. Share of the 95 % intervals that hold the truth,",
-        "with its own binomial error, and the median half width of the intervals over the truth.",
+        "Made by `record_ends.py`; its docstring says what is drawn at random. Share of the 95 % intervals that hold the",
+        "truth, with its own binomial error, and the median half width of the intervals over the truth.",
         "",
         "| number of the law | break-aways | records | held, % | half width, % | largest miss, half widths |",
         "|---|---|---:|---:|---:|---:|",

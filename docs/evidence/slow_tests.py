@@ -69,7 +69,9 @@ def page(results: list[dict[str, Any]]) -> str:
         rows.append((result["file"], *(outcomes.count(kind) for kind in ("passed", "failed", "skipped"))))
     rows.append(("**all**", *(sum(row[index] for row in rows) for index in (1, 2, 3))))
     text += "".join(f"| {' | '.join(map(str, row))} |\n" for row in rows)
-    failed = [f"{result['file']}::{name}" for result in results for name, kind in result["tests"].items() if kind == "failed"]
+    failed = [
+        f"{result['file']}::{name}" for result in results for name, kind in result["tests"].items() if kind == "failed"
+    ]
     if failed:
         text += "\nFailed:\n\n" + "".join(f"- `{name}`\n" for name in failed)
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in PACKAGES)

@@ -16,15 +16,17 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument(
         "file", nargs="?", metavar="FILE", help="a law or system file (.toml) or an orbit (.nc) to begin with"
     )
-    command.add_argument("-o", "--output", metavar="PAGE.html", help="where the page goes; default: a cache of the user")
+    command.add_argument(
+        "-o", "--output", metavar="PAGE.html", help="where the page goes; default: a cache of the user"
+    )
     command.add_argument("--no-browser", action="store_true", help="write the page only")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
     """Do the work."""
-    from stickslip.files.documents import write_whole
     from stickslip.explorer import page, state_of
+    from stickslip.files.documents import write_whole
 
     state = state_of(options.file) if options.file else None
     path = Path(options.output) if options.output else _cache() / "explorer.html"

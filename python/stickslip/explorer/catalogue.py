@@ -8,8 +8,8 @@ import re
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from stickslip.laws.law import Table
 from stickslip.laws import Law
+from stickslip.laws.law import Table
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.system import Oscillator
 
@@ -35,7 +35,11 @@ def _parameters(cls: type) -> dict[str, str]:
         words |= dict.fromkeys(names, right.strip())
     # A law may refer to another one of its family for words.
     other = next((found[1] for said in words.values() if (found := re.match(r"as for :class:`(\w+)`", said))), None)
-    return {**words, **{name: said for name, said in _parameters(Law.ALL[other]).items() if name in words}} if other else words
+    return (
+        {**words, **{name: said for name, said in _parameters(Law.ALL[other]).items() if name in words}}
+        if other
+        else words
+    )
 
 
 def _symbol(name: str, words: str, position: int) -> str:

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from stickslip import _core
-from stickslip.files.documents import read_toml
 from stickslip.errors import InputError
 from stickslip.explorer import catalogue
+from stickslip.files.documents import read_toml
 from stickslip.laws import Law, load_law
 from stickslip.model.system import Oscillator, System, load_system_document
 
