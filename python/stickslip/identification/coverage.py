@@ -1,7 +1,7 @@
 """How often the 95 % intervals hold the truth: a law is identified again and again from synthetic records.
 
 ``python -m stickslip.identification.coverage -n 200 -o FOLDER`` does it for the laws of `CASES` and goes on where it was
-stopped; it prints the table of ``docs/identification.md``.
+stopped; it prints the table of ``docs/evidence/identification.md``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """How often the 95 % intervals by slips hold the truth: each stick of a record has a break-away of its own.
 
 ``python -m stickslip.identification.slip_coverage -n 40 -o FOLDER`` does it for the laws of `CASES` and goes on where it was
-stopped; it prints the table of ``docs/identification.md``.
+stopped; it prints the table of ``docs/evidence/identification.md``.
 """
 
 from __future__ import annotations
