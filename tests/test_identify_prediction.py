@@ -100,7 +100,7 @@ def test_of_two_records_the_mean_force_of_a_third_is_known_as_students_t_lets_ex
 
 def rig(drive_velocity: float, stiffness: float = 1.0):
     return Rig(
-        gauge="displacement",
+        instrument="displacement",
         column="x",
         unit="1",
         stiffness=stiffness,
@@ -173,10 +173,10 @@ def test_the_command_predicts_a_run_from_a_rig_file(tmp_path, capsys):
     assert "next.toml: probability of stick_slip" in said
     bench = tmp_path / "bench.toml"
     bench.write_text(
-        'gauge = "force_log"\nleast_drop = 0.3\nsampling_rate = 4\n[columns]\nforce = 1\n', encoding="utf-8"
+        'instrument = "force_log"\nleast_drop = 0.3\nsampling_rate = 4\n[columns]\nforce = 1\n', encoding="utf-8"
     )
     assert main(["identify", str(law), "--law", "StaticKinetic", "--no-simulation", "--predict", str(bench)]) == 2
-    assert "expected the rig of one mass on a spring, got the gauge force_log" in capsys.readouterr().err
+    assert "expected the rig of one mass on a spring, got the instrument force_log" in capsys.readouterr().err
 
 
 def test_a_rig_that_cannot_be_read_is_a_sentence(alike):

@@ -17,6 +17,7 @@ from stickslip.cli import (
     critical,
     demo,
     example,
+    explore,
     film,
     identify,
     measure,
@@ -33,7 +34,21 @@ TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check")
 """Options that name a file which is written."""
 
 # In the order of the way through the package.
-COMMANDS = (example, simulate, film, track, measure, identify, sweep, basins, continue_, critical, reproduce, demo)
+COMMANDS = (
+    example,
+    simulate,
+    film,
+    track,
+    measure,
+    identify,
+    sweep,
+    basins,
+    continue_,
+    critical,
+    reproduce,
+    explore,
+    demo,
+)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -22,7 +22,7 @@ from stickslip.identification.result import Identification
 from stickslip.identification.selection.agreement import CYCLES, TRANSIENT, cycle_of, measured_kind, oscillator_of
 from stickslip.identification.selection.reading import Reading, read_motion
 from stickslip.laws import Law
-from stickslip.measurement.gauges import Bench
+from stickslip.measurement.instruments import Bench
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.rig_file import load_rig
 from stickslip.measurement.spectra import main_line
@@ -161,7 +161,7 @@ def _run(item: Any, law: Identification) -> FrictionRecord:
     if isinstance(item, str | Path) and Path(item).suffix == ".toml":
         rig = load_rig(item)
         if not isinstance(rig, Rig):
-            gauge = f"the gauge {rig.gauge}" if isinstance(rig, Bench) else "a chain of masses"
+            gauge = f"the instrument {rig.instrument}" if isinstance(rig, Bench) else "a chain of masses"
             raise InputError(
                 f"{item}: expected the rig of one mass on a spring, got {gauge}; give a friction file instead"
             )
