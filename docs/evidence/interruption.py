@@ -47,9 +47,7 @@ def systems() -> dict[str, Any]:
         "closed form": ss.paper.oscillator(0.2, ss.Harmonic(0.1, 0.7)),
         "network": ss.chain(3, ss.laws.StaticKinetic(1.0, 0.6), 0.2),
         "smooth": ss.Oscillator(0.0, 0.2, ss.laws.Rational(1.0, 3.0)),
-        "integration": ss.Oscillator(
-            0.0, 0.1, ss.laws.LuGre(1e3, 30.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-2)
-        ),
+        "integration": ss.Oscillator(0.0, 0.1, ss.laws.LuGre(1e3, 30.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-2)),
         "one slip": ss.Oscillator(0.1, -5.0, ss.laws.Coulomb(0.1), forcing=ss.Harmonic(0.01, 1.3)),
         "one stick": ss.Oscillator(0.1, 0.0, ss.laws.DwellTime(1.0, 0.5, 0.1), forcing=ss.Harmonic(0.9, 1.0)),
         "fast forcing": ss.Oscillator(0.1, 0.3, paper.law, forcing=ss.Harmonic(0.1, 1e9)),
@@ -114,13 +112,12 @@ def runs() -> dict[str, tuple[Callable[..., Any], Callable[..., Any]]]:
             EventSequence.of_run,
             lambda t, system=known[name]: EventSequence.of_run(system, t, max_events=10**9),
         )
+    starts = {"network": [0.0, 0.1, 0.25]}  # alike, the masses would have events at one time
     for name in ("closed form", "smooth", "network"):
-        add(f"lyapunov, {name}", ss.lyapunov, lambda t, system=known[name], **limit: ss.lyapunov(system, t, **limit))
-    for name in ("closed form", "smooth"):
         add(
-            f"periodic_orbit, {name}",
-            ss.periodic_orbit,
-            lambda t, system=known[name]: ss.periodic_orbit(system, t_end=t),
+            f"lyapunov, {name}",
+            ss.lyapunov,
+            lambda t, system=known[name], x0=starts.get(name): ss.lyapunov(system, t, x0),
         )
     free = ss.Oscillator(0.1, 0.2, ss.laws.ExponentialStribeck(1.0, 0.5, 0.5))
     values = np.linspace(0.15, 0.4, 2000)
@@ -132,6 +129,12 @@ def runs() -> dict[str, tuple[Callable[..., Any], Callable[..., Any]]]:
 
         return run
 
+    for name in ("closed form", "smooth"):
+        add(
+            f"periodic_orbit, {name}",
+            ss.periodic_orbit,
+            again(lambda _, system=known[name]: ss.periodic_orbit(system, t_end=1000.0)),
+        )
     add(
         "continuation",
         ss.continuation,
