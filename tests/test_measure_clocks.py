@@ -37,7 +37,9 @@ def rig(**more):
 def test_where_inertia_makes_most_of_the_force_the_offset_is_that_of_inertia_and_friction(tmp_path):
     path = files(tmp_path, lambda w, a, rng: MASS * a + FRICTION * np.sign(w) + rng.standard_normal(len(w)))
     friction = measure(path, rig(inertia=MASS))
-    assert friction.attrs["force"] == pytest.approx(FRICTION, rel=0.05)  # 450 N of inertia swing: a third of a millisecond is 3 %
+    assert friction.attrs["force"] == pytest.approx(
+        FRICTION, rel=0.05
+    )  # 450 N of inertia swing: a third of a millisecond is 3 %
     assert any("-0.0043" in note and "inertia and friction" in note for note in friction.attrs["notes"])
 
 
