@@ -31,8 +31,8 @@ def save(ax: plt.Axes, name: str) -> None:
     with plt.rc_context({"svg.hashsalt": "stickslip"}):
         # A date, or a version, would change the file without changing the picture.
         plain = {"Date": None, "Creator": None} if name.endswith(".svg") else {"Software": None}
-        ax.figure.savefig(HERE / name, dpi=130, metadata=plain)
-    plt.close(ax.figure)
+        ax.get_figure(root=True).savefig(HERE / name, dpi=130, metadata=plain)
+    plt.close(ax.get_figure(root=True))
 
 
 def picture(law: type[ss.laws.Law]) -> str:
@@ -179,8 +179,9 @@ def loop(friction: xr.DataTree, orbit: ss.Orbit, ax: plt.Axes) -> plt.Axes:
     slip = ~friction["stuck"].to_numpy()
     w, force = friction["slip_velocity"].to_numpy()[slip], friction["force"].to_numpy()[slip]
     ax.plot(w, force, ".", ms=2.5, color="0.55", label="measured")
-    show.friction_loop(orbit, ax, name="identified")
-    ax.legend(loc="upper right")
+    law = {"colour": show.OKABE_ITO["vermilion"], "name": "identified law", "arrows": False}
+    show.friction_loop(orbit, ax, legend=False, **law)
+    ax.legend(fontsize=8, frameon=False, loc="upper right", markerscale=3)
     return ax
 
 

@@ -96,7 +96,14 @@ STYLE: Any = {
 }
 
 #: Where a legend never lies on data: above the axes.
-ABOVE: Any = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "handletextpad": 0.4}
+ABOVE: Any = {
+    "loc": "lower left",
+    "bbox_to_anchor": (0.0, 1.0),
+    "borderaxespad": 0.2,
+    "handletextpad": 0.4,
+    "fontsize": 8,
+    "frameon": False,
+}
 
 _HYPHENATED = {"stick_slip": "stick-slip", "almost_harmonic": "almost-harmonic"}
 
@@ -173,8 +180,16 @@ def unit(values: xr.DataArray) -> str:
     >>> "time t" + unit(xr.DataArray(0.0, attrs={"units": "s"}))
     'time t (s)'
     """
-    name = values.attrs.get("units", "1")
-    return f" ({'dimensionless' if name == '1' else name})"
+    return in_units(values.attrs.get("units", "1"))
+
+
+def in_units(name: str | None) -> str:
+    """A unit as it stands behind the name of a quantity; nothing where it is not known.
+
+    >>> in_units("N"), in_units("1"), in_units(None)
+    (' (N)', ' (dimensionless)', '')
+    """
+    return "" if name is None else f" ({'dimensionless' if name == '1' else name})"
 
 
 def parameter_label(parameter: str, units: str) -> str:
