@@ -95,23 +95,23 @@ def test_sections_of_smooth_laws_and_many_masses():
         np.testing.assert_array_equal(points["t"], table["t"])
 
 
-def test_the_leave_map_predicts_the_releases_of_an_orbit():
+def test_the_release_map_predicts_the_releases_of_an_orbit():
     points = ss.section(FORCED, "release", t_end=600, transient=0.2)
     phase = points["phase"].to_numpy()
     forward = points["force"].to_numpy() > 0
-    image = ss.leave_map(FORCED, phase[:-1][forward[:-1]])["image"].to_numpy()
+    image = ss.release_map(FORCED, phase[:-1][forward[:-1]])["image"].to_numpy()
     turn = np.exp(1j * (image - phase[1:][forward[:-1]]))
     assert len(image) > 20
     np.testing.assert_allclose(np.abs(turn - 1), 0, atol=1e-9)
 
 
-def test_a_fixed_point_of_the_leave_map_is_a_periodic_motion():
+def test_a_fixed_point_of_the_release_map_is_a_periodic_motion():
     system = ss.Oscillator(
         damping=0.0, drive_velocity=0.2, law=ss.laws.StaticKinetic(1.0, 0.6), forcing=ss.Harmonic(0.1, 0.75)
     )
     points = ss.section(system, "release", t_end=4000, transient=0.9)
     theta = float(points["phase"][-1])
-    near = ss.leave_map(system, theta + np.array([-1e-4, 0.0, 1e-4]))
+    near = ss.release_map(system, theta + np.array([-1e-4, 0.0, 1e-4]))
     assert abs(float(near["image"][1]) - theta) < 1e-9
     assert abs(float(near["slope"][1])) < 1
 
@@ -129,8 +129,8 @@ def test_a_fixed_point_of_the_leave_map_is_a_periodic_motion():
         (lambda: ss.section(FORCED, t_end=10, most=0), "most must be"),
         (lambda: ss.return_map(ss.section(FORCED, t_end=100), "speed"), "quantity must be one of t, x, v"),
         (lambda: ss.return_map(ss.section(FORCED, t_end=10)), "simulate longer"),
-        (lambda: ss.leave_map(SYSTEMS["dwell"], [0.0]), "one harmonic force"),
-        (lambda: ss.leave_map(SYSTEMS["two branches, forced"], [0.0]), "more than one dimension"),
+        (lambda: ss.release_map(SYSTEMS["dwell"], [0.0]), "one harmonic force"),
+        (lambda: ss.release_map(SYSTEMS["two branches, forced"], [0.0]), "more than one dimension"),
     ],
 )
 def test_refusals_are_one_sentence(call, sentence):

@@ -124,7 +124,7 @@ CHILD = """
 import signal, sys, time
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background of a shell is born deaf to it
-from stickslip.dynamics.periodic.event_sequence import Trail
+from stickslip.dynamics.periodic.event_sequence import EventSequence
 from test_interruption import FOREVER, MANY, long_run
 import stickslip as ss
 import numpy as np
@@ -147,7 +147,7 @@ def run(t_end):
             system = long_run("smooth" if engine == "sweep of a smooth law" else "integration")
             ss.orbit_diagram(system, "drive_velocity", [0.2, 0.3], periods=int(100 + t_end), workers=2)
         case "derivatives":
-            Trail.of_run(long_run("one slip"), t_end)
+            EventSequence.of_run(long_run("one slip"), t_end)
         case _:
             ss.simulate(long_run(engine), t_end, max_events=MANY)
 

@@ -85,7 +85,7 @@ def test_a_subcritical_flip_opens_an_unstable_branch_and_runs_jump():
     assert returns_after(numbers.slider(0.224), 10) > 1e-3
 
 
-def test_beyond_a_border_the_other_event_sequence_is_followed():
+def test_beyond_a_boundary_the_other_event_sequence_is_followed():
     result = ss.continuation(numbers.den_hartog(0.2, 0.44), "law.kinetic", (0.42, 0.45), seeds=0)
     (adding,) = [item for item in result.special_points if item.kind == "adding_sliding"]
     beyond = ss.switch_branch(result, adding)

@@ -29,8 +29,8 @@ COUNT, SPEEDS = 1000, 200
 FEW = (3,)
 #: How much a small motion beside steady slip changes over a run, as a logarithm, to grow or to decay.
 GROWS = 0.05
-#: Seconds after which an oscillator is given up.
-LONGEST = 300
+#: Seconds of the processor after which an oscillator is given up.
+LONGEST = 100
 
 
 def oscillator(seed: int) -> tuple[ss.Oscillator, tuple[float, float] | None]:
@@ -88,14 +88,13 @@ class Look:
     Attributes
     ----------
     sticks : whether it sticks, and `crossings` whether the slip velocity changes its sign without a stick.
-    size : the range of the position; `growth` the logarithm of what became of it.
+    size : the range of the position.
     end : where it ends.
     """
 
     sticks: bool
     crossings: bool
     size: float
-    growth: float
     end: tuple[float, float]
 
 
@@ -110,18 +109,17 @@ def look(system: ss.Oscillator, speed: float, cycles: float, x0: float | None = 
     when, kinds, held = (orbit.events[name].to_numpy() for name in ("t", "kind", "stick_time"))
     released, crossed = (when[kinds == kind] for kind in ("release", "crossing"))
     held = held[kinds == "release"]
-    sizes, means = [], []
-    for begin in (0.0, 0.4, 0.6, 0.8):
-        length = 0.05 if begin == 0 else 0.2
-        times = np.linspace(begin, begin + length, int(30 * np.clip(length * t_end / period, 2, 40))) * orbit.t_end
-        sizes.append(max(float(np.ptp(orbit.at(times)[0])), 1e-300))
-        within = held[(released > times[0]) & (released <= times[-1])]
+    means = []
+    for begin in (0.4, 0.6, 0.8):
+        within = held[(released > begin * orbit.t_end) & (released <= (begin + 0.2) * orbit.t_end)]
         means.append(float(within.mean()) if within.size else 0.0)
     # Sticks that become ever shorter, by a fixed part in each window, vanish.
-    fades = all(after < 0.97 * before for before, after in itertools.pairwise(means[1:]))
+    fades = all(after < 0.97 * before for before, after in itertools.pairwise(means))
     sticks = means[-1] > 1e-5 * period and not fades
     crossings = bool((crossed > 0.8 * orbit.t_end).any())
-    return Look(sticks, crossings, sizes[-1], math.log(sizes[-1] / sizes[0]), orbit.at(orbit.t_end))
+    times = np.linspace(0.8, 1.0, int(30 * np.clip(0.2 * t_end / period, 2, 40))) * orbit.t_end
+    size = max(float(np.ptp(orbit.at(times)[0])), 1e-300)
+    return Look(sticks, crossings, size, orbit.at(orbit.t_end))
 
 
 def aside(system: ss.Oscillator, speed: float, share: float = 1e-4) -> tuple[float, float]:
@@ -129,16 +127,22 @@ def aside(system: ss.Oscillator, speed: float, share: float = 1e-4) -> tuple[flo
     return float(system.law.kinetic_force(speed)) / system.stiffness, share * speed
 
 
-def nature(found: Look) -> int:
+def growth(system: ss.Oscillator, speed: float) -> float:
+    """The logarithm of what becomes of a small motion beside steady slip, whose undamped range is 2 v/ω."""
+    start = aside(system, speed)
+    return math.log(look(system, speed, 150, *start).size * math.pi / (start[1] * system.natural_period))
+
+
+def nature(found: float) -> int:
     """1: beside steady slip the motion grows, −1: it decays, 0: neither."""
-    return 0 if abs(found.growth) < GROWS else int(math.copysign(1, found.growth))
+    return 0 if abs(found) < GROWS else int(math.copysign(1, found))
 
 
 def changes(system: ss.Oscillator, low: float, high: float, count: int = SPEEDS) -> Iterator[tuple[str, float, float]]:
     """Between which speeds runs change: from rest in whether they stick, beside steady slip in whether they grow."""
     speeds = np.linspace(low, high, count).tolist()
     rest = [look(system, speed, 150) for speed in speeds]
-    beside = [look(system, speed, 150, *aside(system, speed)) for speed in speeds]
+    beside = [growth(system, speed) for speed in speeds]
     unsteady = [found.sticks for found in rest]
     for (a, one), (b, other) in itertools.pairwise(zip(speeds, unsteady, strict=True)):
         if one != other:
@@ -147,7 +151,7 @@ def changes(system: ss.Oscillator, low: float, high: float, count: int = SPEEDS)
         return
     # Where growth fades away there is no speed at which it ends: it must be well above what counts as growth.
     kinds = [nature(found) for found in beside]
-    marks = [i for i, found in enumerate(beside) if kinds[i] == 0 or abs(found.growth) > 4 * GROWS]
+    marks = [i for i, found in enumerate(beside) if kinds[i] == 0 or abs(found) > 4 * GROWS]
     for i, j in itertools.pairwise(marks):
         if (kinds[i] != kinds[j] and j - i <= 1) or kinds[i] * kinds[j] < 0:
             yield "steady slip", speeds[i], speeds[j]
@@ -226,8 +230,9 @@ def bounded(seed: int) -> Case:
     def late(*_: object) -> None:
         raise TimeoutError
 
-    before = signal.signal(signal.SIGALRM, late)
-    signal.alarm(LONGEST)
+    # Time of the processor: a busy machine is no hang.
+    before = signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, LONGEST)
     begin = time.process_time()
     try:
         found = case(seed)
@@ -235,8 +240,8 @@ def bounded(seed: int) -> Case:
         system, _ = oscillator(seed)
         found = Case(seed, type(system.law).__name__, system.damping > 0, [], late=True)
     finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
     return replace(found, seconds=time.process_time() - begin)
 
 

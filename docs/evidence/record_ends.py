@@ -87,8 +87,8 @@ def page(found: pd.DataFrame) -> str:
     lines = [
         "# Records cut anywhere: do the intervals hold the truth?",
         "",
-        "Made by `record_ends.py`; its docstring says what is drawn at random. Share of the 95 % intervals that hold the truth,",
-        "with its own binomial error, and the median half width of the intervals over the truth.",
+        "Made by `record_ends.py`; its docstring says what is drawn at random. Share of the 95 % intervals that hold the",
+        "truth, with its own binomial error, and the median half width of the intervals over the truth.",
         "",
         "| number of the law | break-aways | records | held, % | half width, % | largest miss, half widths |",
         "|---|---|---:|---:|---:|---:|",

@@ -113,7 +113,9 @@ def loci() -> None:
     result = ss.continuation(slider, "forcing.amplitude", (0.05, 0.55), seeds=0)
     curves = [ss.locus(point, over, bounds) for point in result.special_points]
     flip = next(point for point in result.special_points if point.kind == "flip")
-    curves += [ss.locus(point, over, bounds) for point in ss.switch_branch(result, flip).special_points if point.border]
+    curves += [
+        ss.locus(point, over, bounds) for point in ss.switch_branch(result, flip).special_points if point.boundary
+    ]
     show.loci_plot(curves, panels[0]).set_title("forced stick-slip of two and of four periods", fontsize=10)
     belt = ss.Oscillator(damping=0.1, drive_velocity=0.43, law=ss.laws.Cubic(0.4, 0.45, 0.6))
     over, bounds = ("drive_velocity", "damping"), ((0.25, 0.5), (0.0, 0.3))

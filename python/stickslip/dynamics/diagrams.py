@@ -152,7 +152,7 @@ def orbit_diagram(
         )
 
     closed = isinstance(system, Oscillator) and system.closed_form
-    carried = ("onward",) if closed else ("x_end", "v_end")
+    carried = ("restart",) if closed else ("x_end", "v_end")
     dims = ("direction", parameter)
     state = (*dims, "mass") if isinstance(system, System) else dims
     variables = {
@@ -172,7 +172,9 @@ def orbit_diagram(
     }
     sizes = {"direction": len(directions), parameter: axis.size, "point": points}
     if closed:
-        variables["onward"] = Variable((*dims, "number"), float, {"long_name": "how the motion goes on"})
+        variables["restart"] = Variable(
+            (*dims, "number"), float, {"long_name": "the state from which the motion goes on"}
+        )
         sizes["number"] = _core.ONWARD
     if isinstance(system, System):
         sizes["mass"] = system.masses

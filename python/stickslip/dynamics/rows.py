@@ -45,7 +45,7 @@ COUNTS = ("period", "loops", "events")
 WORDS = ("regime", "recurrence", "stop")
 NUMBERS = tuple(name for name in MEANINGS if name not in (*COUNTS, *WORDS))
 
-#: Position and velocity, or a row of the column ``onward``.
+#: Position and velocity, or a row of the column ``restart``.
 Start = tuple[Any, Any] | Array | None
 
 
@@ -77,7 +77,7 @@ class Chunk:
 
     `values` has a row for each run and a column for each path. Each starts from `start` (default stuck at x = 0; a velocity
     that is not a number means stuck); in a `chain` only the first, the others where the one before ended, and `backwards`
-    the last row is the first. Of an oscillator of linear pieces the column ``onward`` says how its motion goes on: x, w, the
+    the last row is the first. Of an oscillator of linear pieces the column ``restart`` says how its motion goes on: x, w, the
     mode and what the contact remembers.
     """
 
@@ -115,7 +115,7 @@ class Chunk:
         if self.start is not None:
             start = [float(item) for item in self.start]
         try:
-            numbers, turning_x, turning_w, section, onward = _core.sweep(
+            numbers, turning_x, turning_w, section, restart = _core.sweep(
                 self.document,
                 list(self.paths),
                 # A copy: what Dask hands over need not be aligned.
@@ -139,7 +139,7 @@ class Chunk:
             "turning_x": turning_x.reshape(count, points),
             "turning_slip_velocity": turning_w.reshape(count, points),
             **{f"section_{name}": section[:, :, i] for i, name in enumerate("txv")},
-            "onward": onward.reshape(count, -1),
+            "restart": restart.reshape(count, -1),
         }
 
     def _row(self, document: dict[str, Any], values: Sequence[float], start: Start) -> dict[str, Any]:

@@ -321,7 +321,7 @@ def return_map(points: xr.Dataset, quantity: str = "x", *, lag: int = 1) -> xr.D
     return xr.Dataset(data, attrs={"title": "stickslip return map", "quantity": quantity, "lag": lag})
 
 
-def leave_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods: float = 100.0) -> xr.Dataset:
+def release_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods: float = 100.0) -> xr.Dataset:
     """The one-dimensional map of stick-slip: from the phase of the forcing at one release to that at the next.
 
     Where adhesion breaks, ẋ = s and k x + D s − A cos θ = ± f_s: the phase θ is all that is free. From each θ the motion runs
@@ -350,25 +350,25 @@ def leave_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods: f
 
     >>> from stickslip import Harmonic, Oscillator, laws
     >>> belt = Oscillator(damping=0.0, drive_velocity=0.3, law=laws.StaticKinetic(1.0, 0.5), forcing=Harmonic(0.2, 0.9))
-    >>> leave_map(belt, [4.0, 4.5])["image"].round(6).values.tolist()
+    >>> release_map(belt, [4.0, 4.5])["image"].round(6).values.tolist()
     [1.612504, 1.795546]
     """
     import xarray as xr
 
     if not isinstance(system, Oscillator) or not system.closed_form or len(system.harmonics) != 1:
-        raise InputError("leave_map: needs one mass with a closed motion and one harmonic force")
+        raise InputError("release_map: needs one mass with a closed motion and one harmonic force")
     adhesion = system.law
     limits = _core.break_away(adhesion.to_json(), np.array([0.0, 1.0, 1e6]), np.array([0.0, 1.0, 0.0]))
     if np.ptp(limits) > 0 or isinstance(adhesion, StateLaw):
         raise InputError(
-            f"leave_map: the static friction of {type(adhesion).__name__} changes with stick time or force rate, so the map "
+            f"release_map: the static friction of {type(adhesion).__name__} depends on stick time or force rate, so its map "
             "has more than one dimension; look at return_map of a section"
         )
     if side not in (-1, 1):
-        raise InputError(f"leave_map: side must be 1 or -1, got {side!r}")
+        raise InputError(f"release_map: side must be 1 or -1, got {side!r}")
     angles = np.atleast_1d(np.asarray(phase, float))
     if angles.ndim != 1 or not np.isfinite(angles).all():
-        raise InputError("leave_map: phase must be a list of finite numbers")
+        raise InputError("release_map: phase must be a list of finite numbers")
     forcing, s, limit = system.harmonics[0], system.drive_velocity, float(limits[0])
     image, lasts, stick_time, sides = np.full((4, angles.size), np.nan)
     document = json.loads(system.to_json())
@@ -392,5 +392,5 @@ def leave_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods: f
     return xr.Dataset(
         {name: ("phase", column) for name, column in data.items()},
         coords={"phase": angles},
-        attrs={"title": "stickslip leave map", "system": json.dumps(system.to_dict())},
+        attrs={"title": "stickslip release map", "system": json.dumps(system.to_dict())},
     )

@@ -92,8 +92,8 @@ def sign_changes(
     known = np.flatnonzero(signs)
     here, there = signs[known][:-1], signs[known][1:]
     changes = (here != there) & ((direction == 0) | (there == direction))
-    turns, following = known[:-1][changes], known[1:][changes]
-    low, high, before = times[turns], times[following], signs[turns]
+    last, following = known[:-1][changes], known[1:][changes]
+    low, high, before = times[last], times[following], signs[last]
     # Thirty halvings of a two-hundredth of a period: what is read off at an extreme is exact to the bit long before.
     for _ in range(30 if low.size else 0):
         middle = (low + high) / 2

@@ -9,11 +9,13 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.measurement.force import Friction, likeliest_inertia
+from stickslip.measurement.limits import BLUR, FEW
 from stickslip.measurement.noise import line_excess, mains_line
+from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.read import Record
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.spectra import Line
-from stickslip.measurement.sticks import Flanks, Pilot
+from stickslip.measurement.sticks import Flanks, Pilot, own_period
 
 Array = npt.NDArray[np.float64]
 
@@ -35,6 +37,18 @@ def check_sampling(record: Record, rig: Rig) -> None:
             f"swings once in {1 / rig.natural_frequency:.3g} s; at least {LEAST_PER_PERIOD} samples a swing are needed: "
             "correct time_unit, stiffness or mass, or sample faster"
         )
+
+
+def few_samples(record: Record, oscillator: Oscillator) -> list[str]:
+    """Whether the samples are too few for break-aways to be placed to less than a sample."""
+    period = own_period(oscillator)
+    if period >= FEW * record.step:
+        return []
+    return [
+        f"{period / record.step:.0f} samples in a period of the free mass: with fewer than {FEW} a break-away may be seen some "
+        f"{BLUR:g} samples ({BLUR * record.step:.2g} s) too early, its force too low by as much loading, and the friction of slow "
+        "slip beside it too high; the errors of the break-aways hold that; record faster"
+    ]
 
 
 def check_rise(record: Record, rig: Rig, pilot: Pilot, flanks: Flanks) -> None:

@@ -17,6 +17,7 @@ from stickslip.measurement.chain import Chain, pull_together
 from stickslip.measurement.contradictions import (
     check_rise,
     check_sampling,
+    few_samples,
     inertia,
     overtaking,
     unlike_stated_noise,
@@ -224,6 +225,8 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         why = [] if draft is not stated else why
         friction, sticks, slow, _ = _fitted(stated, sticking=False)
     notes += why
+    if sticks and rigid:
+        notes += few_samples(record, o)
     if sticks and not rigid:
         notes += smaller
         notes.append(

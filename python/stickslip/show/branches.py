@@ -133,7 +133,7 @@ def loci_plot(loci: Sequence[Locus], ax: Axes | None = None, *, units: str = "di
 
     Returns
     -------
-    The axes. A curve that ends inside meets another border there.
+    The axes. A curve that ends inside meets another boundary there.
     """
     ax = axes(ax)
     named: set[str] = set()

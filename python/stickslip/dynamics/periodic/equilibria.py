@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.dynamics.periodic.event_sequence import STATE, TIME, Trail, read, with_number
+from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence, read, with_number
 from stickslip.errors import InputError
 from stickslip.model.system import Oscillator
 
@@ -61,14 +61,14 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
 
 def _damping(system: Oscillator, x: float, tau: float) -> float:
     """The damping of small disturbances, from what becomes of them in a time; NaN where the law follows the sense of ẇ."""
-    trail, kinds, _ = Trail.of_run(system, tau, x, 0.0)
+    sequence, kinds, _ = EventSequence.of_run(system, tau, x, 0.0)
     # The second flag: whether it does.
-    if trail.start[len(STATE) + 1]:
+    if sequence.start[len(STATE) + 1]:
         return math.nan
     if kinds:
         # Rounding has set off an event at once: the line of friction it starts on says all the same.
-        trail = replace(trail, arcs=np.array([[*trail.arcs[0, :2], TIME, tau]]))
-    matrix = trail.follow().rates[-1][1:3, 1:3]
+        sequence = replace(sequence, phases=np.array([[*sequence.phases[0, :2], TIME, tau]]))
+    matrix = sequence.follow().rates[-1][1:3, 1:3]
     return -system.mass * math.log(max(float(np.linalg.det(matrix)), 1e-300)) / tau
 
 

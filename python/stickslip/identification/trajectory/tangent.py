@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicHermiteSpline
 
-from stickslip.dynamics.periodic.event_sequence import STATE, TIME, Trail
+from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence
 from stickslip.errors import InputError
 from stickslip.identification.estimator.parameters import Place, places
 from stickslip.laws import Law
@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 KNOTS = 16
 """Knots in a natural period; between them a derivative is the cubic through its values and slopes, good to 10⁻⁴ of itself."""
 FEWEST = 6
-"""Knots in every arc: the short ones, such as a steep climb, are the quick ones."""
+"""Knots in every phase: the short ones, such as a steep climb, are the quick ones."""
 BESIDE = 1e-7
 """A knot lies on either side of each event, that part of a natural period away, as the derivative of v jumps there."""
 
@@ -52,10 +52,10 @@ class Tangent:
 
     def __init__(self, orbit: Orbit, start: tuple[float, float | None], window: tuple[float, float]) -> None:
         system = orbit.system
-        trail, _, _ = Trail.of_run(system, orbit.t_end, *start)
+        sequence, _, _ = EventSequence.of_run(system, orbit.t_end, *start)
         self._places = places(system.law)
         period = system.natural_period
-        self._trail, self._knots, self.times = _with_knots(trail, window, period / KNOTS, BESIDE * period)
+        self._sequence, self._knots, self.times = _with_knots(sequence, window, period / KNOTS, BESIDE * period)
 
     def by(self, name: str) -> CubicHermiteSpline:
         """The derivative of x by a number of the law at fixed time, as a function of time inside the window.
@@ -65,7 +65,7 @@ class Tangent:
         InputError
             where the law does not exist on both sides of the number, or the motion beside it takes other events.
         """
-        rates = self._trail.follow(_pointer(self._places[name])).rates[self._knots][:, :, -1]
+        rates = self._sequence.follow(_pointer(self._places[name])).rates[self._knots][:, :, -1]
         x, v = rates[:, STATE.index("x")], rates[:, STATE.index("v")]
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise InputError(f"{name}: the motion beside this one takes other events")
@@ -77,15 +77,15 @@ def _pointer(place: Place) -> str:
 
 
 def _with_knots(
-    trail: Trail, window: tuple[float, float], spacing: float, beside: float
-) -> tuple[Trail, npt.NDArray[np.int_], Array]:
-    """The trail with arcs cut at knots, the arcs that end at one, and the times of these."""
+    sequence: EventSequence, window: tuple[float, float], spacing: float, beside: float
+) -> tuple[EventSequence, npt.NDArray[np.int_], Array]:
+    """The sequence with phases cut at knots, the phases that end at one, and the times of these."""
     low, high = window
     rows: list[Sequence[float]] = []
     knots: list[int] = []
     times: list[float] = []
     begin = 0.0
-    for direction, hold, ending, duration in trail.arcs:
+    for direction, hold, ending, duration in sequence.phases:
         end = begin + duration
         first, last = max(begin + beside, low), min(end - beside, high)
         at = begin
@@ -97,4 +97,4 @@ def _with_knots(
                 at = time
         rows.append((direction, hold, ending, end - at))
         begin = end
-    return replace(trail, arcs=np.array(rows)), np.array(knots, int), np.array(times)
+    return replace(sequence, phases=np.array(rows)), np.array(knots, int), np.array(times)
