@@ -145,6 +145,17 @@ class StateOrbit(Orbit):
         rests = w.max() <= 1e-6 * np.abs(late["v"]).max()
         return float(rests), bool(late["stuck"].reshape(-1, self._contacts)[:, contact].mean() > 0.01)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise InputError(
+            "orbit: expected one that is made of segments, got one of an integrator; keep to_xarray() or write it with save"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def __hash__(self) -> int:
+        return id(self)
+
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file with the sampled motion and the group ``events``; the steps of the integrator are not kept."""
         import xarray as xr
