@@ -1,14 +1,16 @@
 """The first hour: names that are offered, mistakes that a type checker sees, pictures in a notebook, help, copies."""
 
 import copy
+import os
 import pickle
+import shlex
 import subprocess
 import sys
 
 import pytest
 
 import stickslip as ss
-from stickslip.cli.main import _parser
+from stickslip.cli.main import _parser, main
 
 
 def test_only_public_names_are_offered():
@@ -24,6 +26,22 @@ def test_a_type_checker_sees_a_misspelt_name(tmp_path):
     found = subprocess.run(checked, capture_output=True, text=True, check=False).stdout
     assert 'program.py:4: error: Module has no attribute "simulat"' in found
     assert "program.py:3" not in found
+
+
+NOTEBOOK = """
+import matplotlib
+from matplotlib.backends.backend_agg import *  # noqa: F403
+
+matplotlib.interactive(True)
+"""
+
+
+def test_pictures_after_the_first_are_shown_in_a_notebook(tmp_path):
+    # The backend of notebooks makes matplotlib interactive when it is loaded, and shows only what is drawn while it is.
+    (tmp_path / "notebook.py").write_text(NOTEBOOK, encoding="utf-8")
+    program = "from stickslip import show; import matplotlib; show.new_axes(); assert matplotlib.is_interactive()"
+    environment = os.environ | {"MPLBACKEND": "module://notebook", "PYTHONPATH": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True)
 
 
 SYSTEMS = {
@@ -43,7 +61,18 @@ def test_an_orbit_is_copied_and_pickled_to_the_bit(system):
     assert orbit != ss.simulate(system, 21.0)
 
 
-def test_every_command_has_an_example_and_states_its_defaults():
+def test_the_help_of_every_command_ends_with_an_example_that_parses():
     commands = next(action for action in _parser()._actions if action.dest == "command").choices
     for name, command in commands.items():
         assert f"stickslip {name}" in (command.epilog or ""), name
+        arguments = shlex.split(command.epilog.removeprefix("example: stickslip ").partition(" >>")[0])
+        assert _parser().parse_args(arguments).command == name
+
+
+def test_the_shell_completes_commands_and_options(capsys):
+    assert main(["completion", "bash"]) == 0
+    script = capsys.readouterr().out
+    for words, wanted in ((["stickslip", "sim"], "simulate"), (["stickslip", "simulate", "--t-"], "--t-end")):
+        typed = f"COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; _stickslip; echo ${{COMPREPLY[@]}}"
+        found = subprocess.run(["bash", "-c", script + typed], capture_output=True, text=True, check=True).stdout
+        assert found.split() == [wanted]

@@ -3,7 +3,8 @@
 import re
 
 
-def _prepare(app, what, name, obj, options, lines):
+def _prepare(*given):
+    lines = given[-1]
     lines[:] = _sections([_moduli(line) for line in lines])
 
 

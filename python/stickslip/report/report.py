@@ -124,7 +124,8 @@ class Report:
     def html(self) -> str:
         """The whole page."""
         title = html.escape(self.title)
-        head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>{title}</title>'
+        view = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        head = f'<meta charset="utf-8">{view}<title>{title}</title>'
         entries = "".join(
             f'<li><a href="#s{number}">{html.escape(text)}</a></li>' for number, text in enumerate(self._headings, 1)
         )

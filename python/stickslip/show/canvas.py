@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
@@ -135,9 +137,21 @@ def axes(ax: Axes | None = None) -> Axes:
     return new_axes()[0] if ax is None else ax
 
 
+@contextmanager
+def styled() -> Iterator[None]:
+    """What is drawn inside has our style.
+
+    The backend is loaded before: that of a notebook sets ``interactive`` when it is, which would be taken back at the end,
+    and no later picture would be shown.
+    """
+    plt.draw_if_interactive()
+    with plt.rc_context(STYLE):
+        yield
+
+
 def new_axes(rows: int = 1, columns: int = 1, **options: Any) -> list[Axes]:
     """The axes of a new figure in our style, row by row; `options` go to ``plt.subplots``."""
-    with plt.rc_context(STYLE):
+    with styled():
         _, grid = plt.subplots(rows, columns, squeeze=False, **options)
     return list(grid.flat)
 
