@@ -158,7 +158,7 @@ def test_the_offset_of_a_robot_joint_is_found_by_the_comparison(shared_data):
     # README of robot_joint_nnfm: Coulomb 0.40, viscous, offset -0.17; laws forced through zero lose.
     record = shared_data / "robot_joint_nnfm" / "franka_case3_slow.csv"
     rig = {
-        "gauge": "direct_force",
+        "instrument": "direct_force",
         "columns": {
             "time": "time",
             "velocity": {"column": "dq2", "unit": "rad/s"},

@@ -1,4 +1,4 @@
-"""Errors in both coordinates: what a law leaves of a measured motion is the white noise of the gauge."""
+"""Errors in both coordinates: what a law leaves of a measured motion is the white noise of the instrument."""
 
 from __future__ import annotations
 

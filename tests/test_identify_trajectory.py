@@ -283,7 +283,7 @@ def test_law_is_recovered_from_films(law, options, tmp_path):
         truth = ss.film(orbit, path, start=100.0, duration=30.0, frame_rate=25.0)
         setup = tomllib.loads(truth.attrs["setup"])
         rig = Rig(
-            gauge="displacement",
+            instrument="displacement",
             column="x",
             unit="1",
             time_column="time",

@@ -13,7 +13,7 @@ from stickslip.measurement import Rig, facts, measure, motion, notes, spectrum, 
 DRIVES = (0.2, 0.3)
 STEP = 0.04
 END = 37.5
-RIG = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.1, drive_velocity=DRIVES[0])
+RIG = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.1, drive_velocity=DRIVES[0])
 
 
 @lru_cache
@@ -146,7 +146,7 @@ def test_a_film_gives_the_friction_of_the_papers_law(drive: float) -> None:
     time = np.arange(60, 110, 0.1)
     x = made.at(time)[0]
     noise = 1e-3 * np.ptp(x) / 2 * np.random.default_rng(0).standard_normal(len(x))
-    rig = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.28, drive_velocity=drive)
+    rig = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.28, drive_velocity=drive)
     friction = measure({"t": time, "x": x + noise}, rig)
     truth = made.to_xarray(time)["force"].to_numpy()
     assert np.sqrt(np.mean((friction["force"].values - truth) ** 2)) < 0.02 * np.max(truth)

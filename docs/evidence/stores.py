@@ -82,7 +82,7 @@ def outcomes(folder: Path, seeds: range, seed: int) -> tuple[collections.Counter
         except ss.InputError as error:
             outcome = "refused" if "\n" not in str(error) else "else"
             told = str(error)
-        except Exception as error:
+        except Exception as error:  # noqa: BLE001 - what is no sentence of ours is counted
             outcome, told = "else", repr(error)
         else:
             outcome = "repaired" if again.identical(whole) and contents(path) == kept else "else"

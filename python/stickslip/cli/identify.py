@@ -57,10 +57,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--profile", action="store_true", help="intervals of --trajectories from the profile of the likelihood"
     )
     command.add_argument(
-        "--zero-error", type=float, metavar="LENGTH", help="of the displacement gauge, for --trajectories"
+        "--zero-error", type=float, metavar="LENGTH", help="of the displacement instrument, for --trajectories"
     )
     command.add_argument(
-        "--scale-error", type=float, metavar="PART", help="of the displacement gauge, for --trajectories"
+        "--scale-error", type=float, metavar="PART", help="of the displacement instrument, for --trajectories"
     )
     command.add_argument(
         "--steady",

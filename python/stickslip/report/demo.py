@@ -146,7 +146,7 @@ def demo(folder: str | Path, progress: Callable[[str, int, int], Any] | None = N
     agreements = [compare_motion(friction, identification) for friction in frictions]
     step("sweep the drive velocity")
     diagram = paper.figures.drive_velocity_diagram()
-    step("score the paper's statements")
+    step("score the paper's claims")
     scores = paper.score()
     report = _report(seen, missing, branches, identification, agreements, diagram, scores)
     tell("done", steps, steps)
@@ -248,8 +248,8 @@ def _report(
         paper.figures.regimes(diagram).figure,
         "Turning points over the drive velocity, with the regimes (the paper's Fig. 14).",
     )
-    report.heading("The paper's statements, scored")
-    report.table(scores[["section", "statement", "seen", "basis", "verdict"]], mark="verdict")
+    report.heading("The paper's claims, scored")
+    report.table(scores[["section", "claim", "evidence", "basis", "verdict"]], mark="verdict")
     report.heading("To do it again")
     report.code("stickslip demo\n" + identification.command)
     return report

@@ -19,7 +19,7 @@ CYCLES = 8
 def friction_record(friction: xr.DataTree) -> list[Axes]:
     """Draw friction force and slip velocity over time, sticks shaded, and friction over slip velocity.
 
-    Gauges that give no time series or no velocity are drawn as what they give: a table of friction over slip velocity, or
+    Instruments that give no time series or no velocity show what they give: a table of friction over slip velocity, or
     the break-aways.
 
     Parameters

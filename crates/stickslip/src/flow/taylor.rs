@@ -491,6 +491,11 @@ impl Motion {
                 for k in [ORDER - 2, ORDER - 1] {
                     shortest = shortest.min(power(share / self.force[c][k].abs(), 1.0 / k as f64));
                 }
+            } else if !frame.drives[c].harmonics.is_empty() {
+                // A drive may vary while the mass below it does not.
+                for k in [ORDER - 1, ORDER] {
+                    shortest = shortest.min(power(bound / self.u[c][k].abs(), 1.0 / k as f64));
+                }
             }
         }
         shortest

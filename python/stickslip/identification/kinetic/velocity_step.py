@@ -181,7 +181,7 @@ def table_of_steps(friction: Any) -> tuple[xr.DataTree, pd.DataFrame, str]:
     table = tree.children["step"].to_dataset(inherit=False) if "step" in tree.children else xr.Dataset()
     name = str(tree.attrs.get("source", "record"))
     if table.sizes.get("step", 0) == 0:
-        raise InputError(f"{name}: holds no step of the drive's speed; measure it with the gauge velocity_steps")
+        raise InputError(f"{name}: holds no step of the drive's speed; measure it with the instrument velocity_steps")
     if table["force_before"].attrs.get("units") != "1":
         raise InputError(
             f"{name}: rate-and-state friction is a friction coefficient, the force here is in "

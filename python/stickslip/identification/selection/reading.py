@@ -19,7 +19,7 @@ from stickslip.identification.kinetic.motion import velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rig import Rig
-from stickslip.measurement.sticks import Pilot, creeping_sticks, find_flanks
+from stickslip.measurement.sticks import Presmoothed, creeping_sticks, find_flanks
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
 
@@ -64,10 +64,12 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
     if not creeps or kind in ("unfinished", "diverged", "at_rest"):
         return Reading(kind, trace, _releases(orbit, system, start))
     noise = record.constants.get("noise", 0.0)
-    pilot = Pilot(times, x, v, velocity_noise(record), record.constants.get("slip_cutoff", 0.5 / record.step), noise)
+    presmoothed = Presmoothed(
+        times, x, v, velocity_noise(record), record.constants.get("slip_cutoff", 0.5 / record.step), noise
+    )
     speed = system.drive_velocity
-    flanks = find_flanks(pilot, _least_drop(record))
-    found = creeping_sticks(pilot, flanks, speed)
+    flanks = find_flanks(presmoothed, _least_drop(record))
+    found = creeping_sticks(presmoothed, flanks, speed)
     w = speed - v
     slow, _ = slow_share(w, speed, noise, record.step, [stick.end - stick.start for stick in found])
     kind = regime(w, speed, slow, 0.0, 0.0, rigid=False, sticks=len(found), cycles=len(flanks.limits))
