@@ -64,7 +64,7 @@ EXAMPLES = {
     "basins": "stickslip basins system.toml --x=-1:2:60 --v=-1:1:60 --plot basins.png",
     "continue": "stickslip continue system.toml --over drive_velocity=0.1:0.5 --plot branches.png",
     "critical": "stickslip critical system.toml",
-    "explore": "stickslip explore -o explorer",
+    "explore": "stickslip explore law.toml",
     "reproduce": "stickslip reproduce -o report",
     "demo": "stickslip demo -o demo-report",
     "completion": "stickslip completion bash >> ~/.bashrc",
