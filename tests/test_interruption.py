@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -182,6 +184,22 @@ def test_ctrl_c_ends_a_run_at_once(engine, request):
     assert word == "interrupted"
     assert float(stopped) - sent < 5  # 0.05 s on an idle machine
     assert int(events) == len(ss.simulate(long_run("closed form"), 50.0).events)
+
+
+SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "interruption.py"
+_spec = importlib.util.spec_from_file_location("interruption_evidence", SCRIPT)
+evidence = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(evidence)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["regime_map", "basins", "lyapunov, closed form", "periodic_orbit, closed form", "continuation", "sensitivities"],
+)
+def test_ctrl_c_ends_what_is_made_of_many_runs(name):
+    _, run = evidence.runs()[name]
+    # Of the processor, whatever else the machine does.
+    assert evidence.after_a_signal(run, lead=0.05) < 1
 
 
 def test_sweeps_end_after_max_seconds_and_a_store_goes_on(tmp_path):
