@@ -22,7 +22,6 @@ const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getEl
 const COLUMNS = 300;
 /** Periods that are left out before a motion counts as steady. */
 const TRANSIENT = 80;
-const NO_SWEEP = "The orbit diagram is swept in closed form, for one mass and laws of linear pieces. For this system: stickslip sweep.";
 
 export async function start(source: string, program: string): Promise<void> {
   const module = await unpack($("core").textContent!);
@@ -215,7 +214,7 @@ class Page {
 
   private hear(which: number, part: SweepPart): void {
     const { diagram } = this;
-    if (part.refused) diagram.refused ||= this.orbit?.words.exact ? part.refused : NO_SWEEP;
+    if (part.refused) diagram.refused ||= part.refused;
     part.rows.forEach((row, i) => {
       if (which) diagram.down[COLUMNS - 1 - part.from - i] = row;
       else diagram.up[part.from + i] = row;
