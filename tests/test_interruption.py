@@ -219,3 +219,21 @@ def test_sweeps_end_after_max_seconds_and_a_store_goes_on(tmp_path):
     assert (whole["stop"] == "t_end").all()
     with pytest.raises(ss.InputError, match="max_seconds must be greater than 0"):
         ss.orbit_diagram(smooth, "damping", [0.1], max_seconds=0)
+
+
+def test_the_command_line_ends_sweeps_too(tmp_path, capsys):
+    system = tmp_path / "system.toml"
+    system.write_text(ss.Oscillator(0.05, 0.1, ss.laws.ExponentialStribeck(1.0, 0.6, 0.1)).to_toml())
+    ask = [
+        "sweep",
+        str(system),
+        "--over",
+        "damping=0.01,0.02",
+        "--transient",
+        "1000000",
+        "--max-seconds",
+        "0.2",
+        "--json",
+    ]
+    assert main(ask) == 0
+    assert '"unfinished": 1' in capsys.readouterr().out
