@@ -10,7 +10,7 @@ import pytest
 import stickslip as ss
 from stickslip import _core
 from stickslip.laws import Law
-from stickslip.state_laws import StateLaw
+from stickslip.laws.state_law import StateLaw
 
 #: The first digits of the SHA-256 of all events of twenty orbits, or of force and state along a motion. They change where
 #: the arithmetic of the core does, on purpose, and never from one machine to another.

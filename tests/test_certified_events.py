@@ -15,7 +15,7 @@ import stickslip as ss
 from stickslip import laws
 
 
-def off_the_limit(orbit: ss.orbit.Orbit, limit: float) -> float:
+def off_the_limit(orbit: ss.Orbit, limit: float) -> float:
     """The largest distance between the holding force at a release and the constant limit of adhesion."""
     o, releases = orbit.system, orbit.events.query("kind == 'release'")
     held = o.stiffness * releases["x"] + o.damping * o.drive_velocity

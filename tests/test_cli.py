@@ -5,7 +5,7 @@ import sys
 import pytest
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 
 
 @pytest.fixture
@@ -65,7 +65,7 @@ def test_missing_file_and_folder(system, tmp_path, capsys):
 
 
 def test_version_does_not_wait_for_numpy():
-    code = "import sys; from stickslip.cli import main; main(['--version']); sys.exit('numpy' in sys.modules)"
+    code = "import sys; from stickslip.cli.main import main; main(['--version']); sys.exit('numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert done.stdout.startswith("stickslip 0.")
@@ -74,7 +74,7 @@ def test_version_does_not_wait_for_numpy():
 def test_a_fresh_interpreter_knows_the_laws_that_files_name(system, tmp_path):
     # The laws are known to files before anything has asked for ss.laws.
     orbit = tmp_path / "orbit.nc"
-    command = [sys.executable, "-m", "stickslip.cli", "simulate", str(system), "--t-end", "20", "-o", str(orbit)]
+    command = [sys.executable, "-m", "stickslip", "simulate", str(system), "--t-end", "20", "-o", str(orbit)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     code = f"import stickslip as ss; print(ss.load({str(orbit)!r}).t_end)"

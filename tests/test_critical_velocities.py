@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "critical_velocities.py"
 _spec = importlib.util.spec_from_file_location("critical_velocities_evidence", SCRIPT)

@@ -3,8 +3,8 @@ import sys
 
 import pytest
 
-from stickslip import demo
-from stickslip.cli import main
+from stickslip.cli.main import main
+from stickslip.paper import demo
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ import re
 import pytest
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 from stickslip.laws import Law
-from stickslip.system import system_from_dict
+from stickslip.model.system import system_from_dict
 
 WRONG = [
     *(3, -1, "x", None, True, float("nan"), float("inf"), 10**400, 1 + 2j, b"x"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.stability.derivatives import sensitivities
+from stickslip.dynamics.periodic.derivatives import sensitivities
 
 STEEP = ss.laws.PiecewiseLinear([(0, 0.9), (1e-10, 0.7), (0.6, 0.7)], 1.0)
 FLAT = ss.laws.PiecewiseLinear([(0, 0.7), (0.6, 0.7)], 1.0)

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.cli import main
-from stickslip.documents import read_text, write_whole
+from stickslip.cli.main import main
+from stickslip.files.documents import read_text, write_whole
 
 LAW = '[law]\ntype = "Coulomb"\nkinetic = 0.5\n'
 SYSTEM = (
     'mass = 1.0\nstiffness = 1.0\ndamping = 0.1\ndrive_velocity = 0.2\nlaw = "law.toml"\n[simulation]\nt_end = 10.0\n'
 )
-RIG = 'gauge = "displacement"\ncolumn = "x"\nunit = "1"\nstiffness = 1.0\nmass = 1.0\ndrive_velocity = 0.2\n'
+RIG = 'instrument = "displacement"\ncolumn = "x"\nunit = "1"\nstiffness = 1.0\nmass = 1.0\ndrive_velocity = 0.2\n'
 SWEEP = "--over drive_velocity=0.1:0.2:2 --transient 1 --window 1"
 STARTS = "--x 0:1:2 --v 0:1:2 --transient 1 --window 1"
 
@@ -93,7 +93,7 @@ def test_a_program_may_write_what_it_has_read(tmp_path):
 
 
 def test_drafts_of_killed_processes_are_cleared_and_those_of_living_ones_kept(tmp_path):
-    script = "import os, signal, sys\nfrom stickslip.documents import write_whole\n"
+    script = "import os, signal, sys\nfrom stickslip.files.documents import write_whole\n"
     script += "def write(draft):\n    draft.write_text('half')\n    os.kill(os.getpid(), signal.SIGKILL)\n"
     script += f"write_whole({str(tmp_path / 'out.txt')!r}, write)"
     subprocess.run([sys.executable, "-c", script], check=False)

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 import stickslip as ss
 from stickslip.identification import fit_static_friction, fit_steady
-from stickslip.identification.curves import Rows, fit_form
+from stickslip.identification.kinetic.curves import Rows, fit_form
 from stickslip.measurement import measure
 
 RIGS = Path(__file__).parents[1] / "examples" / "rigs"
@@ -217,7 +217,7 @@ def test_a_row_that_stands_out_is_named_and_so_is_a_law_that_is_not_seen() -> No
 
 
 def test_the_command_fits_tables_and_refuses_a_law_of_motion(tmp_path: Path, capsys) -> None:
-    from stickslip.cli import main
+    from stickslip.cli.main import main
 
     curve(W, TRUTHS["Coulomb, offset"][0], 0.004).to_netcdf(tmp_path / "f.nc", engine="h5netcdf")
     assert main(["identify", str(tmp_path / "f.nc"), "-o", str(tmp_path / "law.toml")]) == 0

@@ -35,7 +35,10 @@ def step_record(form: str, noise: float = 3e-4, seed: int = 0) -> dict[str, np.n
     return {"t": t + 30, "x": np.where(t < 0, V * t, 3 * V * t) + 1e-4, "f": friction}
 
 
-RIG = {"gauge": "velocity_steps", "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}}}
+RIG = {
+    "instrument": "velocity_steps",
+    "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}},
+}
 
 
 @pytest.mark.parametrize("form", ["aging", "slip"])
@@ -65,7 +68,7 @@ def test_basalt_jumps_and_its_steady_friction_does_not_change(shared_data: Path)
 
 
 def test_the_fit_is_saved_and_drawn(tmp_path: Path) -> None:
-    from stickslip.cli import main
+    from stickslip.cli.main import main
 
     measure(step_record("slip"), RIG).to_netcdf(tmp_path / "f.nc", engine="h5netcdf")
     law, picture = tmp_path / "law.toml", tmp_path / "fit.png"
@@ -93,7 +96,7 @@ def test_what_has_no_step_is_refused() -> None:
 
 
 def test_the_command_takes_one_step_for_rate_and_state_without_being_told(tmp_path: Path, capsys) -> None:
-    from stickslip.cli import main
+    from stickslip.cli.main import main
 
     measure(step_record("aging"), RIG).to_netcdf(tmp_path / "step.nc", engine="h5netcdf")
     assert main(["identify", str(tmp_path / "step.nc")]) == 0

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.cli import main
+from stickslip.cli.main import main
 
 RIGS = Path(__file__).parents[1] / "examples" / "rigs"
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.system import system_from_dict
+from stickslip.laws.state_law import StateLaw
+from stickslip.model.system import system_from_dict
 
 GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(12)
 
@@ -78,11 +79,7 @@ def like_the_example(kind):
     return law
 
 
-LAWS = {
-    name: like_the_example(kind)
-    for name, kind in ss.laws.Law.ALL.items()
-    if not issubclass(kind, ss.state_laws.StateLaw)
-} | {
+LAWS = {name: like_the_example(kind) for name, kind in ss.laws.Law.ALL.items() if not issubclass(kind, StateLaw)} | {
     "PiecewiseLinear": piecewise_linear,
     "Tabulated": tabulated,
     "TwoBranch": two_branch,

@@ -14,10 +14,10 @@ import xarray as xr
 from scipy.io import loadmat, savemat
 
 import stickslip as ss
-from stickslip import apart
+from stickslip.files import child_process
+from stickslip.files.netcdf import read_tree
 from stickslip.measurement import Layout, Rig, load_rig, measure, read_columns
 from stickslip.measurement.read import as_record, open_motion
-from stickslip.netcdf import read_tree
 from stickslip.tracking.source import read_picture
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "readers.py"
@@ -90,12 +90,12 @@ def test_what_a_reader_does_to_its_process_is_a_sentence(code, words, tmp_path):
     (tmp_path / "file").write_text(code)
     for _ in range(2):
         if words is None:
-            assert apart.read_apart("runpy:run_path", tmp_path / "file", "thing")["answer"] == 42
+            assert child_process.read_apart("runpy:run_path", tmp_path / "file", "thing")["answer"] == 42
             continue
         with pytest.raises(
             ss.InputError, match=f"file: not a thing, or a truncated or damaged one .*{words}"
         ) as refusal:
-            apart.read_apart("runpy:run_path", tmp_path / "file", "thing")
+            child_process.read_apart("runpy:run_path", tmp_path / "file", "thing")
         assert "\n" not in str(refusal.value)
 
 
@@ -104,14 +104,14 @@ def test_paths_are_those_of_the_folder_in_which_one_is(tmp_path, monkeypatch):
         (tmp_path / name).mkdir()
         (tmp_path / name / "file").write_text(f"__builtins__ = __spec__ = __loader__ = None\nanswer = {name!r}")
         monkeypatch.chdir(tmp_path / name)
-        assert apart.read_apart("runpy:run_path", Path("file"), "thing")["answer"] == name
+        assert child_process.read_apart("runpy:run_path", Path("file"), "thing")["answer"] == name
 
 
 def test_a_reader_that_hangs_is_ended(tmp_path, monkeypatch):
-    monkeypatch.setattr(apart, "PATIENCE", 0.2)
+    monkeypatch.setattr(child_process, "PATIENCE", 0.2)
     (tmp_path / "file").write_text("import time; time.sleep(1000)")
     with pytest.raises(ss.InputError, match=r"not read within 0 s"):
-        apart.read_apart("runpy:run_path", tmp_path / "file", "thing")
+        child_process.read_apart("runpy:run_path", tmp_path / "file", "thing")
 
 
 def test_a_small_file_that_declares_all_memory_is_refused(tmp_path):
@@ -196,7 +196,7 @@ def test_fields_of_structures_are_columns_and_segments_are_taken_one_by_one(tmp_
     assert {name: len(column) for name, column in read_columns(tmp_path / "r.mat").items()} == dict.fromkeys(
         ("run.t", "run.x", "run.mu"), 500
     )
-    rig = {"gauge": "displacement", "column": "run.x", "time_column": "run.t", "unit": "1"}
+    rig = {"instrument": "displacement", "column": "run.x", "time_column": "run.t", "unit": "1"}
     rig |= {"stiffness": 1.0, "mass": 1.0, "drive_velocity": 20.0}
     with pytest.raises(ss.InputError, match=r"goes back in time to 0 .*\[read\] segment = 1 to 3 takes one part"):
         as_record(tmp_path / "r.mat", Rig(**rig))
@@ -206,7 +206,7 @@ def test_fields_of_structures_are_columns_and_segments_are_taken_one_by_one(tmp_
     with pytest.raises(ss.InputError, match=r"has 3 segment\(s\), and the rig says \[read\] segment = 4"):
         as_record(tmp_path / "r.mat", Rig(**rig, read=Layout(segment=4)))
     columns = {"time": "run.t", "velocity": "run.x", "force": {"column": "run.mu", "unit": "MPa"}}
-    bench = {"gauge": "direct_force", "columns": columns, "read": {"segment": 1}}
+    bench = {"instrument": "direct_force", "columns": columns, "read": {"segment": 1}}
     friction = measure(tmp_path / "r.mat", load_rig(bench))
     assert friction["force"].attrs["units"] == "Pa"
     assert float(friction["time"][-1]) == t[-1]

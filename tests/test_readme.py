@@ -6,9 +6,10 @@ import matplotlib.pyplot as plt
 import pytest
 import xarray as xr
 
-from stickslip import demo, simulate
-from stickslip.cli import _parser, main
-from stickslip.system import load_system_document
+from stickslip import simulate
+from stickslip.cli.main import _parser, main
+from stickslip.model.system import load_system_document
+from stickslip.paper import demo
 
 README = Path(__file__).parents[1] / "README.md"
 

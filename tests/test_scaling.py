@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.state_laws import StateLaw
+from stickslip.laws.state_law import StateLaw
 
 SCALE = ss.Scale(mass=2.0, stiffness=740.0, force=11.0)
 EXAMPLES = [kind.example() for kind in ss.laws.Law.ALL.values()]

@@ -10,7 +10,7 @@ import pytest
 
 import stickslip as ss
 from stickslip import show
-from stickslip.analysis import orbit_diagram, sign_changes
+from stickslip.dynamics import orbit_diagram, sign_changes
 
 REGIMES = {"stick_slip": 0.20, "almost_harmonic": 0.30, "stable_slip": 0.45}
 

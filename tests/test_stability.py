@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.stability import derivatives
+from stickslip.dynamics.periodic import derivatives
 
 # shared/validation/cases.json: closed forms or 14 digits of independent integrations.
 S15 = ss.Oscillator(damping=0.0, drive_velocity=0.3, law=ss.laws.DwellTime(kinetic=0.5, limit=0.5, rate=0.4))

@@ -8,9 +8,10 @@ import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
 
 import stickslip as ss
-from stickslip.cli import main
+from stickslip.cli.main import main
 from stickslip.laws import Law, Regularised
-from stickslip.state_laws import StateLaw
+from stickslip.laws.state_law import StateLaw
+from stickslip.simulation.regimes import REGIMES
 
 BRISTLES = {"stiffness": 1e3, "damping": 10.0, "viscous": 0.2, "kinetic": 0.5, "break_away": 0.8, "scale": 0.05}
 SHAKEN = ss.Drive(0.2, (ss.Harmonic(0.1, 1.3, 0.4),))
@@ -48,7 +49,7 @@ def test_two_masses_under_lugre_move_as_an_independent_run_says():
     assert orbit.at(3.0)[1].shape == (2,)
     motion = orbit.to_xarray()
     assert motion["force"].dims == motion["state"].dims == ("time", "contact")
-    assert {orbit.regime(contact=c) for c in (0, 1)} <= set(ss.regimes.REGIMES)
+    assert {orbit.regime(contact=c) for c in (0, 1)} <= set(REGIMES)
     crossings = orbit.events.query("kind == 'crossing' and contact == 1")
     v = orbit.at(crossings["t"].to_numpy())[1]
     assert len(crossings) > 2

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
-from stickslip.state_laws import StateLaw
+from stickslip.laws.state_law import StateLaw
 
 Floats = NDArray[np.float64]
 

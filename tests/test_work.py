@@ -4,7 +4,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.laws import Law
-from stickslip.state_laws import StateLaw
+from stickslip.laws.state_law import StateLaw
 
 # Events a natural period and evaluations an event without forcing; evaluations an event with it. Measured over 1000 time
 # units with damping 0.05 and a drive velocity of 0.15; a search that gets better may lower them. Break-away of the laws with

@@ -12,67 +12,66 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stickslip import laws, measurement, paper, show, stability
-    from stickslip.analysis import basins, leave_map, orbit_diagram, regime_map, return_map, section
-    from stickslip.batch import simulate_many
-    from stickslip.drive import Drive, Harmonic
+    from stickslip import laws, measurement, paper, show
+    from stickslip.dynamics import basins, orbit_diagram, regime_map, release_map, return_map, section
+    from stickslip.dynamics.continuation.branches import continuation
+    from stickslip.dynamics.continuation.loci import locus
+    from stickslip.dynamics.continuation.switching import switch_branch
+    from stickslip.dynamics.critical.critical import critical_velocities
+    from stickslip.dynamics.periodic.cycles import periodic_orbit
+    from stickslip.dynamics.periodic.exponents import lyapunov
     from stickslip.errors import InputError
     from stickslip.identification import identify
-    from stickslip.integration import integrate
-    from stickslip.law import force_along, load_law
+    from stickslip.laws.law import force_along, load_law
     from stickslip.measurement import measure
-    from stickslip.orbit import Orbit, load
-    from stickslip.scaling import Scale, dimensionless
-    from stickslip.simulation import simulate
-    from stickslip.stability.branches import continuation
-    from stickslip.stability.critical import critical_velocities
-    from stickslip.stability.cycles import periodic_orbit
-    from stickslip.stability.exponents import lyapunov
-    from stickslip.stability.loci import locus
-    from stickslip.stability.switching import switch_branch
-    from stickslip.system import Contact, Force, Oscillator, System, chain, load_system
+    from stickslip.model.drive import Drive, Harmonic
+    from stickslip.model.scaling import Scale, dimensionless
+    from stickslip.model.system import Contact, Force, Oscillator, System, chain, load_system
+    from stickslip.simulation.batch import simulate_many
+    from stickslip.simulation.integration import integrate
+    from stickslip.simulation.orbit import Orbit, load
+    from stickslip.simulation.simulate import simulate
     from stickslip.tracking import film, track
 
 # Where each public name lives; it is imported when it is first asked for, so that `import stickslip` costs nothing.
 _HOME = {
-    "Contact": "system",
-    "Drive": "drive",
-    "Force": "system",
-    "Harmonic": "drive",
+    "Contact": "model.system",
+    "Drive": "model.drive",
+    "Force": "model.system",
+    "Harmonic": "model.drive",
     "InputError": "errors",
-    "Orbit": "orbit",
-    "Oscillator": "system",
-    "Scale": "scaling",
-    "System": "system",
-    "basins": "analysis",
-    "chain": "system",
-    "continuation": "stability.branches",
-    "critical_velocities": "stability.critical",
-    "locus": "stability.loci",
-    "switch_branch": "stability.switching",
-    "dimensionless": "scaling",
-    "force_along": "law",
+    "Orbit": "simulation.orbit",
+    "Oscillator": "model.system",
+    "Scale": "model.scaling",
+    "System": "model.system",
+    "basins": "dynamics",
+    "chain": "model.system",
+    "continuation": "dynamics.continuation.branches",
+    "critical_velocities": "dynamics.critical.critical",
+    "locus": "dynamics.continuation.loci",
+    "switch_branch": "dynamics.continuation.switching",
+    "dimensionless": "model.scaling",
+    "force_along": "laws.law",
     "identify": "identification",
-    "integrate": "integration",
+    "integrate": "simulation.integration",
     "laws": "",
-    "leave_map": "analysis",
-    "load": "orbit",
-    "load_law": "law",
-    "load_system": "system",
-    "lyapunov": "stability.exponents",
+    "release_map": "dynamics",
+    "load": "simulation.orbit",
+    "load_law": "laws.law",
+    "load_system": "model.system",
+    "lyapunov": "dynamics.periodic.exponents",
     "measure": "measurement",
     "measurement": "",
-    "orbit_diagram": "analysis",
+    "orbit_diagram": "dynamics",
     "paper": "",
-    "periodic_orbit": "stability.cycles",
-    "regime_map": "analysis",
-    "return_map": "analysis",
-    "section": "analysis",
+    "periodic_orbit": "dynamics.periodic.cycles",
+    "regime_map": "dynamics",
+    "return_map": "dynamics",
+    "section": "dynamics",
     "film": "tracking",
     "show": "",
-    "simulate": "simulation",
-    "simulate_many": "batch",
-    "stability": "",
+    "simulate": "simulation.simulate",
+    "simulate_many": "simulation.batch",
     "track": "tracking",
 }
 
@@ -96,7 +95,6 @@ __all__ = [
     "identify",
     "integrate",
     "laws",
-    "leave_map",
     "load",
     "load_law",
     "load_system",
@@ -108,12 +106,12 @@ __all__ = [
     "paper",
     "periodic_orbit",
     "regime_map",
+    "release_map",
     "return_map",
     "section",
     "show",
     "simulate",
     "simulate_many",
-    "stability",
     "switch_branch",
     "track",
 ]

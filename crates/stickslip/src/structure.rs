@@ -7,6 +7,35 @@ use crate::drive::{Harmonic, MOST_HARMONICS};
 use crate::error::{Error, finite, not_negative, positive, read};
 use crate::law::{Checked, End, Friction, Law, Memory};
 
+/// `$work` with the number of harmonic forces of an oscillator as the constant `$count`: each is a slot of the flow.
+macro_rules! with_harmonics {
+    ($oscillator:expr, $count:ident, $work:expr) => {
+        match $oscillator.forcing.len() {
+            0 => {
+                const $count: usize = 0;
+                $work
+            }
+            1 => {
+                const $count: usize = 1;
+                $work
+            }
+            2 => {
+                const $count: usize = 2;
+                $work
+            }
+            3 => {
+                const $count: usize = 3;
+                $work
+            }
+            _ => {
+                const $count: usize = 4;
+                $work
+            }
+        }
+    };
+}
+pub(crate) use with_harmonics;
+
 /// The closed form of a response loses as many digits as this is small.
 const FAINT: f64 = 1e-3;
 

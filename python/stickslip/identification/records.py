@@ -12,9 +12,9 @@ import numpy.typing as npt
 import pandas as pd
 import xarray as xr
 
-from stickslip.documents import toml_table
 from stickslip.errors import InputError
-from stickslip.netcdf import read_tree
+from stickslip.files.documents import toml_table
+from stickslip.files.netcdf import read_tree
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

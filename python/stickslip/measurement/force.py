@@ -108,10 +108,6 @@ def friction_force(fit: PiecewiseFit, sticks: list[Stick]) -> Friction:
     # the error is smooth, so a long record needs it at its knots only
     places = np.unique(np.concatenate(fit.knots))
     coarse = fit.deviation(places, {0: o.stiffness, 1: o.damping, 2: o.mass}, fit.noise)
-    stuck = np.zeros(len(time), dtype=bool)
-    for stick in sticks:
-        a, b = np.searchsorted(time, [stick.start, stick.end])
-        stuck[a:b] = True
     return Friction(
         time=time,
         extension=extension,
@@ -120,7 +116,7 @@ def friction_force(fit: PiecewiseFit, sticks: list[Stick]) -> Friction:
         slip_acceleration=slip_acceleration,
         force=force,
         force_error=np.hypot(np.interp(time, places, coarse), _misplaced(fit, sticks)),
-        stuck=stuck,
+        stuck=np.array([kind != "slip" for kind in fit.kinds])[fit.piece(time)],
         noise=fit.noise,
         cutoff=fit.cutoff,
         fit=fit,

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Literal
 
-from stickslip.documents import check_keys, did_you_mean
 from stickslip.errors import InputError
+from stickslip.files.documents import check_keys, did_you_mean
 
 FORMATS = ("text", "matlab", "json", "look", "netcdf")
 DELIMITERS = {"tab": "\t", "comma": ",", "semicolon": ";", "blank": None}

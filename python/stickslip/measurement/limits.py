@@ -26,6 +26,18 @@ CUTOFF_RATIO = 1.5
 ENOUGH_STICKS = 8
 """Cut-offs beside a joint are tried in this ratio, on so many sticks."""
 
+MARGIN = 6
+"""Samples that a slip beside a stick must have for its evidence to count."""
+
+LATEST = 4
+"""Where pictures are few, a first guess may be so many samples off."""
+
+FEW = 24
+"""With fewer samples in a period of the free mass, the pieces beside a stick cannot tell rest from the first of the slip."""
+
+BLUR = 2.5
+"""A break-away is then known to so many samples only, and mostly seen too early."""
+
 LIMIT_COST = 3.0
 """What a free limit costs in deviance: it is known to about a sample and was looked for over some ten."""
 
@@ -74,6 +86,11 @@ class LimitSearch:
     def step(self) -> float:
         """Sampling interval in s."""
         return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+    @property
+    def few(self) -> bool:
+        """Whether the samples are too few for the limits of sticks to be known to less than a sample."""
+        return own_period(self.oscillator) < FEW * self.step
 
     def slip(self, start: float, end: float, origin: float, joined: str, soft: bool = False) -> Evidence:
         """Evidence of a slip that meets a stick (u = U, u' = 0) at its ``"start"`` or ``"end"``, or ``"nowhere"``.
@@ -194,7 +211,7 @@ def refine_sticks(
 
     Parameters
     ----------
-    search : the record.
+    search : the record; with fewer than `FEW` samples in a period the errors of break-aways are `BLUR` samples at least.
     sticks : first guesses.
     span : how far to look on each side of a guess, in s.
     soft : whether the force jumps at a break-away where that is known already.
@@ -203,7 +220,7 @@ def refine_sticks(
     -------
     sticks, soft : with `soft` if the force does not jump at the break-away.
     """
-    reach = own_period(search.oscillator) / 4
+    reach = max(own_period(search.oscillator) / 4, (MARGIN + LATEST) * search.step)
     stretches: list[_OneStick] = []
     for number, stick in enumerate(sticks):
         low, high = float(search.time[0]), float(search.time[-1])
@@ -313,7 +330,7 @@ class _OneStick:
         """Where the limits are looked for."""
         # the valley of a hard capture is a few samples wide and has hills beside it, so look everywhere first
         stick, step = self.stick, self.search.step
-        margin = 6 * step
+        margin = MARGIN * step
         return (
             self._places(
                 stick.start, stick.starts, self.low + margin, self.high - (2 * margin if stick.ends else 3 * step), 0.0
@@ -355,6 +372,8 @@ class _OneStick:
             start, start_error = self._centre(lambda to: self.value(to, end), starts, table[:, column], False)
         if len(ends) > 1:
             end, end_error = self._centre(lambda to: self.value(start, to), ends, table[row], self.soft)
+            if self.search.few:
+                end_error = math.hypot(end_error, BLUR * step)
         best = min(best, self.value(start, end))
         # no slip looks like rest for as long as the free mass takes to swing to and fro
         if (stick.starts or stick.ends) and end - start < own_period(self.search.oscillator):

@@ -269,6 +269,10 @@ class PiecewiseFit:
         found = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 0.05, "maxiter": 20})
         return math.exp(float(found.x))
 
+    def piece(self, time: Array) -> npt.NDArray[np.int64]:
+        """Index of the piece in which each time lies: at an event the one that begins there."""
+        return np.asarray(np.searchsorted(self.breaks[1:-1], time, side="right"), np.int64)
+
     def evaluate(self, time: Array, derivative: int) -> Array:
         """u or a derivative of it at these times, from the piece on the right at an event."""
         values = np.asarray(self._raw_design(time, derivative) @ np.asarray(self.joints @ self.coefficients))

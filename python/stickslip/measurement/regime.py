@@ -69,7 +69,7 @@ def regime(
     sticks: int,
     cycles: int,
 ) -> str:
-    """``"stick_slip"``, ``"almost_harmonic"`` or ``"stable_slip"``, the words of `stickslip.regimes` for a record with noise.
+    """``"stick_slip"``, ``"almost_harmonic"`` or ``"stable_slip"``, in words of `stickslip.simulation.regimes`, with noise.
 
     - ``stable_slip``: the slip velocity scatters by less than 0.1 V;
     - where sticks are exact (`rigid`): ``stick_slip`` if more than one in five cycles sticks, else ``almost_harmonic``;

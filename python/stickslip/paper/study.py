@@ -1,4 +1,4 @@
-"""The simulations that the paper's statements are judged by, each done once."""
+"""The simulations that the paper's claims are checked by, each done once."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analysis import sign_changes, steady_motion
-from stickslip.drive import Harmonic
-from stickslip.orbit import Orbit
-from stickslip.simulation import simulate
-from stickslip.system import Oscillator
+from stickslip.dynamics import sign_changes, steady_motion
+from stickslip.model.drive import Harmonic
+from stickslip.model.system import Oscillator
+from stickslip.simulation.orbit import Orbit
+from stickslip.simulation.simulate import simulate
 
 #: An oscillator from a drive velocity and a forcing.
 Make = Callable[[float, Harmonic | None], Oscillator]
@@ -45,7 +45,7 @@ class Forced(NamedTuple):
 
 
 class Study:
-    """The simulations that the statements look at, each done once.
+    """The simulations that the claims look at, each done once.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import InputError
-from stickslip.netcdf import tree_of
+from stickslip.files.netcdf import tree_of
 from stickslip.tracking.follow import track
 from stickslip.tracking.setup import Setup
 

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.documents import check_keys, number
 from stickslip.errors import InputError
+from stickslip.files.documents import check_keys, number
+from stickslip.tracking.detections import Array
 from stickslip.tracking.ruler import find_marks
-from stickslip.tracking.sightings import Array
 from stickslip.tracking.source import read_picture
 from stickslip.tracking.vision import vision
 

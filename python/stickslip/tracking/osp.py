@@ -15,8 +15,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from stickslip.documents import read_bytes, read_text
 from stickslip.errors import InputError
+from stickslip.files.documents import read_bytes, read_text
 from stickslip.tracking.calibration import UNITS, Calibration
 from stickslip.tracking.motion import motion_dataset
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from stickslip.documents import check_keys, number, read_toml
 from stickslip.errors import InputError
-from stickslip.tracking.likeness import CHANNELS, check_marker
+from stickslip.files.documents import check_keys, number, read_toml
+from stickslip.tracking.response_map import CHANNELS, check_marker
 
 FINDERS = ("blob", "template", "fiducial")
 

@@ -7,8 +7,8 @@ import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
-from stickslip.documents import check_writable, write_whole
 from stickslip.errors import InputError
+from stickslip.files.documents import check_writable, write_whole
 from stickslip.tracking.source import Picture
 from stickslip.tracking.vision import vision
 

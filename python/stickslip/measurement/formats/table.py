@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.documents import did_you_mean
 from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean
 
 Array = npt.NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from stickslip.paper import oscillator
 from stickslip.paper.figures.motion import TITLE
 from stickslip.show import BRANCH_COLOURS, OKABE_ITO, new_axes
 from stickslip.show.canvas import words
-from stickslip.simulation import simulate
+from stickslip.simulation.simulate import simulate
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ import numpy as np
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analysis import orbit_diagram
-from stickslip.drive import Harmonic
+from stickslip.dynamics import orbit_diagram
 from stickslip.errors import InputError
 from stickslip.laws import BogaczRyczek
+from stickslip.model.drive import Harmonic
 from stickslip.paper import END_OF_OSCILLATION, END_OF_STICK_SLIP, oscillator
 from stickslip.show import (
     BRANCH_COLOURS,
@@ -26,7 +26,7 @@ from stickslip.show import (
     phase_plane,
 )
 from stickslip.show.canvas import words
-from stickslip.simulation import simulate
+from stickslip.simulation.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -146,7 +146,7 @@ def regimes(diagram: xr.Dataset | None = None, ax: Axes | None = None, *, quanti
 
     Parameters
     ----------
-    diagram : from :func:`stickslip.analysis.orbit_diagram`; default 151 drive velocities from 0.05 to 0.50.
+    diagram : from :func:`stickslip.dynamics.orbit_diagram`; default 151 drive velocities from 0.05 to 0.50.
     ax : axes to draw into; default a new figure.
     quantity : ``"x"`` or ``"slip_velocity"``.
     """
@@ -159,7 +159,7 @@ def regimes(diagram: xr.Dataset | None = None, ax: Axes | None = None, *, quanti
 
 
 def drive_velocity_diagram(values: ArrayLike | None = None, **options: Any) -> xr.Dataset:
-    """Our model's orbit diagram over the drive velocity; `options` as in :func:`stickslip.analysis.orbit_diagram`."""
+    """Our model's orbit diagram over the drive velocity; `options` as in :func:`stickslip.dynamics.orbit_diagram`."""
     grid = np.linspace(0.05, 0.50, 151) if values is None else values
     return orbit_diagram(oscillator(0.30), "drive_velocity", grid, **options)
 

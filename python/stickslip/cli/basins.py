@@ -1,0 +1,54 @@
+"""``stickslip basins``: which steady motion is reached from each start."""
+
+from __future__ import annotations
+
+import argparse
+import re
+
+from stickslip.cli.sweep import add_run, axis, lengths, settings
+from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_value, say_written
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Declare the options."""
+    command = commands.add_parser("basins", help="which steady motion is reached from each start")
+    # A range may begin with a minus; argparse knows only plain numbers that do.
+    command._negative_number_matcher = re.compile(r"-[\d.]")
+    command.add_argument("system", metavar="SYSTEM.toml")
+    command.add_argument("--x", required=True, metavar="LO:HI:N", help="positions at t = 0")
+    command.add_argument("--v", required=True, metavar="LO:HI:N", help="velocities at t = 0")
+    command.add_argument(
+        "--mass", type=int, default=0, metavar="I", help="of several masses, the one that starts there"
+    )
+    add_run(command, "BASINS.zarr")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Do the work."""
+    from stickslip.dynamics import basins
+    from stickslip.model.system import load_system
+
+    system = load_system(options.system)
+    starts = {name: axis(f"{name}={getattr(options, name)}", f"--{name}")[1] for name in ("x", "v")}
+    with Bar() as bar:
+        progress = settings(options, lambda done, n: bar("starts", done, n))
+        result = basins(system, **starts, mass=options.mass, **lengths(options), **progress)
+    if options.plot:
+        from stickslip import show
+
+        save_figure(show.basins_plot(result).figure, options.plot)
+    columns = ("regime", "period", "loops", "x_mean", "v_mean")
+    attractors = [
+        {"fraction": float(result["fraction"][i])} | {name: result[f"attractor_{name}"][i].item() for name in columns}
+        for i in range(result.sizes["attractor"])
+    ]
+    if options.json:
+        say_json({"starts": result["label"].size, "attractors": attractors})
+        return
+    say_value("starts", result["label"].size)
+    for row in attractors:
+        period = f"period {row['period']}" if row["period"] else "does not repeat"
+        where = f"x = {row['x_mean']:.6g}, v = {row['v_mean']:.6g} in the section"
+        say(f"{100 * row['fraction']:7.3f} %           {row['regime'].replace('_', ' ')}, {period}, {where}")
+    say_written(options.output, options.plot)

@@ -1,0 +1,105 @@
+"""``stickslip continue``: branches of motions over a number of the system file."""
+
+from __future__ import annotations
+
+import argparse
+
+from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_written
+from stickslip.errors import InputError
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Declare the options."""
+    command = commands.add_parser("continue", help="branches of steady slip and cycles over a parameter")
+    command.add_argument("system", metavar="SYSTEM.toml")
+    command.add_argument("--over", required=True, metavar="NAME=LO:HI", help="the parameter and its bounds")
+    command.add_argument(
+        "--and", dest="also", metavar="NAME=LO:HI", help="follow the special points over this number too"
+    )
+    command.add_argument("--doubled", action="store_true", help="follow the branches of twice the period from flips")
+    command.add_argument("-o", "--output", metavar="BRANCHES.nc", help="write the branches")
+    command.add_argument("--plot", metavar="FILE.png", help="draw the result")
+    command.add_argument("--json", action="store_true", help="print the result as JSON")
+    command.set_defaults(run=run)
+
+
+def parse_bounds(option: str, text: str) -> tuple[float, float]:
+    """LO:HI as two numbers.
+
+    >>> parse_bounds("--between", "0.1:0.5")
+    (0.1, 0.5)
+    """
+    try:
+        low, high = (float(part) for part in text.split(":"))
+    except ValueError:
+        raise InputError(f"{option}: expected LO:HI such as 0.05:0.6, got {text!r}") from None
+    return low, high
+
+
+def parse_range(option: str, text: str) -> tuple[str, tuple[float, float]]:
+    """NAME=LO:HI as a name and two numbers."""
+    name, found, bounds = text.partition("=")
+    if not found:
+        raise InputError(f"{option}: expected NAME=LO:HI such as drive_velocity=0.05:0.6, got {text!r}")
+    return name, parse_bounds(option, bounds)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Do the work."""
+    from dataclasses import replace
+
+    from stickslip.dynamics.continuation.branches import continuation
+    from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS
+    from stickslip.dynamics.continuation.loci import locus, together
+    from stickslip.dynamics.continuation.switching import switch_branch
+    from stickslip.dynamics.periodic.event_sequence import check
+    from stickslip.files.documents import write_whole
+    from stickslip.model.system import load_system
+
+    name, bounds = parse_range("--over", options.over)
+    other = parse_range("--and", options.also) if options.also else None
+    system = check(load_system(options.system), "continue")
+    loci = []
+    with Bar() as bar:
+
+        def told(done: int, most: int) -> None:
+            bar("points", done, most)
+
+        result = continuation(system, name, bounds, progress=told)
+        if options.doubled:
+            flips = [item for item in result.special_points if item.kind == "flip"]
+            doubled = [switch_branch(result, flip, progress=told) for flip in flips]
+            result = replace(result, branches=(*result.branches, *doubled))
+        if other is not None:
+            over, ranges = (name, other[0]), (bounds, other[1])
+            followed = [
+                item for item in result.special_points if item.kind in ("hopf", *BY_MULTIPLIERS) or item.boundary
+            ]
+            loci = [locus(item, over, ranges, progress=told) for item in followed]
+    if options.output:
+        dataset = result.to_xarray().merge(together(loci)) if loci else result.to_xarray()
+        write_whole(options.output, lambda draft: dataset.to_netcdf(draft, engine="h5netcdf"))
+    if options.plot:
+        from stickslip import show
+
+        ax = show.loci_plot(loci) if loci else show.branches_plot(result)
+        save_figure(ax.figure, options.plot)
+    points = [{"kind": item.kind, "boundary": item.boundary, name: item.parameter} for item in result.special_points]
+    branches = [
+        {"kind": item.kind, "points": len(item.values), "from": item.values[0], "to": item.values[-1]}
+        for item in result.branches
+    ]
+    if options.json:
+        curves = [{"kind": curve.kind, "values": curve.values.tolist()} for curve in loci]
+        said = {"parameter": name, "branches": branches, "special_points": points}
+        say_json(said | ({"loci": curves, "over": [name, other[0]]} if other else {}))
+        return
+    for branch in branches:
+        kind = str(branch["kind"]).replace("_", " ")
+        say(f"{kind:20s}{branch['points']} points, {name} {branch['from']:.6g} … {branch['to']:.6g}")
+    for item in result.special_points:
+        say(f"{item.kind.replace('_', ' '):20s}{name} = {item.parameter:.12g}")
+    for curve in loci:
+        ends = " … ".join(f"({x:.6g}, {y:.6g})" for x, y in curve.values[[0, -1]])
+        say(f"{'locus of ' + curve.kind.replace('_', ' '):30s}{len(curve.values)} points, {ends}")
+    say_written(options.output, options.plot)

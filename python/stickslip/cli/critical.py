@@ -1,0 +1,38 @@
+"""``stickslip critical``: the drive velocities at which the kind of motion changes."""
+
+from __future__ import annotations
+
+import argparse
+
+from stickslip.cli.terminal import Commands, say, say_json
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Declare the options."""
+    command = commands.add_parser("critical", help="drive velocities at which steady slip and cycles change their kind")
+    command.add_argument("system", metavar="SYSTEM.toml")
+    command.add_argument("--between", metavar="LO:HI", help="drive velocities that are searched")
+    command.add_argument("--json", action="store_true", help="print the result as JSON")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Do the work."""
+    from stickslip.cli.continue_ import parse_bounds
+    from stickslip.dynamics.critical.critical import critical_velocities
+    from stickslip.dynamics.periodic.event_sequence import check_one
+    from stickslip.model.system import load_system
+
+    bounds = parse_bounds("--between", options.between) if options.between else None
+    found = critical_velocities(check_one(load_system(options.system), "critical"), bounds)
+    if options.json:
+        all_of_them = {"critical_velocities": [list(item) for item in found.all], "criticality": found.criticality}
+        say_json(all_of_them | {"neutral": [list(item) for item in found.neutral]})
+        return
+    for kind, value in found.all:
+        nature = f", {found.criticality}" if kind == "hopf" and found.criticality else ""
+        say(f"{kind.replace('_', ' '):20s}{value:.12g}{nature}")
+    if not found:
+        say("none in this range")
+    for low, high in found.neutral:
+        say(f"{'neutral slip':20s}from {low:.12g} to {high:.12g}: small disturbances neither grow nor decay")

@@ -1,0 +1,404 @@
+"""``stickslip identify``: friction files to a friction law with its uncertainty."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from inspect import signature
+from pathlib import Path as File
+from typing import TYPE_CHECKING, Any, Literal
+
+from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_written
+from stickslip.errors import InputError
+
+if TYPE_CHECKING:
+    from stickslip.identification import Agreement, Identification
+
+
+COMPARED = 5
+"""The most linear pieces that --compare --pieces auto tries."""
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Declare the options; the steps of the paths say what they are where they are not given."""
+    command = commands.add_parser(
+        "identify",
+        help="fit a friction law to friction files, and simulate with it",
+        argument_default=argparse.SUPPRESS,  # what was not given is not there, so what was given can be told
+    )
+    command.add_argument("friction", nargs="+", metavar="FRICTION.nc")
+    command.add_argument("--law", metavar="NAME", help="law to fit; default what the records can tell")
+    command.add_argument(
+        "--free", nargs="+", metavar="NAME", help="numbers of the law to fit; default what the records tell"
+    )
+    command.add_argument("--fixed", nargs="+", metavar="NAME=VALUE", help="numbers to hold")
+    command.add_argument(
+        "--bounds", nargs="+", metavar="NAME=LOW:HIGH", help="lowest and highest value of fitted numbers"
+    )
+    command.add_argument(
+        "--pieces",
+        type=_pieces,
+        metavar="N|auto",
+        help="linear pieces of PiecewiseLinear, TwoBranch and Tabulated; default 3; auto: the fewest that predict well",
+    )
+    command.add_argument("--offset", action="store_true", help="fit a constant offset of the measured force too")
+    command.add_argument(
+        "--trajectories", action="store_true", help="refine the law by laying its motion over each record"
+    )
+    command.add_argument(
+        "--shooting",
+        choices=("auto", "records", "slips"),
+        help="what --trajectories lays over each other: whole records or slip by slip; default by whether cycles scatter",
+    )
+    command.add_argument("--starts", type=int, help="the most starting points of --trajectories; default 8")
+    command.add_argument(
+        "--profile", action="store_true", help="intervals of --trajectories from the profile of the likelihood"
+    )
+    command.add_argument(
+        "--zero-error", type=float, metavar="LENGTH", help="of the displacement instrument, for --trajectories"
+    )
+    command.add_argument(
+        "--scale-error", type=float, metavar="PART", help="of the displacement instrument, for --trajectories"
+    )
+    command.add_argument(
+        "--steady",
+        action="store_true",
+        help="fit friction over slip velocity alone and compare its forms, with an offset or without; default for records "
+        "that tell no more",
+    )
+    command.add_argument(
+        "--compare",
+        nargs="*",
+        metavar="LAW",
+        help="rank laws (default all that can be identified) by their prediction of held-back parts of the records",
+    )
+    command.add_argument(
+        "--predict",
+        nargs="+",
+        metavar="RUN.nc|RIG.toml",
+        help="predict kind of motion, stick time, mean force and main line of further runs by the law, beside what was "
+        "measured; a rig file (.toml) for a run of which there is no record",
+    )
+    command.add_argument(
+        "--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one"
+    )
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="LAW.toml",
+        help="write the law file (of break-aways alone: the fits of static friction)",
+    )
+    command.add_argument("--plot", metavar="FILE.png", help="draw the result")
+    command.add_argument("--report", metavar="FILE.html", help="write a page that needs no other file")
+    command.add_argument("--json", action="store_true", help="print the result as JSON")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Do the work."""
+    given = {name: value for name, value in vars(options).items() if name not in NO_OPTIONS}
+    others = [path.options for name, path in PATHS.items() if name != "trajectories"]
+    for name in given:
+        if "trajectories" not in given and name in PATHS["trajectories"].options.difference(*others):
+            raise InputError(f"{_flag(name)} belongs to --trajectories: add --trajectories, or leave {_flag(name)} out")
+    path = _path(options.friction, given)
+    for name in given:
+        if name not in path.options:
+            raise InputError(f"{_flag(name)} does not go with {path.words}: {path.instead.format(_flag(name))}")
+    found = options.friction
+    for step in path.steps:
+        found = step(found, **{name: given[name] for name in _keywords(step) if name in given})
+
+
+NO_OPTIONS = ("command", "run", "version", "friction")
+"""What the parser returns beside the options of this command."""
+
+
+def _keywords(step: Callable[..., Any]) -> set[str]:
+    """The options that a step uses."""
+    return {name for name, item in signature(step).parameters.items() if item.kind is item.KEYWORD_ONLY}
+
+
+@dataclass(frozen=True)
+class Path:
+    """One way from friction files to a result.
+
+    Attributes
+    ----------
+    words : what it does.
+    instead : what to do about an option that it does not use, with a gap for that option.
+    steps : functions of what the one before returns, the first of the friction files. The options that they use are their
+        keywords, so one that is used nowhere is refused everywhere.
+    chosen_by : options that make this path the one that is taken, and are used by that.
+    """
+
+    words: str
+    instead: str
+    steps: tuple[Callable[..., Any], ...]
+    chosen_by: frozenset[str] = frozenset()
+
+    @property
+    def options(self) -> frozenset[str]:
+        """All that it uses."""
+        return self.chosen_by.union(*map(_keywords, self.steps))
+
+
+def _path(files: list[str], given: dict[str, Any]) -> Path:
+    """The way for these files and options: tables where there is no motion to fit a law to."""
+    if "compare" in given:
+        return PATHS["laws"]
+    from stickslip.identification.kinetic.rate_and_state import LEAST_STEPS
+    from stickslip.identification.records import opened
+
+    trees = [opened(File(name)) for name in files]
+    motions = PATHS["trajectories" if "trajectories" in given else "branches"]
+    steps = trees[0]["step"].sizes["step"] if len(trees) == 1 and "step" in trees[0].children else 0
+    if given.get("law") == "RateState" and steps:
+        return PATHS["steps" if steps >= LEAST_STEPS else "step"]
+    if "steady" in given or all("time" not in tree.coords and "steady" in tree.children for tree in trees):
+        return PATHS["curve"]
+    if "law" in given:
+        return motions
+    if all("steady" in tree.children and not tree["break_away"].sizes["event"] for tree in trees):
+        # Motion without sticks: friction over slip velocity is all there is, or how it settles after one step of the speed.
+        return PATHS["step" if steps == 1 else "curve"]
+    return PATHS["static"] if all("slip_velocity" not in tree.variables for tree in trees) else motions
+
+
+def _flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def _check_picture(files: list[str], *, plot: str | None = None, no_simulation: bool = False) -> list[str]:
+    if plot and no_simulation:
+        raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
+    return files
+
+
+def _fit_law(
+    files: list[str],
+    *,
+    law: str | None = None,
+    free: list[str] | None = None,
+    fixed: Sequence[str] = (),
+    bounds: Sequence[str] = (),
+    pieces: int | Literal["auto"] | None = None,
+    offset: bool = False,
+) -> Identification:
+    from stickslip.identification import identify
+
+    held, within = dict(map(_assignment, fixed)), dict(map(_bounds, bounds))
+    return identify(files, law=law, free=free, fixed=held, pieces=pieces, offset=offset, bounds=within)
+
+
+def _refine(
+    first: Identification,
+    *,
+    shooting: Literal["auto", "records", "slips"] = "auto",
+    starts: int = 8,
+    profile: bool = False,
+    zero_error: float = 0.0,
+    scale_error: float = 0.0,
+    output: str | None = None,
+) -> Identification:
+    from stickslip.identification import fit_trajectories
+
+    unfinished = File(output).with_suffix(".unfinished.toml") if output else None
+    try:
+        with Bar() as bar:
+            return fit_trajectories(
+                first,
+                shooting=shooting,
+                starts=starts,
+                profile=profile,
+                zero_error=zero_error,
+                scale_error=scale_error,
+                progress=bar,
+                checkpoint=unfinished,
+            )
+    except KeyboardInterrupt:
+        if unfinished is not None and unfinished.exists():
+            sentence = f"the best law so far is in {unfinished}; the same command goes on from it"
+            sys.stderr.write(f"stickslip: {sentence}\n")
+        raise
+
+
+def _deliver_law(
+    result: Identification,
+    *,
+    predict: list[str] | None = None,
+    no_simulation: bool = False,
+    output: str | None = None,
+    plot: str | None = None,
+    report: str | None = None,
+    json: bool = False,
+) -> None:
+    from stickslip.identification import compare_motion, predict_motion
+    from stickslip.identification.selection.agreement import unknown_constants
+
+    missing = unknown_constants(result.records[0])
+    if missing and plot:
+        raise InputError(missing)
+    if missing:
+        result = replace(result, notes=[*result.notes, f"{missing}."])
+    agreements = [] if no_simulation or missing else [compare_motion(result.records[0], result)]
+    prediction = predict_motion(result, predict) if predict else None
+    if output:
+        result.save(output)
+    if plot:
+        save_figure(agreements[0].plot(), plot)
+    if report:
+        from stickslip.report.identification import page
+
+        page(result, simulate=not no_simulation).write(report)
+    if json:
+        predicted = {} if prediction is None else {"prediction": prediction.to_dict()}
+        say_json(_document(result, agreements) | predicted)
+        return
+    say(result.report())
+    for agreement in agreements:
+        say("\n" + agreement.report())
+    if prediction is not None:
+        say("\n" + prediction.report())
+    say_written(output, plot, report)
+
+
+def _document(result: Identification, agreements: list[Agreement]) -> dict[str, Any]:
+    parameters = result.parameters[["value", "error", "low", "high"]].to_dict("index")
+    document: dict[str, Any] = {"law": result.law.to_dict(), "parameters": parameters, "notes": result.notes}
+    if result.motions is not None:
+        document["motions"] = result.motions.to_dict("records")
+    for agreement in agreements:
+        table = agreement.table.astype(object).where(agreement.table.notna(), None)
+        document["agreement"] = {"table": table.to_dict("index"), "sentences": agreement.sentences}
+    return document
+
+
+def _compare(
+    files: list[str],
+    *,
+    compare: list[str],
+    pieces: int | Literal["auto"] = 3,
+    no_simulation: bool = False,
+    output: str | None = None,
+    report: str | None = None,
+    json: bool = False,
+) -> None:
+    from stickslip.identification import compare_laws
+
+    most = COMPARED if pieces == "auto" else pieces
+    with Bar() as bar:
+        found = compare_laws(files, compare or None, pieces=most, progress=bar)
+    if output:
+        found.best.save(output)
+    if report:
+        from stickslip.report.identification import page
+
+        page(found.best, comparison=found, simulate=not no_simulation).write(report)
+    if json:
+        table = found.table.astype(object).where(found.table.notna(), None)
+        say_json({"table": table.to_dict("index"), "sentences": found.sentences, "law": found.best.law.to_dict()})
+        return
+    say(found.report())
+    say_written(output, report)
+
+
+def _fit_curve(files: list[str], *, law: str | None = None) -> Any:
+    from stickslip.identification import fit_steady
+
+    return fit_steady(files, law)
+
+
+def _fit_step(files: list[str]) -> Any:
+    from stickslip.identification import fit_velocity_step
+
+    return fit_velocity_step(files[0])
+
+
+def _fit_steps(files: list[str]) -> Any:
+    from stickslip.identification import fit_velocity_steps
+
+    return fit_velocity_steps(files[0])
+
+
+def _fit_static(files: list[str]) -> Any:
+    from stickslip.identification import fit_static_friction
+
+    return fit_static_friction(files)
+
+
+def _deliver_table(found: Any, *, output: str | None = None, plot: str | None = None, json: bool = False) -> None:
+    if output:
+        found.save(output)
+    if plot:
+        save_figure(found.plot().figure, plot)
+    if json:
+        say_json(found.to_dict())
+        return
+    say(found.report())
+    say_written(output, plot)
+
+
+PATHS = {
+    "laws": Path("--compare", "compare first, then identify the law that is best, with {}", (_compare,)),
+    "branches": Path(
+        "the fit of a law to branches and break-aways", "leave {} out", (_check_picture, _fit_law, _deliver_law)
+    ),
+    "trajectories": Path(
+        "the fit of a law by --trajectories",
+        "leave {} out",
+        (_check_picture, _fit_law, _refine, _deliver_law),
+        frozenset({"trajectories"}),
+    ),
+    "curve": Path(
+        "the fit of friction over slip velocity alone (--steady, the way of records without sticks)",
+        "leave {} out, or name a law of the motion with --law",
+        (_fit_curve, _deliver_table),
+        frozenset({"steady"}),
+    ),
+    "step": Path(
+        "the fit of rate-and-state friction to one step of the speed",
+        "leave {} out",
+        (_fit_step, _deliver_table),
+        frozenset({"law"}),
+    ),
+    "steps": Path(
+        "the fit of rate-and-state friction to steps of the speed",
+        "leave {} out",
+        (_fit_steps, _deliver_table),
+        frozenset({"law"}),
+    ),
+    "static": Path(
+        "the fit of static friction to tables of break-aways",
+        "leave {} out, or add a record of the motion",
+        (_fit_static, _deliver_table),
+    ),
+}
+
+
+def _pieces(text: str) -> int | Literal["auto"]:
+    if text == "auto":
+        return "auto"
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a whole number or auto, got {text!r}") from None
+
+
+def _bounds(text: str) -> tuple[str, tuple[float, float]]:
+    name, _, ends = text.partition("=")
+    low, _, high = ends.partition(":")
+    try:
+        return name, (float(low), float(high))
+    except ValueError:
+        raise InputError(f"--bounds: expected NAME=LOW:HIGH with two numbers, got {text!r}") from None
+
+
+def _assignment(text: str) -> tuple[str, float]:
+    name, _, number = text.partition("=")
+    try:
+        return name, float(number)
+    except ValueError:
+        raise InputError(f"--fixed: expected NAME=VALUE with a number, got {text!r}") from None

@@ -1,0 +1,101 @@
+"""The command line: each arrow of the way is a sub-command, the config file is the truth.
+
+Results go to stdout or to ``-o``, progress to stderr; ``--json`` is for machines. Input that cannot be used gives one
+sentence and exit code 2.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from stickslip.cli import (
+    basins,
+    continue_,
+    critical,
+    demo,
+    example,
+    explore,
+    film,
+    identify,
+    measure,
+    reproduce,
+    simulate,
+    sweep,
+    track,
+)
+from stickslip.cli.terminal import say
+from stickslip.errors import InputError
+from stickslip.files.documents import keeping_inputs
+
+TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check")
+"""Options that name a file which is written."""
+
+# In the order of the way through the package.
+COMMANDS = (
+    example,
+    simulate,
+    film,
+    track,
+    measure,
+    identify,
+    sweep,
+    basins,
+    continue_,
+    critical,
+    reproduce,
+    explore,
+    demo,
+)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="stickslip",
+        description="From a friction record to a friction law, and from the law to every motion.",
+    )
+    parser.add_argument("--version", action="store_true", help="print the version and exit")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    for command in COMMANDS:
+        command.add(commands)
+    return parser
+
+
+def _check_target(target: str, command: str) -> None:
+    """Refuse a place that cannot be written to before any work is done, so that nothing is left half done."""
+    if not target:
+        raise InputError("-o, --plot and --report need the name of a file, got an empty one")
+    folder = Path(target).resolve().parent
+    if command not in ("demo", "reproduce", "example") and not folder.is_dir():
+        raise InputError(f"{target}: the folder {folder} does not exist; make it first")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.version:
+        from stickslip import _core
+
+        say(f"stickslip {_core.__version__}")
+        return 0
+    if options.command is None:
+        parser.print_help()
+        return 2
+    try:
+        targets = [target for name in TARGETS if (target := getattr(options, name, None)) is not None]
+        for target in targets:
+            _check_target(target, options.command)
+        with keeping_inputs(targets):
+            options.run(options)
+    except InputError as error:
+        print(f"stickslip: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("stickslip: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        return 1
+    return 0

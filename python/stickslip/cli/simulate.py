@@ -1,0 +1,72 @@
+"""``stickslip simulate``: simulate the oscillator of a system file."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from stickslip.cli.terminal import Commands, save_figure, say, say_json, say_written
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Declare the options."""
+    command = commands.add_parser("simulate", help="simulate the oscillator of a system file")
+    command.add_argument("system", metavar="SYSTEM.toml")
+    command.add_argument("--t-end", type=float, metavar="T", help="time to run; default: 50 natural periods")
+    command.add_argument("--x0", type=float, help="position at t = 0; default 0")
+    command.add_argument("--v0", type=float, help="velocity at t = 0; default that of the drive")
+    command.add_argument("--max-events", type=int, metavar="N", help="stop there at the latest")
+    command.add_argument("--max-seconds", type=float, metavar="S", help="stop after so long on the clock")
+    command.add_argument("-o", "--output", metavar="ORBIT.nc", help="write the orbit")
+    command.add_argument("--plot", metavar="FILE.png", help="draw the result")
+    command.add_argument("--json", action="store_true", help="print the result as JSON")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Do the work."""
+    from stickslip.model.system import load_system_document
+    from stickslip.simulation.simulate import simulate
+
+    system, settings = load_system_document(options.system)
+    asked = {name: getattr(options, name) for name in ("t_end", "x0", "v0", "max_events", "max_seconds")}
+    settings |= {name: value for name, value in asked.items() if value is not None}
+    settings.setdefault("t_end", 50 * system.natural_period)
+    orbit = simulate(system, **settings)
+    if options.output:
+        orbit.save(options.output)
+    if options.plot:
+        _plot_orbit(orbit, options.plot)
+    kinds = orbit.events["kind"].value_counts(sort=False)
+    sticks = orbit.events["stick_time"].dropna()
+    summary: dict[str, Any] = {
+        "regime": orbit.regime(),
+        "t_end": orbit.t_end,
+        "stop": orbit.stop,
+        "events": {str(kind): int(count) for kind, count in kinds.items() if count},
+        "mean_stick_time": float(sticks.mean()) if len(sticks) else None,
+        "evaluations": orbit.work.evaluations,
+    }
+    if options.json:
+        say_json(summary)
+        return
+    events = ", ".join(f"{count} {kind}" for kind, count in summary["events"].items()) or "none"
+    say(f"regime              {summary['regime']}")
+    say(f"simulated to        t = {orbit.t_end:g}; {orbit.stop_sentence}")
+    say(f"events              {events}")
+    if len(sticks):
+        say(f"mean stick time     {sticks.mean():.6g}")
+    say_written(options.output, options.plot)
+
+
+def _plot_orbit(orbit: Any, path: str) -> None:
+    import matplotlib.pyplot as plt
+
+    from stickslip import show
+
+    with plt.rc_context(show.STYLE):
+        figure = plt.figure(figsize=(11, 4.4), layout="constrained")
+    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1, 1.4])[0]
+    show.phase_plane(orbit, left.subplots())
+    show.time_series(orbit, right.subplots(3, 1, sharex=True), start=0.5 * orbit.t_end)
+    save_figure(figure, path)

@@ -1,0 +1,149 @@
+"""``stickslip sweep``: what the steady motion does over one parameter (an orbit diagram) or several (a regime map)."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_value, say_written
+from stickslip.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Declare the options."""
+    command = commands.add_parser("sweep", help="orbit diagram over one parameter, regime map over two")
+    command.add_argument("system", metavar="SYSTEM.toml")
+    command.add_argument(
+        "--over",
+        action="append",
+        required=True,
+        metavar="NAME=LO:HI:N",
+        help="a number of the system file, such as forcing.amplitude, and its values; also NAME=A,B,C. Twice: a map",
+    )
+    command.add_argument(
+        "--direction",
+        action="append",
+        choices=("up", "down", "fresh"),
+        help="of a diagram: each value from where its neighbour ended, or from a fresh start (default); repeat for several",
+    )
+    command.add_argument(
+        "--decide", type=int, default=0, metavar="P", help="periods, 500 or more, by which chaos is told from a torus"
+    )
+    add_run(command, "DIAGRAM.zarr")
+    command.set_defaults(run=run)
+
+
+def add_run(command: argparse.ArgumentParser, output: str) -> None:
+    """Declare the options of everything that runs many motions."""
+    command.add_argument(
+        "--transient", type=float, metavar="P", help="periods that are left out; default 300 (diagram: 130)"
+    )
+    command.add_argument(
+        "--window", type=float, metavar="P", help="periods that are looked at; default 32 (diagram: 20)"
+    )
+    command.add_argument(
+        "-o", "--output", metavar=output, help="write a Zarr store, part by part; a killed run goes on from it"
+    )
+    command.add_argument("--workers", type=int, metavar="N", help="threads; default all cores")
+    command.add_argument("--cluster", metavar="ADDRESS", help="a Dask scheduler whose workers compute instead")
+    command.add_argument("--plot", metavar="FILE.png", help="draw the result")
+    command.add_argument("--json", action="store_true", help="print the result as JSON")
+
+
+def axis(text: str, option: str) -> tuple[str, Any]:
+    """The name and values of ``NAME=LO:HI:N`` or ``NAME=A,B,C``.
+
+    >>> axis("damping=0.1:0.3:3", "--over")
+    ('damping', array([0.1, 0.2, 0.3]))
+    """
+    import numpy as np
+
+    name, equals, values = text.partition("=")
+    parts = values.split(":")
+    try:
+        if not equals or len(parts) not in (1, 3):
+            raise ValueError
+        if len(parts) == 1:
+            return name, np.array([float(item) for item in values.split(",")])
+        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
+        if count < 1:
+            raise ValueError
+    except ValueError:
+        raise InputError(
+            f"{option}: expected NAME=LO:HI:N or NAME=A,B,C, such as damping=0.1:0.3:100, got {text!r}"
+        ) from None
+    return name, np.linspace(low, high, count)
+
+
+def settings(options: argparse.Namespace, progress: Any) -> dict[str, Any]:
+    """The options that all of these commands hand on."""
+    return {"store": options.output, "workers": options.workers, "cluster": options.cluster, "progress": progress}
+
+
+def run(options: argparse.Namespace) -> None:
+    """Do the work."""
+    from stickslip.dynamics import orbit_diagram, regime_map
+    from stickslip.model.system import load_system_document
+
+    system, simulation = load_system_document(options.system)
+    start = {name: simulation[name] for name in ("x0", "v0") if name in simulation}
+    over = dict(axis(text, "--over") for text in options.over)
+    if len(over) < len(options.over):
+        raise InputError("--over: each parameter can be named once")
+    if options.direction and len(over) > 1:
+        raise InputError("--direction: only a diagram over one parameter has directions; leave it out")
+    with Bar() as bar:
+        common = settings(options, lambda done, n: bar("runs", done, n)) | start | {"decide": options.decide}
+        if len(over) == 1:
+            (parameter, values), directions = next(iter(over.items())), options.direction or ["fresh"]
+            window = int(options.window or 20)
+            result = orbit_diagram(
+                system,
+                parameter,
+                values,
+                direction=directions[0] if len(directions) == 1 else directions,
+                periods=int(130 if options.transient is None else options.transient) + window,
+                keep=window,
+                **common,
+            )
+        else:
+            result = regime_map(system, over, **common, **lengths(options))
+    if options.plot:
+        _plot(result, options.plot)
+    runs, regimes = result["regime"].size, shares(result)
+    if options.json:
+        say_json({"runs": runs, "regimes": regimes, "events": int(result["events"].sum())})
+        return
+    say_value("runs", runs)
+    for word, share in regimes.items():
+        say(f"{word.replace('_', ' '):20s}{100 * share:.4g} %")
+    say_written(options.output, options.plot)
+
+
+def lengths(options: argparse.Namespace) -> dict[str, Any]:
+    """The transient and the window, where they were asked for."""
+    return {name: getattr(options, name) for name in ("transient", "window") if getattr(options, name) is not None}
+
+
+def shares(result: xr.Dataset) -> dict[str, float]:
+    """The share of each regime among the runs, the greatest first."""
+    import numpy as np
+
+    words, counts = np.unique(result["regime"].to_numpy().astype("<U16"), return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    return {str(words[i]): float(counts[i] / counts.sum()) for i in order}
+
+
+def _plot(result: xr.Dataset, path: str) -> None:
+    from stickslip import show
+
+    if "parameter" in result.attrs:
+        ax = show.orbit_diagram_plot(result)
+    elif result["regime"].ndim == 2:
+        ax = show.regime_map_plot(result)
+    else:
+        raise InputError("--plot: a map over more than two parameters has no picture; leave it out")
+    save_figure(ax.figure, path)

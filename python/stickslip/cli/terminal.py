@@ -1,0 +1,76 @@
+"""What the sub-commands share: results to stdout, progress to stderr, pictures and files written whole."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from stickslip.errors import InputError
+
+Commands = argparse._SubParsersAction
+
+
+def say(line: str) -> None:
+    """Write one line of the result to stdout."""
+    sys.stdout.write(line + "\n")
+
+
+def say_json(document: Any) -> None:
+    """Write the result to stdout for machines."""
+    json.dump(document, sys.stdout, indent=2, default=float)
+    say("")
+
+
+def say_value(name: str, value: object) -> None:
+    """Write one named value of the result, the values below each other."""
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    say(f"{name.replace('_', ' '):19s} {text}")
+
+
+def say_written(*paths: str | Path | None) -> None:
+    """Name the files that were written."""
+    for path in paths:
+        if path:
+            say_value("written", path)
+
+
+def save_figure(figure: Any, path: str) -> None:
+    """Write a picture whole, its kind by the ending.
+
+    Raises
+    ------
+    InputError
+        for a kind of picture that cannot be drawn.
+    """
+    from stickslip.files.documents import write_whole
+
+    kind = Path(path).suffix.lstrip(".").lower() or "png"
+    if kind not in figure.canvas.get_supported_filetypes():
+        known = ", ".join(sorted(figure.canvas.get_supported_filetypes()))
+        raise InputError(f"{path}: cannot draw a picture of the kind {kind!r}; known are {known}")
+    write_whole(path, lambda draft: figure.savefig(draft, format=kind, dpi=150))
+
+
+class Bar:
+    """Progress on stderr, shown only to a person: call it with what is done, how much of it, of how much."""
+
+    def __enter__(self) -> Bar:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+        columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+        console = Console(stderr=True)
+        self._progress = Progress(*columns, console=console, disable=not console.is_terminal, transient=True)
+        self._progress.start()
+        self._task = self._progress.add_task("start", total=None)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._progress.stop()
+
+    def __call__(self, what: str, done: int, total: int) -> None:
+        """Show that `done` of `total` is done, and what it is."""
+        self._progress.update(self._task, description=what, completed=done, total=total)

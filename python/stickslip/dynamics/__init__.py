@@ -1,0 +1,24 @@
+"""What a motion is and what a family of motions does: sections, return maps, orbit diagrams, regime maps, basins.
+
+>>> import stickslip as ss
+>>> ss.orbit_diagram(ss.paper.oscillator(0.3), "drive_velocity", [0.2, 0.45])["regime"].values.tolist()
+['stick_slip', 'stable_slip']
+"""
+
+from stickslip.dynamics.attraction import basins
+from stickslip.dynamics.diagrams import orbit_diagram
+from stickslip.dynamics.maps import regime_map
+from stickslip.dynamics.sections import Surface, release_map, return_map, section
+from stickslip.dynamics.steady import sign_changes, steady_motion
+
+__all__ = [
+    "Surface",
+    "basins",
+    "orbit_diagram",
+    "regime_map",
+    "release_map",
+    "return_map",
+    "section",
+    "sign_changes",
+    "steady_motion",
+]

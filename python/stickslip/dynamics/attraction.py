@@ -1,0 +1,164 @@
+"""Basins of attraction: which steady motion is reached from which start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.dynamics.maps import map_plan
+from stickslip.dynamics.sections import Surface
+from stickslip.dynamics.store import Plan, Progress, compute
+from stickslip.errors import InputError
+from stickslip.files.documents import number
+from stickslip.model.system import Oscillator, System
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[Any]
+
+#: Of an attractor: what is the same for all motions on it, whenever they are looked at.
+_EXACT = ("regime", "period", "loops")
+_NUMBERS = ("x_min", "x_max", "w_min", "w_max", "x_mean", "v_mean")
+#: More motions than this are a continuum, as without damping: starts beyond them get no label.
+MOST = 1000
+
+
+def basins(
+    system: Oscillator | System,
+    *,
+    x: ArrayLike,
+    v: ArrayLike,
+    mass: int = 0,
+    transient: float = 300,
+    window: float = 32,
+    section: str | Surface | None = None,
+    tolerance: float = 1e-4,
+    same: float = 1e-2,
+    contact: int = 0,
+    store: str | Path | None = None,
+    workers: int | None = None,
+    cluster: str | None = None,
+    progress: Progress = None,
+    max_seconds: float | None = None,
+) -> xr.Dataset:
+    """Which steady motion is reached from each start (x, ẋ), and the share of the starts that each attracts.
+
+    Two motions are one attractor if they have the same regime, period and loops, and their extremes of x and w and the mean
+    of their returns over a period agree to the part `same` of their extent; motions that rest, if their positions agree to
+    that part of the range of starts (all that stay stuck count as one). Motions that do not repeat scatter in a finite
+    window: they are one attractor if their ranges of x share more than half of their union.
+
+    Parameters
+    ----------
+    system : the oscillator, or system of masses.
+    x, v : positions and velocities at t = 0, shape (n,) each, in increasing order; all combinations are run.
+    mass : of a system of masses, the one that starts there; the others start at rest at x = 0.
+    transient, window : periods that are left out and then looked at, as in :func:`regime_map`.
+    section, tolerance, contact, store, workers, cluster, progress, max_seconds : as in :func:`orbit_diagram`.
+    same : how far two motions may differ to be the same, > 0.
+
+    Returns
+    -------
+    Dataset over ``x`` and ``v``: ``label`` (the number of the attractor, those that attract more starts first; −1 where the
+    motion diverges or ends before its time) and the variables of :func:`regime_map`; over ``attractor``: ``fraction`` of the
+    starts, and its ``attractor_regime``, ``attractor_period``, ``attractor_loops``, ``attractor_x_min`` and so on.
+
+    Raises
+    ------
+    InputError
+        as :func:`regime_map`.
+
+    Limits: the fractions are those of a regular grid of starts. A transient that outlasts `transient` leaves a label of its
+    own: run longer, and look at two lengths near a threshold.
+
+    Source: basin stability, Menck, Heitzig, Marwan & Kurths, Nature Physics 9 (2013) 89.
+
+    >>> from stickslip import Oscillator, laws
+    >>> falling = laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], break_away=1.0)
+    >>> belt = Oscillator(damping=0.0, drive_velocity=1.2, law=falling)
+    >>> both = basins(belt, x=[0.6, 3.0], v=[0.0], transient=100)
+    >>> both["attractor_regime"].values.tolist(), both["fraction"].values.tolist()
+    (['stable_slip', 'stick_slip'], [0.5, 0.5])
+    """
+    if number("same", same, "basins") <= 0:
+        raise InputError(f"basins: same must be greater than 0, got {same}")
+    masses = system.masses if isinstance(system, System) else None
+    if isinstance(mass, bool) or not isinstance(mass, int) or not 0 <= mass < (masses or 1):
+        raise InputError(f"basins: mass must be the number of a mass of the system, got {mass!r}")
+    plan = map_plan(
+        "basins",
+        system,
+        {"x": x, "v": v},
+        transient=transient,
+        window=window,
+        section=section,
+        tolerance=tolerance,
+        decide=0,
+        start=(np.zeros(masses), np.zeros(masses)) if masses else (None, None),
+        contact=contact,
+        paths={"x": f"x0.{mass}", "v": f"v0.{mass}"} if masses else {"x": "x0", "v": "v0"},
+    )
+    plan = replace(plan, attrs={**plan.attrs, "same": same}, finish=lambda plan, arrays: _labels(plan, arrays, same))
+    return compute(plan, store=store, workers=workers, cluster=cluster, progress=progress, max_seconds=max_seconds)
+
+
+def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tuple[tuple[str, ...], Array]]:
+    """The labels of all starts and the table of attractors, chunk by chunk in their order."""
+    found: dict[str, list[Any]] = {name: [] for name in (*_EXACT, *_NUMBERS)}
+    label = np.full(tuple(plan.sizes[dim] for dim in plan.chunks), -1, np.int16)
+    wide = max(float(np.ptp(values)) for values, _ in plan.coords.values()) or 1.0
+    for index in range(int(np.prod(plan.counts))):
+        region = plan.region(plan.place(index))
+        rows = {name: np.asarray(arrays[name][region]) for name in found}
+        mine = np.full(rows["period"].shape, -1, np.int16)
+        left = ~np.isin(rows["regime"].astype("<U16"), ("diverged", "unfinished"))
+        for number_of in range(MOST):
+            if not left.any():
+                break
+            if number_of == len(found["period"]):
+                first = tuple(axis[0] for axis in np.nonzero(left))
+                for name, column in rows.items():
+                    found[name].append(column[first])
+            attractor = {name: values[number_of] for name, values in found.items()}
+            alike = left & _alike(rows, attractor, same, wide)
+            mine[alike] = number_of
+            left &= ~alike
+        label[region] = mine
+    counts = np.bincount(label[label >= 0].ravel(), minlength=len(found["period"]))
+    order = np.argsort(-counts, kind="stable")
+    rank = np.append(np.argsort(order), -1).astype(np.int16)
+    table = {
+        f"attractor_{name}": (("attractor",), np.array(values, "<U16" if name == "regime" else None)[order])
+        for name, values in found.items()
+    }
+    return {
+        "label": (tuple(plan.chunks), rank[label]),
+        "fraction": (("attractor",), counts[order] / label.size),
+        **table,
+    }
+
+
+def _alike(rows: Mapping[str, Array], attractor: Mapping[str, Any], same: float, wide: float) -> NDArray[np.bool_]:
+    """Which rows are on an attractor."""
+    alike: NDArray[np.bool_] = rows["regime"] == attractor["regime"]
+    if attractor["regime"] == "at_rest":
+        return alike
+    if attractor["period"] == 0:
+        low = np.maximum(rows["x_min"], attractor["x_min"]), np.minimum(rows["x_min"], attractor["x_min"])
+        high = np.minimum(rows["x_max"], attractor["x_max"]), np.maximum(rows["x_max"], attractor["x_max"])
+        overlap = (high[0] - low[0]) > 0.5 * (high[1] - low[1])
+        alike &= (rows["period"] == 0) & overlap
+        return alike
+    alike &= (rows["period"] == attractor["period"]) & (rows["loops"] == attractor["loops"])
+    rests = attractor["regime"] == "stable_slip"
+    for name in _NUMBERS:
+        kind = "x" if name.startswith("x") else "w"
+        extent = wide if rests else attractor[f"{kind}_max"] - attractor[f"{kind}_min"]
+        alike &= np.abs(rows[name] - attractor[name]) <= same * extent
+    return alike

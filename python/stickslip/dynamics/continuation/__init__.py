@@ -1,0 +1,1 @@
+"""Branches of equilibria and periodic orbits, and the special points on them."""

@@ -1,0 +1,157 @@
+"""Branches as values: a row a point, and the points where their kind changes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.dynamics.periodic.cycles import PeriodicOrbit
+from stickslip.dynamics.periodic.shooting import Label, Point
+from stickslip.model.system import Oscillator, System
+from stickslip.simulation.orbit import Orbit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class SpecialPoint:
+    """Where a branch changes: its kind, the value of the parameter there, and the orbit.
+
+    kind is ``"fold"``, ``"flip"``, ``"neimark_sacker"``, ``"branch_point"``, ``"hopf"``, ``"nonsmooth_hopf"``,
+    ``"grazing_sliding"``, ``"crossing_sliding"``, ``"switching_sliding"``, ``"adding_sliding"``, ``"grazing_node"``,
+    ``"vanishing_stick"``, the limit in which the stick time vanishes and the slip is neutral, or ``"nonsmooth_fold"``, a
+    boundary beyond which two orbits of different event sequences are gone together.
+    """
+
+    kind: str
+    parameter: float
+    #: The boundary that vanishes there, as named above; empty where none does.
+    boundary: str = ""
+    #: Position range of the orbit there.
+    x: tuple[float, float] = (math.nan, math.nan)
+    #: The system there.
+    system: Oscillator | System | None = field(default=None, repr=False, compare=False)
+    point: Point | None = field(default=None, repr=False, compare=False)
+    label: Label | None = field(default=None, repr=False, compare=False)
+
+
+@dataclass
+class Branch:
+    """One curve of motions: a row a point.
+
+    Attributes
+    ----------
+    kind : ``"steady_slip"`` or ``"cycle"``.
+    values : the parameter along the curve, shape (n,).
+    stable : shape (n,).
+    period, multiplier : NaN on steady slip; the multiplier is the largest that is not the 1 of an autonomous cycle, for
+        steady slip the growth rate of small disturbances.
+    x_min, x_max : range of the position.
+    sticks : whether adhesion is a part of the motion.
+    special_points : in the order of the curve.
+    """
+
+    kind: str
+    values: list[float] = field(default_factory=list)
+    stable: list[bool] = field(default_factory=list)
+    period: list[float] = field(default_factory=list)
+    multiplier: list[float] = field(default_factory=list)
+    x_min: list[float] = field(default_factory=list)
+    x_max: list[float] = field(default_factory=list)
+    sticks: list[bool] = field(default_factory=list)
+    special_points: list[SpecialPoint] = field(default_factory=list)
+
+    def add(self, cycle: PeriodicOrbit, value: float) -> None:
+        """One more point."""
+        low, high = range_of(cycle)
+        row = (value, cycle.stable, cycle.period, cycle.largest, low, high, cycle.sticks)
+        for name, item in zip(COLUMNS, row, strict=True):
+            getattr(self, name).append(item)
+
+    def reversed(self) -> Branch:
+        """The same curve from its other end."""
+        columns = {name: getattr(self, name)[::-1] for name in COLUMNS}
+        return Branch(self.kind, **columns, special_points=self.special_points[::-1])
+
+    def joined(self, other: Branch) -> Branch:
+        """The curve of both, where the other starts at the end of this one."""
+        columns = {name: getattr(self, name) + getattr(other, name)[1:] for name in COLUMNS}
+        return Branch(self.kind, **columns, special_points=self.special_points + other.special_points)
+
+
+#: Columns of a branch, in the order in which a row is made.
+COLUMNS = ("values", "stable", "period", "multiplier", "x_min", "x_max", "sticks")
+
+
+@dataclass(frozen=True)
+class Branches:
+    """The branches of a continuation.
+
+    Attributes
+    ----------
+    system, parameter, bounds : what was asked.
+    branches : of :class:`Branch`.
+    special_points : of all branches, by parameter.
+    """
+
+    system: Oscillator | System
+    parameter: str
+    bounds: tuple[float, float]
+    branches: tuple[Branch, ...]
+
+    @property
+    def special_points(self) -> list[SpecialPoint]:
+        """Those of all branches, by parameter."""
+        return sorted(
+            (item for branch in self.branches for item in branch.special_points), key=lambda item: item.parameter
+        )
+
+    def to_xarray(self) -> xr.Dataset:
+        """The branches over ``branch`` and ``point`` (NaN where a branch has fewer), the special points over ``special``."""
+        import json
+
+        import xarray as xr
+
+        most = max((len(branch.values) for branch in self.branches), default=0)
+
+        def padded(name: str) -> Any:
+            rows = [np.asarray(getattr(branch, name), float) for branch in self.branches]
+            return ("branch", "point"), np.array(
+                [np.pad(row, (0, most - row.size), constant_values=np.nan) for row in rows]
+            )
+
+        points = self.special_points
+        data: dict[str, Any] = {(self.parameter if name == "values" else name): padded(name) for name in COLUMNS}
+        data |= {
+            "special_kind": ("special", np.array([item.kind for item in points], dtype=str)),
+            "special_boundary": ("special", np.array([item.boundary for item in points], dtype=str)),
+            "special_parameter": ("special", np.array([item.parameter for item in points], float)),
+            "special_x": (("special", "end"), np.array([item.x for item in points], float).reshape(-1, 2)),
+        }
+        attrs = {
+            "title": "stickslip branches",
+            "parameter": self.parameter,
+            "system": json.dumps(self.system.to_dict()),
+            "kinds": ", ".join(branch.kind for branch in self.branches),
+        }
+        return xr.Dataset(data, attrs=attrs)
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{item.kind} {item.parameter:.9g}" for item in self.special_points) or "none"
+        return f"<Branches over {self.parameter}: {len(self.branches)}, special points: {found}>"
+
+
+def range_of(cycle: PeriodicOrbit) -> tuple[float, float]:
+    """Least and greatest position of a cycle."""
+    return extremes(cycle.orbit)
+
+
+def extremes(orbit: Orbit) -> tuple[float, float]:
+    """Least and greatest position, of several masses that of the first."""
+    x = np.asarray(orbit.at(np.linspace(0.0, orbit.t_end, 201))[0])
+    first = x.reshape(len(x), -1)[:, 0]
+    return float(first.min()), float(first.max())

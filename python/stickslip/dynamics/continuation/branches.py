@@ -1,0 +1,140 @@
+"""Branches of steady slip and of periodic orbits in one parameter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from stickslip.dynamics.continuation.branch import COLUMNS, Branch, Branches, SpecialPoint, range_of
+from stickslip.dynamics.continuation.walk import Walk
+from stickslip.dynamics.periodic.cycles import PeriodicOrbit, periodic_orbit
+from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
+from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
+from stickslip.dynamics.periodic.return_map import forcing_period
+from stickslip.dynamics.periodic.shooting import Family, axis, corrected
+from stickslip.errors import InputError
+from stickslip.files.documents import number
+from stickslip.model.system import Oscillator, System
+
+#: Where in a direction the parameter stands.
+_PARAMETER = -1
+
+
+def continuation(
+    system: Oscillator | System,
+    parameter: str,
+    bounds: tuple[float, float],
+    *,
+    guess: Any = None,
+    seeds: int = 3,
+    most: int = 300,
+    progress: Callable[[int, int], Any] | None = None,
+) -> Branches:
+    """Follow steady slip and periodic orbits, stable or not, over a parameter, and locate where their kind changes.
+
+    Pseudo-arclength continuation of the orbit held to its event sequence; test functions that vanish at the four sliding
+    bifurcations, multipliers at +1, −1 and the unit circle, and zeros of the damping of steady slip are found by Newton's
+    method or a bracketed root. At a sliding bifurcation the event sequence is switched and the branch goes on, back in the
+    parameter where orbits on both sides of the boundary meet (a nonsmooth fold).
+
+    Parameters
+    ----------
+    system : of one mass or several (of which the positions of the first are kept); any law without an internal state.
+        Steady slip is followed of one mass.
+    parameter : a number of the system document, such as ``"drive_velocity"``, ``"forcing.frequency"`` or ``"law.kinetic"``.
+    bounds : (low, high) of the parameter.
+    guess : as for :func:`stickslip.periodic_orbit`, at the value that the system has; default the motion from rest.
+    seeds : at how many values between the bounds the motion from rest is looked at for a further branch.
+    most : the most points of one branch.
+    progress : called as ``progress(points, most)`` after each point of a branch.
+
+    Returns
+    -------
+    Branches.
+
+    Raises
+    ------
+    InputError
+        for an unknown parameter, bounds that make no sense, or where no motion to start from is found.
+
+    Limits: a branch ends where its orbit leaves the neighbourhood of the boundary, as with f_s > f_k where a grazing orbit is
+    thrown far away; branches that no run from rest or `guess` reaches are not found.
+
+    Source: Dercole & Kuznetsov, ACM TOMS 31 (2005) 95; Thota & Dankowicz, SIADS 7 (2008) 1283.
+
+    >>> from stickslip.laws import Coulomb
+    >>> from stickslip.model.drive import Harmonic
+    >>> swing = Oscillator(0.0, 0.0, Coulomb(0.6), forcing=Harmonic(1.0, 0.7))
+    >>> [(p.kind, round(p.parameter, 10)) for p in continuation(swing, "law.kinetic", (0.55, 0.75), seeds=0).special_points]
+    [('crossing_sliding', 0.7220709759)]
+    """
+    check(system, "continuation")
+    path = pointer(system, parameter, "continuation")
+    low, high = (number(name, bound, "continuation") for name, bound in zip(("low", "high"), bounds, strict=True))
+    if not low < high:
+        raise InputError(f"continuation: bounds must be (low, high) with low < high, got ({low:g}, {high:g})")
+    family = Family((path,), ((low, high),))
+    branches = []
+    if isinstance(system, Oscillator) and forcing_period(system) is None:
+        steady = _steady(system, path, family)
+        if steady.values:
+            branches.append(steady)
+    here = read(system, path)
+    starts = [(here, guess)] if low <= here <= high else []
+    starts += [(low + (high - low) * (i + 0.5) / seeds, None) for i in range(seeds)]
+    for value, start in starts:
+        try:
+            cycle = periodic_orbit(with_number(system, path, value), start)
+        except InputError:
+            if start is not None:
+                raise
+            continue
+        if any(lies_on(branch, cycle, value) for branch in branches):
+            continue
+        branches.append(_both_ways(cycle, value, family, most, progress))
+    if not branches:
+        raise InputError("continuation: no periodic motion to start from: give a guess (x, v) near one")
+    return Branches(system, parameter, (low, high), tuple(branches))
+
+
+def lies_on(branch: Branch, cycle: PeriodicOrbit, value: float) -> bool:
+    """Whether a cycle is one that the branch has already."""
+    if branch.kind != "cycle":
+        return False
+    values = np.asarray(branch.values)
+    near = np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0)
+    low, high = range_of(cycle)
+    size = max(high - low, 1e-300)
+    return any(abs(branch.x_max[i] - high) < 0.1 * size and abs(branch.x_min[i] - low) < 0.1 * size for i in near)
+
+
+def _steady(system: Oscillator, path: str, family: Family) -> Branch:
+    low, high = family.ranges[0]
+    branch = Branch("steady_slip")
+    for value in np.linspace(low, high, 121):
+        state = steady_slip(with_number(system, path, float(value)))
+        if state is None:
+            continue
+        row = (float(value), state.growth < 0, math.nan, state.growth, state.x, state.x, False)
+        for name, item in zip(COLUMNS, row, strict=True):
+            getattr(branch, name).append(item)
+    for kind, value in hopf_points(system, path, (low, high)) if branch.values else ():
+        there = with_number(system, path, value)
+        state = steady_slip(there)
+        x = math.nan if state is None else state.x
+        branch.special_points.append(SpecialPoint(kind, value, x=(x, x), system=there))
+    return branch
+
+
+def _both_ways(cycle: PeriodicOrbit, value: float, family: Family, most: int, progress: Any) -> Branch:
+    sequence = cycle.closed.sequence
+    start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+    halves = []
+    for sign in (-1.0, 1.0):
+        way = start.direction * math.copysign(1.0, start.direction[_PARAMETER]) * sign
+        halves.append(Walk(family, most, progress).go(replace(start, direction=way)))
+    return halves[0].reversed().joined(halves[1])

@@ -1,0 +1,218 @@
+"""One way along a branch of cycles: steps, special points in between, boundaries, its end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of
+from stickslip.dynamics.continuation.conditions import TESTS
+from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
+from stickslip.dynamics.periodic import switching_boundaries
+from stickslip.dynamics.periodic.cycles import finished
+from stickslip.dynamics.periodic.shooting import Family, Label, Lost, Point, axis, consistent, corrected, stepped
+from stickslip.errors import InputError
+
+_SMALLEST, _LARGEST = 1e-5, 0.04
+#: A cycle of less than this share of the largest on the branch is about to be a point.
+_POINT = 0.02
+
+
+@dataclass
+class Walk:
+    """One way along a branch of cycles.
+
+    Attributes
+    ----------
+    family : the number that varies and its bounds.
+    most : the most points.
+    progress : called as ``progress(points, most)``.
+    """
+
+    family: Family
+    most: int
+    progress: Callable[[int, int], Any] | None = None
+    branch: Branch = field(default_factory=lambda: Branch("cycle"))
+
+    def go(self, point: Point) -> Branch:
+        """From a point until the parameter leaves its bounds, the cycle shrinks to a point or no way goes on."""
+        low, high = self.family.ranges[0]
+        self._add(point)
+        largest = self._size()
+        step = 0.01
+        while len(self.branch.values) < self.most:
+            if self.progress is not None:
+                self.progress(len(self.branch.values), self.most)
+            try:
+                ahead = stepped(point, point.here.forcing_periods, self.family, step)
+            except Lost:
+                ahead = None
+            if ahead is None or not consistent(ahead.here):
+                if self._size() < 0.1 * largest and self._shrunk(point):
+                    break
+                if self._unstuck(point):
+                    break
+                boundary = switching_boundaries.nearest(point, ahead, step, self.family)
+                if boundary is not None and step > 1e-3:
+                    # Closer first: a fold may lie before it.
+                    step /= 4
+                    continue
+                if boundary is not None:
+                    onward = self._cross(point, *boundary)
+                    if onward is None:
+                        break
+                    point, step = onward, 0.003
+                    self._add(point)
+                    continue
+                step /= 2
+                if step < _SMALLEST:
+                    break
+                continue
+            known = (point.direction != 0) | (ahead.direction != 0)
+            if float(point.direction[known] @ ahead.direction[known]) < 0.9 and step > 20 * _SMALLEST:
+                step /= 2
+                continue
+            if self._between(point, ahead, step):
+                self._shrunk(point)
+                break
+            if not low <= ahead.values[0] <= high:
+                self._finish(point, low if ahead.values[0] < low else high)
+                break
+            try:
+                self._add(ahead)
+            except InputError:
+                # Beside a tangency even the orbit that was just closed may not be followed again.
+                step /= 2
+                if step < _SMALLEST:
+                    break
+                continue
+            point = ahead
+            if point.here.forcing_periods == 0 and self._size() < _POINT * largest:
+                self._shrunk(point)
+                break
+            largest = max(largest, self._size())
+            step = min(step * 1.4, _LARGEST)
+        return self.branch
+
+    def _add(self, point: Point) -> None:
+        self.branch.add(finished(point.here, 0), float(point.values[0]))
+
+    def _size(self) -> float:
+        return self.branch.x_max[-1] - self.branch.x_min[-1]
+
+    def _special(self, kind: str, point: Point, boundary: str = "", label: Label | None = None) -> None:
+        try:
+            x = range_of(finished(point.here, 0))
+        except InputError:
+            x = (self.branch.x_min[-1], self.branch.x_max[-1])
+        value = float(point.values[0])
+        self.branch.special_points.append(
+            SpecialPoint(kind, value, boundary, x, point.here.sequence.system, point, label)
+        )
+
+    def _finish(self, point: Point, bound: float) -> None:
+        try:
+            sequence = point.here.sequence
+            end = corrected(sequence, point.here.forcing_periods, self.family, np.array([bound]), axis(sequence))
+            if consistent(end.here):
+                self._add(end)
+        except Lost:
+            pass
+
+    def _cross(self, last: Point, boundary: Point, label: Label) -> Point | None:
+        """Switch the event sequence at a boundary; the first point beyond it, None where the branch ends there."""
+        name = switching_boundaries.name_of(boundary.here, label)
+        way = math.copysign(1.0, float(boundary.values[0] - self.branch.values[-1]))
+        onward = switching_boundaries.beyond(boundary, last.here, self.family, (way, -way))
+        back = onward is not None and onward[1] != way
+        self._special("nonsmooth_fold" if back else name, boundary, name, label)
+        return None if onward is None else onward[0]
+
+    def _between(self, point: Point, ahead: Point, step: float) -> bool:
+        """Folds, flips and tori between two points of one event sequence; whether the cycle is a point on the way.
+
+        At a Hopf point the curve of cycles turns back on itself, half a period later: no fold.
+        """
+        if switching_boundaries.signature(point.here) != switching_boundaries.signature(ahead.here):
+            return False
+
+        def at(fraction: float) -> Point:
+            return stepped(point, point.here.forcing_periods, self.family, fraction * step)
+
+        for kind, test in TESTS.items():
+            before, after = test(point), test(ahead)
+            if not (np.isfinite([before, after]).all() and before * after < 0):
+                continue
+            if kind == "branch_point" and TESTS["fold"](point) * TESTS["fold"](ahead) < 0:
+                continue
+            try:
+                found = _located(at, kind, before, after)
+                low, high = range_of(finished(found.here, 0))
+            except (Lost, InputError):
+                continue
+            largest = max(np.subtract(self.branch.x_max, self.branch.x_min))
+            if not found.here.forcing_periods and high - low < _POINT * largest:
+                return True
+            self._special(kind, found)
+        return False
+
+    def _shrunk(self, point: Point) -> bool:
+        """Whether the cycle shrinks to a point from here on; the zero of the damping says where at a smooth Hopf point."""
+        if point.here.forcing_periods:
+            return False
+        found = vanishing(point, self.family)
+        if found is None:
+            return False
+        kind, value, smallest = found
+        if kind == "nonsmooth_hopf":
+            x = 2 * (float(np.mean(range_of(finished(smallest.here, 0)))),)
+            self.branch.special_points.append(
+                SpecialPoint(kind, value, "", (x[0], x[1]), smallest.here.sequence.system, smallest)
+            )
+        return True
+
+    def _unstuck(self, point: Point) -> bool:
+        """Whether the sticks vanish from here on and leave neutral slip, towards which the multiplier goes to 1."""
+        if point.here.forcing_periods or self.branch.multiplier[-1] < 0.5:
+            return False
+        if not 0 < stick_time(point) < 0.1 * point.here.period:
+            return False
+        found = vanishing_stick(point, self.family)
+        if found is None:
+            return False
+        value, shortest = found
+        self._special("vanishing_stick", replace(shortest, values=np.array([value])))
+        return True
+
+
+def _located(at: Callable[[float], Point], kind: str, before: float, after: float) -> Point:
+    """The point at(fraction) of a piece of a branch, 0 < fraction < 1, where a test function vanishes.
+
+    Raises
+    ------
+    Lost
+        where a point in between has no orbit.
+    """
+    return at(_root(lambda fraction: TESTS[kind](at(fraction)), before, after))
+
+
+def _root(function: Callable[[float], float], before: float, after: float) -> float:
+    """A zero in (0, 1) (Illinois)."""
+    a, fa, b, fb = 0.0, before, 1.0, after
+    for _ in range(60):
+        c = (a * fb - b * fa) / (fb - fa)
+        fc = function(c)
+        if not math.isfinite(fc):
+            raise Lost("the test function is gone")
+        if fc == 0 or abs(b - a) < 1e-13 or abs(c - b) < 1e-14:
+            return c
+        if fc * fb < 0:
+            a, fa = b, fb
+        else:
+            fa /= 2
+        b, fb = c, fc
+    return b

@@ -1,0 +1,1 @@
+"""Drive velocities at which the kind of motion changes."""

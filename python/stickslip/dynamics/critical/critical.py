@@ -1,0 +1,292 @@
+"""The drive velocities at which the kind of motion changes, found directly and confirmed by runs on both sides."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from stickslip.dynamics.continuation.branch import Branch, SpecialPoint
+from stickslip.dynamics.continuation.branches import lies_on
+from stickslip.dynamics.continuation.walk import Walk
+from stickslip.dynamics.critical.confirmation import Shown, shown
+from stickslip.dynamics.periodic.cycles import periodic_orbit
+from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, steady_slip
+from stickslip.dynamics.periodic.event_sequence import check_one, with_number
+from stickslip.dynamics.periodic.return_map import forcing_period
+from stickslip.dynamics.periodic.shooting import Family, Lost, Point, axis, corrected
+from stickslip.errors import InputError
+from stickslip.files.documents import number
+from stickslip.model.system import Oscillator
+
+_PATH = "/drive_velocity"
+#: Special points of cycles that a run can show.
+_KINDS = (
+    *("grazing_sliding", "crossing_sliding", "switching_sliding", "adding_sliding", "nonsmooth_fold", "fold"),
+    *("nonsmooth_hopf", "vanishing_stick"),
+)
+#: Speeds from low to high at which runs look at the motion, and half as many that lie closer at the low end.
+_SWEEP = 64
+#: How far on both sides of a speed runs confirm it, relative to the speed, and for how many cycles; the next if they do not.
+_CONFIRM = ((1e-3, 300), (1e-3, 3000), (1e-2, 300), (1e-4, 3000))
+#: How long the runs of a sweep are, and those that close in on a change which no followed cycle explains.
+_CYCLES, _LONG = 100, 600
+#: Two speeds closer than this, relative to the bounds, are the same.
+_SAME = 1e-6
+
+#: A run of so many cycles at a drive velocity.
+Run = Callable[[float, float], Shown]
+#: What runs of one kind show over the speeds.
+Sweep = tuple[Run, list[tuple[float, Shown]]]
+
+
+@dataclass(frozen=True)
+class CriticalVelocities(Mapping[str, float]):
+    """Critical drive velocities by name, the lowest of each; `all` has every one.
+
+    `criticality` says whether the cycle born at a smooth Hopf point is stable. `neutral` has the ranges of the drive velocity
+    in which small disturbances of steady slip neither grow nor decay. `special_points` are those of the cycles that were
+    followed, also of unstable ones, which no run shows.
+    """
+
+    all: tuple[tuple[str, float], ...]
+    criticality: str | None = None
+    special_points: tuple[SpecialPoint, ...] = field(default=(), repr=False)
+    neutral: tuple[tuple[float, float], ...] = ()
+
+    def __getitem__(self, name: str) -> float:
+        values = [value for kind, value in self.all if kind == name]
+        if not values:
+            raise KeyError(name)
+        return min(values)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(dict.fromkeys(kind for kind, _ in self.all))
+
+    def __len__(self) -> int:
+        return len({kind for kind, _ in self.all})
+
+    def __repr__(self) -> str:
+        said = [f"{kind} {value:.12g}" for kind, value in self.all] or ["none"]
+        said += [f"neutral slip from {low:.12g} to {high:.12g}" for low, high in self.neutral]
+        return f"<CriticalVelocities {', '.join(said)}>"
+
+
+def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None = None) -> CriticalVelocities:
+    """The drive velocities at which steady slip loses its stability and at which stick-slip and slip cycles end.
+
+    Steady slip: the zeros of D + F′(s), and the corners of a piecewise-linear law at which that changes its sign by a jump.
+    Cycles: the motion from rest and the slip cycle are followed over the drive velocity until a test function of a sliding
+    bifurcation vanishes, a fold turns them back, they shrink to a point, or their stick time vanishes; each is a root of its
+    own condition by Newton's method. Each is then run on both sides, from the orbit there, and is given only where the two
+    runs end in different motions.
+
+    Parameters
+    ----------
+    system : an oscillator of one mass without forcing; its own drive velocity does not matter.
+    bounds : (low, high) of the drive velocity that is searched; default from a hundredth of F_s/√(k m) to three times that.
+
+    Returns
+    -------
+    Mapping of the names that exist to drive velocities: ``"hopf"``, ``"nonsmooth_hopf"`` (corner of the law, or a cycle that
+    shrinks linearly to a point), ``"end_of_stick_slip"`` (the greatest velocity up to which stick-slip exists),
+    ``"onset_of_stick_slip"`` (found by runs alone), ``"nonsmooth_fold"``, ``"grazing_sliding"``, ``"fold"``.
+    ``.criticality`` says by F‴(s) whether the cycle at the smooth Hopf point is stable, ``.neutral`` where slip is neutral,
+    D + F′(s) = 0: a centre, as without damping under constant kinetic friction.
+
+    Raises
+    ------
+    InputError
+        for a forced system or bounds that make no sense.
+
+    Limits: cycles that are reached neither from rest nor from beside steady slip are not looked for.
+
+    Source: Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389; Leine & Nijmeijer 2004 (LNACM 18), ch. 8.
+
+    >>> from stickslip.laws import ExponentialStribeck
+    >>> found = critical_velocities(Oscillator(0.1, 1.0, ExponentialStribeck(1.0, 0.5, 0.5)))
+    >>> round(found["hopf"], 12), found.criticality, round(found["nonsmooth_fold"], 7)
+    (1.151292546497, 'subcritical', 1.836601)
+    """
+    check_one(system, "critical_velocities")
+    if forcing_period(system) is not None:
+        raise InputError("critical_velocities: the system is forced; use continuation over drive_velocity")
+    scale = system.law.break_away_force() / (system.stiffness * system.mass) ** 0.5
+    low, high = bounds if bounds is not None else (0.01 * scale, 3 * scale)
+    low, high = number("low", low, "critical_velocities"), number("high", high, "critical_velocities")
+    if not 0 < low < high:
+        raise InputError(
+            f"critical_velocities: bounds must be (low, high) with 0 < low < high, got ({low:g}, {high:g})"
+        )
+    steady, neutral = steady_changes(system, _PATH, (low, high))
+    smooth = [value for kind, value in steady if kind == "hopf"]
+    nature = criticality(system, _PATH, smooth[-1], high - low) if smooth else None
+    sweeps = _sweeps(system, low, high)
+    points: list[SpecialPoint] = []
+    for branch in _branches(system, (low, high), steady, neutral, sweeps):
+        for point in branch.special_points:
+            if all(abs(point.parameter - other.parameter) > _SAME * (high - low) for other in points):
+                points.append(point)
+    candidates: list[tuple[str, float, SpecialPoint | None]] = [(*item, None) for item in steady]
+    for point in points:
+        same = [value for kind, value in steady if kind == point.kind]
+        if point.kind in _KINDS and all(abs(point.parameter - value) > _SAME * (high - low) for value in same):
+            candidates.append((point.kind, point.parameter, point))
+    found: list[tuple[str, float]] = []
+    ends: list[float] = []
+    for kind, value, special in candidates:
+        others = [abs(other - value) for _, other, _ in candidates if abs(other - value) > _SAME * (high - low)]
+        run = _beside(system, value) if special is None else _from_orbit(system, special)
+        sides = _sides(run, value, min(others, default=math.inf))
+        if sides is None:
+            continue
+        if kind != "vanishing_stick":
+            found.append((kind, value))
+        if special is not None and sides[0].sticks and not sides[1].sticks:
+            ends.append(value)
+    for run, looks in sweeps:
+        for value, sticks in _unexplained(run, looks, [*ends, *(value for _, value in found)]):
+            if sticks:
+                ends.append(value)
+            else:
+                found.append(("onset_of_stick_slip", value))
+    if ends:
+        found.append(("end_of_stick_slip", max(ends)))
+    return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral))
+
+
+def _sides(run: Run, value: float, gap: float) -> tuple[Shown, Shown] | None:
+    """What runs below and above a speed show, nearer to it than the next candidate; None where they show the same."""
+    first = None
+    for share, cycles in _CONFIRM:
+        width = min(share * value, gap / 3)
+        below, above = run(value - width, cycles), run(value + width, cycles)
+        if below.differs(above):
+            if below.decided and above.decided:
+                return below, above
+            first = first or (below, above)
+    return first
+
+
+def _from_rest(system: Oscillator) -> Run:
+    return lambda speed, cycles: shown(with_number(system, _PATH, speed), cycles)
+
+
+def _beside(system: Oscillator, value: float | None = None) -> Run:
+    """Runs from a small disturbance of steady slip; near a corner of the law at a speed one that does not reach it."""
+
+    def run(speed: float, cycles: float) -> Shown:
+        size = 0.1 * (speed if value is None else abs(speed - value))
+        return shown(with_number(system, _PATH, speed), cycles, _steady(system, speed), size)
+
+    return run
+
+
+def _steady(system: Oscillator, speed: float) -> float:
+    """Where friction and spring balance in slip."""
+    return float(system.law.kinetic_force(speed)) / system.stiffness
+
+
+def _from_orbit(system: Oscillator, special: SpecialPoint) -> Run:
+    """Runs from the orbit at a special point: from where it begins to stick, as nothing before is remembered there."""
+    assert special.point is not None
+    here = special.point.here
+    state, stuck = here.sequence.start, here.sequence.directions[:, 0] == 0
+    captures = np.flatnonzero(stuck & ~np.roll(stuck, 1))
+    if captures.size and captures[0] > 0:
+        state = here.sequence.follow().states[captures[0] - 1]
+    x, v = float(state[1]), None if captures.size else float(state[2])
+    return lambda speed, cycles: shown(with_number(system, _PATH, speed), cycles, x, v)
+
+
+def _sweeps(system: Oscillator, low: float, high: float) -> list[Sweep]:
+    """What runs from rest, and from beside steady slip where that is unstable, show over the speeds."""
+    speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
+    states = [steady_slip(with_number(system, _PATH, speed)) for speed in speeds]
+    pairs = zip(speeds, states, strict=True)
+    unstable = [speed for speed, state in pairs if state is None or (state.growth > 0 and not state.neutral)]
+    rest, beside = _from_rest(system), _beside(system)
+    return [
+        (rest, [(speed, rest(speed, _CYCLES)) for speed in speeds]),
+        (beside, [(speed, beside(speed, _CYCLES)) for speed in unstable]),
+    ]
+
+
+def _unexplained(
+    run: Run, looks: Sequence[tuple[float, Shown]], known: Sequence[float]
+) -> Iterator[tuple[float, bool]]:
+    """Where a sweep shows an end or an onset of stick-slip that no known speed explains, by bisection on runs alone."""
+    for (low, below), (high, above) in itertools.pairwise(looks):
+        slack = 0.02 * low
+        if below.sticks == above.sticks or any(low - slack <= value <= high + slack for value in known):
+            continue
+        sticks = run(low, _LONG).sticks
+        if sticks == run(high, _LONG).sticks:
+            continue
+        while high - low > 1e-9 * high:
+            middle = (low + high) / 2
+            if run(middle, _LONG).sticks == sticks:
+                low = middle
+            else:
+                high = middle
+        sides = _sides(run, low, math.inf)
+        if sides is not None and sides[0].sticks != sides[1].sticks:
+            yield low, sticks
+
+
+def _branches(
+    system: Oscillator,
+    bounds: tuple[float, float],
+    steady: list[tuple[str, float]],
+    neutral: list[tuple[float, float]],
+    sweeps: list[Sweep],
+) -> list[Branch]:
+    """The branches of the cycles that the sweeps show, and of those beside Hopf points."""
+    low, high = bounds
+    family = Family((_PATH,), (bounds,), relative=True)
+    branches: list[Branch] = []
+
+    def follow(speed: float, beside: bool) -> None:
+        there = with_number(system, _PATH, speed)
+        guess = (_steady(system, speed), 0.1 * speed) if beside else None
+        branch = _branch(there, speed, guess, family, branches)
+        if branch is not None:
+            branches.append(branch)
+
+    for beside, (_, looks) in enumerate(sweeps):
+        for speed, look in looks:
+            # Around a centre there is a cycle of any size: none of them is a branch.
+            centre = look.stick_time == 0 and any(first <= speed <= last for first, last in neutral)
+            if look.lasts and not centre and not any(_passes(branch, speed, look) for branch in branches):
+                follow(speed, bool(beside))
+    for _, value in steady:
+        for speed in (0.97 * value, 1.01 * value):
+            if low < speed < high:
+                follow(speed, True)
+    return branches
+
+
+def _passes(branch: Branch, speed: float, look: Shown) -> bool:
+    """Whether a branch has a cycle as large as that of a run."""
+    values, sizes = np.asarray(branch.values), np.subtract(branch.x_max, branch.x_min)
+    near = np.flatnonzero((values[:-1] - speed) * (values[1:] - speed) <= 0)
+    return bool((np.abs(sizes[near] - 2 * look.size) < 0.1 * sizes[near]).any())
+
+
+def _branch(system: Oscillator, value: float, guess: Any, family: Family, known: list[Branch]) -> Branch | None:
+    try:
+        cycle = periodic_orbit(system, guess, t_end=None if guess is None else 150 * system.natural_period)
+        if (cycle.marginal and not cycle.sticks) or any(lies_on(branch, cycle, value) for branch in known):
+            return None
+        sequence = cycle.closed.sequence
+        start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+    except (InputError, Lost):
+        return None
+    way = start.direction * (1.0 if start.direction[-1] > 0 else -1.0)
+    up = Walk(family, 200).go(Point(start.here, start.values, way))
+    down = Walk(family, 60).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
+    return up if down is None else down.reversed().joined(up)

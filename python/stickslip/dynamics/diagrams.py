@@ -1,0 +1,231 @@
+"""Orbit diagrams: what steady motions do as a parameter changes, swept up, swept down and from fresh starts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip import _core
+from stickslip.dynamics.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
+from stickslip.dynamics.sections import Surface, contact_of, surface_from
+from stickslip.dynamics.store import Plan, Progress, Variable, compute, fingerprint, words_for
+from stickslip.errors import InputError
+from stickslip.files.documents import number
+from stickslip.model.parameters import document_of, grid, path_in
+from stickslip.model.system import Oscillator, System
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIRECTIONS = ("up", "down", "fresh")
+#: Values of a parameter in one task.
+CHUNK = 64
+
+
+def orbit_diagram(
+    system: Oscillator | System,
+    parameter: str,
+    values: ArrayLike,
+    *,
+    direction: str | Sequence[str] = "fresh",
+    periods: int = 150,
+    keep: int = 20,
+    section: str | Surface | None = None,
+    points: int = 128,
+    tolerance: float = 1e-6,
+    decide: int = 0,
+    x0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    contact: int = 0,
+    store: str | Path | None = None,
+    workers: int | None = None,
+    cluster: str | None = None,
+    progress: Progress = None,
+    max_seconds: float | None = None,
+) -> xr.Dataset:
+    """Turning points, returns to a section, extremes and regime of the steady motion over a parameter.
+
+    Parameters
+    ----------
+    system : the oscillator, or system of masses, that is varied.
+    parameter : the path of a number in the system document, such as ``"drive_velocity"``, ``"law.break_away"``,
+        ``"forcing.amplitude"`` or, for a system of masses, ``"contacts.0.drive_velocity"``.
+    values : its values, shape (n,), in increasing order.
+    direction : ``"fresh"``: each value from the start x0, v0; ``"up"`` or ``"down"``: each from where its neighbour ended, so
+        that a motion is followed as long as it attracts. Several of them give the result a dimension ``direction``; where
+        they differ, motions coexist.
+    periods : periods to run, of the first forcing or, without one, of the natural motion.
+    keep : the last of them that are looked at; the rest is transient.
+    section : in which returns are counted: ``"strobe"``, ``"maximum"``, a kind of event, or a :class:`Surface`; default the
+        stroboscopic section where there is forcing, else the maxima of x.
+    points : the most turning points and returns that are kept of each motion, the last ones.
+    tolerance : a motion repeats where its returns do, to this part of its extent.
+    decide : a motion that does not repeat is followed for so many more periods, at least 500 if at all, and told regular from
+        chaotic by the 0–1 test of its returns.
+    x0, v0 : the start; default stuck on the drive at x = 0, as in :func:`stickslip.simulate`.
+    contact : of a system of masses, the contact that is looked at, with its mass.
+    store : folder of a Zarr store to write to, part by part; after a kill the same call goes on, and ends with the
+        same bytes.
+    workers : threads; default all cores. The result does not depend on it.
+    cluster : address of a Dask scheduler whose workers compute instead, ``"tcp://host:8786"``.
+    progress : called as ``progress(done, n)`` with runs.
+    max_seconds : time on the clock > 0 after which all runs that are not done end where they are, with the stop
+        ``"max_seconds"``; default none. In a store the same call goes on with them.
+
+    Returns
+    -------
+    Dataset over `parameter` and ``point``: ``turning_x`` where ẋ changes sign, ``turning_slip_velocity`` where ẇ does (0
+    while the mass sticks) and ``section_t``, ``section_x``, ``section_v``, all in order of time and filled with NaN;
+    ``amplitude`` (half of max x − min x), ``x_min``, ``x_max``, ``w_min``, ``w_max``, ``regime``
+    (:data:`stickslip.simulation.regimes.REGIMES`), ``period`` (returns after which the motion repeats, 0 where it does not
+    within half of `keep`), ``recurrence`` (:data:`stickslip.simulation.regimes.RECURRENCE`) and ``chaos`` (the K of the
+    0–1 test), ``loops`` and ``period_time`` of that period, ``x_end`` and ``v_end`` (NaN: stuck). A fixed point has one
+    turning point. With a store, the Dataset is read when it is looked at.
+
+    Raises
+    ------
+    InputError
+        for an unknown parameter, values that make no sense, a store of something else or a cluster that does not answer.
+
+    Limits: a transient that outlasts `periods` − `keep` is shown as if it were steady: near a threshold, run longer. A swept
+    motion is handed on with its position and its slip velocity, at a whole period of the first forcing, and with what the
+    contact remembers unless it is the law that is varied; a system of masses and a smooth law with position and velocity, or
+    stuck on the drive.
+
+    >>> from stickslip import paper
+    >>> diagram = orbit_diagram(paper.oscillator(0.3), "drive_velocity", [0.2, 0.3, 0.45])
+    >>> diagram["regime"].values.tolist()
+    ['stick_slip', 'almost_harmonic', 'stable_slip']
+    """
+    document = document_of(system)
+    path = path_in(parameter, document, "orbit_diagram")
+    axis = grid(parameter, values, "orbit_diagram")
+    if not 1 <= keep < periods:
+        raise InputError(f"orbit_diagram: keep must be at least 1 and less than periods ({periods}), got {keep}")
+    if isinstance(points, bool) or not isinstance(points, int) or points < 1:
+        raise InputError(f"orbit_diagram: points must be a whole number of at least 1, got {points!r}")
+    several = not isinstance(direction, str)
+    directions = [direction] if isinstance(direction, str) else list(direction)
+    if not directions or any(item not in DIRECTIONS for item in directions) or len({*directions}) < len(directions):
+        raise InputError(
+            f"orbit_diagram: direction must be one or several of {', '.join(DIRECTIONS)}, got {direction!r}"
+        )
+    surface = section if isinstance(section, Surface | None) else surface_from(system, section, where="orbit_diagram")
+    window = float(keep)
+    look = Look(
+        periods - window,
+        window,
+        number("tolerance", tolerance, "orbit_diagram"),
+        surface,
+        points,
+        periods_to_decide(decide, "orbit_diagram"),
+        contact=contact_of(system, contact, "orbit_diagram"),
+    )
+    begin = start_of(system, x0, v0, "orbit_diagram")
+    text = json.dumps(document)
+
+    def before(place: tuple[int, ...]) -> tuple[int, ...] | None:
+        which, part = place
+        neighbour = part - 1 if directions[which] == "up" else part + 1
+        chained = directions[which] != "fresh" and 0 <= neighbour < -(-axis.size // CHUNK)
+        return (which, neighbour) if chained else None
+
+    def task(place: tuple[int, ...], arrays: Any) -> Chunk:
+        which, part = place
+        low, high = part * CHUNK, min((part + 1) * CHUNK, axis.size)
+        start = begin
+        if before(place) is not None:
+            # The run beside this part: below it on the way up, above it on the way down.
+            there = low - 1 if directions[which] == "up" else high
+            if arrays["stop"][which, there] == "t_end":
+                ends = [np.asarray(arrays[name][which, there]) for name in carried]
+                start = (ends[0], ends[1], ends[2] if closed else ())
+        return Chunk(
+            text,
+            (path,),
+            axis[low:high, None],
+            look,
+            chain=directions[which] != "fresh",
+            backwards=directions[which] == "down",
+            start=start,
+        )
+
+    closed = isinstance(system, Oscillator) and system.closed_form
+    carried = ("x_end", "v_end", *(["restart"] if closed else []))
+    dims = ("direction", parameter)
+    state = (*dims, "mass") if isinstance(system, System) else dims
+    variables = {
+        **{name: Variable(dims, float, {"long_name": MEANINGS[name]}) for name in NUMBERS},
+        **{name: Variable(dims, np.int64, {"long_name": MEANINGS[name]}) for name in COUNTS},
+        **{name: Variable(dims, str, {"long_name": MEANINGS[name]}) for name in WORDS},
+        "x_end": Variable(state, float, {"long_name": "position at the end"}),
+        "v_end": Variable(state, float, {"long_name": "velocity at the end, not a number while stuck"}),
+        "turning_x": Variable((*dims, "point"), float, {"long_name": "position where the velocity changes its sign"}),
+        "turning_slip_velocity": Variable(
+            (*dims, "point"), float, {"long_name": "slip velocity where the acceleration changes its sign"}
+        ),
+        **{
+            f"section_{name}": Variable((*dims, "point"), float, {"long_name": f"{what} at the returns to the section"})
+            for name, what in (("t", "time"), ("x", "position"), ("v", "velocity"))
+        },
+    }
+    sizes = {"direction": len(directions), parameter: axis.size, "point": points}
+    if closed:
+        variables["restart"] = Variable(
+            (*dims, "number"), float, {"long_name": "the state from which the motion goes on"}
+        )
+        sizes["number"] = _core.ONWARD
+    if isinstance(system, System):
+        sizes["mass"] = system.masses
+    dimensionless = (
+        isinstance(system, Oscillator)
+        and system.mass == system.stiffness == 1
+        and parameter not in ("mass", "stiffness")
+    )
+    settings = {
+        "periods": periods,
+        "keep": keep,
+        "tolerance": tolerance,
+        "decide": decide,
+        "points": points,
+        "contact": contact,
+    }
+    request = {
+        "command": "orbit_diagram",
+        "system": system.to_dict(),
+        "parameter": parameter,
+        "values": fingerprint(axis),
+        "direction": directions,
+        "section": surface and surface.to_dict(),
+        "start": begin and [np.asarray(item).tolist() for item in begin],
+        **settings,
+    }
+    plan = Plan(
+        name="orbit_diagram",
+        coords={"direction": (np.array(directions), {}), parameter: (axis, {})},
+        sizes=sizes,
+        chunks={"direction": 1, parameter: CHUNK},
+        variables=variables,
+        task=task,
+        before=before,
+        attrs={
+            "title": "stickslip orbit diagram",
+            "parameter": parameter,
+            "units": "dimensionless" if dimensionless else "SI",
+            "system": json.dumps(system.to_dict()),
+            "request": words_for(request),
+            **settings,
+        },
+    )
+    diagram = compute(plan, store=store, workers=workers, cluster=cluster, progress=progress, max_seconds=max_seconds)
+    if store is None:
+        # As many points as the busiest motion has.
+        lists = ("turning_x", "turning_slip_velocity", "section_x")
+        busiest = max(int(np.isfinite(diagram[name].to_numpy()).sum(axis=-1).max()) for name in lists)
+        diagram = diagram.isel(point=slice(max(1, busiest)))
+    return diagram if several else diagram.isel(direction=0, drop=True)

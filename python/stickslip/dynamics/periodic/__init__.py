@@ -1,0 +1,1 @@
+"""Equilibria and periodic orbits, their multipliers, and Lyapunov exponents."""

@@ -1,0 +1,368 @@
+"""Periodic orbits by Newton's method on the return map of the event sequence, stable or not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip import _core
+from stickslip.dynamics.periodic.event_sequence import SECTION, STATE, EventSequence, check
+from stickslip.dynamics.periodic.return_map import (
+    Return,
+    close,
+    forcing_period,
+    inconsistency,
+    multipliers_of,
+    once,
+    return_of,
+    size_of,
+)
+from stickslip.errors import InputError
+from stickslip.files.documents import number
+from stickslip.model.drive import Drive
+from stickslip.model.system import Oscillator, System
+from stickslip.simulation.network import NetworkOrbit
+from stickslip.simulation.orbit import Orbit
+
+#: How far from 1 the size of a multiplier lies at most that rounding alone keeps from it.
+_MARGINAL = 1e-9
+
+
+@dataclass(frozen=True)
+class PeriodicOrbit:
+    """A closed orbit and its stability.
+
+    Attributes
+    ----------
+    period : its time T; `forcing_periods` says how many periods of the forcing that is (0 without forcing).
+    multipliers : Floquet multipliers, complex, the largest first; an autonomous orbit has a 1 for the shift in time, and a
+        stick brings a 0 (the direction it forgets).
+    stable : whether all but the 1 of an autonomous orbit lie inside the unit circle.
+    marginal : whether the largest of these has size 1 within 1e-9, so that neither is decided by it.
+    residual : end minus start, the largest relative to the motion; `rounds` of Newton's method it took.
+    state : t, x, v where the section is, at the event `section`; of a system x and v are of shape (n,).
+    events : kinds of the endings of its phases, in order.
+    """
+
+    system: Oscillator | System
+    period: float
+    forcing_periods: int
+    multipliers: NDArray[np.complex128]
+    residual: float
+    rounds: int
+    section: str
+    events: tuple[str, ...]
+    closed: Return
+
+    @property
+    def largest(self) -> float:
+        """The size of the largest multiplier that is not the 1 of an autonomous orbit."""
+        return float(np.abs(self.multipliers[0 if self.forcing_periods else 1 :]).max())
+
+    @property
+    def marginal(self) -> bool:
+        """Whether small disturbances neither grow nor decay, as around a centre."""
+        return abs(self.largest - 1) < _MARGINAL
+
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances decay."""
+        return self.largest < 1 and not self.marginal
+
+    @property
+    def state(self) -> tuple[float, Any, Any]:
+        """t, x, v at the section."""
+        sequence = self.closed.sequence
+        x, v = sequence.start[sequence.layout.x], sequence.start[sequence.layout.v]
+        if isinstance(self.system, Oscillator):
+            return float(sequence.start[0]), float(x[0]), float(v[0])
+        return float(sequence.start[0]), x, v
+
+    @property
+    def sticks(self) -> bool:
+        """Whether adhesion is a part of it."""
+        return bool((self.closed.sequence.directions == 0).any())
+
+    @cached_property
+    def orbit(self) -> Orbit:
+        """One period from the section on, as an orbit that is exact at any time.
+
+        Of a forced system the phase of the forcing is moved so that the section lies at t = 0.
+        """
+        return one_period(self.closed, self.period)
+
+    def __repr__(self) -> str:
+        kind = "stable" if self.stable else "marginal" if self.marginal else "unstable"
+        return f"<PeriodicOrbit T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {kind}>"
+
+
+def _from_section(system: Any, t0: float) -> Any:
+    """The system whose clock is 0 where that of `system` is `t0`."""
+
+    def later(harmonic: Any) -> Any:
+        return replace(harmonic, phase=harmonic.phase + harmonic.frequency * t0)
+
+    if isinstance(system, Oscillator):
+        return replace(system, forcing=tuple(later(harmonic) for harmonic in system.harmonics) or None)
+    contacts = [
+        replace(c, drive_velocity=replace(c.drive_velocity, harmonics=tuple(map(later, c.drive_velocity.harmonics))))
+        if isinstance(c.drive_velocity, Drive)
+        else c
+        for c in system.contacts
+    ]
+    return replace(system, forcing=tuple(map(later, system.forcing)), contacts=contacts)
+
+
+def one_period(closed: Return, period: float) -> Orbit:
+    """The orbit of a closed orbit, from its section on."""
+    sequence = closed.sequence
+    t0 = float(sequence.start[0])
+    system = _from_section(sequence.system, t0)
+    if isinstance(system, System) or not system.closed_form:
+        start = sequence.start.copy()
+        start[0] = 0.0
+        document = (system if isinstance(system, System) else system.to_system()).to_json()
+        moving = _core.Network.resume(document, start, np.ascontiguousarray(sequence.modes[0]), period)
+        return NetworkOrbit(system, moving)
+    followed = sequence.follow()
+    states = np.vstack([sequence.start, followed.states])
+    stuck, held = sequence.phases[:, 0] == 0, sequence.phases[:, 1] != 0
+    slope = np.where(held, np.inf, np.where(stuck, 0.0, states[:-1, 4]))
+    rows = np.column_stack(
+        [
+            states[:-1, 0] - t0,
+            np.zeros(len(slope)),
+            states[:-1, 1],
+            states[:-1, 2],
+            sequence.phases[:, 0],
+            np.where(stuck | held, 0.0, states[:-1, 3]),
+            slope,
+            states[:-1, len(STATE)],
+        ]
+    )
+    kinds = [_core.KINDS.index(kind) for kind in kinds_of(sequence)]
+    missing = np.full(len(kinds), np.nan)
+    force = system.stiffness * states[1:, 1] * missing
+    sticking = np.where(stuck, closed.durations, np.nan)
+    contact = np.zeros(len(kinds))
+    table = np.column_stack(
+        [states[1:, 0] - t0, kinds, contact, states[1:, 1], states[1:, 2], force, sticking, missing]
+    )
+    core = _core.Orbit.restore(
+        system.to_json(),
+        (float(sequence.start[1]), float(sequence.start[2]), period, 10_000_000),
+        _core.STOPS.index("t_end"),
+        (len(kinds), 0, 0, 0),
+        np.ascontiguousarray(rows.ravel()),
+        np.ascontiguousarray(table.ravel()),
+    )
+    return Orbit(system, core)
+
+
+def kinds_of(sequence: EventSequence) -> list[str]:
+    """The kinds of the events that end the phases."""
+    following = np.vstack([sequence.modes[1:], sequence.last])
+    kinds = []
+    for row, then, ending, contact in zip(sequence.modes, following, sequence.endings, sequence.ended_by, strict=True):
+        direction, (after, held) = row[2 * contact], then[2 * contact : 2 * contact + 2]
+        name = _core.ENDINGS[ending]
+        if name == "release":
+            kinds.append("release")
+        elif held:
+            kinds.append("hold")
+        elif after == 0:
+            kinds.append("capture")
+        elif after != direction:
+            kinds.append("crossing")
+        else:
+            kinds.append("node" if name in ("low", "high") else "reversal")
+    return kinds
+
+
+def find(
+    system: Any, sequence: EventSequence, kinds: list[str], settled: bool, periods: int | None
+) -> tuple[EventSequence, int]:
+    """One period cut out of a run: between two returns that are nearly the same; and how many periods of the forcing."""
+    late = kinds[len(kinds) // 2 :]
+    wanted = next((kind for kind in ("capture", "crossing", "reversal") if kind in late), None)
+    if wanted is None:
+        sequence = sequence.with_sections()
+        marks = np.flatnonzero(sequence.endings == SECTION)
+    else:
+        # Of several contacts the one whose event comes last.
+        contacts = sequence.ended_by[: len(kinds)]
+        which = next(c for kind, c in zip(kinds[::-1], contacts[::-1], strict=True) if kind == wanted)
+        marks = np.flatnonzero((np.array(kinds) == wanted) & (contacts == which))
+    if len(marks) < 2:
+        raise InputError(
+            "periodic_orbit: the motion has no two returns: it comes to rest or slips steadily, or the run is too short; "
+            "give a guess"
+        )
+    followed = sequence.follow()
+    states, width = followed.states, sequence.layout.width
+    following = np.vstack([sequence.modes[1:], sequence.modes[-1:]])
+    force = forcing_period(system)
+    coordinates = np.concatenate([sequence.layout.x, sequence.layout.v])
+    size = size_of(system, states[marks[-1]], coordinates)
+
+    def distance(a: int, b: int) -> tuple[float, int]:
+        # Of one kind are two states whose contacts go on alike, on like branches.
+        if (states[a, width:] != states[b, width:]).any() or (following[a] != following[b]).any():
+            return math.inf, 0
+        gap = float(np.abs((states[a][coordinates] - states[b][coordinates]) / size).max())
+        if force is None:
+            return gap, 0
+        forcing_periods = (states[b, 0] - states[a, 0]) / force
+        whole = max(1, round(forcing_periods))
+        if periods is not None and whole != periods:
+            return math.inf, 0
+        return max(gap, abs(forcing_periods - whole) * force / (system.natural_period / (2 * math.pi))), whole
+
+    # From the end of a settled run backwards, from the guess onwards otherwise.
+    if settled:
+        ends = [(int(a), int(marks[-1])) for a in marks[-2:-202:-1]]
+    else:
+        ends = [(int(a), int(b)) for i, a in enumerate(marks[:40]) for b in marks[i + 1 : i + 41]]
+    pairs = []
+    for a, b in ends:
+        gap, forcing_periods = distance(a, b)
+        pairs.append((gap, b - a, a, b, forcing_periods))
+    for tolerance in (1e-7, 1e-5, 1e-3, 3e-2, 0.3):
+        near = [pair for pair in pairs if pair[0] < tolerance]
+        if near:
+            _, _, a, b, forcing_periods = min(near, key=lambda pair: (pair[1], pair[0]))
+            return _early(sequence.part(followed, a, b), force), forcing_periods
+    raise InputError(
+        "periodic_orbit: no return comes near an earlier one: the motion is not periodic or not settled; "
+        "simulate longer (t_end) or give a guess"
+    )
+
+
+def _early(sequence: EventSequence, force: float | None) -> EventSequence:
+    """The same in the first period of the forcing, where a change of its frequency moves the phase least."""
+    start = sequence.start.copy()
+    start[0] -= start[0] if force is None else force * math.floor(start[0] / force)
+    return replace(sequence, start=start)
+
+
+def periodic_orbit(
+    system: Oscillator | System, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
+) -> PeriodicOrbit:
+    """A periodic orbit, stable or not, by Newton's method on its event sequence.
+
+    The unknowns are the state at an event of the orbit (memory of the contact included), and at a forced system the phase;
+    the derivative of the return map is that of the core, exact through every event.
+
+    Parameters
+    ----------
+    system : autonomous or with harmonic forcing, of one mass or several; any law without an internal state. Contacts of a
+        system must not close a loop, and its drives follow no table.
+    guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
+        that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit` or a :class:`PeriodicOrbit`: its
+        last state.
+    t_end : length of the run that is looked at for a return; default 150 natural periods, 30 from a guess.
+    periods : the number of periods of the forcing an orbit must take; default the first that returns.
+
+    Returns
+    -------
+    PeriodicOrbit.
+
+    Raises
+    ------
+    InputError
+        where no return is near an earlier one, Newton's method does not converge, or what it converges to is not a motion
+        of the system because the event sequence would be another.
+
+    Source: shooting with saltation, Leine & Nijmeijer 2004 (LNACM 18), ch. 7; the orbit is exact, so is its derivative.
+
+    >>> from stickslip.laws import DwellTime
+    >>> cycle = periodic_orbit(Oscillator(damping=0.0, drive_velocity=0.3, law=DwellTime(0.5, 0.5, 0.4)))
+    >>> round(cycle.period, 10), cycle.multipliers.real.round(10).tolist()
+    (6.501489988, [1.0, 0.5716763248])
+    """
+    check(system, "periodic_orbit")
+    if periods is not None and (isinstance(periods, bool) or not isinstance(periods, int) or periods < 1):
+        raise InputError(f"periodic_orbit: periods must be a whole number of at least 1, got {periods!r}")
+    x0, v0 = _start(guess)
+    slowest = max(system.natural_period, forcing_period(system) or 0.0)
+    length = number("t_end", t_end, "periodic_orbit") if t_end is not None else slowest * (150 if guess is None else 30)
+    sequence, kinds = _run(system, length, x0, v0, pieces=1 if guess is not None else 4)
+    part, forcing_periods = find(system, sequence, kinds, guess is None, periods)
+    closed, rounds = close(part, forcing_periods)
+    if periods is None:
+        closed = once(closed)
+    cycle = finished(closed, rounds)
+    if amplitude(cycle) < 1e-7 * size_of(system, cycle.closed.sequence.start, np.array([1]))[0]:
+        raise InputError(
+            "periodic_orbit: the motion comes to rest or slips steadily: no cycle here; give another guess"
+        )
+    return cycle
+
+
+def _run(system: Any, length: float, x0: Any, v0: Any, pieces: int) -> tuple[EventSequence, list[str]]:
+    """The last piece of a run, half of it all, and the kinds of its events.
+
+    Each piece starts from where following the one before it ended, so that what is followed is what was run: two orbits that
+    rounding has set apart may part within a transient.
+    """
+    short = length / (pieces + 2) if pieces > 1 else length
+    sequence, kinds, stop = EventSequence.of_run(system, short, x0, v0)
+    for piece in range(1, pieces):
+        if stop != "t_end" or not kinds:
+            break
+        sequence, kinds, stop = sequence.from_event(len(kinds) - 1, short if piece < pieces - 1 else 3 * short)
+    if stop != "t_end":
+        raise InputError(f"periodic_orbit: the run ended by {stop}; choose another start or another t_end")
+    return sequence, kinds
+
+
+def amplitude(cycle: PeriodicOrbit) -> float:
+    """Half the range of x, from 401 points of a period; of several masses the largest."""
+    x = cycle.orbit.at(np.linspace(0.0, cycle.orbit.t_end, 401))[0]
+    return float(np.ptp(np.asarray(x), axis=0).max()) / 2
+
+
+def finished(closed: Return, rounds: int) -> PeriodicOrbit:
+    """A closed orbit as a result, its consistency checked."""
+    here = closed if len(closed.tests) else return_of(closed.sequence, closed.forcing_periods, tests=True)
+    reason = inconsistency(here)
+    if reason is not None:
+        raise InputError(
+            f"periodic_orbit: Newton's method closed an orbit the motion does not follow ({reason}): its event sequence "
+            "is another; give another guess"
+        )
+    size = size_of(here.sequence.system, here.sequence.start, here.coordinates)
+    kinds = kinds_of(here.sequence)
+    return PeriodicOrbit(
+        system=here.sequence.system,
+        period=here.period,
+        forcing_periods=here.forcing_periods,
+        multipliers=multipliers_of(here),
+        residual=float(np.abs(here.defect / size).max(initial=0.0)),
+        rounds=rounds,
+        section="extremum of the slip velocity" if here.sequence.endings[-1] == SECTION else kinds[-1],
+        events=tuple(kinds),
+        closed=here,
+    )
+
+
+def _start(guess: Any) -> tuple[Any, Any]:
+    if guess is None:
+        return None, None
+    if isinstance(guess, PeriodicOrbit):
+        return guess.state[1:]
+    if isinstance(guess, Orbit):
+        x, v = guess.at(guess.t_end)
+        return x, v
+    try:
+        x, v = (np.asarray(part, float) for part in guess)
+    except (TypeError, ValueError):
+        raise InputError(f"periodic_orbit: guess must be (x, v), an orbit or None, got {guess!r}") from None
+    if not (np.isfinite(x).all() and np.isfinite(v).all()):
+        raise InputError(f"periodic_orbit: guess must be finite numbers, got {guess!r}")
+    return x, v

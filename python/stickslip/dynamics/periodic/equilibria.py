@@ -1,0 +1,165 @@
+"""Steady slip: its place, what becomes of small disturbances, and where that changes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence, read, with_number
+from stickslip.errors import InputError
+from stickslip.model.system import Oscillator
+
+#: The damping, in units of √(k m), that rounding leaves where there is none.
+_NEUTRAL = 1e-12
+
+
+@dataclass(frozen=True)
+class SteadySlip:
+    """The mass at rest while the drive slips under it.
+
+    Attributes
+    ----------
+    x : where friction and spring balance.
+    damping : D + dF/du, the damping that small disturbances feel.
+    growth : their rate of growth, the largest real part of the two exponents.
+    neutral : whether they neither grow nor decay: that damping is zero to 1e-12 of √(k m).
+    """
+
+    x: float
+    damping: float
+    growth: float
+    neutral: bool
+
+
+def steady_slip(system: Oscillator) -> SteadySlip | None:
+    """The steady slip of an unforced oscillator; None where the drive rests or friction has branches by the sense of ẇ.
+
+    The slope of friction is read off the fundamental matrix of the motion beside it: det Φ(τ) = exp(−(D + F′) τ/m).
+
+    >>> from stickslip.laws import ExponentialStribeck
+    >>> state = steady_slip(Oscillator(0.1, 1.0, ExponentialStribeck(1.0, 0.5, 0.5)))
+    >>> round(state.damping, 12) == round(0.1 - math.exp(-2.0), 12)
+    True
+    """
+    if system.drive_velocity == 0 or system.harmonics:
+        return None
+    drive = system.drive_velocity
+    x = float(system.law.kinetic_force(drive)) / system.stiffness
+    longest = 0.1 * system.natural_period
+    rough = _damping(system, x, 1e-6 * longest)
+    if math.isnan(rough):
+        return None
+    # Over a long time heavy damping leaves a determinant that is the rounding of its two products.
+    damping = _damping(system, x, min(longest, 0.3 * system.mass / max(abs(rough), 1e-300)))
+    half = damping / (2 * system.mass)
+    square = half * half - system.stiffness / system.mass
+    growth = -half + (math.sqrt(square) if square > 0 else 0.0)
+    return SteadySlip(x, damping, growth, abs(damping) < _NEUTRAL * math.sqrt(system.stiffness * system.mass))
+
+
+def _damping(system: Oscillator, x: float, tau: float) -> float:
+    """The damping of small disturbances, from what becomes of them in a time; NaN where the law follows the sense of ẇ."""
+    sequence, kinds, _ = EventSequence.of_run(system, tau, x, 0.0)
+    # The second flag: whether it does.
+    if sequence.start[len(STATE) + 1]:
+        return math.nan
+    if kinds:
+        # Rounding has set off an event at once: the line of friction it starts on says all the same.
+        sequence = replace(sequence, phases=np.array([[*sequence.phases[0, :2], TIME, tau]]))
+    matrix = sequence.follow().rates[-1][1:3, 1:3]
+    return -system.mass * math.log(max(float(np.linalg.det(matrix)), 1e-300)) / tau
+
+
+def hopf_points(system: Oscillator, path: str, bounds: tuple[float, float]) -> list[tuple[str, float]]:
+    """Where the damping of steady slip changes its sign over a parameter.
+
+    Through zero it is a ``"hopf"`` point, by a jump at a corner of the law a ``"nonsmooth_hopf"`` point, also where the
+    damping jumps to or from zero, as it does without damping at the ends of a level piece of the law.
+
+    >>> from stickslip.laws import ExponentialStribeck
+    >>> belt = Oscillator(0.1, 1.0, ExponentialStribeck(1.0, 0.5, 0.5))
+    >>> [(kind, round(value, 12)) for kind, value in hopf_points(belt, "/drive_velocity", (0.1, 2.0))]
+    [('hopf', 1.151292546497)]
+    """
+    return steady_changes(system, path, bounds)[0]
+
+
+def steady_changes(
+    system: Oscillator, path: str, bounds: tuple[float, float], scan: int = 400
+) -> tuple[list[tuple[str, float]], list[tuple[float, float]]]:
+    """The Hopf points of steady slip (:func:`hopf_points`), and the ranges of the parameter in which it is neutral.
+
+    >>> from stickslip.laws import Coulomb
+    >>> steady_changes(Oscillator(0.0, 1.0, Coulomb(0.5)), "/drive_velocity", (0.1, 2.0))
+    ([], [(0.1, 2.0)])
+    """
+
+    def damping(value: float, exact: bool = False) -> float:
+        try:
+            state = steady_slip(with_number(system, path, value))
+        except InputError:
+            return math.nan
+        return math.nan if state is None else 0.0 if state.neutral and not exact else state.damping
+
+    values = np.linspace(*bounds, scan + 1)
+    samples = np.array([damping(float(value)) for value in values])
+    signs = np.sign(samples)
+    scale = np.abs(samples[np.isfinite(samples)]).max(initial=0.0)
+    points: list[tuple[str, float]] = []
+    neutral: list[tuple[float, float]] = []
+    begin = bounds[0] if signs[0] == 0 else None
+    for index in np.flatnonzero(np.isfinite(np.diff(signs)) & (np.diff(signs) != 0)):
+        low, high = float(values[index]), float(values[index + 1])
+        f_low, f_high = float(samples[index]), float(samples[index + 1])
+        # A zero that is passed is found exactly; the end of a neutral range is where the damping is not zero any more.
+        exact = f_low * f_high != 0
+        for _ in range(200):
+            # Bisection with the secant's guess: a jump converges as surely as a zero.
+            guess = (low * f_high - high * f_low) / (f_high - f_low)
+            for middle in (guess, (low + high) / 2):
+                if not low < middle < high:
+                    continue
+                f = damping(middle, exact)
+                if np.sign(f) == np.sign(f_low):
+                    low, f_low = middle, f
+                else:
+                    high, f_high = middle, f
+            if high - low <= 4e-16 * max(abs(low), abs(high)) or f_low == f_high:
+                break
+        small, large = sorted((abs(f_low), abs(f_high)))
+        root = low if abs(f_low) < abs(f_high) else high
+        if not exact and f_low == 0:
+            neutral.append((bounds[0] if begin is None else begin, low))
+            begin = None
+        elif not exact:
+            begin = high
+        # Where the damping only fades away there is no speed at which it ends.
+        if exact or large > 1e-9 * scale:
+            points.append(("hopf" if exact and small < 1e-9 * scale else "nonsmooth_hopf", root))
+    if begin is not None:
+        last = np.flatnonzero(signs == 0)[-1]
+        neutral.append((begin, float(values[last])))
+    return points, neutral
+
+
+def criticality(system: Oscillator, path: str, value: float, width: float) -> str:
+    """Whether the cycle born at a smooth Hopf point of the drive velocity is stable: the sign of F‴ at the slip velocity.
+
+    >>> from stickslip.laws import ExponentialStribeck
+    >>> belt = Oscillator(0.1, 1.0, ExponentialStribeck(1.0, 0.5, 0.5))
+    >>> criticality(belt, "/drive_velocity", 1.151292546497023, 2.0)
+    'subcritical'
+    """
+    step = 1e-3 * width
+    speed = read(system, "/drive_velocity")
+    if path != "/drive_velocity":
+        system = with_number(system, path, value)
+        value = speed
+    states = [steady_slip(with_number(system, "/drive_velocity", value + shift * step)) for shift in (-1, 0, 1)]
+    below, at, above = (math.nan if state is None else state.damping for state in states)
+    bend = above - 2 * at + below
+    if abs(bend) < 1e-9 * max(abs(above), abs(below)):
+        return "degenerate"
+    return "supercritical" if bend > 0 else "subcritical"

@@ -1,0 +1,220 @@
+"""Lyapunov exponents through events, and the 0–1 test for chaos as a check beside them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.dynamics.periodic.event_sequence import TIME, EventSequence, check, layout_of
+from stickslip.dynamics.periodic.return_map import forcing_period
+from stickslip.errors import InputError
+from stickslip.files.documents import number
+from stickslip.model.system import Oscillator, System
+
+
+@dataclass(frozen=True)
+class LyapunovSpectrum:
+    """Lyapunov exponents of a motion.
+
+    Attributes
+    ----------
+    exponents : in 1/time, the largest first; −inf for a direction that sticking forgets at once, 0 for the shift in time of
+        an autonomous motion.
+    chaos_test : K of the 0–1 test on the positions at the events, near 1 for chaos and 0 for order; NaN with fewer than 200.
+    t : time over which they are averaged.
+    events : events in it.
+    times, running : what the averages were on the way: times, shape (n,), and the exponents found from the first of the run
+        up to them, shape (n, number of exponents).
+    """
+
+    exponents: NDArray[np.float64]
+    chaos_test: float
+    t: float
+    events: int
+    times: NDArray[np.float64] = field(repr=False, compare=False)
+    running: NDArray[np.float64] = field(repr=False, compare=False)
+
+    @property
+    def errors(self) -> NDArray[np.float64]:
+        """Standard error of each exponent, from its averages over 20 parts of the run; NaN for −inf."""
+        edges = np.linspace(0.0, self.t, 21)
+        sums = self.running * self.times[:, None]
+        lost = ~np.isfinite(sums).all(axis=0)
+        parts = [
+            np.diff(np.interp(edges, np.append(0.0, self.times), np.append(0.0, column))) / np.diff(edges)
+            for column in np.where(np.isfinite(sums), sums, 0.0).T
+        ]
+        errors: NDArray[np.float64] = np.std(parts, axis=1, ddof=1) / math.sqrt(20)
+        errors[lost] = math.nan
+        return errors
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{value:.5g}" for value in self.exponents)
+        return f"<LyapunovSpectrum {values} over t = {self.t:g}, 0–1 test {self.chaos_test:.2f}>"
+
+
+def lyapunov(
+    system: Oscillator | System,
+    t_end: float,
+    x0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    *,
+    transient: float = 0.1,
+    seed: int = 0,
+) -> LyapunovSpectrum:
+    """The Lyapunov exponents of a motion: its derivative from event to event, memory included, orthogonalised at each.
+
+    λ_i = lim (1/t) Σ ln |R_ii| with the QR factors of the derivatives between events; jumps at events are in them.
+
+    Parameters
+    ----------
+    system : of one mass or several; any law without an internal state. Contacts of a system must not close a loop.
+    t_end : time to run; some thousand periods give two digits.
+    x0, v0 : start, as for :func:`stickslip.simulate`.
+    transient : the fraction of the run that is left out, in [0, 1).
+    seed : of the frequencies of the 0–1 test.
+
+    Returns
+    -------
+    LyapunovSpectrum of 2 n exponents for n masses (of a forced system without the 0 of its clock).
+
+    Raises
+    ------
+    InputError
+        for a value that makes no sense, or a run that ends early.
+
+    Limits: a finite average; where sticks are rare, the exponent they bring is −inf all the same.
+
+    Source: Müller, Chaos Solitons Fractals 5 (1995) 1671; Gottwald & Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129.
+
+    >>> from stickslip.laws import StaticKinetic
+    >>> lyapunov(Oscillator(0.1, 0.2, StaticKinetic(1.0, 0.6)), 500.0).exponents.tolist()
+    [0.0, -inf]
+    """
+    check(system, "lyapunov")
+    if not 0 <= transient < 1:
+        raise InputError(f"lyapunov: transient must lie in [0, 1), got {transient}")
+    end = number("t_end", t_end, "lyapunov")
+    forced = forcing_period(system) is not None
+    layout = layout_of(system)
+    motion = np.concatenate([layout.x, layout.v])
+    directions = len(motion) - (0 if forced else 1)
+    # A clock that nothing reads is no direction.
+    coordinates = np.arange(0 if forced else 1, layout.width)
+    rng = np.random.default_rng(seed)
+    basis = np.zeros((layout.width, directions))
+    basis[motion] = rng.standard_normal((len(motion), directions))
+    if forced:
+        basis[0] = rng.standard_normal(directions)
+    begin = transient * end
+    sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
+    positions: list[float] = []
+    times: list[float] = []
+    course: list[NDArray[np.float64]] = []
+    for sequence in _blocks(system, end, x0, v0):
+        followed = sequence.follow(reseed=True)
+        for ending, rates, duration, reached in zip(
+            sequence.endings, followed.rates, followed.durations, followed.states, strict=True
+        ):
+            full = np.zeros_like(basis)
+            full[coordinates] = rates[np.ix_(coordinates, coordinates)] @ basis[coordinates]
+            # A direction once lost stays lost: its factor is 0 for good.
+            basis, factors = np.linalg.qr(full)
+            now += duration
+            if now > begin:
+                with np.errstate(divide="ignore"):
+                    sizes = np.abs(np.diag(factors))
+                    # What rounding leaves of a direction that a stick forgets is nothing.
+                    sums += np.log(np.where(sizes < 1e-12 * sizes.max(), 0.0, sizes))
+                elapsed += duration
+                counted += int(ending != TIME)
+                positions.append(float(reached[1]))
+                times.append(elapsed)
+                course.append(sums.copy())
+    running = np.array(course) / np.array(times)[:, None]
+    if not forced:
+        # The shift in time, or, in a motion without events, the exponent it shares with the last.
+        other = np.zeros_like(running[:, :1]) if counted else running[:, -1:]
+        running = np.concatenate([other, running], axis=1)
+    running = running[:, np.argsort(running[-1])[::-1]]
+    test = chaos_test(positions, seed) if len(positions) >= 200 else math.nan
+    return LyapunovSpectrum(running[-1], test, elapsed, counted, np.array(times), running)
+
+
+def _blocks(
+    system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None
+) -> Iterator[EventSequence]:
+    """The motion in parts that end at events.
+
+    Each is run from the end of the one before, so that a chaotic motion and its derivative do not part; a long mode without
+    events comes in parts short enough that no derivative underflows.
+    """
+    length = 20 * system.natural_period
+    sequence, kinds, stop = EventSequence.of_run(system, min(length, end), x0, v0)
+    now = 0.0
+    while True:
+        if stop not in ("t_end", "max_events"):
+            raise InputError(f"lyapunov: the run ended by {stop}; choose another start or a shorter t_end")
+        over = now + float(sequence.phases[:, -1].sum()) >= end * (1 - 1e-12)
+        if not over and not kinds and not sequence.directions[0].any():
+            # Stuck beyond this part: a stick must be followed from its begin.
+            length *= 2
+            sequence, kinds, stop = sequence.continued(min(length, end - now))
+            continue
+        count = len(sequence.phases) if over or not kinds else len(kinds)
+        modes = sequence.modes[count] if count < len(sequence.phases) else sequence.last
+        part = replace(sequence, phases=sequence.phases[:count], last=modes)
+        if part.endings[-1] == TIME:
+            pieces = max(1, math.ceil(part.phases[-1, -1] / system.natural_period))
+            last = [*part.phases[-1, :-1], part.phases[-1, -1] / pieces]
+            part = replace(part, phases=np.vstack([part.phases[:-1], [last] * pieces]))
+        yield part
+        if over:
+            return
+        followed = part.follow()
+        now += float(followed.durations.sum())
+        sequence, kinds, stop = part.from_event(
+            count - 1 if len(part.phases) == count else -1, min(length, end - now), followed
+        )
+
+
+def chaos_test(series: ArrayLike, seed: int = 0) -> float:
+    """The 0–1 test for chaos: K near 1 for a chaotic series, near 0 for a regular one.
+
+    The median over 100 frequencies of the correlation of the damped mean square displacement with time.
+
+    Parameters
+    ----------
+    series : shape (n,), n ≥ 200, of a map (sampled sparsely, not a densely sampled flow).
+    seed : of the frequencies.
+
+    Source: Gottwald & Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129.
+
+    >>> logistic = [0.3]
+    >>> for _ in range(999): logistic.append(4 * logistic[-1] * (1 - logistic[-1]))
+    >>> bool(chaos_test(logistic) > 0.9), bool(abs(chaos_test(np.cos(np.arange(1000.0)))) < 0.2)
+    (True, True)
+    """
+    values = np.asarray(series, float)[-5000:]
+    if values.ndim != 1 or values.size < 200:
+        raise InputError(f"chaos_test: series must have at least 200 numbers, got shape {values.shape}")
+    if np.ptp(values) <= 1e-9 * np.abs(values).max():
+        return 0.0
+    rng = np.random.default_rng(seed)
+    n = values.size
+    steps = np.arange(1, n // 10 + 1)
+    mean = values.mean()
+    found = []
+    for frequency in rng.uniform(np.pi / 5, 4 * np.pi / 5, 100):
+        angles = frequency * np.arange(1, n + 1)
+        walk = np.cumsum(values * np.exp(1j * angles))
+        most = n - steps[-1]
+        spread = np.array([np.mean(np.abs(walk[s : s + most] - walk[:most]) ** 2) for s in steps])
+        damped = spread - mean**2 * (1 - np.cos(steps * frequency)) / (1 - np.cos(frequency))
+        # A floor of the size of the series, so that rounding of a regular one is no growth.
+        found.append(np.corrcoef(steps, damped)[0, 1] if damped.std() > 1e-6 * values.var() else 0.0)
+    return float(np.median(found))

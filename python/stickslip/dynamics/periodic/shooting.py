@@ -1,0 +1,211 @@
+"""Curves of periodic orbits and of their boundaries: pseudo-arclength on the return map held to one event sequence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.dynamics.continuation.conditions import determinant, gradient
+from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, with_number
+from stickslip.dynamics.periodic.return_map import Return, inconsistency, moved, return_of, size_of
+from stickslip.errors import InputError
+
+#: Boundary and contact as one number, phase, and which of that kind on the phase: a test function along a sequence.
+Label = tuple[int, int, int]
+#: Newton's method is given up where so many rounds do not halve its smallest step.
+_PATIENCE = 7
+#: What vanishes on a curve in two parameters: a test function, or a condition on the multipliers by its name.
+Condition = Label | str
+
+
+class Lost(Exception):
+    """No orbit of this event sequence is found near the guess."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """The numbers of the system that vary, and how far they reach."""
+
+    paths: tuple[str, ...]
+    ranges: tuple[tuple[float, float], ...]
+    #: Whether steps are measured by the values themselves instead of their ranges.
+    relative: bool = False
+
+    def scales(self, values: Floats) -> Floats:
+        """What counts as large in each parameter."""
+        spans = np.array([high - low for low, high in self.ranges])
+        return np.maximum(np.abs(values), 1e-3 * spans) if self.relative else spans
+
+
+@dataclass(frozen=True)
+class Point:
+    """A closed orbit of a family, the values of its parameters, and the direction in which the curve goes on.
+
+    `direction` is scaled: over the numbers of the state and the parameters, in units of their sizes.
+    """
+
+    here: Return
+    values: Floats
+    direction: Floats
+    boundary: Condition | None = None
+
+
+def boundary_of(label: Label) -> tuple[str, int]:
+    """The name of the test function of a label, and its contact."""
+    return BOUNDARIES[label[0] % len(BOUNDARIES)], label[0] // len(BOUNDARIES)
+
+
+def axis(sequence: EventSequence) -> Floats:
+    """The direction in which the only parameter grows and nothing else moves."""
+    return np.append(np.zeros(sequence.layout.width), 1.0)
+
+
+def labels(here: Return) -> dict[Label, int]:
+    """The rows of the test functions by label."""
+    found: dict[Label, int] = {}
+    for row, (boundary, phase, *_) in enumerate(here.tests):
+        order = sum(key[:2] == (int(boundary), int(phase)) for key in found)
+        found[(int(boundary), int(phase), order)] = row
+    return found
+
+
+def evaluate(
+    sequence: EventSequence, forcing_periods: int, family: Family, values: Floats, boundary: Condition | None
+) -> tuple[Return, Floats, Floats, Floats]:
+    """The return, what has to vanish, its derivative over the coordinates and the parameters, and that of what is written."""
+    system = sequence.system
+    try:
+        for path, value in zip(family.paths, values, strict=True):
+            system = with_number(system, path, float(value))
+        sequence = replace(sequence, system=system)
+        heres = [return_of(sequence, forcing_periods, path, tests=True) for path in family.paths]
+    except InputError as error:
+        raise Lost(str(error)) from None
+    here = heres[0]
+    residual = here.defect
+    jacobian = np.column_stack([here.map_jacobian - np.eye(len(here.coordinates)), *(item.parameter for item in heres)])
+    if boundary is not None:
+        value, slopes = _vanishing(heres, boundary, family, values)
+        residual = np.append(residual, value)
+        jacobian = np.vstack([jacobian, slopes])
+    if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
+        raise Lost("the motion leaves the numbers")
+    return here, residual, jacobian, np.column_stack([item.fixed_parameter for item in heres])
+
+
+def _vanishing(heres: list[Return], boundary: Condition, family: Family, values: Floats) -> tuple[float, Floats]:
+    """What vanishes beside the defect, and its derivatives over the coordinates and the parameters."""
+    here = heres[0]
+    if isinstance(boundary, str):
+        try:
+            return determinant(boundary, here), gradient(boundary, here, family.paths, list(family.scales(values)))
+        except (InputError, ValueError):
+            raise Lost("no orbit beside this one has its event sequence") from None
+    row = labels(here).get(boundary)
+    if row is None:
+        raise Lost("the test function is gone")
+    slopes = np.concatenate([here.test_rates[row, :-1], [item.test_rates[row, -1] for item in heres]])
+    return float(here.tests[row, 4]), slopes
+
+
+def _scales(here: Return, family: Family, values: Floats) -> Floats:
+    return np.concatenate([size_of(here.sequence.system, here.sequence.start, here.coordinates), family.scales(values)])
+
+
+def _places(here: Return, family: Family) -> NDArray[np.int64]:
+    """Where coordinates and parameters stand in a full direction."""
+    return np.concatenate([here.coordinates, here.sequence.layout.width + np.arange(len(family.paths))])
+
+
+def tangent(here: Return, jacobian: Floats, family: Family, values: Floats, along: Floats | None) -> Floats:
+    """The direction of the curve: the null vector of the scaled derivative, turned the way of `along`."""
+    scales = _scales(here, family, values)
+    _, _, rows = np.linalg.svd(jacobian * scales)
+    direction = np.zeros(here.sequence.layout.width + len(family.paths))
+    direction[_places(here, family)] = rows[-1]
+    if along is not None and direction @ along < 0:
+        direction = -direction
+    return direction
+
+
+def corrected(
+    sequence: EventSequence,
+    forcing_periods: int,
+    family: Family,
+    values: Floats,
+    direction: Floats | None,
+    boundary: Condition | None = None,
+    rounds: int = 25,
+) -> Point:
+    """Newton's method: across `direction`, or, where there are as many unknowns as equations, as it is.
+
+    Raises
+    ------
+    Lost
+        where it does not converge.
+    """
+    values = np.asarray(values, float).copy()
+    best, stalled, halved = np.inf, 0, 0
+    last: tuple[Return, Floats, Floats, Floats] | None = None
+    course: list[float] = []
+    for _ in range(rounds):
+        try:
+            here, residual, jacobian, written = evaluate(sequence, forcing_periods, family, values, boundary)
+        except Lost:
+            # A step too far: half of it.
+            if last is None or halved > 8:
+                raise
+            halved += 1
+            here, step, values, written = last[0], np.asarray(last[1] / 2, float), last[2], last[3]
+            last = (here, step, values, written)
+            sequence, values = _moved(here, step, values, written)
+            continue
+        scales = _scales(here, family, values)
+        matrix, right = jacobian * scales, -residual
+        if direction is not None:
+            matrix = np.vstack([matrix, direction[_places(here, family)]])
+            right = np.append(right, 0.0)
+        step = np.linalg.lstsq(matrix, right, rcond=1e-14)[0]
+        error = float(np.abs(step).max(initial=0.0))
+        if not np.isfinite(error):
+            break
+        settled = np.array_equal(here.end[here.fixed], here.sequence.start[here.fixed])
+        if error < 1e-14 or (error < 1e-8 and error >= 0.25 * best):
+            stalled += 1
+            if settled or stalled > 2:
+                along = tangent(here, jacobian, family, values, direction)
+                return Point(here, values, along, boundary)
+        best = min(best, error)
+        course.append(best)
+        if len(course) > _PATIENCE and best > 0.5 * course[-1 - _PATIENCE]:
+            break
+        step = np.asarray(step * scales * min(1.0, 0.3 / max(error, 1e-300)), float)
+        last, halved = (here, step, values, written), 0
+        sequence, values = _moved(here, step, values, written)
+    raise Lost(f"Newton's method does not converge, last step {best:.1e}")
+
+
+def _moved(here: Return, step: Floats, values: Floats, written: Floats) -> tuple[EventSequence, Floats]:
+    count = len(here.coordinates)
+    sequence = moved(here, step[:count])
+    sequence.start[here.fixed] += written @ step[count:]
+    return sequence, values + step[count:]
+
+
+def stepped(point: Point, forcing_periods: int, family: Family, step: float) -> Point:
+    """The next point of the curve, `step` along its direction, with the same event sequence."""
+    here = point.here
+    scales = np.ones(len(point.direction))
+    scales[_places(here, family)] = _scales(here, family, point.values)
+    leap = step * point.direction * scales
+    sequence = moved(here, leap[here.coordinates])
+    values = point.values + leap[here.sequence.layout.width :]
+    sequence.start[here.fixed] += here.fixed_parameter * leap[-1] if values.size == 1 else 0.0
+    return corrected(sequence, forcing_periods, family, values, point.direction, point.boundary)
+
+
+def consistent(here: Return) -> bool:
+    """Whether the real motion follows the event sequence."""
+    return inconsistency(here) is None

@@ -1,0 +1,231 @@
+"""Switching boundaries of an event sequence: which of the four sliding bifurcations ends it and what goes on beyond."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from stickslip.dynamics.continuation.branch import extremes
+from stickslip.dynamics.periodic.cycles import find, one_period
+from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, SECTION, EventSequence, with_number
+from stickslip.dynamics.periodic.return_map import Return, return_of
+from stickslip.dynamics.periodic.shooting import (
+    Family,
+    Label,
+    Lost,
+    Point,
+    axis,
+    boundary_of,
+    consistent,
+    corrected,
+    labels,
+)
+from stickslip.errors import InputError
+
+#: Where in a direction the parameter stands.
+_PARAMETER = -1
+_STICK = BOUNDARIES.index("stick")
+
+
+def worst(here: Return) -> dict[Label, float]:
+    """The test functions by label, finite ones."""
+    return {label: float(here.tests[row, 4]) for label, row in labels(here).items() if np.isfinite(here.tests[row, 4])}
+
+
+def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> tuple[Point, Label] | None:
+    """The nearest boundary ahead, on which one test function vanishes and none is negative."""
+    now = worst(point.here)
+    then = worst(ahead.here) if ahead is not None else {}
+    passed = [label for label, value in now.items() if then.get(label, 1.0) < 0 <= value]
+    # What was lost was lost over a test function that is small; the smallest first.
+    small = sorted(now, key=lambda label: now[label])[:4]
+    low, high = family.ranges[0]
+    span = float(family.scales(point.values)[0])
+    found: list[tuple[float, Point, Label]] = []
+
+    def consider(boundary: Point, label: Label) -> None:
+        distance = abs(boundary.values[0] - point.values[0]) / span
+        inside = low <= boundary.values[0] <= high and (boundary.here.durations > -1e-8).all()
+        if inside and distance < 4 * step and min(worst(boundary.here).values(), default=0.0) > -1e-8:
+            found.append((distance, boundary, label))
+
+    # A short slip between two sticks is hard to follow to its end; the stick that takes over is not.
+    whole = _merged(point, family, 0.02)
+    if whole is not None:
+        consider(*whole)
+    for label in dict.fromkeys([*passed, *(small if ahead is None else [])]) if not found else ():
+        with contextlib.suppress(Lost):
+            boundary = on_boundary(point, family, label)
+            consider(boundary, boundary.boundary if isinstance(boundary.boundary, tuple) else label)
+    if not found:
+        return None
+    # Of test functions that vanish together the tangency is named.
+    _, boundary, label = min(found, key=lambda item: (round(item[0], 9), item[2][0]))
+    return _merged(boundary, family, 1e-3) or (boundary, label)
+
+
+def on_boundary(point: Point, family: Family, boundary: Label) -> Point:
+    """The orbit of the curve on which a test function vanishes, by Newton's method from a point beside it.
+
+    The speed of arrival is a root beside the tangency: instead of it the slip speed vanishes where it is least.
+    """
+    sequence, forcing_periods = point.here.sequence, point.here.forcing_periods
+    kind, contact = boundary_of(boundary)
+    if kind == "arrival":
+        phases = sequence.phases.copy()
+        phases[boundary[1], -2] += SECTION - sequence.endings[boundary[1]]
+        sequence = replace(sequence, phases=phases)
+        low = len(BOUNDARIES) * contact
+        try:
+            found = [
+                label
+                for label in labels(return_of(sequence, forcing_periods, tests=True))
+                if label[:2] == (low, boundary[1])
+            ]
+        except InputError as error:
+            raise Lost(str(error)) from None
+        if not found:
+            raise Lost("the slip speed has no least value there")
+        boundary = found[-1]
+    return corrected(sequence, forcing_periods, family, point.values, None, boundary)
+
+
+def _merged(boundary: Point, family: Family, share: float) -> tuple[Point, Label] | None:
+    """The boundary seen as one stick that touches its limit, where slips of less than `share` of a period part two sticks."""
+    here = boundary.here
+    phases = here.sequence.phases
+    # Of several contacts each would have sticks of its own to join.
+    stuck = here.sequence.directions[:, 0] == 0 if here.sequence.layout.contacts == 1 else np.zeros(len(phases), bool)
+    short = ~stuck & (here.durations < share * here.period) & np.roll(stuck, 1) & np.roll(stuck, -1)
+    if not short.any() or stuck.sum() <= short.sum():
+        return None
+    # It starts with a stick before a slip that has vanished, so that no stick is cut.
+    first = next((i for i in range(len(phases)) if short[(i + 1) % len(phases)] and not short[i - 1]), None)
+    if first is None or phases[first, 0] != 0:
+        return None
+    try:
+        sequence = _rotated(here.sequence, first)
+    except InputError:
+        return None
+    gone = np.roll(short, -first)
+    rows: list[list[float]] = []
+    places: list[tuple[int, float]] = []
+    for index, phase in enumerate(sequence.phases):
+        if gone[index - 1] and index:
+            rows[-1] = [*rows[-1][:3], rows[-1][3] + phase[3]]
+        elif gone[index]:
+            places.append((len(rows) - 1, rows[-1][3]))
+        else:
+            rows.append(list(phase))
+    sequence = replace(sequence, phases=np.array(rows))
+    try:
+        tests = return_of(sequence, here.forcing_periods, tests=True).tests
+        phase, tau = places[0]
+        near = tests[(tests[:, 0] == _STICK) & (tests[:, 1] == phase)]
+        order = int(np.argmin(np.abs(near[:, 2] - tau)))
+        label = (_STICK, phase, order)
+        return corrected(sequence, here.forcing_periods, family, boundary.values, None, label), label
+    except (InputError, Lost, ValueError):
+        return None
+
+
+def _rotated(sequence: EventSequence, first: int) -> EventSequence:
+    """The same period from the start of another phase on."""
+    if first == 0:
+        return sequence
+    states = sequence.follow().states
+    start = states[first - 1].copy()
+    phases = np.vstack([sequence.phases[first:], sequence.phases[:first]])
+    return EventSequence(sequence.system, start, phases, phases[0, :-2].copy())
+
+
+def name_of(here: Return, boundary: Label) -> str:
+    """The bifurcation a boundary is, by which test function vanishes and how the holding force moves there."""
+    row = labels(here).get(boundary)
+    kind, detail = boundary_of(boundary)[0], 0.0 if row is None else float(here.tests[row, 3])
+    if kind in ("low", "high"):
+        return "grazing_sliding" if kind == "low" and detail == 0.0 else "grazing_node"
+    if kind == "arrival":
+        return "grazing_sliding"
+    if kind == "stick":
+        return "adding_sliding"
+    return "crossing_sliding" if detail > 0 else "switching_sliding"
+
+
+def beyond(boundary: Point, old: Return, family: Family, ways: tuple[float, ...]) -> tuple[Point, float] | None:
+    """The first point beside a boundary with another event sequence than the `old` one, and on which side of the parameter.
+
+    None where no motion goes on.
+    """
+    span = float(family.scales(boundary.values)[0])
+    try:
+        low_x, high_x = _extent(boundary.here)
+    except InputError:
+        # On a tangency itself following may lose the event; the last orbit before it has nearly the same range.
+        low_x, high_x = _extent(old)
+    for offset, sign in itertools.product((1e-3, 3e-3, 1e-2), ways):
+        value = float(boundary.values[0]) + sign * offset * span
+        for sequence, kinds in _probes(boundary, family, value, offset):
+            try:
+                cut, forcing_periods = find(
+                    sequence.system, sequence, kinds, False, boundary.here.forcing_periods or None
+                )
+                point = corrected(cut, forcing_periods, family, np.array([value]), axis(cut))
+            except (InputError, Lost, IndexError):
+                continue
+            if not consistent(point.here) or signature(point.here) == signature(old):
+                continue
+            extent = _extent(point.here)
+            reach = 0.02 + 4 * math.sqrt(offset)
+            if max(abs(extent[0] - low_x), abs(extent[1] - high_x)) > reach * (high_x - low_x):
+                continue
+            direction = point.direction * math.copysign(1.0, point.direction[_PARAMETER]) * sign
+            return replace(point, direction=direction), sign
+    return None
+
+
+def signature(here: Return) -> tuple[tuple[float, ...], ...]:
+    """The event sequence whatever event it starts with; sections of our own do not count."""
+    rows = [tuple(row) for row in here.sequence.phases[here.sequence.endings != SECTION, :-1]]
+    turned = [tuple(rows[i:] + rows[:i]) for i in range(len(rows))]
+    return min(turned, default=())
+
+
+def _extent(here: Return) -> tuple[float, float]:
+    return extremes(one_period(here, here.period))
+
+
+def _probes(boundary: Point, family: Family, value: float, offset: float) -> Iterator[tuple[EventSequence, list[str]]]:
+    """Runs of the real motion from states beside the orbit on the boundary."""
+    here = boundary.here
+    system = with_number(here.sequence.system, family.paths[0], value)
+    try:
+        sectioned = here.sequence.with_sections()
+        followed = sectioned.follow()
+    except InputError:
+        return
+    marks = np.flatnonzero(sectioned.endings == SECTION)
+    length = (2.3 if here.forcing_periods == 0 else 1.6) * here.period
+    # From the greatest slip speed, where a contact remembers least of the boundary, a little faster or slower; else as it is.
+    places = [sectioned.part(followed, int(mark), len(sectioned.phases) - 1) for mark in marks[:1]] + [sectioned]
+    for sequence in places:
+        if len(sequence.phases) == 0:
+            continue
+        coordinates = sequence.layout.v
+        speed = max(float(np.abs(sequence.start[coordinates]).max()), 1e-12)
+        for shift in (0.0, 1.0, -1.0, 4.0, -4.0):
+            start = sequence.start.copy()
+            if shift and not sequence.directions[0].any():
+                continue
+            start[coordinates] += shift * offset * speed
+            try:
+                run, kinds, stop = replace(sequence, system=system, start=start).continued(length)
+            except InputError:
+                continue
+            if stop == "t_end":
+                yield run, kinds

@@ -1,0 +1,237 @@
+"""Rows of a sweep: one run each, of which only what is steady is kept; computed in the core."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip import _core
+from stickslip.dynamics.sections import Surface, forcing_frequency, usual_surface
+from stickslip.errors import InputError
+from stickslip.model.parameters import varied
+from stickslip.model.system import Oscillator, System, system_from_dict
+from stickslip.simulation.regimes import CHAOTIC, REGULAR
+from stickslip.simulation.simulate import simulate
+
+Array = NDArray[Any]
+
+#: What a row says, with its unit where it has one and its type.
+MEANINGS = {
+    "regime": "kind of motion, see stickslip.simulation.regimes",
+    "period": "returns to the section after which the motion repeats; 0 where it does not, 1 for a motion that rests",
+    "recurrence": "rests, periodic, quasi_periodic, chaotic or undecided, see stickslip.simulation.regimes",
+    "chaos": "growth rate K of the 0-1 test where the motion does not repeat: near 1 for chaos, near 0 on a torus",
+    "loops": "maxima of x until the motion repeats",
+    "period_time": "time until the motion repeats",
+    "amplitude": "half of max x - min x",
+    "x_min": "least position",
+    "x_max": "greatest position",
+    "w_min": "least slip velocity",
+    "w_max": "greatest slip velocity",
+    "x_mean": "mean position in the section over one period",
+    "v_mean": "mean velocity in the section over one period",
+    "stuck_share": "share of the time in which the mass sticks",
+    "events": "events of the whole run",
+    "stop": "why the run ended",
+}
+COUNTS = ("period", "loops", "events")
+WORDS = ("regime", "recurrence", "stop")
+NUMBERS = tuple(name for name in MEANINGS if name not in (*COUNTS, *WORDS))
+
+#: Positions, velocities and a row of the column ``restart`` (empty for none).
+Start = tuple[Any, Any, Any] | None
+
+
+@dataclass(frozen=True)
+class Look:
+    """What is looked at in a run: `transient` periods are left out, `window` periods after them are looked at.
+
+    A period is that of the first forcing, or the natural period. A motion repeats where its states in the section do, to
+    the part `tolerance` of its extent. `points` turning points and points of the section are kept, the last ones, of the mass
+    of one `contact`. A motion that does not repeat is followed for `decide` more periods, to tell whether it is chaotic.
+    """
+
+    transient: float
+    window: float
+    tolerance: float
+    surface: Surface | None = None
+    points: int = 0
+    decide: int = 0
+    max_events: int = 10_000_000
+    contact: int = 0
+
+    def to_json(self) -> str:
+        """The document for the core."""
+        return json.dumps(asdict(self) | {"surface": self.surface and self.surface.to_dict()})
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Some rows: what one task computes, on a thread of this machine or on a worker elsewhere.
+
+    `values` has a row for each run and a column for each path. Each starts from `start` (default stuck at x = 0; a velocity
+    that is not a number is that of the drive); in a `chain` only the first, the others where the one before ended, and
+    `backwards` the last row is the first. Where the motion has a closed form the column ``restart`` says how it goes on: x,
+    w, the mode and what the contact remembers; else it is not a number.
+    """
+
+    document: str
+    paths: tuple[str, ...]
+    values: Array
+    look: Look
+    chain: bool = False
+    backwards: bool = False
+    start: Start = None
+    until: float | None = None
+
+    def compute(self) -> dict[str, Array]:
+        """The columns named in `MEANINGS`, the ends, turning points and section points, a row for each run."""
+        values = self.values[::-1] if self.backwards else self.values
+        document = json.loads(self.document)
+        system = system_from_dict(document)
+        seconds = None if self.until is None else max(self.until - time.time(), 0.0)
+        if system.integrated:
+            columns = self._integrated(document, values, seconds)
+        else:
+            start = None
+            if self.start is not None:
+                x, v, restart = (np.ravel(item).tolist() for item in self.start)
+                start = (x, v, restart)
+            try:
+                table = _core.sweep(
+                    self.document,
+                    list(self.paths),
+                    # A copy: what Dask hands over need not be aligned.
+                    np.array(values, float).ravel(),
+                    self.look.to_json(),
+                    self.chain,
+                    start,
+                    seconds,
+                )
+            except ValueError as error:
+                raise InputError(str(error)) from None
+            columns = columns_of(table, len(values), self.look.points)
+        if isinstance(system, Oscillator):
+            columns |= {name: columns[name][:, 0] for name in ("x_end", "v_end")}
+        return {name: column[::-1] for name, column in columns.items()} if self.backwards else columns
+
+    def _integrated(self, document: dict[str, Any], values: Array, seconds: float | None) -> dict[str, Array]:
+        """Runs under laws with an internal state, one by one from their whole orbits."""
+        rows, start = [], self.start
+        deadline = math.inf if seconds is None else time.monotonic() + seconds
+        for row in values.tolist():
+            system, starts = varied(document, self.paths, row)
+            if start is not None:
+                x, v, _ = start
+                starts = {"x0": x, "v0": None if np.isnan(v).any() else v} | starts
+            rows.append(self._one(system, starts, deadline))
+            ended = self.chain and rows[-1]["stop"][0] == "t_end"
+            start = (rows[-1]["x_end"][0], rows[-1]["v_end"][0], ()) if ended else None if self.chain else start
+        return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
+
+    def _one(self, system: Oscillator | System, starts: dict[str, Any], deadline: float) -> dict[str, Array]:
+        look, span = self.look, period_of(system)
+        surface = json.dumps((look.surface or usual_surface(system)).to_dict())
+        periods = look.transient + look.window
+        while True:
+            seconds = None if deadline == math.inf else max(deadline - time.monotonic(), 1e-3)
+            orbit = simulate(system, periods * span, max_events=look.max_events, max_seconds=seconds, **starts)
+            columns = columns_of(orbit._steady(look.to_json(), span, surface, look.contact), 1, look.points)
+            masses = system.masses if isinstance(system, System) else 1
+            columns |= {
+                name: np.reshape(value, (1, masses))
+                for name, value in zip(("x_end", "v_end"), orbit.at(orbit.t_end), strict=True)
+            }
+            if orbit.stop != "t_end":
+                return columns | {
+                    "stop": np.array([orbit.stop]), "regime": np.array(["unfinished"]), "period": np.array([0]),
+                    "recurrence": np.array(["undecided"]),
+                }  # fmt: skip
+            if columns["period"][0] or not look.decide or periods > look.transient + look.window:
+                return columns
+            # The core looks on at what comes after the window.
+            periods += look.decide
+
+
+def columns_of(table: Any, count: int, points: int) -> dict[str, Array]:
+    """The columns of `count` runs from the numbers of the core."""
+    numbers, x_end, v_end, turning_x, turning_w, section, restart = table
+    columns = dict(zip(_core.SWEEP_COLUMNS, numbers.reshape(count, -1).T.copy(), strict=True))
+    columns["amplitude"] = (columns["x_max"] - columns["x_min"]) / 2
+    section = section.reshape(count, points, 3)
+    columns |= {
+        **{name: columns[name].astype(np.int64) for name in COUNTS},
+        "regime": np.array(_core.REGIMES)[columns["regime"].astype(int)],
+        "stop": np.array(_core.STOPS)[columns["stop"].astype(int)],
+        "x_end": x_end.reshape(count, -1),
+        "v_end": v_end.reshape(count, -1),
+        "turning_x": turning_x.reshape(count, points),
+        "turning_slip_velocity": turning_w.reshape(count, points),
+        **{f"section_{name}": section[:, :, i] for i, name in enumerate("txv")},
+        "restart": restart.reshape(count, -1),
+    }
+    columns["recurrence"] = recurrence(columns["regime"], columns["period"], columns["chaos"])
+    return columns
+
+
+def start_of(system: Oscillator | System, x0: ArrayLike | None, v0: ArrayLike | None, where: str) -> Start:
+    """The start of all runs, in the shape of the state; none where nothing is asked for.
+
+    >>> from stickslip import paper
+    >>> start_of(paper.oscillator(0.3), 0.5, None, "example")
+    (array(0.5), array(nan), ())
+    """
+    if x0 is None and v0 is None:
+        return None
+    shape = (system.masses,) if isinstance(system, System) else ()
+    state = []
+    for name, value, default in (("x0", x0, 0.0), ("v0", v0, np.nan)):
+        try:
+            numbers = np.full(shape, default) if value is None else np.asarray(value, float)
+        except (TypeError, ValueError):
+            raise InputError(f"{where}: {name} must be numbers, got {value!r}") from None
+        if numbers.shape != shape or (value is not None and not np.isfinite(numbers).all()):
+            wanted = f"finite, of shape {shape}" if shape else "a finite number"
+            raise InputError(f"{where}: {name} must be {wanted}, got {value!r}")
+        state.append(numbers)
+    return state[0], state[1], ()
+
+
+def periods_to_decide(value: int, where: str) -> int:
+    """The length of the series for the 0–1 test: none, or from 500 to 10,000, as its work grows by the square.
+
+    >>> periods_to_decide(500, "example")
+    500
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or not (value == 0 or 500 <= value <= 10_000):
+        raise InputError(f"{where}: decide must be 0 or a whole number from 500 to 10000, got {value!r}")
+    return value
+
+
+def period_of(system: Oscillator | System) -> float:
+    """The period of the first forcing, of a force or a drive, or the natural period of a system without one.
+
+    >>> from stickslip import Harmonic, paper
+    >>> round(period_of(paper.oscillator(0.3, Harmonic(0.1, 2.0))), 6)
+    3.141593
+    """
+    frequency = forcing_frequency(system)
+    return system.natural_period if frequency is None else 2 * np.pi / frequency
+
+
+def recurrence(regime: Array, period: Array, chaos: Array) -> Array:
+    """How motions come back, in a word; the criteria stand in :data:`stickslip.simulation.regimes.RECURRENCE`.
+
+    >>> recurrence(np.array(["stick_slip"] * 3), np.array([2, 0, 0]), np.array([np.nan, 0.95, 0.01])).tolist()
+    ['periodic', 'chaotic', 'quasi_periodic']
+    """
+    rests = np.isin(regime, ("at_rest", "stable_slip"))
+    with np.errstate(invalid="ignore"):
+        cases = [rests, period > 0, chaos >= CHAOTIC, chaos <= REGULAR]
+    return np.select(cases, ["rests", "periodic", "chaotic", "quasi_periodic"], "undecided")

@@ -1,0 +1,119 @@
+"""The law of "Almost periodic vibration excited by dry friction": static friction, branches and their memory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+from stickslip.errors import InputError
+from stickslip.laws.law import Law, Point, Table
+
+
+@dataclass(frozen=True)
+class StaticFriction(Table):
+    """The surface f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
+
+    Parameters
+    ----------
+    initial : f_0 = f_s(0, δ → ∞) > 0, and f_s(0, ·) without a drop.
+    limit : Δ∞ ≥ 0, growth after an infinite rest at a vanishing force rate.
+    rate, exponent : γ > 0 and m > 0.
+    force_rate_scale : δ₀ > 0, the force rate that halves the growth; None: no dependence on the force rate.
+    force_rate_exponent : q > 0.
+    drop : Δ₀ ≥ 0, what f_s(0, δ) falls by from a vanishing to an infinite force rate.
+    drop_scale, drop_exponent : δ₁ > 0, the force rate at which half of that is gone, and p > 0.
+
+    The growth with rest is Kato's; static friction falling with the force rate is the finding of Johannes, Green &
+    Brockley, Wear 24 (1973) 381, in a form of our own.
+    """
+
+    UNITS: ClassVar[dict[str, str]] = {
+        "initial": "force", "limit": "force", "rate": "time^-exponent", "exponent": "",
+        "force_rate_scale": "force time^-1", "force_rate_exponent": "",
+        "drop": "force", "drop_scale": "force time^-1", "drop_exponent": "",
+    }  # fmt: skip
+
+    initial: float
+    limit: float = 0.0
+    rate: float = 1.0
+    exponent: float = 1.0
+    force_rate_scale: float | None = None
+    force_rate_exponent: float = 1.0
+    drop: float = 0.0
+    drop_scale: float = 1.0
+    drop_exponent: float = 1.0
+
+
+@dataclass(frozen=True)
+class BogaczRyczek(Law):
+    """The law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
+
+    Static friction f_s(t_s, δ) and two piecewise-linear kinetic branches, the upper one while |w| grows, the lower one while
+    it falls. The branches are lines of four pencils and meet at a corner on the line l; see ``docs/paper-law.md`` for what
+    the paper states, what we read into it and what we calibrated. The default has the paper's geometry and our calibration.
+
+    Parameters
+    ----------
+    static_friction : the surface f_s(t_s, δ), calibrated.
+    A : pencil (w, f) of the upper lines, None at infinity: then they have the angle `phi`.
+    B : pencil of the lower lines, at w ≤ 0.
+    C : pencil of the common lines, None at infinity: then they have the angle `psi`.
+    D : pencil of the climbs from the lower to the upper branch, None at infinity: then they have the angle `eta`.
+    l : (slope, intercept) of the line of corners f* = slope · w* + intercept.
+    alpha : fall of friction after break-away, a number or nodes (f_s, α).
+    beta : slip speed over which it falls.
+    phi, psi, eta : angles in degrees.
+
+    Change the geometry point by point with :func:`dataclasses.replace`.
+
+    >>> from dataclasses import replace
+    >>> law = replace(BogaczRyczek(), D=(0.33, 2.2))
+    >>> law.break_away_force(0.0, [0.25, 0.40]).round(3)
+    array([1.896, 1.066])
+    """
+
+    UNITS: ClassVar[dict[str, str]] = {
+        "static_friction": "law", "A": "velocity, force", "B": "velocity, force", "C": "velocity, force",
+        "D": "velocity, force", "l": "force velocity^-1, force", "alpha": "force, force", "beta": "velocity",
+        "phi": "angle", "psi": "angle", "eta": "angle",
+    }  # fmt: skip
+
+    static_friction: StaticFriction = field(
+        default_factory=lambda: StaticFriction(
+            initial=0.68, drop=1.24, drop_scale=0.3695, drop_exponent=10.0, limit=0.39, rate=0.3, force_rate_scale=0.5
+        )
+    )
+    A: Point | None = None
+    B: Point = (-0.41, 1.33)
+    C: Point | None = None
+    D: Point | None = (0.33, 2.40)
+    l: Point = (3.41, -0.28)
+    alpha: float | tuple[Point, ...] = ((1.9, 0.0), (2.9, 1.7))
+    beta: float = 0.01
+    phi: float = -58.0
+    psi: float = 39.0
+    eta: float = 89.0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.static_friction, Mapping):
+            surface = StaticFriction.from_dict(self.static_friction, "static_friction")
+            object.__setattr__(self, "static_friction", surface)
+        if not isinstance(self.static_friction, StaticFriction):
+            raise InputError(
+                f"BogaczRyczek: static_friction must be a table with the keys of StaticFriction, got {self.static_friction!r}"
+            )
+        for name in "ACD":
+            point = getattr(self, name)
+            if isinstance(point, str) and point == "infinity":
+                object.__setattr__(self, name, None)
+        super().__post_init__()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document; D at infinity is said, as its default is a point."""
+        return super().to_dict() | ({"D": "infinity"} if self.D is None else {})
+
+    def to_json(self) -> str:
+        """The document for the core, where a pencil at infinity is not there."""
+        return json.dumps(super().to_dict())

@@ -1,0 +1,308 @@
+"""What a friction law is in Python: immutable data, a document, and the questions that the core answers about it."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.files.documents import check_keys, did_you_mean, number, numbers, read_toml, write_whole
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Point = tuple[float, float]
+
+FARTHEST = 1e100
+"""No friction in any unit has a parameter that is larger, or smaller than its reciprocal: its forces would be no numbers."""
+
+
+class Table:
+    """A frozen dataclass of numbers, points and tables that is also a plain document."""
+
+    #: The dimension of every parameter, as in :meth:`stickslip.Scale.unit`; two with a comma for a point or for nodes.
+    UNITS: ClassVar[dict[str, str]] = {}
+
+    def __post_init__(self) -> None:
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            object.__setattr__(self, item.name, _tidy(item.name, value, str(item.type), type(self).__name__))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document: numbers, lists and tables only; what is None is left out."""
+        values = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
+        return {name: _plain(value) for name, value in values.items() if value is not None}
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], where: str = "law") -> Self:
+        """Make it from a document; `where` names that document in error messages."""
+        if not isinstance(table, Mapping):
+            raise InputError(f"{where}: expected a table with the keys of {cls.__name__}, got {table!r}")
+        items = fields(cls)  # type: ignore[arg-type]
+        required = [item.name for item in items if item.default is MISSING and item.default_factory is MISSING]
+        check_keys(table, [item.name for item in items], required, where)
+        try:
+            return cls(**table)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+
+
+#: What a parameter may be, by its annotation.
+_SHAPES = {
+    "float": "a number",
+    "Point": "a pair of numbers such as [0.2, 0.6]",
+    "tuple[Point, ...]": "a list of pairs of numbers such as [[0, 1], [0.2, 0.6]]",
+}
+
+
+def _tidy(name: str, value: Any, annotation: str, where: str) -> Any:
+    """Numbers as floats, sequences of them as tuples, so that equal laws compare equal; another shape is refused."""
+    kinds = annotation.split(" | ")
+    shapes = [_SHAPES[kind] for kind in kinds if kind in _SHAPES]
+    if not shapes or (value is None and "None" in kinds):
+        return value
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    listed = isinstance(value, Sequence) and not isinstance(value, str | bytes)
+    if "tuple[Point, ...]" in kinds and listed:
+        return tuple(_pair(f"node {i} (counted from 0) of {name}", item, where) for i, item in enumerate(value))
+    if "Point" in kinds and listed:
+        return _pair(name, value, where)
+    if "float" in kinds and hasattr(value, "__float__"):
+        return _sized(name, value, where)
+    raise InputError(f"{where}: {name} must be {' or '.join(shapes)}, got {value!r}")
+
+
+def _pair(name: str, value: Any, where: str) -> Point:
+    if isinstance(value, str | bytes) or not isinstance(value, Sequence) or len(value) != 2:
+        raise InputError(f"{where}: {name} must be {_SHAPES['Point']}, got {value!r}")
+    return _sized(f"the first of {name}", value[0], where), _sized(f"the second of {name}", value[1], where)
+
+
+def _sized(name: str, value: Any, where: str) -> float:
+    """A number with whose square and reciprocal a force can be computed."""
+    result = number(name, value, where)
+    if result and not 1 / FARTHEST <= abs(result) <= FARTHEST:
+        raise InputError(
+            f"{where}: {name} must be 0 or lie between {1 / FARTHEST:g} and {FARTHEST:g} in size, got {result:g}: choose "
+            "units in which it is nearer to 1"
+        )
+    return result
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Table):
+        return value.to_dict()
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+@dataclass(frozen=True)
+class Law(Table):
+    """What all friction laws have in common.
+
+    For developers: CONTRIBUTING.md walks through a new law.
+    """
+
+    ALL: ClassVar[dict[str, type[Law]]] = {}
+    #: Whether kinetic friction is one smooth curve instead of linear pieces (a Taylor series instead of a closed form).
+    SMOOTH: ClassVar[bool] = False
+    #: Numbers that choose a form of the law, with those they may be; they are never fitted.
+    CHOICES: ClassVar[dict[str, tuple[float, ...]]] = {}
+    #: The parameters of :meth:`example`.
+    EXAMPLE: ClassVar[dict[str, Any]] = {}
+
+    def __init_subclass__(cls, family: bool = False) -> None:
+        if not family:
+            Law.ALL[cls.__name__] = cls
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        try:
+            _core.check_law(self.to_json())
+        except ValueError as error:
+            raise InputError(f"{type(self).__name__}: {error}") from None
+
+    @classmethod
+    def example(cls) -> Self:
+        """A law of this kind in plain dimensionless numbers, where there is one the set of its source.
+
+        The pictures of ``docs/laws.md`` show it, and what is asked of every law is tested on it.
+
+        >>> from stickslip.laws import StaticKinetic
+        >>> StaticKinetic.example()
+        StaticKinetic(break_away=1.0, kinetic=0.6)
+        """
+        return cls(**cls.EXAMPLE)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document, with the law's name under ``type``."""
+        return {"type": type(self).__name__, **super().to_dict()}
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], where: str = "law") -> Self:
+        """Any law from its document."""
+        # The laws register themselves when they are defined; a file may name one before anything has asked for it.
+        importlib.import_module("stickslip.laws")
+        if not isinstance(table, Mapping) or "type" not in table:
+            raise InputError(f'{where}: type is missing; add `type = "..."` with one of {", ".join(Law.ALL)}')
+        name = table["type"]
+        if not isinstance(name, str) or name not in Law.ALL:
+            hint = did_you_mean(str(name), Law.ALL)
+            raise InputError(f"{where}: unknown law {name!r}{hint}; known are {', '.join(Law.ALL)}")
+        law = super(Law, Law.ALL[name]).from_dict({key: table[key] for key in table if key != "type"}, where)
+        if not isinstance(law, cls):
+            raise InputError(f"{where}: expected the law {cls.__name__}, got {name}")
+        return law
+
+    def to_json(self) -> str:
+        """The document as JSON; floats survive to the bit."""
+        return json.dumps(self.to_dict())
+
+    def break_away_force(self, stick_time: ArrayLike = 0.0, force_rate: ArrayLike = 0.0) -> Any:
+        """The largest force adhesion bears, f_s(t_s, δ).
+
+        Parameters
+        ----------
+        stick_time : time of adhesion t_s, any shape.
+        force_rate : |dF/dt| while stuck δ, same shape or a number.
+
+        Returns
+        -------
+        float or array of that shape.
+
+        >>> from stickslip.laws import DwellTime
+        >>> round(DwellTime(kinetic=0.5, limit=0.5, rate=0.4).break_away_force(1.0), 4)
+        0.6648
+        """
+        time, rate = np.broadcast_arrays(np.asarray(stick_time, float), np.asarray(force_rate, float))
+        flat = _core.break_away(self.to_json(), np.ascontiguousarray(time.ravel()), np.ascontiguousarray(rate.ravel()))
+        return flat.reshape(time.shape) if time.ndim else float(flat[0])
+
+    def kinetic_force(self, w: ArrayLike) -> Any:
+        """Friction at slip velocity w for a slip that speeds up steadily from rest, with the sign of w.
+
+        For laws with branches this is the upper one, after a break-away at stick time zero.
+
+        >>> from stickslip.laws import StaticKinetic
+        >>> StaticKinetic(break_away=1.0, kinetic=0.6).kinetic_force([-0.1, 0.2])
+        array([-0.6,  0.6])
+        """
+        w = np.asarray(w, float)
+        speed, back = np.unique(np.abs(w), return_inverse=True)
+        path = np.concatenate([[0.0], speed])
+        stuck = np.arange(path.size) == 0
+        force = force_along(self, np.zeros_like(path), path, stuck, np.zeros_like(path))[1:]
+        signed = force[back].reshape(w.shape) * np.where(w < 0, -1.0, 1.0)
+        return signed if w.ndim else float(signed)
+
+    def _along(
+        self, t: NDArray[np.float64], w: NDArray[np.float64], stuck: NDArray[np.bool_], rate: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        return _core.force_along(self.to_json(), t, w, stuck, rate)
+
+
+def force_along(
+    law: Law, t: ArrayLike, w: ArrayLike, stuck: ArrayLike | None = None, force_rate: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """The friction force a law predicts along a measured motion, its memory included.
+
+    Parameters
+    ----------
+    law : any law.
+    t, w : time and slip velocity, shape (n,).
+    stuck : whether the mass sticks, shape (n,); default where w is 0.
+    force_rate : dF/dt while stuck and, for a law whose static friction without rest depends on it, what it would be if the
+        mass stuck (k V on a spring); shape (n,), default 0.
+
+    Returns
+    -------
+    Shape (n,): the kinetic force with the sign of w while slipping. While stuck friction is a reaction, which no law knows:
+    there it is the break-away force of that moment, with the sign of `force_rate`. A law with an internal state starts
+    unloaded (:meth:`~stickslip.laws.state_law.StateLaw.follow` starts anywhere) and knows the reaction too.
+
+    >>> from stickslip.laws import StaticKinetic
+    >>> law = StaticKinetic(break_away=1.0, kinetic=0.6)
+    >>> force_along(law, [0, 1, 2], [0, 0.1, -0.1], [True, False, False])
+    array([ 1. ,  0.6, -0.6])
+    """
+    t, w = np.ascontiguousarray(t, float), np.ascontiguousarray(w, float)
+    rate = np.zeros_like(t) if force_rate is None else np.ascontiguousarray(force_rate, float)
+    for name, values in (("t", t), ("w", w), ("force_rate", rate)):
+        if not np.isfinite(values).all():
+            raise InputError(f"force_along: {name} must be finite, got {values[~np.isfinite(values)][0]}")
+    return law._along(t, w, np.ascontiguousarray(w == 0 if stuck is None else stuck, bool), rate)
+
+
+def load_law(path: str | Path) -> Law:
+    """The law of a law file: its table ``[law]``."""
+    return Law.from_dict(_law_document(path)["law"], f"{path}: law")
+
+
+def load_covariance(path: str | Path) -> pd.DataFrame:
+    """The covariance of the numbers of a law file, by their names in both directions; empty where it has none.
+
+    The standard errors are the roots of its diagonal. Numbers that were not fitted are not in it.
+    """
+    import pandas as pd
+
+    table = _law_document(path).get("covariance", {"names": [], "matrix": []})
+    check_keys(table, ("names", "matrix"), ("names", "matrix"), f"{path}: covariance")
+    names = table["names"]
+    rows = [numbers("covariance", row, len(names), str(path), "name") for row in table["matrix"]]
+    if len(rows) != len(names):
+        raise InputError(
+            f"{path}: covariance: expected {len(names)} rows, one a name, got {len(rows)}; write the law again"
+        )
+    return pd.DataFrame(np.reshape(rows, (len(names), len(names))), index=names, columns=names)
+
+
+def _law_document(path: str | Path) -> dict[str, Any]:
+    document = read_toml(path)
+    check_keys(document, ("law", "uncertainty", "covariance", "source"), ("law",), str(path))
+    return document
+
+
+def law_file(law: Law, covariance: pd.DataFrame, source: Mapping[str, Any]) -> str:
+    """The text of a law file: [law], [uncertainty] and [covariance] of its fitted numbers, and [source], where it is from."""
+    import tomli_w
+
+    names = [str(name) for name in covariance.index]
+    matrix = covariance.to_numpy(float)
+    document = {
+        "law": law.to_dict(),
+        "uncertainty": dict(zip(names, np.sqrt(np.diag(matrix)).tolist(), strict=True)),
+        "covariance": {"names": names, "matrix": matrix.tolist()},
+        "source": {"version": _core.__version__, **source},
+    }
+    # a row of numbers a line, not a number
+    return re.sub(
+        r"\[\n\s*([-+.\de,\s]+?),\n\s*\]", lambda row: f"[{' '.join(row[1].split())}]", tomli_w.dumps(_finite(document))
+    )
+
+
+def save_law(path: str | Path, law: Law, covariance: pd.DataFrame, source: Mapping[str, Any]) -> Path:
+    """Write a law file that :func:`load_law` and :func:`load_covariance` read back."""
+    text = law_file(law, covariance, source)
+    return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+
+
+def _finite(document: Any) -> Any:
+    """TOML has inf and nan, but other readers choke on them: as text."""
+    if isinstance(document, dict):
+        return {key: _finite(item) for key, item in document.items()}
+    if isinstance(document, list):
+        return [_finite(item) for item in document]
+    if isinstance(document, float) and not np.isfinite(document):
+        return str(document)
+    return document

@@ -1,0 +1,50 @@
+"""A law made smooth at zero slip velocity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from stickslip.errors import InputError
+from stickslip.laws.law import Law
+from stickslip.laws.state_law import StateLaw, one_of
+
+
+@dataclass(frozen=True)
+class Regularised(StateLaw):
+    """F = s(w/width) f(|w|): a memoryless law with a smooth sign, to compare with codes that smooth it.
+
+    Parameters
+    ----------
+    law : any law without memory, of which the kinetic force f is used; its break-away force is lost.
+    width : slip velocity over which the sign changes, > 0.
+    shape : ``"arctan"``: s(y) = (2/π) arctan y; ``"tanh"``: s(y) = tanh y.
+
+    Limits: it creeps where the law would stick, and the period of its stick-slip is wrong: for ``Rational(1, 3)`` on a drive
+    of velocity 0.2 by 6 % at width 1e-3 and by 0.1 % at 1e-6. It is no substitute for the law itself.
+
+    >>> from stickslip.laws import Coulomb
+    >>> Regularised(Coulomb(0.5), width=1e-3).kinetic_force(1e-3)
+    0.25
+    """
+
+    EXAMPLE: ClassVar[dict[str, Any]] = {
+        "law": {"type": "Rational", "break_away": 1.0, "weakening": 3.0},
+        "width": 0.05,
+    }
+    UNITS: ClassVar[dict[str, str]] = {"law": "law", "width": "velocity", "shape": ""}
+
+    law: Law
+    width: float
+    shape: str = "arctan"
+
+    def __post_init__(self) -> None:
+        if isinstance(self.law, Mapping):
+            object.__setattr__(self, "law", Law.from_dict(self.law, "Regularised: law"))
+        if not isinstance(self.law, Law) or isinstance(self.law, StateLaw):
+            raise InputError(
+                f"Regularised: law must be a memoryless friction law such as stickslip.laws.Coulomb, got {self.law!r}"
+            )
+        one_of(self, "shape", ("arctan", "tanh"))
+        super().__post_init__()

@@ -1,0 +1,130 @@
+"""Friction laws with an internal state: smooth everywhere, stiff, without adhesion proper.
+
+Such a law says what force slip at velocity w and state z produces and how fast z changes, :meth:`StateLaw.rates`. The core
+has these right-hand sides; the motion is integrated by :func:`stickslip.integrate`, which :func:`stickslip.simulate` calls.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean
+from stickslip.laws.law import Law
+
+
+class StateLaw(Law, family=True):
+    """What the laws with an internal state have in common."""
+
+    #: No closed form: the motion is integrated.
+    SMOOTH: ClassVar[bool] = True
+
+    @cached_property
+    def _read(self) -> _core.StateLaw:
+        return _core.StateLaw(self.to_json())
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_read"}
+
+    @property
+    def has_state(self) -> bool:
+        """Whether there is a state at all; a :class:`Regularised` law has none."""
+        return self._read.has_state
+
+    def rates(self, w: ArrayLike, state: ArrayLike = 0.0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The friction force and the rate of the state.
+
+        Parameters
+        ----------
+        w : slip velocity, any shape.
+        state : z, same shape or a number.
+
+        Returns
+        -------
+        force, rate : F(w, z) with the sign it has on the mass, and dz/dt, of that shape.
+
+        >>> force, rate = LuGre(1e5, 316.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-3).rates(0.0, 1e-5)
+        >>> float(force), float(rate)
+        (1.0, 0.0)
+        """
+        slip, z = np.broadcast_arrays(np.asarray(w, float), np.asarray(state, float))
+        force, rate = self._read.rates(np.ascontiguousarray(slip.ravel()), np.ascontiguousarray(z.ravel()))
+        return force.reshape(slip.shape), rate.reshape(slip.shape)
+
+    def steady_state(self, w: ArrayLike) -> Any:
+        """The state of steady slip at velocity w; for w = 0 that of a contact that was never loaded."""
+        slip = np.asarray(w, float)
+        state = self._read.steady(np.ascontiguousarray(slip.ravel())).reshape(slip.shape)
+        return state if slip.ndim else float(state)
+
+    def state_scale(self, speed: float) -> float:
+        """The size of the state in slip at that speed, by which an integrator measures its errors."""
+        return abs(self.steady_state(speed)) or 1.0
+
+    def kinetic_force(self, w: ArrayLike) -> Any:
+        """Friction in steady slip at velocity w, with the sign of w.
+
+        >>> Dahl(stiffness=2.0, kinetic=0.5).kinetic_force([-0.1, 0.2])
+        array([-0.5,  0.5])
+        """
+        slip = np.asarray(w, float)
+        force, _ = self.rates(slip, self.steady_state(slip))
+        return force if slip.ndim else float(force)
+
+    def break_away_force(self, stick_time: ArrayLike = 0.0, force_rate: ArrayLike = 0.0) -> Any:
+        """Refused: adhesion is a state here, and how much it bears depends on how it is loaded."""
+        del stick_time, force_rate
+        raise InputError(
+            f"{type(self).__name__}: has no break-away force, as adhesion is a state of the law; "
+            "simulate, or follow a motion with force_along"
+        )
+
+    def follow(self, t: ArrayLike, w: ArrayLike, state: float = 0.0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Force and state along a prescribed motion.
+
+        Parameters
+        ----------
+        t, w : time (not falling) and slip velocity, shape (n,); w is linear between samples.
+        state : z at the first sample.
+
+        Returns
+        -------
+        force, state : shape (n,).
+
+        Between samples the state is advanced at the mean slip velocity, exactly for :class:`Dahl`, :class:`LuGre` and
+        :class:`RateState`; the error of that is of second order in the change of w between samples, and none where w is
+        constant. A jump of w is two samples at one time.
+
+        >>> force, _ = Dahl(stiffness=2.0, kinetic=1.0).follow([0, 1], [0.25, 0.25])
+        >>> bool(abs(force[1] - (1 - np.exp(-0.5))) < 1e-15)
+        True
+        """
+        times, slip = np.ascontiguousarray(t, float), np.ascontiguousarray(w, float)
+        for name, values in (("t", times), ("w", slip)):
+            if not np.isfinite(values).all():
+                raise InputError(f"follow: {name} must be finite, got {values[~np.isfinite(values)][0]}")
+        if (np.diff(times) < 0).any():
+            raise InputError("follow: t must not fall; sort the samples by time")
+        try:
+            return self._read.follow(times, slip, float(state))
+        except ValueError as error:
+            raise InputError(f"follow: {error}") from None
+
+    def _along(
+        self, t: NDArray[np.float64], w: NDArray[np.float64], stuck: NDArray[np.bool_], rate: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        del rate
+        return self.follow(t, np.where(stuck, 0.0, w))[0]
+
+
+def one_of(law: Law, name: str, known: tuple[str, ...]) -> None:
+    """Refuse a choice that is none of the `known` ones."""
+    value = getattr(law, name)
+    if value not in known:
+        hint = did_you_mean(str(value), known)
+        raise InputError(f"{type(law).__name__}: {name} must be one of {', '.join(known)}, got {value!r}{hint}")

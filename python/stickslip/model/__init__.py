@@ -1,0 +1,1 @@
+"""Oscillators, systems, drives and scales as values."""

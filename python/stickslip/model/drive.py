@@ -1,0 +1,130 @@
+"""What drives: a velocity that is constant or varies, and harmonic force."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.errors import InputError
+from stickslip.files.documents import number
+from stickslip.laws.law import Point, Table
+
+
+@dataclass(frozen=True)
+class Harmonic(Table):
+    """A harmonic force, amplitude · cos(frequency · t + phase).
+
+    Parameters
+    ----------
+    amplitude : in the unit of force (dimensionless: the paper's u₀).
+    frequency : angular frequency Ω > 0 in 1/time (the paper's η).
+    phase : in rad.
+
+    Source: Eq. (10) of the paper, phase 0.
+
+    >>> Harmonic(0.1, 1.25)
+    Harmonic(amplitude=0.1, frequency=1.25, phase=0.0)
+    """
+
+    amplitude: float
+    frequency: float
+    phase: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drive(Table):
+    """A drive velocity that varies: s(t) = velocity + Σ A cos(Ω t + φ) + table(t).
+
+    Parameters
+    ----------
+    velocity : the constant part s₁.
+    harmonics : :class:`Harmonic` or several, whose amplitudes are velocities.
+    nodes : pairs (t, s) of a table, linear between them and constant beyond; t increasing.
+
+    The paper's Eq. (8), S = S₁ + Ω U₀ cos Ω τ, is ``Drive(S1, Harmonic(Omega * U0, Omega))``, or :meth:`shaken`. It is the
+    motion of an oscillator with a constant drive and a harmonic force: with y = x − U₀ sin Ω t the slip velocity is
+    S₁ − ẏ and m ÿ + D ẏ + k y = F − U₀ [(k − m Ω²) sin Ω t + D Ω cos Ω t], a force of the amplitude
+    U₀ √((k − m Ω²)² + (D Ω)²). The force of Eqs. (9) and (10), k U₀ cos Ω τ, is its limit for slow shaking, but for a quarter
+    of a period; for Eq. (10) as printed use `forcing=Harmonic(u0, eta)`.
+
+    >>> Drive.ramp(0.0, 0.5, duration=10.0)
+    Drive(velocity=0.0, harmonics=(), nodes=((0.0, 0.0), (10.0, 0.5)))
+    """
+
+    velocity: float = 0.0
+    harmonics: tuple[Harmonic, ...] = ()
+    nodes: tuple[Point, ...] = ()
+
+    def __post_init__(self) -> None:
+        harmonics: Any = self.harmonics
+        items = harmonics if isinstance(harmonics, list | tuple) else [harmonics]
+        object.__setattr__(
+            self,
+            "harmonics",
+            tuple(
+                item if isinstance(item, Harmonic) else Harmonic.from_dict(item, "drive_velocity: harmonics")
+                for item in items
+            ),
+        )
+        super().__post_init__()
+
+    @classmethod
+    def shaken(cls, velocity: float, displacement: float, frequency: float) -> Self:
+        """The paper's Eq. (8): S₁ + Ω U₀ cos Ω τ for `velocity` S₁, `displacement` U₀ and `frequency` Ω."""
+        return cls(velocity, (Harmonic(frequency * displacement, frequency),))
+
+    @classmethod
+    def ramp(cls, start: float, end: float, duration: float) -> Self:
+        """From one velocity to another at a constant rate, from t = 0 on."""
+        return cls(nodes=((0.0, start), (duration, end)))
+
+    @classmethod
+    def table(cls, t: ArrayLike, velocity: ArrayLike) -> Self:
+        """Linear between given times."""
+        times, values = np.asarray(t, float), np.asarray(velocity, float)
+        if times.ndim != 1 or times.shape != values.shape:
+            raise InputError(f"Drive: t and velocity must have one length, got {times.shape} and {values.shape}")
+        return cls(nodes=tuple(zip(times.tolist(), values.tolist(), strict=True)))
+
+    @property
+    def fastest(self) -> float:
+        """A bound of |s|."""
+        waves = sum(abs(wave.amplitude) for wave in self.harmonics)
+        return abs(self.velocity) + waves + max((abs(node[1]) for node in self.nodes), default=0.0)
+
+    def at(self, t: ArrayLike) -> Any:
+        """The drive velocity at times.
+
+        >>> float(Drive.shaken(0.3, 0.1, 2.0).at(0.0))
+        0.5
+        """
+        times = np.asarray(t, float)
+        s = np.full(times.shape, self.velocity)
+        for harmonic in self.harmonics:
+            s = s + harmonic.amplitude * np.cos(harmonic.frequency * times + harmonic.phase)
+        if self.nodes:
+            nodes = np.asarray(self.nodes)
+            s = s + np.interp(times, nodes[:, 0], nodes[:, 1])
+        return s
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document; what is empty is left out."""
+        return {name: value for name, value in super().to_dict().items() if value != []}
+
+
+def drive_of(value: Any, where: str) -> float | Drive:
+    """A number, a drive, or the document of one."""
+    if isinstance(value, Drive):
+        return value
+    if isinstance(value, Mapping):
+        return Drive.from_dict(value, f"{where}: drive_velocity")
+    return number("drive_velocity", value, where)
+
+
+def plain_drive(drive: float | Drive) -> Any:
+    """What stands for a drive velocity in a document."""
+    return drive.to_dict() if isinstance(drive, Drive) else drive

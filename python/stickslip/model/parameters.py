@@ -1,0 +1,95 @@
+"""Numbers of a system document by their path, such as ``law.break_away`` or ``forcing.amplitude``, and grids over them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean
+from stickslip.model.system import Oscillator, System, system_from_dict
+
+#: Names of a start: position and velocity, for a system of masses with the number of the mass, ``x0.1``.
+STARTS = ("x0", "v0")
+
+
+def document_of(system: Oscillator | System) -> dict[str, Any]:
+    """The document of a system as the core reads it, where forcing is a list.
+
+    >>> from stickslip import paper
+    >>> document_of(paper.oscillator(0.3))["drive_velocity"]
+    0.3
+    """
+    document: dict[str, Any] = json.loads(system.to_json())
+    return document
+
+
+def path_in(name: str, document: Mapping[str, Any], where: str, *, starts: bool = True) -> str:
+    """The dotted path of the number `name` in a document; starts, where they may be named, stay as they are.
+
+    >>> from stickslip import Harmonic, paper
+    >>> path_in("forcing.amplitude", document_of(paper.oscillator(0.3, Harmonic(0.1, 1.2))), "example")
+    'forcing.0.amplitude'
+    """
+    if not isinstance(name, str):
+        raise InputError(f"{where}: a parameter is named by a word such as 'drive_velocity', got {name!r}")
+    if starts and name.split(".")[0] in STARTS:
+        return name
+    if name.startswith("forcing.") and not name.split(".")[1].isdigit():
+        name = name.replace("forcing.", "forcing.0.", 1)
+    place: Any = document
+    for key in name.split("."):
+        try:
+            place = place[int(key)] if isinstance(place, list) else place[key]
+        except (KeyError, IndexError, ValueError, TypeError):
+            known = [*place] if isinstance(place, Mapping) else []
+            hint = did_you_mean(key, known)
+            listed = f"; known here are {', '.join(known)}" if known else ""
+            raise InputError(f"{where}: the system has no number {name!r}{hint}{listed}") from None
+    if isinstance(place, bool) or not isinstance(place, int | float):
+        raise InputError(f"{where}: {name!r} is not a number of the system, so it cannot be varied")
+    return name
+
+
+def varied(document: Mapping[str, Any], paths: Sequence[str], values: Sequence[float]) -> tuple[Any, dict[str, Any]]:
+    """The system with `values` at `paths`, and the start among them as arguments of :func:`stickslip.simulate`.
+
+    >>> from stickslip import paper
+    >>> varied(document_of(paper.oscillator(0.3)), ["damping", "x0"], [0.1, 2.0])[1]
+    {'x0': 2.0}
+    """
+    copy = json.loads(json.dumps(document))
+    starts: dict[str, Any] = {}
+    masses = len(copy["mass"]) if isinstance(copy["mass"], list) else None
+    for path, value in zip(paths, values, strict=True):
+        *parents, last = path.split(".")
+        if path.split(".")[0] in STARTS:
+            if masses is None or not parents:
+                starts[path] = value
+            else:
+                starts.setdefault(parents[0], [0.0] * masses)[int(last)] = value
+            continue
+        place = copy
+        for key in parents:
+            place = place[int(key)] if isinstance(place, list) else place[key]
+        place[int(last) if isinstance(place, list) else last] = value
+    return system_from_dict(copy), starts
+
+
+def grid(name: str, values: ArrayLike, where: str) -> NDArray[np.float64]:
+    """The values of an axis: finite numbers in increasing order.
+
+    >>> grid("damping", [0.1, 0.2], "example")
+    array([0.1, 0.2])
+    """
+    try:
+        axis = np.atleast_1d(np.asarray(values, float))
+    except (TypeError, ValueError):
+        raise InputError(f"{where}: the values of {name} must be numbers, got {values!r}") from None
+    if axis.ndim != 1 or axis.size == 0 or not np.isfinite(axis).all() or (np.diff(axis) <= 0).any():
+        raise InputError(f"{where}: the values of {name} must be a list of finite numbers in increasing order")
+    return axis

@@ -1,0 +1,459 @@
+"""What moves: the oscillator, systems of masses, and the document that holds them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.files.documents import check_keys, number, read_toml
+from stickslip.laws.law import Law, Table, load_law
+from stickslip.laws.state_law import StateLaw
+from stickslip.model.drive import Drive, Harmonic, drive_of, plain_drive
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """One mass on a spring and a damper that rubs on a drive: m ẍ + D ẋ + k x = F(w, memory) + Σ A cos(Ω t + φ).
+
+    x is measured from the equilibrium of the moving drive, w = s − ẋ is the slip velocity, and friction on the mass has the
+    sign of w. All values are dimensionless (mass = stiffness = 1) or all in SI.
+
+    Parameters
+    ----------
+    damping : D ≥ 0.
+    drive_velocity : s, any sign, or a :class:`Drive`.
+    law : friction between mass and drive.
+    mass : m > 0.
+    stiffness : k > 0.
+    forcing : None, one :class:`Harmonic` or up to four.
+
+    Raises
+    ------
+    InputError
+        for a value that makes no sense.
+
+    Source: Eqs. (1), (6) and (10) of the paper.
+
+    >>> from stickslip.laws import StaticKinetic
+    >>> oscillator = Oscillator(damping=0.1, drive_velocity=0.2, law=StaticKinetic(1.0, 0.6))
+    >>> Oscillator.from_dict(oscillator.to_dict()) == oscillator
+    True
+    """
+
+    damping: float
+    # A number in nearly all uses, so that nobody has to ask which it is; a Drive goes to the general engine.
+    drive_velocity: Any
+    law: Law
+    mass: float = 1.0
+    stiffness: float = 1.0
+    forcing: Harmonic | tuple[Harmonic, ...] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("damping", "mass", "stiffness"):
+            object.__setattr__(self, name, number(name, getattr(self, name), "Oscillator"))
+        object.__setattr__(self, "drive_velocity", drive_of(self.drive_velocity, "Oscillator"))
+        if not isinstance(self.law, Law):
+            raise InputError(f"Oscillator: law must be a friction law such as stickslip.laws.Coulomb, got {self.law!r}")
+        if isinstance(self.forcing, list | tuple):
+            forcing = tuple(self.forcing)
+            object.__setattr__(self, "forcing", forcing[0] if len(forcing) == 1 else forcing or None)
+        for harmonic in self.harmonics:
+            if not isinstance(harmonic, Harmonic):
+                raise InputError(f"Oscillator: forcing must be a Harmonic or several, got {harmonic!r}")
+        try:
+            if isinstance(self.drive_velocity, Drive):
+                self.to_system()
+            else:
+                _core.check_oscillator(self.to_json())
+        except InputError as error:
+            raise InputError(f"Oscillator: {str(error).removeprefix('System: ')}") from None
+        except ValueError as error:
+            raise InputError(f"Oscillator: {error}") from None
+
+    @property
+    def harmonics(self) -> tuple[Harmonic, ...]:
+        """The forcing as a tuple, empty where there is none."""
+        if self.forcing is None:
+            return ()
+        return self.forcing if isinstance(self.forcing, tuple) else (self.forcing,)
+
+    @property
+    def integrated(self) -> bool:
+        """Whether the law has an internal state or a smooth sign, so that nothing sticks and the motion is integrated."""
+        return isinstance(self.law, StateLaw)
+
+    @property
+    def closed_form(self) -> bool:
+        """Whether the motion between events is closed: a constant drive, a law of linear pieces, no undamped resonance."""
+        if isinstance(self.drive_velocity, Drive) or self.law.SMOOTH:
+            return False
+        return self.forcing is None or not _core.resonates(self.to_json())
+
+    def to_system(self) -> System:
+        """The same as a system of one mass."""
+        forcing = tuple(Force(item.amplitude, item.frequency, item.phase) for item in self.harmonics)
+        return System(
+            mass=[[self.mass]],
+            stiffness=[[self.stiffness]],
+            damping=[[self.damping]],
+            contacts=[Contact(mass=0, law=self.law, drive_velocity=self.drive_velocity)],
+            forcing=forcing,
+        )
+
+    @property
+    def natural_period(self) -> float:
+        """2π √(m/k)."""
+        return float(2 * 3.141592653589793 * (self.mass / self.stiffness) ** 0.5)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The system document."""
+        document: dict[str, Any] = {
+            "mass": self.mass,
+            "stiffness": self.stiffness,
+            "damping": self.damping,
+            "drive_velocity": plain_drive(self.drive_velocity),
+            "law": self.law.to_dict(),
+        }
+        if isinstance(self.forcing, Harmonic):
+            document["forcing"] = self.forcing.to_dict()
+        elif self.forcing:
+            document["forcing"] = [harmonic.to_dict() for harmonic in self.forcing]
+        return document
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], where: str = "system") -> Oscillator:
+        """An oscillator from a system document; `where` names it in error messages."""
+        required = ("mass", "stiffness", "damping", "drive_velocity", "law")
+        check_keys(table, (*required, "forcing"), required, where)
+        forcing = table.get("forcing", [])
+        harmonics = [
+            Harmonic.from_dict(item, f"{where}: forcing")
+            for item in (forcing if isinstance(forcing, list | tuple) else [forcing])
+        ]
+        law = table["law"]
+        try:
+            return cls(
+                damping=table["damping"],
+                drive_velocity=table["drive_velocity"],
+                law=law if isinstance(law, Law) else Law.from_dict(law, f"{where}: law"),
+                mass=table["mass"],
+                stiffness=table["stiffness"],
+                forcing=tuple(harmonics),
+            )
+        except InputError as error:
+            if str(error).startswith("Oscillator: "):
+                raise InputError(f"{where}: {str(error).removeprefix('Oscillator: ')}") from None
+            raise
+
+    def to_json(self) -> str:
+        """The document for the core; floats survive to the bit."""
+        law = json.loads(self.law.to_json())
+        forcing = [harmonic.to_dict() for harmonic in self.harmonics]
+        return json.dumps(self.to_dict() | {"law": law, "forcing": forcing})
+
+    def to_toml(self) -> str:
+        """The system document as TOML; floats survive to the bit."""
+        return tomli_w.dumps(self.to_dict())
+
+
+@dataclass(frozen=True)
+class Force(Table):
+    """A harmonic force on one mass of a system, amplitude · cos(frequency · t + phase).
+
+    Parameters
+    ----------
+    amplitude, frequency, phase : as of :class:`Harmonic`.
+    mass : the mass it acts on, counted from 0.
+
+    >>> Force(0.1, 1.25, mass=1)
+    Force(amplitude=0.1, frequency=1.25, phase=0.0, mass=1)
+    """
+
+    amplitude: float
+    frequency: float
+    phase: float = 0.0
+    mass: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", _index("mass", self.mass, "Force"))
+        super().__post_init__()
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Friction between a mass and a drive, or between two masses.
+
+    The slip velocity is w = s(t) − ẋ_mass for a drive and w = s(t) + ẋ_other − ẋ_mass for two masses (where s is 0 unless
+    something moves between them); friction on `mass` has the sign of w, the other mass feels the opposite.
+
+    Parameters
+    ----------
+    mass : the mass, counted from 0.
+    law : its friction law; every contact has its own memory.
+    drive_velocity : s, a number or a :class:`Drive`.
+    other : the other mass; None: the drive itself.
+    """
+
+    mass: int
+    law: Law
+    drive_velocity: float | Drive = 0.0
+    other: int | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", _index("mass", self.mass, "Contact"))
+        if self.other is not None:
+            object.__setattr__(self, "other", _index("other", self.other, "Contact"))
+        if not isinstance(self.law, Law):
+            raise InputError(f"Contact: law must be a friction law such as stickslip.laws.Coulomb, got {self.law!r}")
+        object.__setattr__(self, "drive_velocity", drive_of(self.drive_velocity, "Contact"))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document of the contact."""
+        other = {} if self.other is None else {"other": self.other}
+        return {
+            "mass": self.mass,
+            **other,
+            "drive_velocity": plain_drive(self.drive_velocity),
+            "law": self.law.to_dict(),
+        }
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], where: str = "contact") -> Contact:
+        """A contact from its document."""
+        if not isinstance(table, Mapping):
+            raise InputError(f"{where}: expected a table with the keys of Contact, got {table!r}")
+        items = fields(cls)
+        required = [item.name for item in items if item.default is MISSING]
+        check_keys(table, [item.name for item in items], required, where)
+        law = table["law"]
+        law = law if isinstance(law, Law) else Law.from_dict(law, f"{where}: law")
+        try:
+            return cls(table["mass"], law, table.get("drive_velocity", 0.0), table.get("other"))
+        except InputError as error:
+            raise InputError(f"{where}: {str(error).removeprefix('Contact: ')}") from None
+
+
+def _index(name: str, value: object, where: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= value < 2**31:
+        raise InputError(f"{where}: {name} must be the number of a mass, counted from 0, got {value!r}")
+    return int(value)
+
+
+Rows = tuple[tuple[float, ...], ...]
+
+
+def _matrix(name: str, value: Any, size: int | None) -> Rows:
+    """Rows of a matrix; a number or a list of numbers is its diagonal."""
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"System: {name} must be a matrix or the list of its diagonal, got {value!r}") from None
+    if not np.isfinite(array).all():
+        raise InputError(f"System: {name} must be finite numbers throughout, got {value!r}")
+    if array.ndim == 0 and size is not None:
+        array = np.full(size, array)
+    if array.ndim == 1:
+        array = np.diag(array)
+    if array.ndim != 2:
+        raise InputError(f"System: {name} must be a matrix or the list of its diagonal, got {value!r}")
+    return tuple(tuple(row) for row in array.tolist())
+
+
+@dataclass(frozen=True)
+class System:
+    """Masses that rub on drives and on each other: M ẍ + D ẋ + K x = Σ b_c F_c + forcing, b_c = e_mass − e_other.
+
+    Parameters
+    ----------
+    mass : M, symmetric positive definite, shape (n, n); a list of n numbers is its diagonal.
+    stiffness, damping : K and D, shape (n, n), any; a list is the diagonal, a number the same for all masses.
+    contacts : :class:`Contact` or several.
+    forcing : :class:`Force` or several; a :class:`Harmonic` acts on mass 0.
+
+    Stuck contacts are constraints. Where they close a loop (two contacts between the same bodies) the share of each is not
+    determined by rigid bodies: the forces with the least sum of squares are taken.
+
+    Raises
+    ------
+    InputError
+        for a value that makes no sense.
+
+    >>> from stickslip.laws import Coulomb
+    >>> system = System([1, 1], [[2, -1], [-1, 2]], 0.1, [Contact(0, Coulomb(0.5), 0.3), Contact(1, Coulomb(0.2), other=0)])
+    >>> System.from_dict(system.to_dict()) == system
+    True
+    """
+
+    mass: Any
+    stiffness: Any
+    damping: Any
+    contacts: Any
+    forcing: Any = ()
+
+    def __post_init__(self) -> None:
+        mass = _matrix("mass", self.mass, None)
+        object.__setattr__(self, "mass", mass)
+        for name in ("stiffness", "damping"):
+            object.__setattr__(self, name, _matrix(name, getattr(self, name), len(mass)))
+        contacts = tuple(self.contacts) if isinstance(self.contacts, Sequence) else (self.contacts,)
+        for contact in contacts:
+            if not isinstance(contact, Contact):
+                raise InputError(f"System: contacts must be Contact objects, got {contact!r}")
+        object.__setattr__(self, "contacts", contacts)
+        sticking = [contact.law for contact in contacts if not isinstance(contact.law, StateLaw)]
+        if 0 < len(sticking) < len(contacts):
+            name = type(sticking[0]).__name__
+            raise InputError(
+                "System: contacts that stick truly and contacts under laws with an internal state cannot be run together, "
+                f"got {name} beside {next(type(c.law).__name__ for c in contacts if c.law not in sticking)}: give every "
+                f"contact a law of one kind, such as Regularised({name}(...), width)"
+            )
+        forcing = self.forcing if isinstance(self.forcing, Sequence) else (self.forcing,)
+        forces = []
+        for force in (item for item in forcing if item is not None):
+            if isinstance(force, Harmonic):
+                force = Force(force.amplitude, force.frequency, force.phase)
+            if not isinstance(force, Force):
+                raise InputError(f"System: forcing must be Force objects, got {force!r}")
+            forces.append(force)
+        object.__setattr__(self, "forcing", tuple(forces))
+        try:
+            _core.check_system(self.to_json())
+        except ValueError as error:
+            raise InputError(f"System: {error}") from None
+
+    @property
+    def integrated(self) -> bool:
+        """Whether the laws have an internal state or a smooth sign, so that nothing sticks and the motion is integrated."""
+        return any(isinstance(contact.law, StateLaw) for contact in self.contacts)
+
+    @property
+    def masses(self) -> int:
+        """How many masses there are."""
+        return len(self.mass)
+
+    @property
+    def natural_period(self) -> float:
+        """2π over the highest natural frequency of the undamped masses; over 1 where nothing is sprung."""
+        squares = np.linalg.eigvals(np.linalg.solve(np.array(self.mass), np.array(self.stiffness)))
+        fastest = float(np.sqrt(np.abs(squares).max()))
+        return 2 * np.pi / (fastest or 1.0)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The system document."""
+        document: dict[str, Any] = {
+            name: [list(row) for row in getattr(self, name)] for name in ("mass", "stiffness", "damping")
+        }
+        document["contacts"] = [contact.to_dict() for contact in self.contacts]
+        if self.forcing:
+            document["forcing"] = [force.to_dict() | {"mass": force.mass} for force in self.forcing]
+        return document
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], where: str = "system") -> System:
+        """A system from its document; `where` names it in error messages."""
+        required = ("mass", "stiffness", "damping", "contacts")
+        check_keys(table, (*required, "forcing"), required, where)
+        rows = table["contacts"]
+        if not isinstance(rows, list | tuple):
+            raise InputError(f"{where}: contacts must be a list of tables, got {rows!r}")
+        contacts = [Contact.from_dict(row, f"{where}: contact {i}") for i, row in enumerate(rows)]
+        forcing = table.get("forcing", [])
+        forces = [
+            Force.from_dict(item, f"{where}: forcing")
+            for item in (forcing if isinstance(forcing, list | tuple) else [forcing])
+        ]
+        try:
+            return cls(table["mass"], table["stiffness"], table["damping"], contacts, forces)
+        except InputError as error:
+            raise InputError(f"{where}: {str(error).removeprefix('System: ')}") from None
+
+    def to_json(self) -> str:
+        """The document for the core; floats survive to the bit."""
+        document = self.to_dict()
+        for table, contact in zip(document["contacts"], self.contacts, strict=True):
+            table["law"] = json.loads(contact.law.to_json())
+        return json.dumps(document)
+
+    def to_toml(self) -> str:
+        """The system document as TOML; floats survive to the bit."""
+        return tomli_w.dumps(self.to_dict())
+
+
+def chain(
+    n: int,
+    law: Law | Sequence[Law],
+    drive_velocity: float | Drive,
+    *,
+    mass: float = 1.0,
+    stiffness: float = 1.0,
+    coupling: float = 1.0,
+    damping: float = 0.0,
+    coupling_damping: float = 0.0,
+) -> System:
+    """A row of n equal masses on one drive, each tied to the ground and to its neighbours (Burridge & Knopoff 1967).
+
+    Parameters
+    ----------
+    n : number of masses.
+    law : friction of every mass with the drive, or n laws.
+    drive_velocity : s, a number or a :class:`Drive`.
+    mass : of each.
+    stiffness, damping : of the spring and the damper between each mass and the ground.
+    coupling, coupling_damping : of those between neighbours.
+
+    >>> from stickslip.laws import StaticKinetic
+    >>> chain(3, StaticKinetic(1.0, 0.6), 0.2).stiffness
+    ((2.0, -1.0, 0.0), (-1.0, 3.0, -1.0), (0.0, -1.0, 2.0))
+    """
+    if isinstance(n, bool) or not isinstance(n, int) or n < 1:
+        raise InputError(f"chain: n must be a whole number of at least 1, got {n!r}")
+    laws = [law] * n if isinstance(law, Law) else list(law)
+    if len(laws) != n:
+        raise InputError(f"chain: law must be one law or {n} of them, got {len(laws)}")
+    links = np.diff(np.eye(n), axis=0)
+    laplacian = links.T @ links + 0.0  # no negative zeros in documents
+    return System(
+        mass=[mass] * n,
+        stiffness=stiffness * np.eye(n) + coupling * laplacian + 0.0,
+        damping=damping * np.eye(n) + coupling_damping * laplacian + 0.0,
+        contacts=[Contact(i, laws[i], drive_velocity) for i in range(n)],
+    )
+
+
+def system_from_dict(table: Mapping[str, Any], where: str = "system") -> Oscillator | System:
+    """A system of masses if the document has contacts, else an oscillator."""
+    return System.from_dict(table, where) if "contacts" in table else Oscillator.from_dict(table, where)
+
+
+def load_system_document(path: str | Path) -> tuple[Oscillator | System, dict[str, Any]]:
+    """The system of a system file and its table ``[simulation]`` (t_end, x0, v0, max_events, max_seconds; may be empty)."""
+    document = read_toml(path)
+    simulation = document.pop("simulation", {})
+    check_keys(simulation, ("t_end", "x0", "v0", "max_events", "max_seconds"), (), f"{path}: simulation")
+    contacts = document.get("contacts")
+    for table in [document, *(contacts if isinstance(contacts, list) else [])]:
+        if isinstance(table, dict) and isinstance(table.get("law"), str):
+            table["law"] = load_law(Path(path).parent / table["law"])
+    return system_from_dict(document, str(path)), simulation
+
+
+def load_system(path: str | Path) -> Oscillator | System:
+    """The oscillator or, where the file has ``[[contacts]]``, the system of masses of a system file.
+
+    ``law`` is a table, or the path of a law file relative to the system file.
+
+    Raises
+    ------
+    InputError
+        with the file and the key.
+    """
+    return load_system_document(path)[0]

@@ -1,0 +1,169 @@
+"""The report of an identification: one HTML page with data, fit, residuals, uncertainty and both motions."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from stickslip.errors import InputError
+from stickslip.identification.estimator.uncertainty import correlation_time
+from stickslip.identification.result import Identification
+from stickslip.identification.selection.agreement import compare_motion
+from stickslip.identification.selection.comparison import Comparison
+from stickslip.identification.trajectory.sensitivity import sensitivity
+from stickslip.report.report import Report
+from stickslip.show.canvas import new_axes
+
+SHOWN = 4
+"""Records that are drawn one by one; of more the first ones."""
+POINTS = 8000
+"""Samples that are drawn of each record."""
+
+
+def page(result: Identification, comparison: Comparison | None = None, simulate: bool = True) -> Report:
+    """Put the report of an identification together.
+
+    Parameters
+    ----------
+    result : the identification.
+    comparison : the comparison of laws that it comes from, where there was one.
+    simulate : whether the law is set in motion and laid over each record; a record that does not say its mass,
+        stiffness and drive velocity is left out with the reason.
+
+    Returns
+    -------
+    Report; ``.write("FILE.html")`` makes one file that needs nothing else.
+    """
+    name = type(result.law).__name__
+    report = Report(f"{name} identified")
+    report.text(f"{name} from " + ", ".join(record.name for record in result.records) + ".")
+    report.heading("Data")
+    report.table(_data(result))
+    report.figure(result.plot().figure, "Friction over slip velocity: measured (light), and the law along that motion.")
+    if comparison is not None:
+        report.heading("Which law")
+        report.table(comparison.table, mark="verdict")
+        report.items(comparison.sentences)
+    report.heading("The law and its uncertainty")
+    parameters = (
+        result.parameters if result.offset is None else pd.concat([result.parameters, result.offset.to_frame().T])
+    )
+    report.table(parameters.rename(columns={"low": "95 % from", "high": "to"}))
+    report.figure(
+        _correlation(result), "Correlation of the fitted numbers: near ±1 only a combination of the two is known."
+    )
+    if result.static is not None:
+        report.heading("Static friction over stick time")
+        report.figure(result.static.plot().figure, "Break-away forces and the forms that lie closest to them.")
+        report.figure(result.static.plot_residuals()[0].figure, "Break-away forces above the chosen form.")
+    report.heading("Residuals")
+    report.figure(
+        _residuals(result),
+        "Measured minus predicted friction over time, over slip velocity, and its density. An indirect force is rounded by "
+        "smoothing where friction bends or a slip begins; the fit compares displacements, whose scale the table gives.",
+    )
+    report.table(result.groups.set_index("record"))
+    if result.motions is not None:
+        report.heading("The motion laid over each record")
+        report.table(result.motions.set_index("record"))
+    if simulate:
+        _motions(report, result)
+    report.heading("What was assumed, and what cannot be told")
+    report.items([*_held(result), *result.notes])
+    report.heading("To do it again")
+    report.code(result.command)
+    report.code(result.to_toml())
+    return report
+
+
+def _data(result: Identification) -> pd.DataFrame:
+    rows = {}
+    for record in result.records:
+        rows[record.name] = {
+            "samples": record.time.size,
+            "from": float(record.time[0]),
+            "to": float(record.time[-1]),
+            "drive velocity": record.constants.get("drive_velocity", math.nan),
+            "break-aways": len(record.break_away),
+            "stuck": float(np.mean(record.stuck)),
+            "measured from": str(record.attrs.get("source", "not said")),
+        }
+    return pd.DataFrame.from_dict(rows, orient="index")
+
+
+def _held(result: Identification) -> list[str]:
+    held = [f"{name} = {number:.6g}" for name, number in result.held().items()]
+    return ["Numbers of the law that were not fitted: " + ", ".join(held) + "."] if held else []
+
+
+def _correlation(result: Identification) -> Any:
+    names = [str(name) for name in result.covariance.index]
+    errors = np.sqrt(np.diag(result.covariance))
+    correlation = result.covariance.to_numpy() / np.outer(errors, errors)
+    size = 2.2 + 0.45 * len(names)
+    (axes,) = new_axes(figsize=(size + 1.2, size))
+    picture = axes.imshow(correlation, vmin=-1, vmax=1, cmap="RdBu_r")
+    axes.set_xticks(range(len(names)), names, rotation=90)
+    axes.set_yticks(range(len(names)), names)
+    axes.figure.colorbar(picture, ax=axes, label="correlation")
+    return axes.figure
+
+
+def _residuals(result: Identification) -> Any:
+    over_time, over_speed, spread = new_axes(1, 3, figsize=(13, 3.6))
+    for number, record in enumerate(result.records):
+        frame = result.residuals(number)
+        frame = frame[frame["compared"]]
+        rest = (frame["force"] - frame["predicted"]).to_numpy()
+        if not rest.size:
+            continue
+        some = slice(None, None, max(1, rest.size // POINTS))
+        over_time.plot(frame["time"].to_numpy()[some], rest[some], ".", ms=2, rasterized=True)
+        over_speed.plot(frame["slip_velocity"].to_numpy()[some], rest[some], ".", ms=2, rasterized=True)
+        label = f"{record.name.rpartition('/')[2]}: {correlation_time(rest):.0f} samples together"
+        spread.hist(rest, bins=60, density=True, histtype="step", label=label)
+    for axes, label in ((over_time, "time"), (over_speed, "slip velocity w")):
+        axes.axhline(0, color="0.3", lw=0.8)
+        axes.set_xlabel(label)
+        axes.set_ylabel("measured − predicted friction")
+    spread.set_xlabel("measured − predicted friction")
+    spread.set_ylabel("density")
+    spread.legend(fontsize="small")
+    return over_time.figure
+
+
+def _motions(report: Report, result: Identification) -> None:
+    report.heading("From the law to the motion")
+    left_out = []
+    for record in result.records[:SHOWN]:
+        try:
+            agreement = compare_motion(record, result)
+        except InputError as error:
+            left_out.append(str(error))
+            continue
+        report.figure(
+            agreement.plot(), f"{record.name}: measured and simulated phase portrait, and spring force over time."
+        )
+        report.table(agreement.table)
+        report.items(agreement.sentences)
+    report.items(left_out)
+    if len(result.records) > SHOWN:
+        report.text(f"The first {SHOWN} of {len(result.records)} records are shown.")
+    try:
+        found = sensitivity(result)
+    except InputError as error:
+        report.items([f"How the motion answers to the numbers cannot be said: {error}."])
+        return
+    report.text(
+        "Change of the motion for 1 % of each number: of the period in %, of the turning points in % of half the width of "
+        "the measured motion, of the time stuck in points of per cent."
+    )
+    report.table(found.table)
+    strongest = str(found.table.abs().max(axis=1).idxmax())
+    report.figure(
+        found.plot(strongest).figure,
+        f"Phase trajectories with {strongest} changed by 10 % to either side, where that is a law.",
+    )

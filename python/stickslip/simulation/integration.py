@@ -1,0 +1,241 @@
+"""Motion under a law with an internal state: stiff and smooth, integrated by scipy on the core's right-hand side."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import OdeSolution, solve_ivp
+from scipy.optimize import brentq
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean, number, numbers
+from stickslip.laws.state_law import StateLaw
+from stickslip.model.drive import Drive
+from stickslip.model.system import Oscillator, System
+from stickslip.simulation.orbit import Work
+from stickslip.simulation.state_orbit import Mark, StateOrbit, masses_of, state_laws_of
+
+METHODS = ("LSODA", "Radau", "BDF", "DOP853", "RK45")
+#: So many steps at one time lead nowhere.
+_IDLE = 1000
+
+
+def integrate(
+    system: Oscillator | System,
+    t_end: float,
+    x0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    max_events: int = 10_000_000,
+    *,
+    state: ArrayLike | None = None,
+    tolerance: float = 1e-10,
+    method: str | None = None,
+    max_evaluations: int = 2_000_000,
+    max_seconds: float | None = None,
+) -> StateOrbit:
+    """Integrate an oscillator or a system of masses whose laws have an internal state, or a smooth sign.
+
+    Parameters
+    ----------
+    system : the oscillator or system; its laws are :class:`~stickslip.laws.state_law.StateLaw`.
+    t_end : time to run > 0.
+    x0 : position at t = 0, for a system shape (masses,); default 0.
+    v0 : velocity at t = 0, same shape; default that of the drive.
+    max_events : the run ends at so many events of one kind at a contact, with ``orbit.stop == "max_events"``.
+    state : the law's state at t = 0, for a system shape (contacts,); default that of steady slip at the slip velocity of
+        the start, and for no slip that of a contact that was never loaded.
+    tolerance : relative error a step, in [1e-13, 1e-2]; absolute errors are scaled with the drive velocity and the law.
+    method : ``"LSODA"``, ``"Radau"``, ``"BDF"`` (stiff), ``"DOP853"``, ``"RK45"`` (where the law is not stiff); default
+        LSODA, and Radau where that fails or stalls.
+    max_evaluations : most evaluations of the right-hand side, some 100,000 a second.
+    max_seconds : time on the clock after which the run ends where it is, with ``orbit.stop == "max_seconds"``; default none.
+
+    Returns
+    -------
+    StateOrbit, with the dense output of the integrator.
+
+    Raises
+    ------
+    InputError
+        for a law without internal state, for values that make no sense, and where `max_evaluations` did not suffice.
+
+    Limits: no event is certified; where the law creeps instead of sticking, so does the motion. Each step of the integrator
+    is kept: some 100 bytes a step.
+
+    >>> from stickslip.laws import LuGre
+    >>> law = LuGre(1e5, 316.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-3)
+    >>> orbit = integrate(Oscillator(damping=0.0, drive_velocity=0.1, law=law, stiffness=2.0), 20)
+    >>> orbit.regime()
+    'stick_slip'
+    """
+    laws = state_laws_of(system)
+    if method is not None and method not in METHODS:
+        raise InputError(f"integrate: method must be one of {', '.join(METHODS)}{did_you_mean(method, METHODS)}")
+    if not 1e-13 <= number("tolerance", tolerance, "integrate") <= 1e-2:
+        raise InputError(f"integrate: tolerance must lie in [1e-13, 1e-2], got {tolerance}")
+    if isinstance(max_events, bool) or not isinstance(max_events, int) or max_events < 1:
+        raise InputError(f"integrate: max_events must be a whole number of at least 1, got {max_events!r}")
+    end = number("t_end", t_end, "integrate")
+    if end <= 0:
+        raise InputError(f"integrate: t_end must be greater than 0, got {end:g}")
+    whole = system.to_system() if isinstance(system, Oscillator) else system
+    x = np.zeros(whole.masses) if x0 is None else np.array(numbers("x0", x0, whole.masses, "integrate", "mass"))
+    v = None if v0 is None else numbers("v0", v0, whole.masses, "integrate", "mass")
+    core = _core.StateSystem(whole.to_json())
+    begin, slip = core.start(x, v)
+    if state is None:
+        z = [law.steady_state(w) for law, w in zip(laws, slip, strict=True)]
+    else:
+        z = numbers("state", state, len(laws), "integrate", "contact")
+    scale = _scales(whole, laws, np.concatenate([begin, slip]))
+    bends = [
+        node[0]
+        for item in whole.contacts
+        if isinstance(item.drive_velocity, Drive)
+        for node in item.drive_velocity.nodes
+    ]
+    edges = [0.0, *sorted({t for t in bends if 0 < t < end}), end]
+    spent = 0
+    allowed = max_evaluations
+    before = end
+
+    def slope(t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+        nonlocal spent
+        spent += 1
+        if _core.halted():
+            # Signals come to the main thread alone, and this is another.
+            raise KeyboardInterrupt
+        if spent > allowed:
+            raise _Stalled(t)
+        # At a node of a drive the next piece of its table counts, which the step to the node must not see.
+        return core.rates(min(t, before), np.ascontiguousarray(y))
+
+    up, seen, idle = math.inf, 0.0, 0
+    deadline = math.inf if max_seconds is None else time.monotonic() + max_seconds
+
+    def time_left(t: float, _: NDArray[np.float64]) -> float:
+        """Zero at the end of the step in which the time is up."""
+        nonlocal up, seen, idle
+        # Over a span of hardly any numbers LSODA steps on the spot.
+        idle = idle + 1 if t == seen else 0
+        seen = t
+        if idle > _IDLE:
+            raise _Stalled(t)
+        if up == math.inf and time.monotonic() >= deadline:
+            up = t
+        return min(up - t, 1.0)
+
+    time_left.terminal = True  # type: ignore[attr-defined]
+
+    pieces: list[Any] = []
+    # LSODA is the fastest by far, but may fail at the first step or crawl in its non-stiff half; Radau does neither.
+    attempts = ("LSODA", "Radau") if method is None else (method,)
+    for attempt in attempts:
+        allowed = max_evaluations if attempt == attempts[-1] else max_evaluations // 2
+        pieces = []
+        try:
+            for low, high in itertools.pairwise(edges):
+                before = np.nextafter(high, low)
+                with warnings.catch_warnings():
+                    # LSODA reports its failures as warnings; they come back as the reason of the stop.
+                    warnings.simplefilter("ignore")
+                    piece = solve_ivp(
+                        slope,
+                        (low, high),
+                        pieces[-1].y[:, -1] if pieces else np.concatenate([begin, z]),
+                        method=attempt,
+                        dense_output=True,
+                        events=time_left,
+                        rtol=tolerance,
+                        atol=tolerance * scale,
+                    )  # type: ignore[call-overload, unused-ignore]
+                pieces.append(piece)
+                if piece.status != 0:
+                    break
+        except _Stalled as stalled:
+            if attempt == attempts[-1]:
+                raise InputError(
+                    f"integrate: {attempt} came to t = {stalled.t:g} in {min(spent, max_evaluations)} evaluations: take "
+                    "another method, a looser tolerance, or raise max_evaluations"
+                ) from None
+            continue
+        if pieces[-1].status >= 0:
+            break
+    if len(pieces[0].t) < 2:
+        raise InputError(
+            f"integrate: {attempts[-1]} could not take its first step: take another method or tolerance, or check the units"
+        )
+    solution = _joined(pieces, attempt)
+    last, stop = float(solution.ts[-1]), {0: "t_end", 1: "max_seconds"}.get(pieces[-1].status, "solver")
+    marks = _marks(core, solution, masses_of(system))
+    for mark in marks:
+        if len(mark.times) >= max_events and mark.times[max_events - 1] < last:
+            last, stop = float(mark.times[max_events - 1]), "max_events"
+    marks = [replace(mark, times=mark.times[mark.times <= last]) for mark in marks]
+    work = Work(events=sum(len(mark.times) for mark in marks), evaluations=spent)
+    return StateOrbit(system, core, solution, marks, last, stop, work)
+
+
+class _Stalled(Exception):
+    """The evaluations that were allowed are spent."""
+
+    def __init__(self, t: float) -> None:
+        self.t = t
+
+
+def _joined(pieces: Sequence[Any], method: str) -> OdeSolution:
+    """The dense output of runs that follow each other as one."""
+    pieces = [piece for piece in pieces if len(piece.t) > 1]
+    times = np.concatenate([pieces[0].t[:1], *(piece.t[1:] for piece in pieces)])
+    return OdeSolution(
+        times, [step for piece in pieces for step in piece.sol.interpolants], alt_segment=method in ("BDF", "LSODA")
+    )
+
+
+def _marks(core: _core.StateSystem, solution: OdeSolution, masses: Sequence[int]) -> list[Mark]:
+    """The times at which slip velocities and velocities change their sign; two changes within one step are not seen."""
+
+    def guards(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Slip velocity of each contact and velocity of its mass, shape (times, 2, contacts)."""
+        v, _, w, *_ = core.states(t, np.ascontiguousarray(solution(t).T).ravel())
+        return np.stack([w.reshape(t.size, -1), v.reshape(t.size, -1)[:, masses]], axis=1)
+
+    marks = []
+    signs = np.sign(guards(solution.ts))
+    for kind, name in enumerate(("crossing", "turn")):
+        for contact in range(len(masses)):
+            sign = signs[:, kind, contact]
+            found = []
+            for i in np.flatnonzero(sign[:-1] * sign[1:] < 0):
+                low, high = solution.ts[i], solution.ts[i + 1]
+                try:
+                    found.append(
+                        brentq(
+                            lambda t, k=kind, c=contact: guards(np.array([t]))[0, k, c], low, high, xtol=1e-15 * high
+                        )
+                    )
+                except ValueError:
+                    # The interpolant misses the step's end by the tolerance, and the sign with it.
+                    found.append(high)
+            marks.append(Mark(name, contact, np.array(found)))
+    return marks
+
+
+def _scales(system: System, laws: Sequence[StateLaw], start: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What counts as small in positions, velocities and states, from the positions and velocities of the start."""
+    n, frequency = system.masses, 2 * math.pi / system.natural_period
+    drives = [item.drive_velocity for item in system.contacts]
+    driven = max(drive.fastest if isinstance(drive, Drive) else abs(drive) for drive in drives)
+    far, fast = (float(np.abs(part).max()) for part in (start[:n], start[n:]))
+    speed = max(driven, fast, far * frequency * 1e-3) or 1.0
+    length = max(speed / frequency, 1e-9 * far)
+    return np.array([length] * n + [speed] * n + [law.state_scale(speed) for law in laws])

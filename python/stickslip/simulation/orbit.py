@@ -1,0 +1,288 @@
+"""What a simulation returns: a motion that is exact at any time, its events, why it stopped and what it cost."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.files.documents import write_whole
+from stickslip.files.netcdf import read_tree
+from stickslip.model.system import Oscillator, System
+from stickslip.simulation.regimes import regime_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+#: The columns of the events in a file.
+EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a run cost: events that occurred and evaluations of the closed-form motion to find them.
+
+    grazes are touches of the end of a mode within rounding that turned back: no events. fallbacks are steps that looked like
+    the last one to an event but left more than rounding there: the search went on.
+    """
+
+    events: int
+    evaluations: int
+    grazes: int = 0
+    fallbacks: int = 0
+
+
+class Orbit:
+    """The motion of an oscillator from event to event.
+
+    Attributes
+    ----------
+    system : the oscillator.
+    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"``, ``"accumulation"``, ``"diverged"``, ``"stiff"``,
+        ``"not_a_number"`` or ``"memory"``; `stop_sentence` says what it means.
+    work : events, evaluations, grazes and fallbacks.
+    t_end : the time up to which the orbit is known.
+    """
+
+    def __init__(self, system: Oscillator, core: _core.Orbit) -> None:
+        self.system: Any = system
+        self._core = core
+        self._stop, self.stop, self.stop_sentence = core.stop
+        self.work = Work(*core.work)
+        self.t_end = core.t_last
+
+    @property
+    def _kept(self) -> _core.Orbit | _core.Network:
+        """What the core keeps of it."""
+        return self._core
+
+    def _steady(self, look: str, period: float, surface: str, contact: int) -> Any:
+        """What an observer of the core sees as steady in it, as a table of one row."""
+        del contact  # The look names it.
+        return self._kept.steady(look, period, surface)
+
+    def _points(self, surface: str, kind: str | None, contact: int, after: float, most: int) -> NDArray[np.float64]:
+        """The points of a section, rows t, x, v, w, force, stick_time, force_rate; of events of a `kind` or of a surface."""
+        del kind
+        return self._kept.section(surface, contact, after, most)[0].reshape(-1, 7)
+
+    @property
+    def _masses(self) -> int:
+        return self.system.masses if isinstance(self.system, System) else 1
+
+    @property
+    def _contacts(self) -> int:
+        return len(self.system.contacts) if isinstance(self.system, System) else 1
+
+    def __repr__(self) -> str:
+        return f"<Orbit of {self.work.events} events to t = {self.t_end:g}, stop: {self.stop}>"
+
+    @cached_property
+    def events(self) -> pd.DataFrame:
+        """The table of events: t, kind, contact, x, v, force, stick_time, force_rate.
+
+        kind is release, capture, crossing (w changes sign without a stick), reversal (ẇ changes sign; for laws that have
+        branches by that sign) or node (the next linear piece). force is the friction on the mass just before the event;
+        stick_time and force_rate belong to a release and are missing elsewhere.
+        """
+        import pandas as pd
+
+        rows = self._kept.events().reshape(-1, len(EVENTS))
+        kinds = pd.Categorical.from_codes(rows[:, 1].astype(np.int64), categories=pd.Index(_core.KINDS))
+        return pd.DataFrame(rows, columns=list(EVENTS)).assign(kind=kinds, contact=rows[:, 2].astype(int))
+
+    @cached_property
+    def segments(self) -> pd.DataFrame:
+        """The modes: start time and state, direction of slip (0 while stuck) and the line of friction there."""
+        import pandas as pd
+
+        columns = ["t", "t_low", "x", "v", "direction", "offset", "slope", "branch"]
+        frame = pd.DataFrame(self._core.segments().reshape(-1, 8), columns=columns)
+        return frame.astype({"direction": int, "branch": int})
+
+    def at(self, t: ArrayLike) -> tuple[Any, Any]:
+        """Position and velocity at any time up to `t_end`, exact.
+
+        Parameters
+        ----------
+        t : time, any shape.
+
+        Returns
+        -------
+        x, v : arrays of that shape (numbers for a number).
+
+        Raises
+        ------
+        InputError
+            for a time outside the orbit.
+        """
+        values = self._all(t)
+        x, v = (column if column.ndim else column.item() for column in (values["x"], values["v"]))
+        return x, v
+
+    def _all(self, t: ArrayLike) -> dict[str, NDArray[Any]]:
+        """What :meth:`to_xarray` gives, by name."""
+        times = np.asarray(t, float)
+        # A grid may overshoot its end by rounding; the last mode goes on that far.
+        if times.size and not (times.min() >= 0 and times.max() <= self.t_end * (1 + 1e-12)):
+            raise InputError(
+                f"orbit: t must lie in [0, {self.t_end:g}], got [{times.min():g}, {times.max():g}]: simulate longer"
+            )
+        columns = self._columns(np.ascontiguousarray(times.ravel()))
+        return {name: column.reshape(times.shape + column.shape[1:]) for name, column in columns.items()}
+
+    def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+        x, v, a, force, stuck = self._core.states(times)
+        w = np.where(stuck, 0.0, self.system.drive_velocity - v)
+        return {"x": x, "v": v, "a": a, "slip_velocity": w, "force": force, "stuck": stuck}
+
+    def times(self, per_period: int = 200, most: int = 200_000) -> NDArray[np.float64]:
+        """A regular grid over the orbit, `per_period` points a natural period but no more than `most`."""
+        count = int(min(most, max(2, per_period * self.t_end / self.system.natural_period)))
+        return np.linspace(0.0, self.t_end, count)
+
+    def to_xarray(self, t: ArrayLike | None = None) -> xr.Dataset:
+        """The motion sampled at times `t` (default :meth:`times`).
+
+        Returns
+        -------
+        Dataset with the dimension ``time``, for a system of masses also ``mass`` and ``contact``: x, v, a; slip_velocity,
+        force (friction on the mass), stuck and, under laws that have one, the internal state.
+        """
+        import xarray as xr
+
+        times = self.times() if t is None else np.asarray(t, float)
+        dims = {True: ("time", "mass"), False: ("time", "contact")}
+        return xr.Dataset(
+            {name: (dims[name in ("x", "v", "a")][: values.ndim], values) for name, values in self._all(times).items()},
+            coords={"time": times},
+            attrs={"title": "stickslip orbit", "system": json.dumps(self.system.to_dict())},
+        )
+
+    def regime(self, transient: float = 0.5, contact: int = 0) -> str:
+        """The kind of motion after a transient.
+
+        Parameters
+        ----------
+        transient : the fraction of the orbit that is left out, in [0, 1).
+        contact : of a system of masses, the contact.
+
+        Returns
+        -------
+        ``"stick_slip"``: adhesion breaks again and again; ``"at_rest"``: stuck throughout; ``"stable_slip"``: slip velocity
+        constant within 0.2 % of its size; ``"almost_harmonic"``: it oscillates and keeps its sign; ``"back_and_forth"``: it
+        changes its sign without sticking. The words and their criteria stand in :data:`stickslip.simulation.regimes.REGIMES`.
+
+        Limits: a slow transient near a threshold needs a longer orbit; look at two lengths.
+        """
+        if not 0 <= transient < 1:
+            raise InputError(f"regime: transient must lie in [0, 1), got {transient}")
+        if not 0 <= contact < self._contacts:
+            raise InputError(f"regime: contact must lie from 0 to {self._contacts - 1}, got {contact}")
+        start = transient * self.t_end
+        times = self.times()
+        late = self._all(times[times >= start])
+        w = late["slip_velocity"].reshape(-1, self._contacts)[:, contact]
+        share, sticks = self._adhesion(late, start, contact)
+        return regime_of(share, sticks, float(w.min()), float(w.max()))
+
+    def _adhesion(self, late: dict[str, NDArray[Any]], start: float, contact: int) -> tuple[float, bool]:
+        """The share of the time in which a contact sticks, and whether adhesion held or broke at any time."""
+        stuck = late["stuck"].reshape(-1, self._contacts)[:, contact]
+        events = self.events[(self.events["t"] >= start) & (self.events["contact"] == contact)]
+        return float(stuck.mean()), bool((events["kind"] == "release").any() or stuck.any())
+
+    def save(self, path: str | Path) -> Path:
+        """Write a netCDF file: the sampled motion at the root, the groups ``events`` and ``segments``.
+
+        The segments are exact: :func:`load` gives back the same orbit to the bit.
+        """
+        tables = {
+            "events": self._core.events().reshape(-1, len(EVENTS)),
+            "segments": self._core.segments().reshape(-1, 8),
+        }
+        columns = {"events": EVENTS, "segments": [str(name) for name in self.segments]}
+        return self._write(path, {"run": json.dumps(self._run())}, tables, columns)
+
+    def _write(
+        self,
+        path: str | Path,
+        attrs: dict[str, Any],
+        tables: dict[str, NDArray[np.float64]],
+        columns: Mapping[str, Sequence[str]],
+    ) -> Path:
+        import xarray as xr
+
+        attrs |= {"stickslip": "orbit", "work": list(astuple(self.work))}
+        root = self.to_xarray().assign_attrs(attrs, stop=self.stop)
+        root.attrs["checksum"] = _checksum(root.attrs, tables)
+        groups = {
+            name: xr.Dataset({column: (name[:-1], table[:, i]) for i, column in enumerate(columns[name])})
+            for name, table in tables.items()
+        }
+        groups["events"]["kind"].attrs["meaning"] = ", ".join(f"{i} {kind}" for i, kind in enumerate(_core.KINDS))
+        tree = xr.DataTree.from_dict({"/": root, **{f"/{name}": group for name, group in groups.items()}})
+        return write_whole(path, lambda draft: tree.to_netcdf(draft, engine="h5netcdf"))
+
+    def _run(self) -> dict[str, Any]:
+        x0, v0, t_end, max_events = self._core.run
+        return {"x0": x0, "v0": v0, "t_end": t_end, "max_events": max_events, "stop": self._stop}
+
+
+def _checksum(attrs: Mapping[Any, Any], tables: Mapping[str, NDArray[np.float64]]) -> int:
+    """Of everything that :func:`load` makes an orbit from."""
+    said = json.dumps([str(attrs[name]) for name in ("system", "run")] + [int(value) for value in attrs["work"]])
+    check = zlib.crc32(said.encode())
+    for name in ("events", "segments"):
+        check = zlib.crc32(np.ascontiguousarray(tables[name], "<f8").tobytes(), check)
+    return check
+
+
+def load(path: str | Path) -> Orbit:
+    """Read back an orbit saved by :meth:`Orbit.save`, the same to the bit.
+
+    Raises
+    ------
+    InputError
+        where the file is not there, holds no orbit, or not the one that was saved.
+    """
+    tree = read_tree(path, "orbit file")
+    if tree.attrs.get("stickslip") != "orbit":
+        raise InputError(f"{path}: expected an orbit, got another netCDF file; make one with Orbit.save")
+    try:
+        tables = {name: _table(tree[name].to_dataset()) for name in ("events", "segments")}
+        whole = int(tree.attrs["checksum"]) == _checksum(tree.attrs, tables)
+    except (KeyError, TypeError, ValueError, OverflowError):
+        whole = False
+    if not whole:
+        raise InputError(
+            f"{path}: damaged, or saved by an older version: it is not the orbit that was saved; simulate again"
+        )
+    events, evaluations, grazes, fallbacks = (int(value) for value in tree.attrs["work"])
+    run, work = json.loads(tree.attrs["run"]), (events, evaluations, grazes, fallbacks)
+    if tables["events"].shape[1] < len(EVENTS):
+        # One contact was not numbered by older versions.
+        tables["events"] = np.insert(tables["events"], EVENTS.index("contact"), 0.0, axis=1)
+    rows = [np.ascontiguousarray(tables[name].ravel()) for name in ("segments", "events")]
+    document = json.loads(tree.attrs["system"])
+    if isinstance(run, list):
+        from stickslip.simulation.network import restore
+
+        return restore(document, run, work, rows)
+    system = Oscillator.from_dict(document)
+    run_of = (run["x0"], run["v0"], run["t_end"], run["max_events"])
+    return Orbit(system, _core.Orbit.restore(system.to_json(), run_of, run["stop"], work, *rows))
+
+
+def _table(group: xr.Dataset) -> NDArray[np.float64]:
+    return np.stack([column.to_numpy().astype(float) for column in group.data_vars.values()], axis=-1)

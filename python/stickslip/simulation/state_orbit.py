@@ -1,0 +1,202 @@
+"""What the integration of a law with an internal state returns: a motion between steps, with its pseudo-events."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.files.documents import write_whole
+from stickslip.laws.state_law import StateLaw
+from stickslip.model.system import Oscillator, System
+from stickslip.simulation.orbit import Orbit, Work
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from scipy.integrate import OdeSolution
+
+#: Slip slower than this fraction of the fastest is called stuck, as these laws creep where others stick.
+CREEP = 1e-2
+
+_SENTENCES = {
+    "t_end": "the run reached t_end",
+    "max_events": "the run stopped at max_events: raise max_events to go on",
+    "max_seconds": "the run stopped after max_seconds: raise max_seconds to go on",
+    "solver": "the integrator could not go on, as the motion runs away or changes faster than it can follow: look at the "
+    "last states, or give it another method or tolerance",
+}
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Where the slip velocity of a contact (``"crossing"``) or the velocity of its mass (``"turn"``) changes its sign."""
+
+    kind: str
+    contact: int
+    times: NDArray[np.float64]
+
+
+class StateOrbit(Orbit):
+    """The motion of an oscillator or a system of masses whose friction laws have an internal state.
+
+    Attributes
+    ----------
+    system : the oscillator or system.
+    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"`` or ``"solver"``; `stop_sentence` says what it means.
+    work : events and evaluations of the right-hand side.
+    t_end : the time up to which the orbit is known.
+
+    It answers as :class:`stickslip.Orbit` does, but is only as exact as the tolerance of its integration.
+    """
+
+    def __init__(
+        self,
+        system: Oscillator | System,
+        core: _core.StateSystem,
+        solution: OdeSolution,
+        marks: Sequence[Mark],
+        t_end: float,
+        stop: str,
+        work: Work,
+    ) -> None:
+        # No super().__init__: it wants the core of an orbit in closed form.
+        self.system = system
+        self._right_hand_side = core
+        self._solution = solution
+        self._marks = marks
+        self.t_end = t_end
+        self.stop = stop
+        self.stop_sentence = _SENTENCES[stop]
+        self.work = work
+
+    def __repr__(self) -> str:
+        return f"<StateOrbit of {self.work.evaluations} evaluations to t = {self.t_end:g}, stop: {self.stop}>"
+
+    @cached_property
+    def events(self) -> pd.DataFrame:
+        """The table of pseudo-events: t, kind, contact, x, v (of the contact's mass), force, stick_time, force_rate, state.
+
+        kind is crossing (the slip velocity changes its sign) or turn (the velocity of the contact's mass does). Nothing
+        happens there to a smooth motion: they mark it, and stick_time and force_rate are missing throughout.
+        """
+        import pandas as pd
+
+        times = np.concatenate([mark.times for mark in self._marks])
+        sizes = [mark.times.size for mark in self._marks]
+        contacts = np.repeat([mark.contact for mark in self._marks], sizes)
+        kinds = np.repeat([mark.kind for mark in self._marks], sizes)
+        order = np.argsort(times, kind="stable")
+        times, contacts, kinds = times[order], contacts[order], kinds[order]
+        columns = self._all(times).items()
+        values = {name: column[:, None] if column.ndim == 1 else column for name, column in columns}
+        rows, masses = np.arange(times.size), np.array(masses_of(self.system))[contacts]
+        state = values.get("state", np.zeros((times.size, self._contacts)))
+        return pd.DataFrame(
+            {
+                "t": times,
+                "kind": pd.Categorical(kinds, categories=["crossing", "turn"]),
+                "contact": contacts,
+                "x": values["x"][rows, masses],
+                "v": values["v"][rows, masses],
+                "force": values["force"][rows, contacts],
+                "stick_time": np.full(times.size, np.nan),
+                "force_rate": np.full(times.size, np.nan),
+                "state": state[rows, contacts],
+            }
+        )
+
+    @property
+    def segments(self) -> pd.DataFrame:
+        """Refused: a smooth motion has no segments."""
+        raise InputError("segments: the motion under a law with an internal state is smooth; sample it with to_xarray")
+
+    def state(self, t: ArrayLike) -> Any:
+        """The laws' internal states at any time up to `t_end`, for a system of masses shape (..., contacts)."""
+        z = self._all(t).get("state")
+        if z is None:
+            raise InputError("state: no law of this system has an internal state")
+        return z if z.ndim else z.item()
+
+    def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+        n, c = self._masses, self._contacts
+        y = np.ascontiguousarray(self._solution(times).T) if times.size else np.empty((0, 2 * n + c))
+        v, a, w, force, _ = self._right_hand_side.states(times, y.ravel())
+        columns: dict[str, NDArray[Any]] = {
+            "x": y[:, :n], "v": v.reshape(-1, n), "a": a.reshape(-1, n),
+            "slip_velocity": (w := w.reshape(-1, c)), "force": force.reshape(-1, c),
+            "stuck": np.abs(w) <= CREEP * np.abs(w).max(axis=0, initial=0.0),
+        }  # fmt: skip
+        if any(law.has_state for law in state_laws_of(self.system)):
+            columns["state"] = y[:, 2 * n :]
+        if isinstance(self.system, Oscillator):
+            columns = {name: column[:, 0] for name, column in columns.items()}
+        return columns
+
+    def _adhesion(self, late: dict[str, NDArray[Any]], start: float, contact: int) -> tuple[float, bool]:
+        """At rest: slip never faster than 1e-6 of the fastest mass; sticking: `stuck` for more than 1 % of the time."""
+        del start
+        w = np.abs(late["slip_velocity"].reshape(-1, self._contacts)[:, contact])
+        rests = w.max() <= 1e-6 * np.abs(late["v"]).max()
+        return float(rests), bool(late["stuck"].reshape(-1, self._contacts)[:, contact].mean() > 0.01)
+
+    def _samples(self, after: float, contact: int) -> _core.Samples:
+        """The motion of a contact's mass for the observers of the core, at all steps of the integrator and in between."""
+        steps = np.asarray(self._solution.ts)
+        grid = self.times(most=10_000_000)
+        t = np.unique(np.concatenate([[after], steps[steps > after], grid[grid > after]]))
+        values = {name: column.reshape(t.size, -1) for name, column in self._columns(t).items()}
+        y = np.ascontiguousarray(self._solution(t).T)
+        slip = self._right_hand_side.states(t, y.ravel())[4].reshape(t.size, -1)[:, contact]
+        share, sticks = self._adhesion(values, after, contact)
+        stuck = np.full(t.size, True) if share == 1.0 else values["stuck"][:, contact] & sticks
+        mass = masses_of(self.system)[contact]
+        columns = [t, *(values[name][:, mass] for name in "xva"), values["slip_velocity"][:, contact], slip]
+        return _core.Samples([column.tolist() for column in columns], stuck.tolist(), self.work.events)
+
+    def _steady(self, look: str, period: float, surface: str, contact: int) -> Any:
+        return self._samples(json.loads(look)["transient"] * period, contact).steady(look, period, surface)
+
+    def _points(self, surface: str, kind: str | None, contact: int, after: float, most: int) -> NDArray[np.float64]:
+        if kind is None:
+            return self._samples(after, contact).section(surface, contact, after, most)[0].reshape(-1, 7)
+        table = self.events
+        rows = table[(table["kind"] == kind) & (table["t"] >= after) & (table["contact"] == contact)].assign(w=np.nan)
+        return rows[["t", "x", "v", "w", "force", "stick_time", "force_rate"]].to_numpy(float)[-most:]
+
+    def save(self, path: str | Path) -> Path:
+        """Write a netCDF file with the sampled motion and the group ``events``; the steps of the integrator are not kept."""
+        import xarray as xr
+
+        attrs = {"stickslip": "sampled orbit", "stop": self.stop, "work": [self.work.events, self.work.evaluations]}
+        events = self.events.astype({"kind": str})
+        table = xr.Dataset({name: ("event", events[name].to_numpy()) for name in events})
+        tree = xr.DataTree.from_dict({"/": self.to_xarray().assign_attrs(attrs), "/events": table})
+        return write_whole(path, lambda draft: tree.to_netcdf(draft, engine="h5netcdf"))
+
+
+def state_laws_of(system: Oscillator | System) -> list[StateLaw]:
+    """The laws of the contacts, all with an internal state.
+
+    Raises
+    ------
+    InputError
+        where one has none.
+    """
+    laws = [contact.law for contact in system.contacts] if isinstance(system, System) else [system.law]
+    for law in laws:
+        if not isinstance(law, StateLaw):
+            raise InputError(f"integrate: {type(law).__name__} has no internal state; use stickslip.simulate")
+    return [law for law in laws if isinstance(law, StateLaw)]
+
+
+def masses_of(system: Oscillator | System) -> list[int]:
+    """The mass of every contact."""
+    return [contact.mass for contact in system.contacts] if isinstance(system, System) else [0]

@@ -1,0 +1,63 @@
+"""Records cut anywhere: what a record's ends hide must not be measured as friction."""
+
+import functools
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.identification import identify
+from stickslip.measurement import Rig, measure
+
+LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
+DRIVE, DAMPING, STEP = 0.1, 0.05, 2 * np.pi / 60
+RIG = Rig(
+    instrument="displacement", column="x", unit="1", stiffness=1, mass=1, damping=DAMPING, drive_velocity=DRIVE
+)  # fmt: skip
+
+
+@functools.cache
+def orbit():
+    return ss.simulate(ss.Oscillator(damping=DAMPING, drive_velocity=DRIVE, law=LAW), 120.0)
+
+
+def events(kind):  # noqa: ARG001 used in the query
+    return orbit().events.query("kind == @kind")["t"].to_numpy()
+
+
+def record(start, end, noise=3e-3):
+    time = np.arange(start, end, STEP)
+    x = orbit().at(time)[0] + noise * np.random.default_rng(1).standard_normal(len(time))
+    return measure({"t": time - start, "x": x}, RIG)
+
+
+@pytest.mark.parametrize("into", [0.8, 5.0])
+def test_a_record_cut_inside_sticks_is_stuck_from_its_first_sample_to_its_last(into):
+    friction = record(events("release")[1] - 4.0, events("capture")[4] + into)
+    stuck = friction["stuck"].to_numpy()
+    assert stuck[:5].all()
+    assert stuck[-5:].all()
+    found = identify(friction, law="StaticKinetic").parameters
+    assert abs(found.loc["kinetic", "value"] - LAW.kinetic) < 0.005
+    assert abs(found.loc["break_away", "value"] - LAW.break_away) < 0.005
+
+
+@pytest.mark.parametrize(("samples", "few"), [(19, True), (25, False)])
+def test_few_pictures_of_a_long_exposure_bring_no_break_away_that_is_surely_wrong(samples, few):
+    """Pictures with the shutter open for 90 % of the time between them."""
+    step = 2 * np.pi / samples
+    ends = events("release")
+    time = np.arange(ends[1] - 3.1, ends[5] + 4.0, step)
+    x = np.mean([orbit().at(time + part * step)[0] for part in np.linspace(-0.45, 0.45, 21)], axis=0)
+    x += 1e-3 * np.random.default_rng(0).standard_normal(len(time))
+    friction = measure({"t": time - time[0], "x": x}, RIG)
+    assert any("record faster" in note for note in friction.attrs["notes"]) == few
+    found = friction["break_away"].to_dataset()
+    true = ends[(ends > time[0]) & (ends < time[-1])] - time[0]
+    assert len(found["t"]) == len(true)
+    late = found["t"].to_numpy() - true
+    assert np.abs(late).max() < (3 if few else 0.2) * step
+    assert (np.abs(late) < 2 * found["t_error"].to_numpy()).all()
+    assert (np.abs(found["force"] - LAW.break_away) < 2 * found["force_error"]).all()
+    fitted = identify(friction, law="StaticKinetic").parameters.loc["break_away"]
+    assert fitted["low"] < LAW.break_away < fitted["high"]
