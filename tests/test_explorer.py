@@ -78,7 +78,9 @@ def same_bits(one, other):
 
 def rows(orbit):
     kinds = orbit.events["kind"].cat.codes.to_numpy(float)
-    columns = [orbit.events[name].to_numpy(float) for name in ("t", "contact", "x", "v", "force", "stick_time", "force_rate")]
+    columns = [
+        orbit.events[name].to_numpy(float) for name in ("t", "contact", "x", "v", "force", "stick_time", "force_rate")
+    ]
     return np.column_stack([columns[0], kinds, *columns[1:]])
 
 
@@ -111,7 +113,13 @@ def test_forces_of_laws_with_an_internal_state_are_those_of_the_package_to_the_b
 
 def test_masses_in_a_row_give_the_same_bits(module):
     system = ss.chain(3, Law.ALL["BogaczRyczek"].example(), 0.2)
-    question = {"system": json.loads(system.to_json()), "t_end": 30.0, "max_events": 10**7, "per_segment": 1, "samples": 0}
+    question = {
+        "system": json.loads(system.to_json()),
+        "t_end": 30.0,
+        "max_events": 10**7,
+        "per_segment": 1,
+        "samples": 0,
+    }
     words, numbers = module.ask(ORBIT, question)
     events = numbers[words["samples"] * (1 + 2 * 3 + 3 * 3) :].reshape(-1, 8)
     assert same_bits(events, rows(ss.simulate(system, 30.0))), STALE
@@ -120,15 +128,30 @@ def test_masses_in_a_row_give_the_same_bits(module):
 def test_an_orbit_diagram_is_that_of_the_package_to_the_bit(module):
     system = ss.paper.oscillator(0.2)
     values = np.linspace(0.1, 0.5, 9)
-    look = {"transient": 60.0, "window": 40.0, "tolerance": 1e-6, "surface": None, "decide": 0, "points": 24, "max_events": 10**6}
-    question = {"system": json.loads(system.to_json()), "names": ["drive_velocity"], "values": values.tolist(), "look": look}
+    look = {
+        "transient": 60.0,
+        "window": 40.0,
+        "tolerance": 1e-6,
+        "surface": None,
+        "decide": 0,
+        "points": 24,
+        "max_events": 10**6,
+    }
+    question = {
+        "system": json.loads(system.to_json()),
+        "names": ["drive_velocity"],
+        "values": values.tolist(),
+        "look": look,
+    }
     words, numbers = module.ask(STEADY, {**question, "chain": False, "patience": 10**6})
     diagram = ss.orbit_diagram(system, "drive_velocity", values, direction="fresh", periods=100, keep=40, points=24)
     regimes, at = [], 0
     for column in range(len(values)):
         regime, period, _, _, low, high, _, _, section, turns = numbers[at : at + 10]
         regimes.append(words["regimes"][int(regime)])
-        assert (period, low, high) == tuple(diagram[name].values[column] for name in ("period", "x_min", "x_max")), STALE
+        assert (period, low, high) == tuple(diagram[name].values[column] for name in ("period", "x_min", "x_max")), (
+            STALE
+        )
         at += 10 + 2 * int(section) + int(turns)
     assert regimes == diagram["regime"].values.tolist()
     assert at == len(numbers)
@@ -137,7 +160,11 @@ def test_an_orbit_diagram_is_that_of_the_package_to_the_bit(module):
 def test_the_module_refuses_with_the_sentences_of_the_package(module):
     system = json.loads(ss.paper.oscillator(0.2).to_json())
     run = {"t_end": 10.0, "max_events": 1000, "per_segment": 1, "samples": 0}
-    for change in ({"mass": -1.0}, {"damping": -0.5}, {"law": {"type": "StaticKinetic", "break_away": 0.5, "kinetic": 0.6}}):
+    for change in (
+        {"mass": -1.0},
+        {"damping": -0.5},
+        {"law": {"type": "StaticKinetic", "break_away": 0.5, "kinetic": 0.6}},
+    ):
         with pytest.raises(ValueError) as here:
             _core.check_oscillator(json.dumps(system | change))
         with pytest.raises(ValueError, match=re.escape(str(here.value))):
@@ -173,7 +200,7 @@ def test_the_shipped_files_name_no_machine_and_no_network():
 def test_the_page_is_whole_and_asks_no_network():
     text = page()
     assert not re.findall(r"(?:src|href)=", text.partition('<script type="application/json" id="data">')[0])
-    assert "null</script>\n<script type=\"application/octet-stream\"" in text  # no state: the first preset
+    assert 'null</script>\n<script type="application/octet-stream"' in text  # no state: the first preset
     assert len(text.encode()) < 560_000
 
 
@@ -209,7 +236,9 @@ def test_every_preset_runs(module):
         if "chain" in state:
             system = ss.chain(state["chain"]["masses"], law, numbers["drive_velocity"], damping=numbers["damping"])
         else:
-            system = ss.Oscillator(law=law, forcing=[ss.Harmonic(**one) for one in state["system"]["forcing"]], **numbers)
+            system = ss.Oscillator(
+                law=law, forcing=[ss.Harmonic(**one) for one in state["system"]["forcing"]], **numbers
+            )
         assert preset["source"], name
         assert ss.simulate(system, state["t_end"]).stop == "t_end", name
 
@@ -245,7 +274,10 @@ def test_the_command_writes_the_page(tmp_path):
     (tmp_path / "law.toml").write_text('[law]\ntype = "Coulomb"\nkinetic = 0.4\n')
     command = [sys.executable, "-m", "stickslip", "explore", "law.toml", "-o", "page.html", "--no-browser"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
-    assert '"type":"Coulomb","kinetic":0.4' in (tmp_path / "page.html").read_text(encoding="utf-8").partition('id="state"')[2]
+    assert (
+        '"type":"Coulomb","kinetic":0.4'
+        in (tmp_path / "page.html").read_text(encoding="utf-8").partition('id="state"')[2]
+    )
 
 
 def test_a_state_cannot_end_the_element_it_stands_in():

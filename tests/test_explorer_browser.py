@@ -175,10 +175,17 @@ def test_a_saved_page_opens_as_it_was_saved(opened, tmp_path):
 @pytest.mark.slow
 def test_the_page_lives_within_another_and_asks_the_network_for_nothing(opened, tmp_path, address):
     text = page().replace("&", "&amp;").replace('"', "&quot;")
-    (tmp_path / "outer.html").write_text(f'<body data-ready="yes"><iframe width=900 height=700 srcdoc="{text}"></iframe>')
+    (tmp_path / "outer.html").write_text(
+        f'<body data-ready="yes"><iframe width=900 height=700 srcdoc="{text}"></iframe>'
+    )
     opened.open((tmp_path / "outer.html").as_uri())
     opened.wait("frames[0]?.document.body?.dataset.ready === 'yes'")
-    assert opened.run("frames[0].performance.getEntriesByType('resource').filter(({ name }) => !name.startsWith('blob:')).length") == 0
+    assert (
+        opened.run(
+            "frames[0].performance.getEntriesByType('resource').filter(({ name }) => !name.startsWith('blob:')).length"
+        )
+        == 0
+    )
 
 
 @pytest.mark.slow
@@ -238,7 +245,12 @@ def test_files_are_taken_away(opened, tmp_path):
     shutil.rmtree(tmp_path / "down", ignore_errors=True)
     opened.run(FRAME)
     opened.send("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path / "down"))
-    for name, file in (("toml", "system.toml"), ("csv", "orbit.csv"), ("png", "stickslip.png"), ("save", "explorer.html")):
+    for name, file in (
+        ("toml", "system.toml"),
+        ("csv", "orbit.csv"),
+        ("png", "stickslip.png"),
+        ("save", "explorer.html"),
+    ):
         opened.run(f"document.getElementById('{name}').click()")
         for _ in range(600):
             opened.run("new Promise((done) => setTimeout(done, 50))")
