@@ -47,9 +47,7 @@ def systems() -> dict[str, Any]:
         "closed form": ss.paper.oscillator(0.2, ss.Harmonic(0.1, 0.7)),
         "network": ss.chain(3, ss.laws.StaticKinetic(1.0, 0.6), 0.2),
         "smooth": ss.Oscillator(0.0, 0.2, ss.laws.Rational(1.0, 3.0)),
-        "integration": ss.Oscillator(
-            0.0, 0.1, ss.laws.LuGre(1e3, 30.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-2)
-        ),
+        "integration": ss.Oscillator(0.0, 0.1, ss.laws.LuGre(1e3, 30.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-2)),
         "one slip": ss.Oscillator(0.1, -5.0, ss.laws.Coulomb(0.1), forcing=ss.Harmonic(0.01, 1.3)),
         "one stick": ss.Oscillator(0.1, 0.0, ss.laws.DwellTime(1.0, 0.5, 0.1), forcing=ss.Harmonic(0.9, 1.0)),
         "fast forcing": ss.Oscillator(0.1, 0.3, paper.law, forcing=ss.Harmonic(0.1, 1e9)),
