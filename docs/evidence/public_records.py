@@ -1,4 +1,4 @@
-"""What is known of public records beside the laws identified from them, and the page docs/evidence/public-records.md made of it.
+"""What is known of public records beside the laws identified from them, and the page public-records.md made of it.
 
 python docs/evidence/public_records.py [FOLDER of the records; default STICKSLIP_DATA]
 """

@@ -5,6 +5,8 @@
 //! sample to sample, whatever is over-, near-critically or negatively damped or in resonance. A curved law feeds its force in
 //! as an input; then Gragg's midpoint rule, extrapolated (Bulirsch & Stoer 1966), does the steps.
 
+use std::cell::Cell;
+
 use crate::law::{Law, Line};
 use crate::matrix::{Row, dot, exponential, norm, solve, sparse, times};
 use crate::number::Real;
@@ -28,6 +30,9 @@ const SPACING: [f64; 2] = [0.15, 0.4];
 /// More work than this in one phase is not judged.
 const MOST: [f64; 2] = [4e6, 2e7];
 
+/// More extrapolations than this in one phase are not judged either: a curve may be stiff.
+const STIFF: u64 = 100_000;
+
 /// The equations of one phase and its start.
 #[derive(Clone, Debug)]
 pub struct Model<'a, R> {
@@ -49,6 +54,8 @@ pub struct Model<'a, R> {
     gain: f64,
     /// The fastest that anything oscillates or grows.
     rate: f64,
+    /// Extrapolations so far.
+    steps: Cell<u64>,
 }
 
 /// Everything at one time.
@@ -271,6 +278,7 @@ impl<'a, R: Real> Model<'a, R> {
             floor,
             gain: 1.0,
             rate: 0.0,
+            steps: Cell::new(0),
         };
         model.measure(
             waves
@@ -402,6 +410,7 @@ impl<'a, R: Real> Model<'a, R> {
             floor: self.floor,
             gain: self.gain,
             rate: self.rate,
+            steps: Cell::new(0),
         }
     }
 
@@ -690,6 +699,10 @@ impl<'a, R: Real> Phase<'a, R> {
 /// One step by the extrapolated midpoint rule of order 14 at most, halved until two columns agree.
 fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Option<Vec<R>> {
     const PARTS: [u32; 7] = [2, 4, 6, 8, 10, 12, 14];
+    model.steps.set(model.steps.get() + 1);
+    if depth == 12 || model.steps.get() > STIFF {
+        return None;
+    }
     // The forces of curves come last and are no part of the state; waves and the clock are.
     let (state, dim) = (from.len() - model.curves.len(), from.len());
     let mut start = from.to_vec();
@@ -745,10 +758,6 @@ fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Op
             }
         }
         table.extend_from_slice(&before);
-    }
-    if depth == 12 {
-        // Too stiff.
-        return None;
     }
     let half = h * R::of(0.5);
     let middle = bulirsch_stoer(model, from, half, depth + 1)?;

@@ -155,11 +155,14 @@ impl Path {
         let mut branches = Vec::new();
         for (index, row) in rows.iter().enumerate() {
             let to = rows.get(index + 1).map_or(orbit.t_last(), |next| next[0]);
-            ask.times(row[0], to, &mut path.t);
+            // Times have two parts, so the end of a step may lie within it or not: both ends are taken from inside.
+            let (from, to) = (row[0].next_up(), to.next_down());
+            if from < to {
+                ask.times(from, to, &mut path.t);
+                path.t.push(to);
+            }
             branches.resize(path.t.len(), index);
         }
-        path.t.push(orbit.t_last());
-        branches.push(rows.len() - 1);
         let states = orbit.states(&path.t);
         for (i, columns) in path.masses.iter_mut().enumerate() {
             for (column, values) in columns.iter_mut().zip([&states.x, &states.v]) {

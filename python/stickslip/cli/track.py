@@ -12,6 +12,7 @@ from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, sa
 from stickslip.errors import InputError
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 OPTIONS = ("finder", "masses", "marker", "channel", "size", "threshold", "level", "opening", "region", "max_jump")
@@ -38,7 +39,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--scale", type=float, metavar="PX", help="px per m; a setup file knows other calibrations")
     command.add_argument("-o", "--output", metavar="MOTION.nc", help="the motion file; for many films a folder")
     command.add_argument("--check", metavar="FILM.avi", help="write the film with the tracks drawn in")
-    command.add_argument("--plot", metavar="FILE.png", help="draw the tracks over the film")
+    command.add_argument(
+        "--plot", metavar="FILE.png", help="draw the tracks over the film; of many films FILE-FILM.png each"
+    )
     command.add_argument("--free-fall", action="store_true", help="say what the fall of the mass tells of the scale")
     command.add_argument("--again", action="store_true", help="of many films track also those that are finished")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -119,14 +122,32 @@ def _track_many(sources: list[str], options: argparse.Namespace, given: dict[str
             command=command,
             **given,
         )
+    drawn = _draw_many(table, options.plot) if options.plot else []
     if options.json:
         say(str(table.to_json(orient="records", indent=2)))
     else:
         for row in table.to_dict("records"):
             say(f"{row['state']:18s}{row['source']}" + (f": {row['message']}" if row["message"] else ""))
+        say_written(*drawn)
     failed = int((table["state"] == "failed").sum())
     if failed:
         raise InputError(f"{failed} of {len(table)} films could not be tracked; the others are in {options.output}")
+
+
+def _draw_many(table: pd.DataFrame, plot: str) -> list[str]:
+    """The tracks over each film that could be tracked: ``tracks.png`` becomes ``tracks-FILM.png``."""
+    import matplotlib.pyplot as plt
+
+    from stickslip.files.netcdf import tree_of
+    from stickslip.tracking.check_film import tracks_over_film
+
+    drawn = []
+    for row in table[table["state"] != "failed"].to_dict("records"):
+        figure = tracks_over_film(tree_of(Path(row["motion"])).to_dataset(), row["source"]).figure
+        drawn.append(str(Path(plot).with_stem(f"{Path(plot).stem}-{Path(row['motion']).stem}")))
+        save_figure(figure, drawn[-1])
+        plt.close(figure)
+    return drawn
 
 
 def _facts(motion: xr.Dataset) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +12,15 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 
 Array = npt.NDArray[np.float64]
+
+MOST_OFFSETS = 200_000
+"""Of two clocks are tried."""
+
+LEAST_CORRELATION = 0.5
+"""Signals that are less alike than this at their best offset tell nothing of their clocks."""
+
+STAMPED = 0.1
+"""Of a sampling interval: so well a sample is stamped at best."""
 
 LEAST_SAMPLES = 8
 """Of an extension, from which a spring can be told."""
@@ -50,15 +60,8 @@ def clock_offset(time_a: Array, a: Array, time_b: Array, b: Array) -> Offset:
     True
     """
     step = float(max(np.median(np.diff(time_a)), np.median(np.diff(time_b))))
-    span_a, span_b = float(np.ptp(time_a)), float(np.ptp(time_b))
-    common = 0.5 * min(span_a, span_b)
-    low, high = time_a[0] - time_b[-1] + common, time_a[-1] - time_b[0] - common
-    offsets = np.arange(low, high + step, step)
-    if len(offsets) < 3 or len(offsets) > 200_000:
-        raise InputError(
-            f"the two records last {span_a:g} s and {span_b:g} s: too short to find the offset of their clocks; give "
-            "clock_offset in the rig"
-        )
+    common = 0.5 * min(float(np.ptp(time_a)), float(np.ptp(time_b)))
+    offsets = _offsets(time_a, time_b, step)
     size_a, size_b = np.abs(a), np.abs(b)
     scores = np.full(len(offsets), -1.0)
     for i, offset in enumerate(offsets):
@@ -124,36 +127,21 @@ def spring_offset(
     """
     step_a, step_b = (float(np.median(np.diff(time))) for time in (time_a, time_b))
     coarse = max(step_a, step_b)
-    common = 0.5 * min(float(np.ptp(time_a)), float(np.ptp(time_b)))
-    offsets = np.arange(time_a[0] - time_b[-1] + common, time_a[-1] - time_b[0] - common + coarse, coarse)
-    if not 3 <= len(offsets) <= 200_000:
-        raise InputError(
-            f"the two records last {np.ptp(time_a):g} s and {np.ptp(time_b):g} s: too short to find the offset of their "
-            "clocks; give records that share a slip"
-        )
+    offsets = _offsets(time_a, time_b, coarse)
 
     def at(offset: float) -> _Line:
         return _Line.fit(extension, np.interp(time_b + offset, time_a, force, np.nan, np.nan), taut)
 
-    rough = offsets[int(np.argmin([at(offset).rest for offset in offsets]))]
-    offsets = rough + np.arange(-2 * coarse, 2 * coarse, min(step_a, step_b) / 5)
-    lines = [at(offset) for offset in offsets]
-    rest = np.array([line.rest for line in lines])
-    best = lines[int(np.argmin(rest))]
+    offsets, lines, weight, samples = _refined(at, offsets, coarse, min(step_a, step_b) / 5, float(np.ptp(force)))
+    best = lines[int(np.argmax(weight))]
     if not math.isfinite(best.rest):
         raise InputError(
             "the force of the spring grows with its extension at no offset of the clocks; correct the sign or the columns"
         )
-    floor = max(best.rest, (1e-9 * float(np.ptp(force))) ** 2)
-    # residuals of rounding alone are like anything
-    alike = np.clip(np.corrcoef(best.left[1:], best.left[:-1])[0, 1], 0.0, 0.9) if best.rest == floor else 0.0
-    samples = (len(best.left) - 3) * (1 - alike) / (1 + alike)
-    weight = (floor / np.maximum(rest, floor)) ** (samples / 2)
-    weight /= weight.sum()
     value = float(weight @ offsets)
     stiffness = np.array([line.stiffness if math.isfinite(line.rest) else best.stiffness for line in lines])
     mean = float(weight @ stiffness)
-    own = floor / samples / best.spread
+    own = best.rest / samples / best.spread
     return SpringOffset(
         value=value,
         error=math.hypot(math.sqrt(float(weight @ (offsets - value) ** 2)), step_a / math.sqrt(12)),
@@ -162,6 +150,102 @@ def spring_offset(
         stiffness_error=math.sqrt(float(weight @ (stiffness - mean) ** 2) + own),
         residual=math.sqrt(best.rest),
     )
+
+
+def inertia_offset(
+    time_a: Array, force: Array, time_b: Array, speed: Array, acceleration: Array, inertia: float | None
+) -> Offset:
+    """The offset under which a force is inertia and friction of the motion that another record holds.
+
+    For each offset o
+
+        force(t + o) - m a(t) = c0 + c1 tanh(w(t) / w0) + c2 w(t),   w0 a twentieth of the rms of w,
+
+    is fitted by least squares, a friction law of any gauge's zero that says little and is right in the sign; offset and
+    error are those of the mean square residual, as in :func:`spring_offset`.
+
+    Parameters
+    ----------
+    time_a, force : the force on its clock, s and N.
+    time_b, speed, acceleration : w and a on theirs.
+    inertia : m that is accelerated between gauge and contact, kg; None: fitted too.
+
+    Returns
+    -------
+    Offset; `correlation` is that of the force with what was fitted.
+
+    Examples
+    --------
+    >>> t = np.arange(0, 10, 0.01)
+    >>> w, a = np.sin(2 * t + 0.1 * t**2), (2 + 0.2 * t) * np.cos(2 * t + 0.1 * t**2)
+    >>> found = inertia_offset(t + 0.3, 2 * a + np.sign(w), t, w, a, 2.0)
+    >>> bool(abs(found.value - 0.3) < 3 * found.error < 0.03)
+    True
+    """
+    step_a, step_b = (float(np.median(np.diff(time))) for time in (time_a, time_b))
+    coarse = max(step_a, step_b)
+    rms = float(np.sqrt(np.mean(speed**2)))
+    columns = [np.ones_like(speed), np.tanh(20 * speed / rms), speed / rms]
+    known_part = np.zeros_like(speed) if inertia is None else inertia * acceleration
+    design = np.stack([*columns, acceleration] if inertia is None else columns, axis=1)
+
+    def at(offset: float) -> _Line:
+        seen = np.interp(time_b + offset, time_a, force, np.nan, np.nan)
+        known = np.isfinite(seen)
+        if np.count_nonzero(known) < max(LEAST_SAMPLES, 0.4 * len(seen)):
+            return _Line(math.inf)
+        rest = seen[known] - known_part[known]
+        left = rest - design[known] @ np.linalg.lstsq(design[known], rest, rcond=None)[0]
+        fitted = seen[known] - left
+        spread = float(np.std(seen[known]) * np.std(fitted))
+        alike = (
+            float(np.mean((seen[known] - seen[known].mean()) * (fitted - fitted.mean()))) / spread if spread else 0.0
+        )
+        return _Line(float(np.mean(left**2)), correlation=alike, left=left)
+
+    offsets = _offsets(time_a, time_b, coarse)
+    offsets, lines, weight, _ = _refined(at, offsets, coarse, min(step_a, step_b) / 5, float(np.ptp(force)))
+    value = float(weight @ offsets)
+    error = math.hypot(math.sqrt(float(weight @ (offsets - value) ** 2)), STAMPED * min(step_a, step_b))
+    return Offset(value, error, lines[int(np.argmax(weight))].correlation)
+
+
+def _offsets(time_a: Array, time_b: Array, step: float) -> Array:
+    """Offsets that leave at least half of the shorter record in common."""
+    span_a, span_b = float(np.ptp(time_a)), float(np.ptp(time_b))
+    common = 0.5 * min(span_a, span_b)
+    offsets = np.arange(time_a[0] - time_b[-1] + common, time_a[-1] - time_b[0] - common + step, step)
+    if not 3 <= len(offsets) <= MOST_OFFSETS:
+        raise InputError(
+            f"the two records last {span_a:g} s and {span_b:g} s: too short, or with too many samples, to find the offset of "
+            "their clocks; give clock_offset in the rig"
+        )
+    return offsets
+
+
+def _refined(
+    at: Callable[[float], _Line], offsets: Array, coarse: float, fine: float, scale: float
+) -> tuple[Array, list[_Line], Array, float]:
+    """Finer offsets around the best of these, the fit of each, its weight S^(-n/2), and n.
+
+    `scale` is the size of the force: residuals of rounding alone are like anything.
+    """
+    rough = offsets[int(np.argmin([at(offset).rest for offset in offsets]))]
+    offsets = rough + np.arange(-2 * coarse, 2 * coarse, fine)
+    lines = [at(offset) for offset in offsets]
+    rest = np.array([line.rest for line in lines])
+    best = lines[int(np.argmin(rest))]
+    if not math.isfinite(best.rest):
+        return offsets, lines, np.full(len(lines), 1 / len(lines)), 1.0
+    floor = max(best.rest, (1e-9 * scale) ** 2)
+    alike = np.clip(np.corrcoef(best.left[1:], best.left[:-1])[0, 1], 0.0, 0.9) if best.rest == floor else 0.0
+    samples = (len(best.left) - 3) * (1 - alike) / (1 + alike)
+    weight = (floor / np.maximum(rest, floor)) ** (samples / 2)
+    if (
+        weight.max() > 0.5 * weight.sum() and fine > STAMPED**2 * coarse
+    ):  # the grid is too coarse for what the records know
+        return _refined(at, offsets, fine, fine / 10, scale)
+    return offsets, lines, weight / weight.sum(), samples
 
 
 @dataclass(frozen=True)

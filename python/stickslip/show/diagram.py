@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,12 +116,17 @@ def _draw_directions(diagram: xr.Dataset, parameter: str, variable: str, ax: Axe
     points = diagram[variable].transpose("direction", parameter, "point").to_numpy()
     alike = _alike(points)
     across = np.broadcast_to(values[:, None], points.shape[1:])
-    shared = {"marker": ".", "ls": "", "ms": 2.4, "mew": 0, "color": OKABE_ITO["grey"]}
+    shared: dict[str, Any] = {"marker": ".", "ls": "", "ms": 2.4, "mew": 0, "color": OKABE_ITO["grey"]}
     ax.plot(across[alike].ravel(), points[0][alike].ravel(), rasterized=True, zorder=2, **shared)
     if alike.any():
         ax.plot([], [], label="the same from all", **(shared | {"ms": 7}))
     for layer, direction in enumerate(directions):
-        look = {"marker": _MARKERS[direction], "ls": "", "mew": 0, "color": DIRECTION_COLOURS[direction]}
+        look: dict[str, Any] = {
+            "marker": _MARKERS[direction],
+            "ls": "",
+            "mew": 0,
+            "color": DIRECTION_COLOURS[direction],
+        }
         mine = points[layer][~alike].ravel()
         ax.plot(across[~alike].ravel(), mine, ms=3.2 - 0.7 * layer, rasterized=True, zorder=3 + layer, **look)
         ax.plot([], [], ms=5, label=_DIRECTIONS[direction], **look)

@@ -22,6 +22,12 @@ Picture = npt.NDArray[np.uint8]
 MOST_BYTES = 1 << 28
 """Of a text file of times: ten million."""
 
+PAGES = 32
+"""Of a file with many pictures so many are read at once."""
+
+STACKS = (".tif", ".tiff")
+"""Images that may hold several pictures, one after the other."""
+
 IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".pgm", ".ppm")
 
 
@@ -35,7 +41,8 @@ class Film:
 
     Parameters
     ----------
-    source : a video file, a folder of images (in natural order: 2 before 10), or a list of image files.
+    source : a video file, a folder of images (in natural order: 2 before 10), or a list of image files; of a TIFF all
+        pages, each a picture.
     frame_rate : pictures per second of the camera. A video says its own; this overrides it, for slow motion: its time
         stamps are then scaled by (rate the file says) / `frame_rate`. Images need it, or `times`.
     times : a text file with one time in s a line, or the times themselves; for images or instead of a video's stamps.
@@ -84,14 +91,15 @@ class Film:
                 self._images = [path]
             else:
                 self._file_rate = self._open(path).get(vision().CAP_PROP_FPS)
+        self._pages = [_count_pages(path) for path in self._images or []]
         if self._images is not None and self._times is None and rate is None:
-            if len(self._images) > 1:
+            if len(self) > 1:
                 raise InputError(
                     f"{self.name}: images carry no time; give frame_rate in pictures per second (0.5 for one every 2 s)"
                 )
             self._times = np.zeros(1)
-        if self._images is not None and self._times is not None and len(self._times) != len(self._images):
-            raise InputError(f"{self.name}: {len(self._images)} images but {len(self._times)} times; give one for each")
+        if self._images is not None and self._times is not None and len(self._times) != len(self):
+            raise InputError(f"{self.name}: {len(self)} images but {len(self._times)} times; give one for each")
 
     @property
     def name(self) -> str:
@@ -106,7 +114,7 @@ class Film:
     def __len__(self) -> int:
         """The number of pictures, as far as the file knows."""
         if self._images is not None:
-            return len(self._images)
+            return sum(self._pages)
         return max(0, int(self._open(Path(str(self.source))).get(vision().CAP_PROP_FRAME_COUNT)))
 
     def __iter__(self) -> Iterator[tuple[float, Picture | None]]:
@@ -117,16 +125,17 @@ class Film:
         shape: tuple[int, ...] | None = None
         white: int | None = None  # that of the first picture, so that the light does not flicker
         unreadable: list[str] = []
-        for index, path in enumerate(self._images or []):
+        for index, (path, page, deep) in enumerate(self._read_images()):
             time = self._times[index] if self._times is not None else index / self.rate
             try:
-                deep = _read_image(path)
+                if isinstance(deep, InputError):
+                    raise deep
                 if deep.dtype != np.uint8 and white is None:
                     white = white_level(deep)
                     self.notes.append(f"Pictures of more than 8 bits are read with white at {white}.")
                 picture = _eight_bits(deep, white)
             except InputError:
-                unreadable.append(path.name)
+                unreadable.append(path.name + (f", page {page}" if page else ""))
                 yield float(time), None
                 continue
             if shape is not None and picture.shape != shape:
@@ -140,6 +149,20 @@ class Film:
             raise InputError(f"{self.name}: none of the {len(unreadable)} images can be read; copy them again")
         if unreadable:
             self.notes.append(f"{len(unreadable)} image(s) cannot be read: {', '.join(unreadable[:5])}.")
+
+    def _read_images(self) -> Iterator[tuple[Path, int, npt.NDArray[Any] | InputError]]:
+        """Each picture with its file and page (from 1; 0 of a file with one), or why it cannot be read."""
+        for path, pages in zip(self._images or [], self._pages, strict=True):
+            if pages == 1:
+                try:
+                    yield path, 0, _read_image(path)
+                except InputError as error:
+                    yield path, 0, error
+                continue
+            for first in range(0, pages, PAGES):
+                found = _read_pages(path, first, min(PAGES, pages - first))
+                for page, picture in enumerate(found, start=first + 1):
+                    yield path, page, picture
 
     def _frames(self, path: Path) -> Iterator[tuple[float, Picture | None]]:
         cv2 = vision()
@@ -252,6 +275,30 @@ def _read_image(path: Path) -> npt.NDArray[Any]:
     if picture.dtype.kind != "u":
         raise InputError(f"{path}: a picture of 8 or 16 bits was expected, got {picture.dtype}; save it as such")
     return picture
+
+
+def _count_pages(path: Path) -> int:
+    """How many pictures an image file holds, as far as it says."""
+    if path.suffix.lower() not in STACKS or not path.is_file():
+        return 1
+    return max(1, int(vision().imcount(str(path))))
+
+
+def _read_pages(path: Path, first: int, count: int) -> list[npt.NDArray[Any] | InputError]:
+    """Pages `first` to `first + count` (from 0), or why one cannot be read."""
+    cv2 = vision()
+    kind = cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH
+    damaged = InputError(f"{path}: a page is no whole picture; copy it again")
+    if _pixels(path) > MOST_PIXELS:
+        return [damaged] * count
+    try:
+        seen, found = cv2.imreadmulti(str(path), start=first, count=count, flags=kind)
+    except cv2.error:
+        seen, found = False, ()
+    pages = [*found] if seen else []
+    if len(pages) < count and count > 1:  # a damaged page takes the others with it
+        return [one for page in range(first, first + count) for one in _read_pages(path, page, 1)]
+    return [page if page.dtype.kind == "u" else damaged for page in pages] or [damaged]
 
 
 def _pixels(path: Path) -> float:

@@ -17,7 +17,6 @@ from scipy.stats import chi2
 
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean, write_whole
-from stickslip.identification.estimator.parameters import places, value
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.kinetic.curves import (
     BLOCKS,
@@ -29,11 +28,12 @@ from stickslip.identification.kinetic.curves import (
     FreeCurve,
     Rows,
     SteadyFit,
-    between_records,
     fit_form,
     forms_of,
     held_back,
+    record_scatter_of,
 )
+from stickslip.identification.law_parameters import places, value
 from stickslip.identification.records import opened
 from stickslip.laws import Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
@@ -239,9 +239,9 @@ class SteadyFriction:
 
     def plot(self, ax: Any = None) -> Any:
         """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes."""
-        import matplotlib.pyplot as plt
+        from stickslip.show.canvas import ABOVE, new_axes
 
-        axes = plt.subplots()[1] if ax is None else ax
+        axes = new_axes()[0] if ax is None else ax
         w, force, error = (self.rows[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
         if len(w) > 500:
             axes.plot(w, force, ".", ms=1.5, alpha=0.3, color="0.5", label="measured", rasterized=True)
@@ -259,7 +259,7 @@ class SteadyFriction:
                 axes.plot(grid, self.fits[name](grid), "--", lw=1, color=f"C{number}", label=name if label else None)
         axes.set_xlabel("slip velocity w")
         axes.set_ylabel("friction force f")
-        axes.legend()
+        axes.legend(**ABOVE, ncols=2)
         return axes
 
 
@@ -361,7 +361,7 @@ def _fits(rows: Rows, shapes: Iterable[str]) -> dict[str, SteadyFit]:
 def _between(rows: Rows, fit: SteadyFit) -> float:
     """Standard deviation of friction from record to record about this curve, 0 where chance makes it."""
     columns = fit.curve.columns(rows)
-    return between_records(rows, rows.force - columns @ fit.numbers, columns / rows.error[:, None])[0]
+    return record_scatter_of(rows, rows.force - columns @ fit.numbers, columns / rows.error[:, None])[0]
 
 
 def _rows(tree: Any, name: str) -> Rows:

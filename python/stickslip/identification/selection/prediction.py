@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from scipy.optimize import nnls
-from scipy.stats import qmc
+from scipy.stats import norm, qmc, t
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.parameters import with_values
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
+from stickslip.identification.law_parameters import with_values
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.agreement import CYCLES, TRANSIENT, cycle_of, measured_kind, oscillator_of
@@ -113,10 +113,12 @@ def predict_motion(law: Identification, friction: Any) -> Prediction:
     Notes
     -----
     An interval holds two standard deviations (of the logarithm of a time or frequency): those of the drawn motions, or how
-    far the law lies from its own records where that is more. Records of a law that differ from one another may differ once
-    more in a further run, which is drawn too. A run at the distance d beyond the records of the law, in e-folds of stiffness,
-    drive velocity and mass from the nearest point between them, has variances larger by 1 + d: a law wanders off by as
-    much in an e-fold as is not known of it between its records.
+    far the law lies from its own records where that is more. The level of friction may differ in each record, also where the
+    records of the law do not show it: for the mean force n records are a sample with n - 1 degrees of freedom, and two
+    standard deviations become Student's t √(1 + 1/n), with t = 14 for two records and 3.3 for four. Records of a law that
+    differ from one another may differ once more in a further run, which is drawn too. A run at the distance d beyond the
+    records of the law, in e-folds of stiffness, drive velocity and mass from the nearest point between them, has variances
+    larger by 1 + d: a law wanders off by as much in an e-fold as is not known of it between its records.
 
     Of the probability of a kind the share p of the drawn motions is one part. The other is that the law leaves out what
     decides: it is right with the probability c = (1 + g r) / (2 + g n), for r kinds right among its n records (Laplace's rule
@@ -245,6 +247,11 @@ class _Law:
             name: float(np.sqrt(np.nanmean(column**2))) if np.isfinite(column).any() else 0.0
             for name, column in zip(QUANTITIES, rest.T, strict=True)
         }
+        # No number of the law holds how the level of friction scatters from record to record: the records are its sample.
+        count = len(self.records)
+        self.reach = dict.fromkeys(QUANTITIES, REACH)
+        if count > 1:
+            self.reach["mean_force"] = float(t.isf(norm.sf(REACH), count - 1)) * math.sqrt((count + 1) / (count - 1))
 
     def beyond(self, run: FrictionRecord) -> float:
         """Distance of a run from the nearest point between the records, in e-folds."""
@@ -309,7 +316,7 @@ def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
         value, rest = centre[name], np.array([_off(name, other[name], centre[name]) for other in others])
         rest = rest[np.isfinite(rest)]
         spread = float(np.sqrt(np.mean(rest**2))) if rest.size else math.nan
-        half = REACH * max(spread, law.misfit[name] * math.sqrt(1 + beyond))
+        half = max(REACH * spread, law.reach[name] * law.misfit[name] * math.sqrt(1 + beyond))
         if name in RATIOS:
             low, high = value * math.exp(-half), value * math.exp(min(half, 700.0))
         else:  # friction does not turn round

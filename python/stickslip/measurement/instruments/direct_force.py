@@ -13,7 +13,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.clocks import clock_offset
+from stickslip.measurement.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.noise import noise_level
@@ -52,19 +52,38 @@ class _DirectForce(Instrument):
         if not bench.companion:
             return super().read(source, bench)
         main = self._read_one(source, bench.channels, bench.read, bench.maybe("sampling_rate"))
-        return _join(main, self.read_companion(source, bench), bench.maybe("clock_offset"))
+        return _join(main, self.read_companion(source, bench), bench)
 
 
-def _join(force: Samples, motion: Samples, given: float | None) -> Samples:
-    """The force on the clock of the motion."""
+def _join(force: Samples, motion: Samples, bench: Bench) -> Samples:
+    """The force on the clock of the motion.
+
+    Where the inertia is given the offset is that under which the force is inertia and friction of the motion: where inertia
+    makes most of the force, its size has nothing of that of the speed.
+    """
     name = "velocity" if "velocity" in motion else "displacement"
     if name not in motion:
         raise InputError(f"{motion.source}: the companion of a force record must hold displacement or velocity")
-    speed = motion[name] if name == "velocity" else jerk_spline(motion.time, motion[name]).v
-    found = clock_offset(force.time, force["force"], motion.time, speed)
+    given, inertia = bench.maybe("clock_offset"), bench.number("inertia")
+    smooth = jerk_spline(motion.time, motion[name], cutoff=bench.maybe("cutoff"))
+    speed, acceleration = (smooth.x, smooth.v) if name == "velocity" else (smooth.v, smooth.a)
+    if inertia > 0:
+        found = inertia_offset(force.time, force["force"], motion.time, speed, acceleration, inertia)
+        alike = "force with inertia and friction"
+    else:
+        found = clock_offset(force.time, force["force"], motion.time, speed)
+        alike = "force and speed"
+        if given is None:
+            _check_without_inertia(found, force, motion, speed, acceleration)
+    if given is None and found.correlation < LEAST_CORRELATION:
+        raise InputError(
+            f"{force.source}: the offset between the clock of the force and that of {motion.source} cannot be told: the "
+            f"correlation of {alike} is {found.correlation:.2f} at best, and {LEAST_CORRELATION:g} is needed; give "
+            "clock_offset in the rig" + ("" if inertia > 0 else ", or the inertia between gauge and contact")
+        )
     offset = found.value if given is None else given
     notes = [*force.notes, *motion.notes]
-    seen = f"{found.value:.2f} +- {found.error:.2f} s by the correlation ({found.correlation:.2f}) of force and speed"
+    seen = f"{found.value:.3g} +- {found.error:.1g} s by the correlation ({found.correlation:.2f}) of {alike}"
     if given is None:
         notes.append(f"the clock of the force is ahead of that of the motion by {seen}; this was used")
     else:
@@ -85,6 +104,19 @@ def _join(force: Samples, motion: Samples, given: float | None) -> Samples:
         if key != "time":
             channels[key] = np.interp(time[inside], force.time, value)
     return Samples(channels, {**motion.units, **force.units}, f"{force.source}, {motion.source}", tuple(notes))
+
+
+def _check_without_inertia(found: Offset, force: Samples, motion: Samples, speed: Array, acceleration: Array) -> None:
+    """Refuse an offset that makes inertia pass for friction: a motion to and fro fits either, a part of a period apart."""
+    clocks = force.time, force["force"], motion.time, speed, acceleration
+    without, free = inertia_offset(*clocks, 0.0), inertia_offset(*clocks, None)
+    apart = abs(free.value - found.value) > 3 * math.hypot(free.error, found.error)
+    if apart and 1 - free.correlation**2 < 0.5 * (1 - without.correlation**2):
+        raise InputError(
+            f"{force.source}: the offset between the clock of the force and that of {motion.source} cannot be told: by force "
+            f"and speed it is {found.value:.3g} s, but with inertia in the force {free.value:.3g} s fits better; give "
+            "clock_offset in the rig, or the inertia between gauge and contact"
+        )
 
 
 def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
