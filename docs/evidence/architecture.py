@@ -27,6 +27,7 @@ ARROWS = {
     "tracking": {"_core", "errors", "files", "show"},
     "dynamics": {"_core", "errors", "files", "laws", "model", "simulation"},
     "examples": {"errors", "model", "simulation"},
+    "explorer": {"_core", "errors", "files", "laws", "model", "simulation"},
     "identification": {"dynamics", "errors", "files", "laws", "measurement", "model", "show", "simulation"},
     "report": {"errors", "files", "identification", "show"},
     "paper": {
@@ -46,7 +47,7 @@ ARROWS = {
             "paper",
             "report",
         ),
-        *("show", "simulation", "tracking"),
+        *("show", "simulation", "tracking", "explorer"),
     },
     "__main__": {"cli"},
 }
