@@ -56,6 +56,7 @@ def test_the_truth_is_found_within_its_errors_and_only_noise_is_left(sharpened):
     np.testing.assert_allclose(np.sqrt(np.diag(sharpened.covariance)), table["error"])
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_in_a_small_sample():
     # The published table has 200 repetitions of five laws. Of 12 fewer than 9 come by chance once in 400 at 95 %.
     table = coverage(CASES["StaticKinetic"], repetitions=12, fresh=12)
