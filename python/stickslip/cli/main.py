@@ -20,6 +20,7 @@ from stickslip.cli import (
     identify,
     measure,
     reproduce,
+    run,
     simulate,
     sweep,
     track,
@@ -32,7 +33,7 @@ TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check")
 """Options that name a file which is written."""
 
 # In the order of the way through the package.
-COMMANDS = (simulate, film, track, measure, identify, sweep, basins, continue_, critical, reproduce, demo)
+COMMANDS = (simulate, film, track, measure, identify, run, sweep, basins, continue_, critical, reproduce, demo)
 
 
 def _parser() -> argparse.ArgumentParser:
