@@ -1,7 +1,7 @@
 # Every target does its own set-up inside this folder. Wanted on the machine: Python >= 3.11, Rust, a C compiler.
 # PYTHON=... chooses the interpreter, PYTEST="..." adds options to pytest, STICKSLIP_DATA=... says where real records lie.
 
-.PHONY: help setup demo test test-slow test-core test-python check static format-check lint types format bench lock clean
+.PHONY: help setup demo docs test test-slow test-core test-python check static format-check lint types format bench explorer explorer-test lock clean
 .DEFAULT_GOAL := help
 
 UV := .tools/uv
@@ -22,10 +22,13 @@ export PATH := $(PATH):$(HOME)/.cargo/bin
 
 help:
 	@echo "make demo     the whole way on what ships with the package, report in demo-report/"
+	@echo "make docs     the documentation site, in build/docs/"
 	@echo "make test     tests of the core and of the Python package (test-slow: the long ones)"
 	@echo "make check    the gate: format, lint, types (these three: make static), tests"
 	@echo "make format   rewrite Rust and Python in the common format"
 	@echo "make bench    benchmarks, side by side with other solvers"
+	@echo "make explorer the explorer's script and core, from web/ and crates/stickslip-wasm (needs Node and the target wasm32)"
+	@echo "make explorer-test  the page in a headless browser"
 	@echo "make setup    the environment in .venv only"
 	@echo "make lock     resolve the Python dependencies anew into requirements.lock"
 	@echo "make clean    remove everything the targets made"
@@ -36,6 +39,10 @@ demo: demo-report/report.html
 
 demo-report/report.html: .venv/.built $(PACKAGE)
 	$(BIN)/stickslip demo -o demo-report
+
+docs: .venv/.built
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --jobs auto -b html docs build/docs
+	@echo build/docs/index.html
 
 test: .venv/.tested
 	@echo "every test passed on these files (make check runs them again)"
@@ -78,20 +85,35 @@ format: .venv/.installed .tools/.rust
 	$(BIN)/ruff format --quiet .
 
 bench: .venv/.built .venv/.peers
-	$(BIN)/python benchmarks/run.py -o docs/speed.md
+	$(BIN)/python benchmarks/run.py -o docs/evidence/speed.md
+
+# What is built here is committed: nothing else needs Node or the target. No file names this machine.
+WASM := wasm32-unknown-unknown
+explorer: .tools/.rust web/node_modules
+	rustup target add $(WASM)
+	RUSTC_BOOTSTRAP=1 CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS=-Zlocation-detail=none \
+		cargo build --quiet --locked --profile wasm --package stickslip-wasm --target $(WASM)
+	cd web && npm run --silent build -- ../target/$(WASM)/wasm/stickslip_wasm.wasm
+
+web/node_modules: web/package-lock.json
+	cd web && npm ci --silent --ignore-scripts
+	@touch $@
+
+explorer-test: .venv/.built
+	STICKSLIP_BROWSER=required $(BIN)/python -m pytest --quiet tests/test_explorer_browser.py -m "slow or not slow" $(PYTEST)
 
 setup: .venv/.built
 
 # Universal: one file for Python 3.11 and later on every platform. Keeps the versions it can; UPGRADE=--upgrade takes new ones.
 lock: $(UV)
-	$(UV) pip compile --quiet --universal --python-version 3.11 --group dev --generate-hashes --no-emit-index-url \
+	$(UV) pip compile --quiet --universal --python-version 3.11 --group dev --group docs --generate-hashes --no-emit-index-url \
 		--no-emit-find-links --custom-compile-command "make lock" $(UPGRADE) pyproject.toml --output-file requirements.lock
 	$(UV) pip compile --quiet --universal --python-version 3.11 --group bench --constraint requirements.lock --generate-hashes \
 		--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" $(UPGRADE) pyproject.toml \
 		--output-file benchmarks/requirements.lock
 
 clean:
-	rm -rf .venv .tools target demo-report .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .tools target build web/node_modules demo-report .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	rm -f python/stickslip/_core.*.so
 	find python tests benchmarks examples -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 

@@ -10,7 +10,7 @@ import numpy as np
 from problems import PROBLEMS
 
 import stickslip as ss
-from stickslip.dynamics.periodic.event_sequence import Trail
+from stickslip.dynamics.periodic.event_sequence import EventSequence
 
 EVENTS = 150
 REPEATS = 20
@@ -28,20 +28,20 @@ def _seconds(run: Callable[[], object], rounds: int) -> float:
 def compare(rounds: int) -> list[str]:
     """The table, as lines."""
     lines = [
-        f"The first {EVENTS} arcs of each oscillator, with the derivatives of every event by the whole state at the start,",
+        f"The first {EVENTS} phases of each oscillator, with the derivatives of every event by the whole state at the start,",
         "and by the damping too.",
         "",
         "| oscillator | motion, µs | derivatives, µs | ratio | by the damping too, µs | ratio |",
         "|---|---|---|---|---|---|",
     ]
     for problem in PROBLEMS:
-        whole, _, _ = Trail.of_run(problem.system, problem.horizon, max_events=EVENTS + 1)
-        trail = replace(whole, arcs=whole.arcs[:EVENTS].copy(), last=whole.phases[EVENTS].copy())
-        end = float(trail.arcs[:, -1].sum())
+        whole, _, _ = EventSequence.of_run(problem.system, problem.horizon, max_events=EVENTS + 1)
+        sequence = replace(whole, phases=whole.phases[:EVENTS].copy(), last=whole.modes[EVENTS].copy())
+        end = float(sequence.phases[:, -1].sum())
         runs = (
             lambda system=problem.system, end=end: ss.simulate(system, end),
-            lambda trail=trail: trail.follow(),
-            lambda trail=trail: trail.follow("/damping"),
+            lambda sequence=sequence: sequence.follow(),
+            lambda sequence=sequence: sequence.follow("/damping"),
         )
         motion, by_start, by_both = (1e6 * _seconds(run, rounds) for run in runs)
         lines.append(

@@ -1,4 +1,4 @@
-"""Every problem with every solver, side by side in one run; -o FILE puts the tables into docs/speed.md."""
+"""Every problem with every solver, side by side in one run; -o FILE puts the tables into docs/evidence/speed.md."""
 
 from __future__ import annotations
 

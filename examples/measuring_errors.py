@@ -1,4 +1,4 @@
-"""The table of docs/measuring.md: how good friction from a film is, over frame rate and noise.
+"""The table of docs/evidence/measuring.md: how good friction from a film is, over frame rate and noise.
 
 Run it with ``python examples/measuring_errors.py`` (a few minutes); it prints the table.
 """
@@ -31,7 +31,7 @@ def errors(
     x = orbit.at(time)[0]
     x = x + noise / SPAN * np.ptp(x) * np.random.default_rng(seed).standard_normal(len(x))
     rig = Rig(
-        gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=oscillator.damping,
+        instrument="displacement", column="x", unit="1", stiffness=1, mass=1, damping=oscillator.damping,
         drive_velocity=float(oscillator.drive_velocity),
     )  # fmt: skip
     friction = measure({"t": time, "x": x}, rig)

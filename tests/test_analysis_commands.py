@@ -141,7 +141,7 @@ def test_pictures_say_what_they_show():
     assert ax.get_title() == "at every release"
     ax = ss.show.return_map_plot(ss.return_map(points, "phase"))
     assert ax.get_ylabel() == "phase θ of the forcing, next return (rad)"
-    ax = ss.show.return_map_plot(ss.leave_map(forced, np.linspace(0, 6, 20)))
+    ax = ss.show.return_map_plot(ss.release_map(forced, np.linspace(0, 6, 20)))
     assert len(ax.lines[1].get_xdata()) == 20
     with pytest.raises(ss.InputError, match="quantity must be"):
         ss.show.regime_map_plot(chart, quantity="colour")

@@ -18,7 +18,7 @@ LAW = '[law]\ntype = "Coulomb"\nkinetic = 0.5\n'
 SYSTEM = (
     'mass = 1.0\nstiffness = 1.0\ndamping = 0.1\ndrive_velocity = 0.2\nlaw = "law.toml"\n[simulation]\nt_end = 10.0\n'
 )
-RIG = 'gauge = "displacement"\ncolumn = "x"\nunit = "1"\nstiffness = 1.0\nmass = 1.0\ndrive_velocity = 0.2\n'
+RIG = 'instrument = "displacement"\ncolumn = "x"\nunit = "1"\nstiffness = 1.0\nmass = 1.0\ndrive_velocity = 0.2\n'
 SWEEP = "--over drive_velocity=0.1:0.2:2 --transient 1 --window 1"
 STARTS = "--x 0:1:2 --v 0:1:2 --transient 1 --window 1"
 

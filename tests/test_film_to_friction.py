@@ -36,7 +36,7 @@ def on_film(path, system, periods, rate, start=SETTLED, **camera):
 
 def rig(system, drive_velocity, **other):
     return Rig(
-        gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=system.damping,
+        instrument="displacement", column="x", unit="1", stiffness=1, mass=1, damping=system.damping,
         drive_velocity=drive_velocity, **other,
     )  # fmt: skip
 
@@ -114,7 +114,13 @@ def test_each_mass_of_a_film_gives_the_friction_of_its_contact(tmp_path):
         alone = ss.simulate(ss.Oscillator(damping=damping[mass], drive_velocity=0.2, law=law), orbit.t_end)
         np.testing.assert_allclose(orbit.at(orbit.t_end)[0][mass], alone.at(orbit.t_end)[0], atol=1e-9)
         one = Rig(
-            gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=damping[mass], drive_velocity=0.2
+            instrument="displacement",
+            column="x",
+            unit="1",
+            stiffness=1,
+            mass=1,
+            damping=damping[mass],
+            drive_velocity=0.2,
         )
         time = motion["time"].to_numpy() + SETTLED
         friction = measure(motion.assign_coords(time=time), one, mass=mass)
@@ -138,7 +144,7 @@ def chain_on_film(path, damping, rate, periods):
     assert (motion["lost"] == "").all()
     time = motion["time"].to_numpy() + SETTLED
     table = {
-        "gauge": "displacement",
+        "instrument": "displacement",
         "column": "x",
         "unit": "1",
         "mass": 1.0,

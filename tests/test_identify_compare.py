@@ -12,8 +12,9 @@ import xarray as xr
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
-from stickslip.identification import compare_laws, first_guess, friction_of_orbit, identify
-from stickslip.identification.parameters import value
+from stickslip.identification import compare_laws, friction_of_orbit, identify
+from stickslip.identification.guesses import first_guess
+from stickslip.identification.law_parameters import value
 
 
 def swept(law, offset=0.0, noise=0.01, seed=0, count=2000):
@@ -157,7 +158,7 @@ def test_the_offset_of_a_robot_joint_is_found_by_the_comparison(shared_data):
     # README of robot_joint_nnfm: Coulomb 0.40, viscous, offset -0.17; laws forced through zero lose.
     record = shared_data / "robot_joint_nnfm" / "franka_case3_slow.csv"
     rig = {
-        "gauge": "direct_force",
+        "instrument": "direct_force",
         "columns": {
             "time": "time",
             "velocity": {"column": "dq2", "unit": "rad/s"},

@@ -8,8 +8,8 @@ import pytest
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import friction_of_orbit, identify
-from stickslip.identification.compare import BY_NAME_ONLY
-from stickslip.identification.first_guess import GUESSES
+from stickslip.identification.guesses.first_guess import GUESSES
+from stickslip.identification.selection.comparison import BY_NAME_ONLY
 from stickslip.laws import (
     BoucWen,
     Coulomb,

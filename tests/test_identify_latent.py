@@ -1,4 +1,4 @@
-"""Errors in both coordinates: what a law leaves of a measured motion is the white noise of the gauge."""
+"""Errors in both coordinates: what a law leaves of a measured motion is the white noise of the instrument."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import pytest
 import stickslip as ss
 from stickslip.identification import identify
 from stickslip.identification.coverage import CASES, Case
-from stickslip.identification.motion import Motion
-from stickslip.identification.parameters import value, with_values
+from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
+from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.law_parameters import value, with_values
 from stickslip.identification.records import read_records
-from stickslip.identification.uncertainty import correlation_time, robust_scale
 
 TWO_BRANCH = Case(
     ss.laws.TwoBranch(

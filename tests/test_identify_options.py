@@ -41,7 +41,7 @@ def steps(count):
     speed = 1e-6 * np.where((time // 20) % 2 == 0, 1.0, 3.0)
     friction = 0.6 + 0.001 * np.log(speed / 1e-6) + 1e-4 * np.random.default_rng(1).standard_normal(time.size)
     rig = {
-        "gauge": "velocity_steps",
+        "instrument": "velocity_steps",
         "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}},
     }
     return measure({"t": time, "x": np.cumsum(speed) * 0.05, "f": friction}, rig)

@@ -15,7 +15,10 @@ from stickslip.measurement import measure
 RIGS = Path(__file__).parents[1] / "examples" / "rigs"
 A, B, LENGTH, STIFFNESS, LEVEL = 0.010, 0.008, 1e-5, 1e4, 0.6
 SPEEDS = 1e-6 * np.array([1, 3, 10, 30, 10, 3, 1, 3])
-RIG = {"gauge": "velocity_steps", "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}}}
+RIG = {
+    "instrument": "velocity_steps",
+    "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}},
+}
 
 
 def steps_record(form: str, seed: int, noise: float = 3e-4, wave: float = 0.0) -> dict[str, np.ndarray]:

@@ -11,13 +11,13 @@ import xarray as xr
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify
-from stickslip.identification.break_away import break_away_rows
-from stickslip.identification.first_guess import first_guess
-from stickslip.identification.motion import Motion
-from stickslip.identification.parameters import value
+from stickslip.identification.estimator.uncertainty import recurrence
+from stickslip.identification.guesses.evidence import Seen
+from stickslip.identification.guesses.first_guess import first_guess
+from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.law_parameters import value
 from stickslip.identification.records import read_records
-from stickslip.identification.seen import Seen
-from stickslip.identification.uncertainty import recurrence
+from stickslip.identification.static.break_away import break_away_rows
 from stickslip.measurement import Rig
 
 SEEDS = 30
@@ -201,7 +201,14 @@ def measured(s, seed):
     t = np.arange(0, 120, 0.02)
     x = orbit.at(t)[0] + 0.001 * np.random.default_rng(seed).standard_normal(t.size)
     rig = Rig(
-        gauge="displacement", column="x", unit="1", time_column="t", stiffness=1, mass=1, damping=0.28, drive_velocity=s
+        instrument="displacement",
+        column="x",
+        unit="1",
+        time_column="t",
+        stiffness=1,
+        mass=1,
+        damping=0.28,
+        drive_velocity=s,
     )
     return ss.measure({"t": t, "x": x}, rig)
 

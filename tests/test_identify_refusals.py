@@ -127,7 +127,7 @@ def measured(noise=0.005, change=lambda x: x):
     t = np.arange(0, 200, 0.05)
     x = ss.simulate(system, 200).at(t)[0]
     x = change(x + noise * np.std(x) * np.random.default_rng(0).standard_normal(t.size))
-    rig = {"gauge": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "mass": 1.0}
+    rig = {"instrument": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "mass": 1.0}
     return ss.measure({"t": t, "x": x}, {**rig, "damping": 0.1, "drive_velocity": 0.2})
 
 
@@ -200,7 +200,14 @@ def test_a_law_of_the_wrong_form_or_rig_is_told_by_the_noise_it_leaves():
     t = np.arange(0, 60, 0.05)
     x = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=0.2, law=law), 120).at(60 + t)[0]
     x = x + 0.005 * np.std(x) * np.random.default_rng(0).standard_normal(t.size)
-    rig = {"gauge": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "damping": 0.1}
+    rig = {
+        "instrument": "displacement",
+        "column": "x",
+        "unit": "1",
+        "time_column": "t",
+        "stiffness": 1.0,
+        "damping": 0.1,
+    }
     right, wrong = (ss.measure({"t": t, "x": x}, {**rig, "mass": mass, "drive_velocity": 0.2}) for mass in (1.0, 2.0))
 
     def leaves(friction, pieces):
@@ -215,7 +222,7 @@ def test_a_law_of_the_wrong_form_or_rig_is_told_by_the_noise_it_leaves():
 def test_a_mass_that_goes_with_the_drive_throughout_is_refused():
     t = np.arange(0, 100, 0.05)
     x = 0.2 * t + 0.001 * np.random.default_rng(0).standard_normal(t.size)
-    rig = {"gauge": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "mass": 1.0}
+    rig = {"instrument": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "mass": 1.0}
     friction = ss.measure({"t": t, "x": x}, {**rig, "damping": 0.1, "drive_velocity": 0.2})
     with pytest.raises(InputError, match=r"the mass goes with the drive throughout|holds no slip"):
         identify(friction, law="Coulomb")

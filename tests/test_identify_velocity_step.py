@@ -35,7 +35,10 @@ def step_record(form: str, noise: float = 3e-4, seed: int = 0) -> dict[str, np.n
     return {"t": t + 30, "x": np.where(t < 0, V * t, 3 * V * t) + 1e-4, "f": friction}
 
 
-RIG = {"gauge": "velocity_steps", "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}}}
+RIG = {
+    "instrument": "velocity_steps",
+    "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}},
+}
 
 
 @pytest.mark.parametrize("form", ["aging", "slip"])

@@ -12,7 +12,7 @@ from stickslip.measurement import Rig, measure
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
 DRIVE, DAMPING, STEP = 0.1, 0.05, 2 * np.pi / 60
 RIG = Rig(
-    gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=DAMPING, drive_velocity=DRIVE
+    instrument="displacement", column="x", unit="1", stiffness=1, mass=1, damping=DAMPING, drive_velocity=DRIVE
 )  # fmt: skip
 
 

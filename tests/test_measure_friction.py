@@ -111,7 +111,7 @@ def measured(truth: Truth, drive: float, damping: float, noise: float, seed: int
     return measure(
         {"t": truth.time, "displacement": x},
         Rig(
-            gauge="displacement", column="displacement", unit="1",
+            instrument="displacement", column="displacement", unit="1",
             stiffness=1, mass=1, damping=damping, drive_velocity=rig.get("drive_velocity", drive),
         ),
     )  # fmt: skip
@@ -184,7 +184,7 @@ def test_small_slips_of_a_noisy_slider_are_all_found() -> None:
     # noise, stiffness and speed of a slider of paper on paper (Colas et al. 2019): the speed between two samples is noise
     truth, noise = random_slips(stiffness=1002.0, mass=0.0307, drive=42e-6, end=8.0), 1.1e-6
     x = truth.x + noise * np.random.default_rng(0).standard_normal(len(truth.x))
-    rig = Rig(gauge="displacement", column="x", stiffness=1002.0, mass=0.0307, drive_velocity=42e-6)
+    rig = Rig(instrument="displacement", column="x", stiffness=1002.0, mass=0.0307, drive_velocity=42e-6)
     friction = measure({"t": truth.time, "x": x}, rig)
     table = friction["break_away"]
     assert friction.attrs["creeps"] == 0
@@ -201,7 +201,7 @@ def test_small_slips_of_a_noisy_slider_are_all_found() -> None:
 def test_motion_without_sticks_has_none() -> None:
     time = np.arange(0, 60, 0.0313)
     x = 0.6 + 0.15 * np.cos(time)
-    rig = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=0.3)
+    rig = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=0.3)
     noisy = x + 1e-4 * np.random.default_rng(3).standard_normal(len(time))
     friction = measure({"time": time, "x": noisy}, rig)
     assert friction.attrs["regime"] == "almost_harmonic"
@@ -214,7 +214,7 @@ def test_motion_without_sticks_has_none() -> None:
 
 def test_steady_slip_is_stable_slip() -> None:
     time = np.arange(0, 60, 0.03)
-    rig = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=0.3)
+    rig = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=0.3)
     x = 0.6 + 1e-4 * np.random.default_rng(3).standard_normal(len(time))
     friction = measure({"time": time, "x": x}, rig)
     assert friction.attrs["regime"] == "stable_slip"
@@ -225,7 +225,9 @@ def test_spring_force_recalibrates_the_stiffness() -> None:
     truth = oscillator(kinetic, 0.2, 0.1, 0.038, 50.0)
     rng = np.random.default_rng(1)
     force = truth.x + 1e-3 * rng.standard_normal(len(truth.x))
-    rig = Rig(gauge="spring_force", column="F", unit="1", stiffness=1 / 1.1, mass=1, damping=0.1, drive_velocity=0.2)
+    rig = Rig(
+        instrument="spring_force", column="F", unit="1", stiffness=1 / 1.1, mass=1, damping=0.1, drive_velocity=0.2
+    )
     friction = measure({"t": truth.time, "F": force}, rig)
     assert friction.attrs["stiffness"] == pytest.approx(1.0, rel=0.01)
     assert any("re-calibrated from 0.90909" in note for note in friction.attrs["notes"])
@@ -247,7 +249,7 @@ def test_impulses_and_mains_are_taken_out() -> None:
     x[spikes] += 0.1
     x += 2e-3 * np.sin(2 * np.pi * 3.0 * truth.time)
     rig = Rig(
-        gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.1, drive_velocity=0.2,
+        instrument="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.1, drive_velocity=0.2,
         mains_frequency=3.0,
     )  # fmt: skip
     friction = measure({"t": truth.time, "x": x}, rig)
@@ -274,7 +276,7 @@ def test_slow_slip_just_above_the_end_of_sticking_is_no_stick(noise: float) -> N
     t = np.arange(250, 400, 0.02)
     x = ss.simulate(oscillator, t_end=400).at(t)[0] + noise * np.random.default_rng(0).standard_normal(len(t))
     rig = Rig(
-        gauge="displacement",
+        instrument="displacement",
         column="x",
         unit="1",
         stiffness=1.0,

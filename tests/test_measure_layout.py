@@ -10,7 +10,7 @@ from scipy.io import savemat
 
 import stickslip as ss
 from stickslip.measurement import Layout, Rig, load_rig, measure, read_columns
-from stickslip.measurement.gauges import GAUGES
+from stickslip.measurement.instruments import INSTRUMENTS
 from stickslip.measurement.read import as_record
 from stickslip.measurement.units import find_unit, quantity
 
@@ -20,7 +20,12 @@ X = np.round(np.sin(T), 6)
 
 
 def spring(**changes: object) -> Rig:
-    known: dict[str, object] = {"gauge": "displacement", "column": 2, "time_column": 1, "read": Layout(header=False)}
+    known: dict[str, object] = {
+        "instrument": "displacement",
+        "column": 2,
+        "time_column": 1,
+        "read": Layout(header=False),
+    }
     return Rig(stiffness=1, mass=1, drive_velocity=1, **(known | changes))  # type: ignore[arg-type]
 
 
@@ -123,13 +128,13 @@ def test_a_real_look_run_has_its_length_and_its_friction(shared_data: Path) -> N
     if not path.exists():
         pytest.skip("no rock_biax_p446 among the real records")
     bench = load_rig(Path(__file__).parents[1] / "examples" / "rigs" / "rock_biax_p446.toml")
-    whole = GAUGES[bench.gauge].read(path, replace(bench, read=Layout(format="look")))
+    whole = INSTRUMENTS[bench.instrument].read(path, replace(bench, read=Layout(format="look")))
     assert len(whole.time) == 149058
     assert whole.time[-1] == pytest.approx(7290.0, abs=1e-3)
 
 
 def test_constants_of_the_wrong_kind_are_refused() -> None:
-    base = {"gauge": "cylinder", "bore": "25 mm", "range": ["8 mm", "30 mm"], "columns": {
+    base = {"instrument": "cylinder", "bore": "25 mm", "range": ["8 mm", "30 mm"], "columns": {
         "time": 1, "displacement": 2, "pressure": 3, "force": 4,
     }}  # fmt: skip
     load_rig(base)
@@ -140,13 +145,13 @@ def test_constants_of_the_wrong_kind_are_refused() -> None:
         ({"range": ["30 mm", "8 mm"]}, "range must be [lowest, highest]"),
         ({"range": 8}, "range must be a list of two"),
         ({"boar": 1}, "unknown key 'boar' (did you mean 'bore'?)"),
-        ({"columns": {"time": 1}}, "[columns] lacks displacement; a cylinder gauge needs it"),
+        ({"columns": {"time": 1}}, "[columns] lacks displacement; a cylinder instrument needs it"),
         ({"columns": {**base["columns"], "force": {"column": 4, "unit": "bar"}}}, "the unit must be one of N, mN"),
         ({"columns": {**base["columns"], "force": {"column": 4, "units": "N"}}}, "did you mean 'unit'"),
         ({"columns": {"displacement": 2, "pressure": 3, "force": 4}}, "[columns] lacks time; name its column or give"),
         ({"read": {"delimiter": "blanks"}}, "delimiter must be one of 'tab', 'comma', 'semicolon', 'blank'"),
         ({"read": {"window": [2, 1]}}, "window must be [start, end] with start < end"),
-        ({"gauge": "cilinder"}, "did you mean 'cylinder'"),
+        ({"instrument": "cilinder"}, "did you mean 'cylinder'"),
         ({"sampling_rate": 0}, "sampling_rate must be a positive number"),
     ):
         with pytest.raises(ss.InputError) as caught:
@@ -155,7 +160,7 @@ def test_constants_of_the_wrong_kind_are_refused() -> None:
         assert "\n" not in str(caught.value)
 
 
-LOG = {"gauge": "force_log", "least_drop": 0.3, "columns": {"time": "t", "force": "f"}}
+LOG = {"instrument": "force_log", "least_drop": 0.3, "columns": {"time": "t", "force": "f"}}
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from stickslip.measurement import Rig, facts, measure, motion, notes, spectrum, 
 DRIVES = (0.2, 0.3)
 STEP = 0.04
 END = 37.5
-RIG = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.1, drive_velocity=DRIVES[0])
+RIG = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.1, drive_velocity=DRIVES[0])
 
 
 @lru_cache
@@ -120,7 +120,7 @@ def test_pieces_keep_the_jump_that_smoothers_smear() -> None:
         assert moved.attrs["method"] == method
         np.testing.assert_allclose(moved["v"].values[25:-25], v[25:-25], atol=0.08)
     assert error["pieces"] < 0.02
-    # the table in docs/measuring.md: f_s is 1
+    # the table in docs/evidence/measuring.md: f_s is 1
     assert beside["pieces"] < 0.02
     assert 0.05 < min(beside[method] for method in beside if method != "pieces") < max(beside.values()) < 0.1
     # the generic smoothers leave much more, all of it near events
@@ -146,7 +146,7 @@ def test_a_film_gives_the_friction_of_the_papers_law(drive: float) -> None:
     time = np.arange(60, 110, 0.1)
     x = made.at(time)[0]
     noise = 1e-3 * np.ptp(x) / 2 * np.random.default_rng(0).standard_normal(len(x))
-    rig = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.28, drive_velocity=drive)
+    rig = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, damping=0.28, drive_velocity=drive)
     friction = measure({"t": time, "x": x + noise}, rig)
     truth = made.to_xarray(time)["force"].to_numpy()
     assert np.sqrt(np.mean((friction["force"].values - truth) ** 2)) < 0.02 * np.max(truth)

@@ -12,7 +12,7 @@ from stickslip.errors import InputError
 from stickslip.measurement import Rig, read_columns
 from stickslip.measurement.read import as_record
 
-RIG = Rig(gauge="displacement", column="x", unit="m", stiffness=1, mass=1, drive_velocity=1)
+RIG = Rig(instrument="displacement", column="x", unit="m", stiffness=1, mass=1, drive_velocity=1)
 T = np.arange(200) / 100
 X = np.sin(T)
 
@@ -46,7 +46,7 @@ def test_all_kinds_of_source_give_the_same_record(tmp_path: Path) -> None:
 
 def test_time_from_the_sampling_rate() -> None:
     rig = Rig(
-        gauge="displacement", column="x", stiffness=1, mass=1, drive_velocity=1, time_column=None, sampling_rate=50
+        instrument="displacement", column="x", stiffness=1, mass=1, drive_velocity=1, time_column=None, sampling_rate=50
     )
     assert as_record({"x": X}, rig).step == pytest.approx(0.02)
 
@@ -75,7 +75,7 @@ def test_bad_record_is_one_sentence(record: object, words: str) -> None:
 
 
 def test_sampling_rate_is_checked_against_the_stamps() -> None:
-    rig = Rig(gauge="displacement", column="x", stiffness=1, mass=1, drive_velocity=1, sampling_rate=2000)
+    rig = Rig(instrument="displacement", column="x", stiffness=1, mass=1, drive_velocity=1, sampling_rate=2000)
     with pytest.raises(InputError, match="100 samples per second and the rig says sampling_rate = 2000"):
         as_record(columns(), rig)
 

@@ -9,7 +9,7 @@ from stickslip.errors import InputError
 from stickslip.measurement import Bench, Rig, load_rig
 
 GOOD = """
-gauge = "spring_force"
+instrument = "spring_force"
 column = "Fnorm"
 unit = "mg"
 stiffness = 168
@@ -46,7 +46,7 @@ def test_example_rigs_are_read() -> None:
         (("mass = 0.0307", "mass = -1"), "mass must be a positive number"),
         (("drive_velocity = 42e-6", "drive_velocity = 0"), "drive_velocity must be a positive number"),
         (("mass = 0.0307", "mass = 0.0307\ndamping = -1"), "damping must be zero or a positive number"),
-        (('gauge = "spring_force"', 'gauge = "spring-force"'), "did you mean 'spring_force'"),
+        (('instrument = "spring_force"', 'instrument = "spring-force"'), "did you mean 'spring_force'"),
         (
             ('unit = "mg"', 'unit = "tonne"'),
             "unit of a spring_force record must be one of N, mg, 1, mN, kN, lb, kip, kgf, got 'tonne'",

@@ -17,7 +17,7 @@ WEIGHT = MASS * 9.81
 
 def rig(stiffness: float, drive_velocity: float, **more: object) -> dict[str, object]:
     return {
-        "gauge": "spring_force",
+        "instrument": "spring_force",
         "column": "F",
         "unit": "mg",
         "time_column": "t",
@@ -32,7 +32,7 @@ def rig(stiffness: float, drive_velocity: float, **more: object) -> dict[str, ob
 def record(
     extension: np.ndarray, time: np.ndarray, stiffness: float, rng: np.random.Generator
 ) -> dict[str, np.ndarray]:
-    """What that gauge makes of an extension: 1.3 um of noise, mains of 0.6 um, friction that drifts by 0.01 weights."""
+    """What that instrument makes of an extension: 1.3 um of noise, mains of 0.6 um, friction that drifts by 0.01 weights."""
     drift = gaussian_filter1d(rng.standard_normal(time.size), RATE, mode="wrap")
     seen = extension + 1.3e-6 * rng.standard_normal(time.size) + 0.6e-6 * np.sin(2 * np.pi * 50 * time)
     return {"t": time, "F": stiffness * seen / WEIGHT + 0.3 + 0.01 * drift / drift.std()}

@@ -16,7 +16,7 @@ from stickslip.measurement.read import read_table
 N = 200
 T = np.arange(N) / 100
 X = np.sin(10 * T)
-SPRING = """gauge = "displacement"
+SPRING = """instrument = "displacement"
 column = "x"
 unit = "m"
 stiffness = 1.0
@@ -50,10 +50,12 @@ def cell(row: int, column: int, text: str) -> bytes:
     return "\n".join(lines).encode()
 
 
-def other(gauge: str, **changes: str) -> str:
-    constants, columns = OTHERS[gauge]
+def other(instrument: str, **changes: str) -> str:
+    constants, columns = OTHERS[instrument]
     given = {name: f'"{column}"' for name, column in columns.items()} | changes
-    return f'gauge = "{gauge}"\n{constants}[columns]\n' + "".join(f"{name} = {text}\n" for name, text in given.items())
+    return f'instrument = "{instrument}"\n{constants}[columns]\n' + "".join(
+        f"{name} = {text}\n" for name, text in given.items()
+    )
 
 
 def said(tmp_path: Path, capsys, record: bytes, rig: str, name: str = "r.csv") -> str:
@@ -76,7 +78,7 @@ def said(tmp_path: Path, capsys, record: bytes, rig: str, name: str = "r.csv") -
         (cell(50, 1, "nan"), "r.csv: row 51, column 'x' is NaN"),
         (cell(50, 1, "inf"), "r.csv: row 51, column 'x' is infinity"),
         (cell(50, 1, "1e400"), "r.csv: row 51, column 'x' is infinity"),
-        (cell(50, 1, "1e300"), "r.csv: row 51, column 'x' is 1e+300, which no gauge reads"),
+        (cell(50, 1, "1e300"), "r.csv: row 51, column 'x' is 1e+300, which no instrument reads"),
         (cell(50, 1, ""), "r.csv: row 51, column 'x': a number was expected, got ''"),
         (cell(50, 1, "abc"), "r.csv: row 51, column 'x': a number was expected, got 'abc'"),
         (cell(50, 1, "1_0"), "r.csv: row 51, column 'x': a number was expected, got '1_0'"),
@@ -158,7 +160,7 @@ def test_a_matlab_file_named_csv_is_refused(tmp_path, capsys) -> None:
         (SPRING.replace("mass = 1.0", 'mass = "1 N"'), "mass: the unit must be one of kg, g, got 'N'"),
         (SPRING + "stifness = 1\n", "unknown key 'stifness' (did you mean 'stiffness'?)"),
         (SPRING.replace('"displacement"', "displacement"), "not a TOML document"),
-        ("", "gauge is missing"),
+        ("", "instrument is missing"),
         (other("direct_force", force='{ column = "f", unit = "mm" }'), "force: the unit must be one of N, mN"),
         (other("direct_force", force='{ column = "f", valid = 3 }'), "valid must be a list of two readings"),
         (other("direct_force", force='{ column = "f", resets = [1, 2] }'), "resets must be a list of pairs of rows"),
@@ -181,7 +183,7 @@ def test_a_wrong_rig_is_one_sentence(tmp_path, capsys, rig: str, words: str) -> 
 
 
 @pytest.mark.parametrize(
-    ("gauge", "words"),
+    ("instrument", "words"),
     [
         ("direct_force", "nothing moves in this record"),
         ("velocity_steps", "no stretch of constant speed"),
@@ -190,8 +192,8 @@ def test_a_wrong_rig_is_one_sentence(tmp_path, capsys, rig: str, words: str) -> 
         ("free_decay", "0 turning points are too few for a decay"),
     ],
 )
-def test_a_record_in_which_nothing_moves_is_refused(tmp_path, capsys, gauge: str, words: str) -> None:
-    assert words in said(tmp_path, capsys, rows(x=0 * X).encode(), other(gauge))
+def test_a_record_in_which_nothing_moves_is_refused(tmp_path, capsys, instrument: str, words: str) -> None:
+    assert words in said(tmp_path, capsys, rows(x=0 * X).encode(), other(instrument))
 
 
 def test_pressures_around_zero_are_measured(tmp_path, capsys) -> None:
@@ -231,7 +233,7 @@ def test_a_friction_file_that_is_none_is_refused(tmp_path, capsys, content: byte
     assert "this is a folder" in capsys.readouterr().err
 
 
-CHAIN = {"gauge": "displacement", "column": "x", "unit": "1", "mass": 1, "drive_velocity": 0.2}
+CHAIN = {"instrument": "displacement", "column": "x", "unit": "1", "mass": 1, "drive_velocity": 0.2}
 
 
 @pytest.mark.parametrize(
@@ -241,7 +243,7 @@ CHAIN = {"gauge": "displacement", "column": "x", "unit": "1", "mass": 1, "drive_
         ({"stiffness": [[2, -1], [-0.5, 2]]}, "must be symmetric"),
         ({"stiffness": [[2, -1], [-1, 2]], "damping": [[0.1]]}, "a 2 x 2 matrix like stiffness"),
         ({"stiffness": [[2, -1], [-1, 2]], "rest": [0, 1, 2]}, "rest must be one number or 2"),
-        ({"stiffness": [[2, -1], [-1, 2]], "gauge": "spring_force"}, 'needs gauge = "displacement"'),
+        ({"stiffness": [[2, -1], [-1, 2]], "instrument": "spring_force"}, 'needs instrument = "displacement"'),
         ({"stiffness": [[2, -1], [-1, 2]], "mass": [1, 0]}, "mass must be a positive number"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The paper's statements: known scores for our model, failure for models that cannot show them; figures are drawn."""
+"""The paper's claims: known scores for our model, failure for models that cannot show them; figures are drawn."""
 
 from pathlib import Path
 
@@ -9,8 +9,8 @@ import pytest
 import stickslip as ss
 from stickslip import paper
 from stickslip.paper import calibration, figures, reproduction
-from stickslip.paper.judges import STATEMENTS
-from stickslip.paper.statement import NOT, PARTLY, REPRODUCED
+from stickslip.paper.checks import CLAIMS
+from stickslip.paper.claim import NOT, PARTLY, REPRODUCED
 from stickslip.paper.study import Study
 
 
@@ -53,15 +53,15 @@ KNOWN = {
 }
 
 
-@pytest.mark.parametrize("statement", KNOWN)
-def test_score_of_our_calibration(table, statement):
-    assert table.loc[statement, "verdict"] == KNOWN[statement], table.loc[statement, "seen"]
+@pytest.mark.parametrize("claim", KNOWN)
+def test_score_of_our_calibration(table, claim):
+    assert table.loc[claim, "verdict"] == KNOWN[claim], table.loc[claim, "evidence"]
 
 
 def test_every_statement_is_scored_with_what_was_seen(table):
-    assert list(table.index) == [statement.id for statement in STATEMENTS]
+    assert list(table.index) == [claim.id for claim in CLAIMS]
     assert table["verdict"].isin([REPRODUCED, PARTLY, NOT]).all()
-    assert (table["seen"].str.len() > 5).all()
+    assert (table["evidence"].str.len() > 5).all()
     assert table["basis"].str.match("calibration: |reading: |follows$").all()
 
 
@@ -69,7 +69,7 @@ def test_the_documentation_is_the_page_that_reproduce_writes(table):
     page = (Path(__file__).parents[1] / "docs" / "paper.md").read_text(encoding="utf-8")
 
     def without_counts(text):
-        # What was seen holds counts in a chaotic range, which move with the last bit of the arithmetic.
+        # The evidence holds counts in a chaotic range, which move with the last bit of the arithmetic.
         return [line.split(" | ")[:4] if line.startswith("| `") else line for line in text.splitlines()]
 
     written = without_counts(reproduction.markdown(table))
@@ -155,8 +155,8 @@ def test_overview_and_regimes_are_drawn():
 
 
 def test_statements_are_a_table_in_the_order_of_the_scores(table):
-    assert list(paper.statements().index) == list(table.index)
-    assert list(paper.statements().columns) == ["section", "statement", "measured", "threshold", "basis"]
+    assert list(paper.claims().index) == list(table.index)
+    assert list(paper.claims().columns) == ["section", "claim", "measured", "threshold", "basis"]
 
 
 def test_the_default_is_the_calibration_of_that_name():
@@ -174,7 +174,7 @@ def test_a_search_goes_on_from_its_file(tmp_path):
     calibration.search("one f_s(0)", tmp_path / "b.jsonl", candidates=1)
     calibration.search("one f_s(0)", tmp_path / "b.jsonl", candidates=2)
     assert (tmp_path / "a.jsonl").read_text() == (tmp_path / "b.jsonl").read_text()
-    assert first["worth"].is_monotonic_decreasing
+    assert first["score"].is_monotonic_decreasing
     with pytest.raises(ss.InputError, match="row 1 is of another search"):
         calibration.search("one f_s(0)", tmp_path / "a.jsonl", candidates=2, seed=2)
     with pytest.raises(ss.InputError, match="reading must be one of"):
@@ -246,7 +246,7 @@ def test_a_surface_that_falls_late_and_fast_has_both_at_one_amplitude_and_two_pe
 def test_the_table_of_trades_is_what_the_calibrations_show():
     words = {REPRODUCED: "yes", PARTLY: "partly", NOT: "no"}
     table = calibration.trades()
-    assert "| statement | " + " | ".join(table.columns) + " |" in LAW_PAGE
+    assert "| claim | " + " | ".join(table.columns) + " |" in LAW_PAGE
     # One or two amplitudes stay non-periodic there, as the last bit of the arithmetic has it; two are asked for.
     assert table.loc["forced-0.40-non-periodic", "one u₀"] in (REPRODUCED, PARTLY)
     table.loc["forced-0.40-non-periodic", "one u₀"] = PARTLY

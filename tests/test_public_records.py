@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "public_records.py"
+SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "public_records.py"
 
 
 def _script():
@@ -35,7 +35,7 @@ def test_known_numbers_lie_in_the_intervals_and_the_page_says_so(name, shared_da
         assert row.inside != bool(row.why), row  # one that is missed says why, and no longer once it is met
         record, law, number, *values = cells(row.line())
         old = kept.get((record, law, number))
-        assert old is not None, f"{record}, {law}, {number}: run python docs/public_records.py"
+        assert old is not None, f"{record}, {law}, {number}: run python docs/evidence/public_records.py"
         assert values[0] == old[3]
         assert float(values[1]) == pytest.approx(float(old[4]), rel=0.01, abs=1e-4 * abs(row.known) + 1e-5)
         assert values[3] == old[6]

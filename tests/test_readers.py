@@ -196,7 +196,7 @@ def test_fields_of_structures_are_columns_and_segments_are_taken_one_by_one(tmp_
     assert {name: len(column) for name, column in read_columns(tmp_path / "r.mat").items()} == dict.fromkeys(
         ("run.t", "run.x", "run.mu"), 500
     )
-    rig = {"gauge": "displacement", "column": "run.x", "time_column": "run.t", "unit": "1"}
+    rig = {"instrument": "displacement", "column": "run.x", "time_column": "run.t", "unit": "1"}
     rig |= {"stiffness": 1.0, "mass": 1.0, "drive_velocity": 20.0}
     with pytest.raises(ss.InputError, match=r"goes back in time to 0 .*\[read\] segment = 1 to 3 takes one part"):
         as_record(tmp_path / "r.mat", Rig(**rig))
@@ -206,7 +206,7 @@ def test_fields_of_structures_are_columns_and_segments_are_taken_one_by_one(tmp_
     with pytest.raises(ss.InputError, match=r"has 3 segment\(s\), and the rig says \[read\] segment = 4"):
         as_record(tmp_path / "r.mat", Rig(**rig, read=Layout(segment=4)))
     columns = {"time": "run.t", "velocity": "run.x", "force": {"column": "run.mu", "unit": "MPa"}}
-    bench = {"gauge": "direct_force", "columns": columns, "read": {"segment": 1}}
+    bench = {"instrument": "direct_force", "columns": columns, "read": {"segment": 1}}
     friction = measure(tmp_path / "r.mat", load_rig(bench))
     assert friction["force"].attrs["units"] == "Pa"
     assert float(friction["time"][-1]) == t[-1]

@@ -9,7 +9,7 @@ import xarray as xr
 from stickslip import simulate
 from stickslip.cli.main import _parser, main
 from stickslip.model.system import load_system_document
-from stickslip.report import demo
+from stickslip.paper import demo
 
 README = Path(__file__).parents[1] / "README.md"
 

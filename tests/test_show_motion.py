@@ -1,4 +1,4 @@
-"""Pictures of measured motions and of gauges: they draw what is there and refuse what is not."""
+"""Pictures of measured motions and of instruments: they draw what is there and refuse what is not."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +13,7 @@ from stickslip.cli.main import main
 from stickslip.measurement import Rig, measure, motion
 
 T = np.arange(0, 40, 0.05)
-RIG = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=0.5)
+RIG = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=0.5)
 
 
 @pytest.fixture(autouse=True)
@@ -67,11 +67,11 @@ def test_measure_writes_and_draws_the_motion(tmp_path: Path) -> None:
 def test_gauges_without_velocity_are_drawn_as_tables() -> None:
     force = np.where(T % 5 < 4, T % 5, 0.2)
     log = measure(
-        {"t": T, "f": force}, {"gauge": "force_log", "least_drop": 0.3, "columns": {"time": "t", "force": "f"}}
+        {"t": T, "f": force}, {"instrument": "force_log", "least_drop": 0.3, "columns": {"time": "t", "force": "f"}}
     )
     _, law = ss.show.friction_record(log)
     assert law.get_xscale() == "log"
-    observer = {"gauge": "torque_observer", "columns": {"time": "t", "velocity": "w", "torque": "q"}}
+    observer = {"instrument": "torque_observer", "columns": {"time": "t", "velocity": "w", "torque": "q"}}
     runs = [{"t": T, "w": np.full(len(T), w) + 1e-3 * np.sin(9 * T), "q": np.sin(T) + w} for w in (0.1, 0.3)]
     (ax,) = ss.show.friction_record(measure(runs, observer))
     assert "rad/s" in ax.get_xlabel()
@@ -83,7 +83,7 @@ def test_several_masses_get_a_picture_each(tmp_path: Path, capsys: pytest.Captur
     both = xr.Dataset({"x": (("time", "mass"), np.stack(x, axis=1), {"units": "1"})}, {"time": T, "mass": [0, 1]})
     both.to_netcdf(tmp_path / "motion.nc", engine="h5netcdf")
     (tmp_path / "rig.toml").write_text(
-        'gauge = "displacement"\ncolumn = "x"\nunit = "1"\nstiffness = 1\nmass = 1\ndrive_velocity = 0.3\n'
+        'instrument = "displacement"\ncolumn = "x"\nunit = "1"\nstiffness = 1\nmass = 1\ndrive_velocity = 0.3\n'
     )
     given = [str(tmp_path / "motion.nc"), "--rig", str(tmp_path / "rig.toml")]
     drawn = ["--plot", str(tmp_path / "force.png"), "--plot-motion", str(tmp_path / "motion.png")]
@@ -100,7 +100,7 @@ def test_a_drive_that_holds_its_speeds_is_drawn_by_its_holds() -> None:
     speed = np.repeat([1.0, 20.0], [len(T) // 2, len(T) - len(T) // 2])
     record = {"t": T, "x": np.cumsum(speed) * T[1], "f": 0.6 + 0.01 * np.log(speed) + 1e-4 * np.sin(9 * T)}
     columns = {"time": "t", "displacement": {"column": "x", "unit": "um"}, "force": {"column": "f", "unit": "1"}}
-    over_time, _, holds = ss.show.friction_record(measure(record, {"gauge": "velocity_steps", "columns": columns}))
+    over_time, _, holds = ss.show.friction_record(measure(record, {"instrument": "velocity_steps", "columns": columns}))
     assert over_time.get_xlim() == (T[0], T[-1])
     assert holds.get_xscale() == "log"
     np.testing.assert_allclose(holds.lines[0].get_xdata(), [1e-6, 20e-6], rtol=0.02)

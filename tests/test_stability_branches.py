@@ -140,7 +140,7 @@ def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["continue", str(system), *over, "--and", "forcing.frequency=0.68:0.72", "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["over"] == ["law.kinetic", "forcing.frequency"]
-    # A Ω² = S on the border of Den Hartog's motion without stops.
+    # A Ω² = S on the boundary of Den Hartog's motion without stops.
     assert said["loci"][0]["kind"] == "crossing_sliding"
     values = said["loci"][0]["values"]
     # It leaves through a bound of either number.

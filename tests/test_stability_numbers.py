@@ -1,4 +1,4 @@
-"""The known numbers of stability, their table in docs/stability.md, and the motion on both sides of each kind of point."""
+"""The known numbers of stability, their table, and the motion on both sides of each kind of point."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 import stickslip as ss
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "stability.py"
+SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "stability.py"
 _spec = importlib.util.spec_from_file_location("stability_numbers", SCRIPT)
 assert _spec is not None
 assert _spec.loader is not None
@@ -27,7 +27,7 @@ def test_known_numbers_are_met_to_their_digits(compute):
 
 
 def test_the_table_of_known_numbers_is_current():
-    assert numbers.page() == numbers.PAGE.read_text(encoding="utf-8"), "run python docs/stability.py"
+    assert numbers.page() == numbers.PAGE.read_text(encoding="utf-8"), "run python docs/evidence/stability.py"
 
 
 def settled(system: ss.Oscillator, periods: int = 600) -> ss.Orbit:
@@ -85,7 +85,7 @@ def test_a_subcritical_flip_opens_an_unstable_branch_and_runs_jump():
     assert returns_after(numbers.slider(0.224), 10) > 1e-3
 
 
-def test_beyond_a_border_the_other_event_sequence_is_followed():
+def test_beyond_a_boundary_the_other_event_sequence_is_followed():
     result = ss.continuation(numbers.den_hartog(0.2, 0.44), "law.kinetic", (0.42, 0.45), seeds=0)
     (adding,) = [item for item in result.special_points if item.kind == "adding_sliding"]
     beyond = ss.switch_branch(result, adding)

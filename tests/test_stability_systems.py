@@ -90,7 +90,7 @@ def test_events_of_equal_masses_at_one_time_are_refused() -> None:
         ss.lyapunov(ss.chain(2, ss.laws.Coulomb(1.0), 0.1), 100.0)
 
 
-def test_exponent_of_strong_chaos_is_the_average_of_the_leave_map() -> None:
+def test_exponent_of_strong_chaos_is_the_average_of_the_release_map() -> None:
     # No published set: of 288 sets that were tried the one with the largest exponent, 0.3 a period.
     frequency = 1.3
     law, forcing = ss.laws.StaticKinetic(1.0, 0.5), ss.Harmonic(0.8, frequency)
@@ -108,7 +108,7 @@ def test_exponent_of_strong_chaos_is_the_average_of_the_leave_map() -> None:
     for side in (-1, 1):
         here = phases[:-1][sides[:-1] == side]
         if here.size:
-            ends = [ss.leave_map(belt, here + sign * step, side=side)["image"].to_numpy() for sign in (-1, 1)]
+            ends = [ss.release_map(belt, here + sign * step, side=side)["image"].to_numpy() for sign in (-1, 1)]
             gap = np.angle(np.exp(1j * (ends[1] - ends[0])))
             logs.append(np.log(np.abs(gap / (2 * step))))
     average = np.concatenate(logs).sum() / (times[-1] - times[0])

@@ -15,7 +15,7 @@ INERTIA, STIFFNESS, SPEED = 0.005, 2.0, 2.0
 LAW = ss.laws.StaticKinetic(break_away=3.0, kinetic=2.0)
 
 RIG = """
-gauge = "direct_force"
+instrument = "direct_force"
 stuck_speed = "0.3 rad/s"
 {more}
 [columns]
@@ -86,7 +86,7 @@ def test_where_the_rig_does_not_say_what_swings_the_law_is_found_and_the_remedy_
     assert main(["identify", friction, "--law", "StaticKinetic", "--plot", str(folder / "no.png")]) == 2
     said = capsys.readouterr().err
     assert "does not say its mass, stiffness" in said
-    assert "gauge direct_force: mass, stiffness" in said
+    assert "instrument direct_force: mass, stiffness" in said
     assert main(["identify", friction, "--law", "StaticKinetic", "--predict", friction]) == 2
     assert "does not say its mass, stiffness" in capsys.readouterr().err
 

@@ -1,4 +1,4 @@
-"""The parts of tracking: times, likeness, blobs, identities, calibration, import."""
+"""The parts of tracking: times, response maps, blobs, identities, calibration, import."""
 
 import struct
 
@@ -8,10 +8,10 @@ import pytest
 from stickslip.errors import InputError
 from stickslip.tracking import Calibration, Film, Lens, read_calibration, read_osp, track
 from stickslip.tracking.blobs import find_blobs
-from stickslip.tracking.likeness import likeness
-from stickslip.tracking.links import find_markers
+from stickslip.tracking.detections import Detections
+from stickslip.tracking.linking import find_markers
+from stickslip.tracking.response_map import response_map
 from stickslip.tracking.ruler import find_marks
-from stickslip.tracking.sightings import Sightings
 
 cv2 = pytest.importorskip("cv2")
 
@@ -98,15 +98,15 @@ def test_a_blob_at_the_edge_is_known_to_be_cut_off():
 
 def test_likeness_of_a_colour_gives_nothing_for_grey_and_other_hues():
     pixels = np.array([[[30, 160, 40], [200, 200, 200], [40, 40, 200], [200, 60, 50]]], np.uint8)
-    green = likeness(pixels, "green")[0]
+    green = response_map(pixels, "green")[0]
     assert green[0] > 60
     np.testing.assert_allclose(green[1:], 0)
 
 
 def film_of_points(paths):
-    """Sightings of points, each row of `paths` a picture."""
+    """Detections of points, each row of `paths` a picture."""
     return [
-        Sightings.of([(x, y, 0.01, 0.01, 20, 100, 100, -1, 0, 0) for x, y in row if np.isfinite(x)]) for row in paths
+        Detections.of([(x, y, 0.01, 0.01, 20, 100, 100, -1, 0, 0) for x, y in row if np.isfinite(x)]) for row in paths
     ]
 
 
@@ -117,9 +117,9 @@ def test_identities_survive_a_common_jump_and_a_gap():
     paths[10:14, 2] = np.nan
     tracks = find_markers(film_of_points(paths), 5)
     assert [len(track.frames) for track in tracks] == [40, 40, 36, 40, 40]
-    sightings = film_of_points(paths)
+    detections = film_of_points(paths)
     for number, found in enumerate(tracks):
-        x = [sightings[frame].x[place] for frame, place in zip(found.frames, found.places, strict=True)]
+        x = [detections[frame].x[place] for frame, place in zip(found.frames, found.places, strict=True)]
         np.testing.assert_allclose(x, paths[found.frames, number, 0])
 
 
@@ -129,10 +129,10 @@ def test_two_that_cross_keep_their_ways():
         [np.stack([50 + 400 * time, 50 + 10 * time], axis=1), np.stack([450 - 400 * time, 55 - 10 * time], axis=1)],
         axis=1,
     )
-    sightings = film_of_points(paths)
-    tracks = find_markers(sightings, 2, start=((50, 50), (450, 55)))
+    detections = film_of_points(paths)
+    tracks = find_markers(detections, 2, start=((50, 50), (450, 55)))
     for number, found in enumerate(tracks):
-        x = [sightings[frame].x[place] for frame, place in zip(found.frames, found.places, strict=True)]
+        x = [detections[frame].x[place] for frame, place in zip(found.frames, found.places, strict=True)]
         np.testing.assert_allclose(x, paths[:, number, 0])
 
 
@@ -164,7 +164,7 @@ def test_small_and_fast_markers_are_told_from_clutter_with_no_option_set(way, si
         rows += [(x, y, size * np.exp(0.5 * random.standard_normal()), 60.0) for x, y in flashes]
         look = np.exp(0.06 * random.standard_normal((len(rows), 2)))
         film.append(
-            Sightings.of(
+            Detections.of(
                 [
                     (x, y, 0.05, 0.05, wide * a, high * b, high * b * wide**0.25, -1, 0, 0)
                     for (x, y, wide, high), (a, b) in zip(rows, look, strict=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "validation.py"
+SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "validation.py"
 
 
 def _script():
@@ -38,8 +38,8 @@ def test_the_page_of_known_numbers_is_current():
         return [[cell.strip() for cell in line.split("|")] for line in text.splitlines()]
 
     fresh, kept = cells(validation.page()), cells(validation.PAGE.read_text(encoding="utf-8"))
-    assert len(fresh) == len(kept), "run python docs/validation.py"
+    assert len(fresh) == len(kept), "run python docs/evidence/validation.py"
     for new, old in zip(fresh, kept, strict=True):
-        assert new[:5] + new[7:] == old[:5] + old[7:], "run python docs/validation.py"
+        assert new[:5] + new[7:] == old[:5] + old[7:], "run python docs/evidence/validation.py"
         if len(new) > 5 and new[6].endswith(tuple("0123456789")):
             assert float(new[5]) == pytest.approx(float(old[5]), rel=1e-6)

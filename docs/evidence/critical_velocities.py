@@ -1,19 +1,22 @@
-"""Critical velocities of random oscillators against plain runs: python docs/evidence/critical_velocities.py [COUNT].
+"""Critical velocities of random oscillators against plain runs; writes docs/evidence/critical-velocities.md.
+
+    python docs/evidence/critical_velocities.py --keep RESULTS.jsonl [--count N] [--first SEED]
 
 Each oscillator is drawn from its own seed. Every reported velocity has to be shown by runs on both sides of it, and every
 change that runs at 200 speeds show has to be reported. The runs are those of `stickslip.simulate` and nothing of
-`stickslip.dynamics` looks at them.
+`stickslip.dynamics` looks at them. Results are kept line by line: a run that was ended goes on where it was.
 """
 
 from __future__ import annotations
 
+import argparse
 import itertools
+import json
 import math
-import os
-import sys
+import signal
+import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +29,8 @@ COUNT, SPEEDS = 1000, 200
 FEW = (3,)
 #: How much a small motion beside steady slip changes over a run, as a logarithm, to grow or to decay.
 GROWS = 0.05
+#: Seconds of the processor after which an oscillator is given up.
+LONGEST = 100
 
 
 def oscillator(seed: int) -> tuple[ss.Oscillator, tuple[float, float] | None]:
@@ -83,14 +88,13 @@ class Look:
     Attributes
     ----------
     sticks : whether it sticks, and `crossings` whether the slip velocity changes its sign without a stick.
-    size : the range of the position; `growth` the logarithm of what became of it.
+    size : the range of the position.
     end : where it ends.
     """
 
     sticks: bool
     crossings: bool
     size: float
-    growth: float
     end: tuple[float, float]
 
 
@@ -101,19 +105,21 @@ def look(system: ss.Oscillator, speed: float, cycles: float, x0: float | None = 
     # Slow cycles load the spring by no more than twice the break-away force.
     t_end = cycles * period + min(cycles, 30) * 2 * system.law.break_away_force() / (system.stiffness * speed)
     orbit = ss.simulate(system, t_end, x0, v0, max_events=int(200 * cycles))
-    releases = orbit.events[orbit.events["kind"] == "release"]
-    sizes, means = [], []
-    for begin in (0.0, 0.4, 0.6, 0.8):
-        length = 0.05 if begin == 0 else 0.2
-        times = np.linspace(begin, begin + length, int(30 * np.clip(length * t_end / period, 2, 40))) * orbit.t_end
-        sizes.append(max(float(np.ptp(orbit.at(times)[0])), 1e-300))
-        within = releases[(releases["t"] > times[0]) & (releases["t"] <= times[-1])]["stick_time"].to_numpy()
+    # As arrays: asking the table again and again takes longer than the run.
+    when, kinds, held = (orbit.events[name].to_numpy() for name in ("t", "kind", "stick_time"))
+    released, crossed = (when[kinds == kind] for kind in ("release", "crossing"))
+    held = held[kinds == "release"]
+    means = []
+    for begin in (0.4, 0.6, 0.8):
+        within = held[(released > begin * orbit.t_end) & (released <= (begin + 0.2) * orbit.t_end)]
         means.append(float(within.mean()) if within.size else 0.0)
     # Sticks that become ever shorter, by a fixed part in each window, vanish.
-    fades = all(after < 0.97 * before for before, after in itertools.pairwise(means[1:]))
+    fades = all(after < 0.97 * before for before, after in itertools.pairwise(means))
     sticks = means[-1] > 1e-5 * period and not fades
-    crossings = bool((orbit.events["t"][orbit.events["kind"] == "crossing"] > 0.8 * orbit.t_end).any())
-    return Look(sticks, crossings, sizes[-1], math.log(sizes[-1] / sizes[0]), orbit.at(orbit.t_end))
+    crossings = bool((crossed > 0.8 * orbit.t_end).any())
+    times = np.linspace(0.8, 1.0, int(30 * np.clip(0.2 * t_end / period, 2, 40))) * orbit.t_end
+    size = max(float(np.ptp(orbit.at(times)[0])), 1e-300)
+    return Look(sticks, crossings, size, orbit.at(orbit.t_end))
 
 
 def aside(system: ss.Oscillator, speed: float, share: float = 1e-4) -> tuple[float, float]:
@@ -121,16 +127,22 @@ def aside(system: ss.Oscillator, speed: float, share: float = 1e-4) -> tuple[flo
     return float(system.law.kinetic_force(speed)) / system.stiffness, share * speed
 
 
-def nature(found: Look) -> int:
+def growth(system: ss.Oscillator, speed: float) -> float:
+    """The logarithm of what becomes of a small motion beside steady slip, whose undamped range is 2 v/ω."""
+    start = aside(system, speed)
+    return math.log(look(system, speed, 150, *start).size * math.pi / (start[1] * system.natural_period))
+
+
+def nature(found: float) -> int:
     """1: beside steady slip the motion grows, −1: it decays, 0: neither."""
-    return 0 if abs(found.growth) < GROWS else int(math.copysign(1, found.growth))
+    return 0 if abs(found) < GROWS else int(math.copysign(1, found))
 
 
 def changes(system: ss.Oscillator, low: float, high: float, count: int = SPEEDS) -> Iterator[tuple[str, float, float]]:
     """Between which speeds runs change: from rest in whether they stick, beside steady slip in whether they grow."""
     speeds = np.linspace(low, high, count).tolist()
     rest = [look(system, speed, 150) for speed in speeds]
-    beside = [look(system, speed, 150, *aside(system, speed)) for speed in speeds]
+    beside = [growth(system, speed) for speed in speeds]
     unsteady = [found.sticks for found in rest]
     for (a, one), (b, other) in itertools.pairwise(zip(speeds, unsteady, strict=True)):
         if one != other:
@@ -139,7 +151,7 @@ def changes(system: ss.Oscillator, low: float, high: float, count: int = SPEEDS)
         return
     # Where growth fades away there is no speed at which it ends: it must be well above what counts as growth.
     kinds = [nature(found) for found in beside]
-    marks = [i for i, found in enumerate(beside) if kinds[i] == 0 or abs(found.growth) > 4 * GROWS]
+    marks = [i for i, found in enumerate(beside) if kinds[i] == 0 or abs(found) > 4 * GROWS]
     for i, j in itertools.pairwise(marks):
         if (kinds[i] != kinds[j] and j - i <= 1) or kinds[i] * kinds[j] < 0:
             yield "steady slip", speeds[i], speeds[j]
@@ -181,6 +193,13 @@ class Case:
     shown: int = 0
     missed: list[tuple[str, float, float]] = field(default_factory=list)
     neutral: bool = False
+    late: bool = False
+    seconds: float = 0.0
+
+    @property
+    def wrong(self) -> bool:
+        """Whether anything is not as it should be."""
+        return bool(self.unconfirmed or self.missed or self.late)
 
 
 def case(seed: int, speeds: int = SPEEDS) -> Case:
@@ -205,10 +224,39 @@ def case(seed: int, speeds: int = SPEEDS) -> Case:
     return result
 
 
-def cases(seeds: range) -> list[Case]:
-    """Many oscillators, on all cores."""
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(case, seeds))
+def bounded(seed: int) -> Case:
+    """One oscillator, given up after a time that none should take."""
+
+    def late(*_: object) -> None:
+        raise TimeoutError
+
+    # Time of the processor: a busy machine is no hang.
+    before = signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, LONGEST)
+    begin = time.process_time()
+    try:
+        found = case(seed)
+    except TimeoutError:
+        system, _ = oscillator(seed)
+        found = Case(seed, type(system.law).__name__, system.damping > 0, [], late=True)
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
+    return replace(found, seconds=time.process_time() - begin)
+
+
+def cases(seeds: range, keep: Path) -> list[Case]:
+    """Many oscillators, those that are not yet in the file."""
+    lines = keep.read_text(encoding="utf-8").splitlines() if keep.exists() else []
+    found = {item["seed"]: Case(**item) for item in map(json.loads, lines)}
+    with keep.open("a", encoding="utf-8") as file:
+        for seed in seeds:
+            if seed not in found:
+                found[seed] = bounded(seed)
+                file.write(json.dumps(asdict(found[seed])) + "\n")
+                file.flush()
+                print(seed, found[seed], flush=True)
+    return [found[seed] for seed in seeds]
 
 
 def page(found: list[Case]) -> str:
@@ -238,7 +286,7 @@ def page(found: list[Case]) -> str:
             sum(len(item.missed) for item in group),
         )
         lines.append(f"| {name} | {' | '.join(map(str, numbers))} |")
-    wrong = [item for item in found if item.unconfirmed or item.missed]
+    wrong = [item for item in found if item.wrong]
     if wrong:
         lines += ["", "| seed | law | not shown by runs | not reported |", "|---|---|---|---|"]
     for item in wrong:
@@ -248,5 +296,16 @@ def page(found: list[Case]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def main() -> None:
+    """The table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--keep", type=Path, required=True, help="where the results go line by line")
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=COUNT)
+    options = parser.parse_args()
+    found = cases(range(options.first, options.first + options.count), options.keep)
+    PAGE.write_text(page(found), encoding="utf-8")
+
+
 if __name__ == "__main__":
-    PAGE.write_text(page(cases(range(int(sys.argv[1]) if len(sys.argv) > 1 else COUNT))), encoding="utf-8")
+    main()

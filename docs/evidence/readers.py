@@ -50,7 +50,7 @@ CHUNK = 20_000
 N = 120
 T = np.arange(N) / 50
 X = np.sin(6 * T) + 0.3 * np.sin(17 * T)
-RIG = {"gauge": "displacement", "column": "x", "unit": "m", "stiffness": 40.0, "mass": 1.0, "drive_velocity": 10.0}
+RIG = {"instrument": "displacement", "column": "x", "unit": "m", "stiffness": 40.0, "mass": 1.0, "drive_velocity": 10.0}
 WORDS = [
     *("nan", "inf", "-1", "0", "1e999", "-1e-320", "1" * 5000, "[" * 3000, '"', "'", "=", ",", ";", "\n", "\t", "", "_"),
     *("true", "{}", "\0", "µ", "\ufeff", "1e308", "2026-01-01", "#", "$x$", "..", "0x7fffffff", "9223372036854775808"),
@@ -396,7 +396,7 @@ def read_friction(path: Path, _: random.Random) -> None:
 
 
 def read_rig(source: Any, _: random.Random) -> None:
-    """A rig of any gauge."""
+    """A rig of any instrument."""
     from stickslip.measurement import load_rig
 
     load_rig(source)

@@ -53,7 +53,7 @@ def rows(number: int, case: dict[str, float]) -> list[tuple[object, ...]]:
     time = np.arange(start, stop, 2 * np.pi / case["samples"])
     x = orbit.at(time)[0] + case["noise"] * np.random.default_rng([number, 1]).standard_normal(len(time))
     rig = Rig(
-        gauge="displacement",
+        instrument="displacement",
         column="x",
         unit="1",
         stiffness=1,

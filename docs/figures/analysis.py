@@ -23,9 +23,9 @@ def sections() -> None:
     show.section_plot(ss.section(BELT, t_end=20_000 * period, transient=0.1), panels[0])
     releases = ss.section(BELT, "release", t_end=10_000 * period, transient=0.1)
     show.section_plot(releases, panels[1], across="phase", up="stick_time")
-    show.return_map_plot(ss.leave_map(BELT, np.linspace(0, 2 * np.pi, 3000)), panels[2], colour=show.OKABE_ITO["sky"])
+    show.return_map_plot(ss.release_map(BELT, np.linspace(0, 2 * np.pi, 3000)), panels[2], colour=show.OKABE_ITO["sky"])
     show.return_map_plot(ss.return_map(releases, "phase"), panels[2], colour=show.OKABE_ITO["vermilion"])
-    panels[2].set_title("leave map (blue), visited (red)")
+    panels[2].set_title("release map (blue), visited (red)")
     save(panels[0], "analysis-sections.png")
 
 

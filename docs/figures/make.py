@@ -13,11 +13,12 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
+import xarray as xr
 
 import stickslip as ss
 from stickslip import show
+from stickslip.examples import copy_example
 from stickslip.laws.state_law import StateLaw
-from stickslip.paper import figures
 
 HERE = Path(__file__).parent
 
@@ -112,7 +113,9 @@ def loci() -> None:
     result = ss.continuation(slider, "forcing.amplitude", (0.05, 0.55), seeds=0)
     curves = [ss.locus(point, over, bounds) for point in result.special_points]
     flip = next(point for point in result.special_points if point.kind == "flip")
-    curves += [ss.locus(point, over, bounds) for point in ss.switch_branch(result, flip).special_points if point.border]
+    curves += [
+        ss.locus(point, over, bounds) for point in ss.switch_branch(result, flip).special_points if point.boundary
+    ]
     show.loci_plot(curves, panels[0]).set_title("forced stick-slip of two and of four periods", fontsize=10)
     belt = ss.Oscillator(damping=0.1, drive_velocity=0.43, law=ss.laws.Cubic(0.4, 0.45, 0.6))
     over, bounds = ("drive_velocity", "damping"), ((0.25, 0.5), (0.0, 0.3))
@@ -137,9 +140,78 @@ def forced_calibrations() -> None:
     save(panels[0], "paper-forced-calibrations.png")
 
 
+def example() -> tuple[xr.DataTree, ss.Orbit]:
+    """The record that ships with the package, as friction, and the motion of the law found from it."""
+    with tempfile.TemporaryDirectory() as folder:
+        record, rig, system = copy_example(folder)
+        friction = ss.measure(record, rig).load()
+        block = replace(ss.load_system(system), law=ss.identify(friction).law)
+    return friction, ss.simulate(block, 6.0)
+
+
 def overview() -> None:
-    """The picture of the README."""
-    save(figures.overview()[0], "overview.png")
+    """The picture of the README: a record, its law, and the motions of that law."""
+    friction, orbit = example()
+    block = replace(orbit.system, forcing=ss.Harmonic(3.0, 20.0))
+    panels = show.new_axes(1, 3, figsize=(11.4, 3.4), width_ratios=[1.15, 1, 1.5])
+    record(friction, panels[0], end=1.3).set_title("a record", loc="left")
+    loop(friction, orbit, panels[1]).set_title("its friction law", loc="left")
+    diagram = ss.orbit_diagram(
+        block, "forcing.frequency", np.linspace(10, 44, 681), direction="up", periods=300, keep=60
+    )
+    show.orbit_diagram_plot(
+        diagram.isel(direction=0) if "direction" in diagram.dims else diagram, panels[2], quantity="section"
+    )
+    panels[2].set_title("every motion when it is shaken", loc="left")
+    save(panels[0], "overview.png")
+
+
+def record(friction: xr.DataTree, ax: plt.Axes, end: float) -> plt.Axes:
+    """Recorded position over time, sticks shaded."""
+    t = friction["time"].to_numpy()
+    part = t < end
+    show.shade_sticks(ax, t[part], friction["stuck"].to_numpy()[part])
+    ax.plot(t[part], 1e3 * friction["recorded"].to_numpy()[part], ".", ms=2, color="0.25")
+    ax.set(xlabel="time t (s)", ylabel="position x (mm)", xlim=(0, end))
+    return ax
+
+
+def loop(friction: xr.DataTree, orbit: ss.Orbit, ax: plt.Axes) -> plt.Axes:
+    """Measured friction over slip velocity, and that of the identified law."""
+    slip = ~friction["stuck"].to_numpy()
+    w, force = friction["slip_velocity"].to_numpy()[slip], friction["force"].to_numpy()[slip]
+    ax.plot(w, force, ".", ms=2.5, color="0.55", label="measured")
+    show.friction_loop(orbit, ax, name="identified")
+    ax.legend(loc="upper right")
+    return ax
+
+
+def start() -> None:
+    """The record of the first page and the motion of the law found from it."""
+    friction, orbit = example()
+    panels = show.new_axes(1, 2, figsize=(8.4, 3.0), width_ratios=[1.5, 1])
+    record(friction, panels[0], end=2.0)
+    loop(friction, orbit, panels[1])
+    save(panels[0], "start.png")
+
+
+def bifurcation() -> None:
+    """The branches of the tutorial on a law of one's own."""
+    law = ss.laws.ExponentialStribeck(break_away=1.0, kinetic=0.4, scale=0.2, viscous=0.2)
+    system = ss.Oscillator(damping=0.05, drive_velocity=0.3, law=law)
+    save(show.branches_plot(ss.continuation(system, "drive_velocity", (0.3, 0.8), seeds=0)), "bifurcation.png")
+
+
+def orbit() -> None:
+    """One orbit in the phase plane and over time."""
+    law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+    motion = ss.simulate(ss.Oscillator(damping=0.05, drive_velocity=0.2, law=law), t_end=60)
+    with plt.rc_context(show.STYLE):
+        figure = plt.figure(figsize=(9.0, 3.8), layout="constrained")
+    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1, 1.4])[0]
+    ax = show.phase_plane(motion, left.subplots())
+    show.time_series(motion, right.subplots(3, 1, sharex=True), start=30.0)
+    save(ax, "gallery-orbit.png")
 
 
 def paper() -> None:
@@ -151,6 +223,9 @@ def paper() -> None:
 
 
 if __name__ == "__main__":
-    parts = {part.__name__: part for part in (laws, branches, loci, forced_calibrations, overview, paper)}
+    parts = {
+        part.__name__: part
+        for part in (laws, branches, loci, forced_calibrations, start, bifurcation, orbit, overview, paper)
+    }
     for name in sys.argv[1:] or parts:
         parts[name]()

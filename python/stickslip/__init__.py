@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stickslip import laws, measurement, paper, show
-    from stickslip.dynamics import basins, leave_map, orbit_diagram, regime_map, return_map, section
+    from stickslip.dynamics import basins, orbit_diagram, regime_map, release_map, return_map, section
     from stickslip.dynamics.continuation.branches import continuation
     from stickslip.dynamics.continuation.loci import locus
     from stickslip.dynamics.continuation.switching import switch_branch
@@ -56,7 +56,7 @@ _HOME = {
     "identify": "identification",
     "integrate": "simulation.integration",
     "laws": "",
-    "leave_map": "dynamics",
+    "release_map": "dynamics",
     "load": "simulation.orbit",
     "load_law": "laws.law",
     "load_system": "model.system",
@@ -97,7 +97,6 @@ __all__ = [
     "identify",
     "integrate",
     "laws",
-    "leave_map",
     "load",
     "load_law",
     "load_system",
@@ -109,6 +108,7 @@ __all__ = [
     "paper",
     "periodic_orbit",
     "regime_map",
+    "release_map",
     "return_map",
     "run",
     "section",

@@ -5,8 +5,10 @@
 //! sample to sample, whatever is over-, near-critically or negatively damped or in resonance. A curved law feeds its force in
 //! as an input; then Gragg's midpoint rule, extrapolated (Bulirsch & Stoer 1966), does the steps.
 
+use std::cell::Cell;
+
 use crate::law::{Law, Line};
-use crate::matrix::{dot, exponential, norm, solve, times};
+use crate::matrix::{Row, dot, exponential, norm, solve, sparse, times};
 use crate::number::Real;
 use crate::problem::Problem;
 
@@ -28,14 +30,19 @@ const SPACING: [f64; 2] = [0.15, 0.4];
 /// More work than this in one phase is not judged.
 const MOST: [f64; 2] = [4e6, 2e7];
 
+/// More extrapolations than this in one phase are not judged either: a curve may be stiff.
+const STIFF: u64 = 100_000;
+
 /// The equations of one phase and its start.
 #[derive(Clone, Debug)]
 pub struct Model<'a, R> {
     n: usize,
     dim: usize,
     a: Vec<R>,
-    w: Vec<Vec<R>>,
-    force: Vec<Vec<R>>,
+    /// The rows of A without their zeros, and those of w and of the friction forces.
+    rows: Vec<Row<R>>,
+    w: Vec<Row<R>>,
+    force: Vec<Row<R>>,
     curves: Vec<(usize, usize, f64, &'a Law)>,
     y0: Vec<R>,
     scale: Vec<f64>,
@@ -47,6 +54,8 @@ pub struct Model<'a, R> {
     gain: f64,
     /// The fastest that anything oscillates or grows.
     rate: f64,
+    /// Extrapolations so far.
+    steps: Cell<u64>,
 }
 
 /// Everything at one time.
@@ -246,6 +255,7 @@ impl<'a, R: Real> Model<'a, R> {
         for (i, row) in accelerations.into_iter().enumerate() {
             a[n + i] = row;
         }
+        let rows = a.iter().map(|row| sparse(row)).collect();
         let a = a.concat();
         let mut y0: Vec<R> = state.iter().map(|&value| R::of(value)).collect();
         y0.resize(dim, R::of(0.0));
@@ -258,8 +268,9 @@ impl<'a, R: Real> Model<'a, R> {
             n,
             dim,
             a,
-            w,
-            force,
+            rows,
+            w: w.iter().map(|row| sparse(row)).collect(),
+            force: force.iter().map(|row| sparse(row)).collect(),
             curves,
             y0,
             scale: Vec::new(),
@@ -267,6 +278,7 @@ impl<'a, R: Real> Model<'a, R> {
             floor,
             gain: 1.0,
             rate: 0.0,
+            steps: Cell::new(0),
         };
         model.measure(
             waves
@@ -369,13 +381,37 @@ impl<'a, R: Real> Model<'a, R> {
     }
 
     fn add_slope(&self, to: &mut [R], factor: R, y: &[R]) {
-        for (to, row) in to.iter_mut().zip(self.a.chunks_exact(self.dim)) {
-            *to = *to + factor * dot(row, y);
+        for (to, row) in to.iter_mut().zip(&self.rows) {
+            if !row.is_empty() {
+                *to = *to + factor * dot(row, y);
+            }
         }
     }
 
     fn slope(&self, y: &[R]) -> Vec<R> {
-        times(&self.a, y)
+        self.rows.iter().map(|row| dot(row, y)).collect()
+    }
+
+    /// The same in doubles.
+    fn plain(&self) -> Model<'a, f64> {
+        let row = |row: &Row<R>| row.iter().map(|&(j, r)| (j, r.value())).collect();
+        let values = |of: &[R]| of.iter().map(|value| value.value()).collect();
+        Model {
+            n: self.n,
+            dim: self.dim,
+            a: values(&self.a),
+            rows: self.rows.iter().map(row).collect(),
+            w: self.w.iter().map(row).collect(),
+            force: self.force.iter().map(row).collect(),
+            curves: self.curves.clone(),
+            y0: values(&self.y0),
+            scale: self.scale.clone(),
+            pace: self.pace,
+            floor: self.floor,
+            gain: self.gain,
+            rate: self.rate,
+            steps: Cell::new(0),
+        }
     }
 
     fn floor_of(&self, j: usize) -> f64 {
@@ -397,30 +433,29 @@ impl<'a, R: Real> Model<'a, R> {
             rates[at] = R::of(law.curve(u)[1]) * dot(&self.w[c], &rates);
         }
         let noise = 2 * self.n + 1;
-        let size = |row: &[R], of: &[R]| -> f64 {
-            let terms = row.iter().enumerate().map(|(j, r)| {
-                let size = if j == noise { 0.0 } else { of[j].value().abs() };
-                r.value().abs()
-                    * (ROUNDINGS * size + slack.get(j).copied().unwrap_or_else(|| self.floor_of(j)))
+        let size = |row: &Row<R>| -> f64 {
+            let terms = row.iter().map(|&(j, r)| {
+                let size = if j == noise { 1.0 } else { y[j].value().abs() };
+                let start = if j == noise {
+                    0.0
+                } else {
+                    slack.get(j).copied().unwrap_or_else(|| self.floor_of(j))
+                };
+                r.value().abs() * (ROUNDINGS * size + start)
             });
-            terms.sum::<f64>() + ROUNDINGS * row[noise].value().abs()
+            terms.sum()
         };
         // What rounding does to a rate: to each term of each acceleration.
-        let rate_size = |row: &[R]| -> f64 {
-            let dim = self.dim;
-            (0..dim)
-                .filter(|&j| row[j].value() != 0.0 && j != noise)
-                .map(|j| {
-                    let line = &self.a[j * dim..(j + 1) * dim];
-                    row[j].value().abs() * size(line, y)
-                })
-                .sum()
+        let sizes: Vec<f64> = self.rows.iter().map(size).collect();
+        let rate_size = |row: &Row<R>| -> f64 {
+            let terms = row.iter().filter(|&&(j, _)| j != noise);
+            terms.map(|&(j, r)| r.value().abs() * sizes[j]).sum()
         };
-        let both = |row: &Vec<R>| {
+        let both = |row: &Row<R>| {
             [
                 dot(row, y).value(),
                 dot(row, &rates).value(),
-                size(row, y),
+                size(row),
                 rate_size(row),
             ]
         };
@@ -548,27 +583,30 @@ impl<'a, R: Real> Phase<'a, R> {
                     })
                     .collect()
             } else if which == 0 {
-                // By differences: move each start a little, then what the constants and curves give.
+                // By differences: move each start a little, then what the constants and curves give. Doubles see that.
                 let mut columns = vec![Vec::new(); 2 * n];
                 let last = self.states.last()?.clone();
+                let mut model = self.model.plain();
                 for j in 0..=2 * n {
-                    let mut y = self.model.y0.clone();
+                    let mut y = model.y0.clone();
                     if j < 2 * n {
-                        let size = y[j].value().abs().max(way[j]);
+                        let size = y[j].abs().max(way[j]);
                         if size == 0.0 {
                             continue;
                         }
-                        y[j] = y[j] + R::of(1e-7 * size);
+                        y[j] += 1e-7 * size;
                     } else {
-                        y[noise] = R::of(1e-7);
-                        self.model.gain = 1.0 + 1e-7;
+                        y[noise] = 1e-7;
+                        model.gain = 1.0 + 1e-7;
                     }
-                    for k in 1..self.times.len() {
-                        y = self.move_on(&y, R::of(self.times[k] - self.times[k - 1]))?;
+                    for pair in self.times.windows(2) {
+                        let h = pair[1] - pair[0];
+                        if h > 0.0 {
+                            y = bulirsch_stoer(&model, &y, h, 0)?;
+                        }
                     }
-                    self.model.gain = 1.0;
                     for (i, column) in columns.iter_mut().enumerate() {
-                        column.push((y[i].value() - last[i].value()).abs() / 1e-7);
+                        column.push((y[i] - last[i].value()).abs() / 1e-7);
                     }
                 }
                 columns
@@ -658,17 +696,32 @@ impl<'a, R: Real> Phase<'a, R> {
     }
 }
 
-/// One step by the extrapolated midpoint rule of order 14, halved until its last two columns agree.
+/// One step by the extrapolated midpoint rule of order 14 at most, halved until two columns agree.
 fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Option<Vec<R>> {
     const PARTS: [u32; 7] = [2, 4, 6, 8, 10, 12, 14];
-    let state = 2 * model.n;
+    model.steps.set(model.steps.get() + 1);
+    if depth == 12 || model.steps.get() > STIFF {
+        return None;
+    }
+    // The forces of curves come last and are no part of the state; waves and the clock are.
+    let (state, dim) = (from.len() - model.curves.len(), from.len());
     let mut start = from.to_vec();
     model.feed(&mut start);
     let first = model.slope(&start);
-    let mut row: Vec<Vec<R>> = Vec::new();
+    let known: Vec<f64> = (0..state)
+        .map(|i| {
+            let terms = model.rows[i].iter();
+            let terms: f64 = terms.map(|&(j, a)| (a * start[j]).value().abs()).sum();
+            h.value() * terms + model.floor_of(i) / ROUNDINGS
+        })
+        .collect();
+    // The extrapolations of one row of the table, each `dim` long, and room for two states.
+    let mut table: Vec<R> = Vec::with_capacity(PARTS.len() * dim);
+    let (mut before, mut now) = (start.clone(), start.clone());
     for (index, &parts) in PARTS.iter().enumerate() {
         let step = h / R::of(f64::from(parts));
-        let (mut before, mut now) = (start.clone(), start.clone());
+        before.copy_from_slice(&start);
+        now.copy_from_slice(&start);
         add(&mut now, step, &first);
         for _ in 1..parts {
             model.feed(&mut now);
@@ -676,44 +729,37 @@ fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Op
             std::mem::swap(&mut before, &mut now);
         }
         model.feed(&mut now);
-        let mut column = vec![R::of(0.0); now.len()];
-        for rest in [&now, &before] {
-            add(&mut column, R::of(0.5), rest);
+        for (before, &now) in before.iter_mut().zip(&now) {
+            *before = R::of(0.5) * (*before + now);
         }
-        model.add_slope(&mut column, step * R::of(0.5), &now);
-        let mut next = vec![column];
+        model.add_slope(&mut before, step * R::of(0.5), &now);
+        // Aitken and Neville: `before` becomes the extrapolation of every order in turn, what it replaces the next one's.
         for back in 1..=index {
             let ratio = R::of(f64::from(parts)) / R::of(f64::from(PARTS[index - back]));
             let factor = R::of(1.0) / (ratio * ratio - R::of(1.0));
-            let (new, old) = (&next[back - 1], &row[back - 1]);
-            next.push(
-                new.iter()
-                    .zip(old)
-                    .map(|(&new, &old)| new + (new - old) * factor)
-                    .collect(),
-            );
+            let old = &mut table[(back - 1) * dim..back * dim];
+            for (new, old) in before.iter_mut().zip(old) {
+                let better = *new + (*new - *old) * factor;
+                (*old, *new) = (*new, better);
+            }
         }
-        row = next;
+        if index >= R::COLUMNS {
+            let check = &table[(index - 1) * dim..];
+            let gap = |i: usize| {
+                let size = start[i].value().abs().max(before[i].value().abs()) + known[i];
+                (before[i] - check[i]).value().abs() / size.max(f64::MIN_POSITIVE)
+            };
+            if (0..state).all(|i| gap(i) <= 1e-14) {
+                model.feed(&mut before);
+                return before
+                    .iter()
+                    .all(|value| value.value().is_finite())
+                    .then_some(before);
+            }
+        }
+        table.extend_from_slice(&before);
     }
-    let (mut end, check) = (row[6].clone(), &row[5]);
-    let gap = |i: usize| {
-        let line = &model.a[i * model.dim..(i + 1) * model.dim];
-        let terms: f64 = line
-            .iter()
-            .zip(&start)
-            .map(|(a, y)| (*a * *y).value().abs())
-            .sum();
-        let size = start[i].value().abs().max(end[i].value().abs())
-            + h.value() * terms
-            + model.floor_of(i) / ROUNDINGS;
-        (end[i] - check[i]).value().abs() / size.max(f64::MIN_POSITIVE)
-    };
-    let error = (0..state).map(gap).fold(0.0, f64::max);
-    if !(error <= 3e-14) && depth < 12 {
-        let half = h * R::of(0.5);
-        let middle = bulirsch_stoer(model, from, half, depth + 1)?;
-        return bulirsch_stoer(model, &middle, half, depth + 1);
-    }
-    model.feed(&mut end);
-    end.iter().all(|value| value.value().is_finite()).then_some(end)
+    let half = h * R::of(0.5);
+    let middle = bulirsch_stoer(model, from, half, depth + 1)?;
+    bulirsch_stoer(model, &middle, half, depth + 1)
 }

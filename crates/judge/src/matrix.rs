@@ -19,22 +19,27 @@ pub fn product<R: Real>(a: &[R], b: &[R], n: usize) -> Vec<R> {
     c
 }
 
+/// A row without its zeros: columns and entries.
+pub type Row<R> = Vec<(usize, R)>;
+
+/// The entries of a row that are not zero.
+pub fn sparse<R: Real>(row: &[R]) -> Row<R> {
+    let entries = row.iter().copied().enumerate();
+    entries.filter(|(_, entry)| entry.value() != 0.0).collect()
+}
+
 /// a · y.
 pub fn times<R: Real>(a: &[R], y: &[R]) -> Vec<R> {
-    a.chunks_exact(y.len()).map(|row| dot(row, y)).collect()
+    let row = |row: &[R]| {
+        let terms = row.iter().zip(y);
+        terms.fold(R::of(0.0), |sum, (&r, &y)| sum + r * y)
+    };
+    a.chunks_exact(y.len()).map(row).collect()
 }
 
 /// row · y.
-pub fn dot<R: Real>(row: &[R], y: &[R]) -> R {
-    let terms = row.iter().zip(y);
-    terms.fold(R::of(0.0), |sum, (&r, &y)| sum + r * y)
-}
-
-/// row · a.
-pub fn row_times<R: Real>(row: &[R], a: &[R]) -> Vec<R> {
-    let n = row.len();
-    let column = |j: usize| (0..n).fold(R::of(0.0), |sum, i| sum + row[i] * a[i * n + j]);
-    (0..n).map(column).collect()
+pub fn dot<R: Real>(row: &Row<R>, y: &[R]) -> R {
+    row.iter().fold(R::of(0.0), |sum, &(j, r)| sum + r * y[j])
 }
 
 /// The largest sum of sizes in a row.

@@ -84,6 +84,17 @@ fn system(case: &Value) -> Result<System, String> {
 
 /// How many events a run may have.
 const MOST: u64 = 400;
+/// How often a run may ask whether to go on.
+const ASKS: u32 = 20_000;
+
+/// Yes, so many times.
+fn patience() -> impl FnMut() -> bool {
+    let mut asks = 0;
+    move || {
+        asks += 1;
+        asks <= ASKS
+    }
+}
 
 /// Let the engine run a case; `series`: on Taylor series also where there is a closed form.
 ///
@@ -99,7 +110,8 @@ pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
             t_end: problem.t_end,
             max_events: most,
         };
-        let orbit = simulate::simulate(&oscillator, run).map_err(|error| error.to_string())?;
+        let orbit =
+            simulate::simulate_while(&oscillator, run, patience()).map_err(|error| error.to_string())?;
         let mut marks = Vec::new();
         for (index, segment) in orbit.segments.iter().enumerate() {
             let events = index.checked_sub(1).map(|index| {
@@ -139,7 +151,8 @@ pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
         t_end: problem.t_end,
         max_events: most,
     };
-    let orbit = network::simulate(&system(case)?, run).map_err(|error| error.to_string())?;
+    let orbit =
+        network::simulate_while(&system(case)?, run, patience()).map_err(|error| error.to_string())?;
     let (n, width) = (problem.n, orbit.width());
     let rows: Vec<&[f64]> = orbit.steps.chunks_exact(width).collect();
     let mark = |row: &[f64]| Mark {

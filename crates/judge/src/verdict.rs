@@ -74,7 +74,7 @@ impl Mode {
     }
 }
 
-/// Judge a case in doubles without asking how rounding grows; what fails there anew, in pairs of doubles, with that asked.
+/// Judge a case: none where the judge does not understand its document.
 #[must_use]
 pub fn judge(case: &Value) -> Option<Verdict> {
     let problem = Problem::read(case)?;
@@ -93,28 +93,24 @@ pub fn judge(case: &Value) -> Option<Verdict> {
 /// Judge what was reported of a problem.
 #[must_use]
 pub fn judge_report(problem: &Problem, report: &Report) -> Verdict {
-    let verdict = Judge::<f64>::new(problem, report, false).follow();
-    if verdict.findings.is_empty() {
-        return verdict;
-    }
-    Judge::<Pair>::new(problem, report, true).follow()
+    Judge::new(problem, report).follow()
 }
 
-struct Judge<'a, R> {
+#[derive(Clone)]
+struct Judge<'a> {
+    /// Whether it is asked how rounding grows over a phase.
     thorough: bool,
     problem: &'a Problem,
     report: &'a Report,
     modes: Vec<Mode>,
     memories: Vec<Memory>,
     verdict: Verdict,
-    asked: Vec<(f64, Sample, Vec<f64>)>,
     /// The largest position and speed so far.
     size: [f64; 2],
     /// What rounding of w did to its rate at the last event: along a steep piece that shifts the event in time.
     entry: Vec<f64>,
     /// Events in a row between which hardly any time passed.
     at_once: f64,
-    number: std::marker::PhantomData<R>,
 }
 
 /// The value of a guard, which must not fall below zero, and what rounding may do to it.
@@ -126,10 +122,10 @@ struct Guard {
     slack: f64,
 }
 
-impl<'a, R: Real> Judge<'a, R> {
-    fn new(problem: &'a Problem, report: &'a Report, thorough: bool) -> Self {
+impl<'a> Judge<'a> {
+    fn new(problem: &'a Problem, report: &'a Report) -> Self {
         Self {
-            thorough,
+            thorough: false,
             problem,
             report,
             modes: Vec::new(),
@@ -138,11 +134,9 @@ impl<'a, R: Real> Judge<'a, R> {
                 stop: report.stop.to_owned(),
                 ..Verdict::default()
             },
-            asked: Vec::new(),
             size: [0.0; 2],
             at_once: 0.0,
             entry: vec![0.0; problem.contacts.len()],
-            number: std::marker::PhantomData,
         }
     }
 
@@ -185,7 +179,10 @@ impl<'a, R: Real> Judge<'a, R> {
         }
         self.reach();
         self.measure(first);
-        self.begin(first);
+        self.escalate(
+            |judge| judge.begin::<f64>(first),
+            |judge| judge.begin::<Pair>(first),
+        );
         for index in 0..marks.len() {
             let after = marks.get(index + 1);
             if after.is_none() && self.report.stop != "t_end" {
@@ -201,11 +198,16 @@ impl<'a, R: Real> Judge<'a, R> {
                 break;
             }
             self.measure(&marks[(index + 1).min(marks.len() - 1)]);
-            if self.phase(&marks[index], after).is_none() {
+            let mark = &marks[index];
+            let followed = self.escalate(
+                |judge| judge.phase::<f64>(mark, after),
+                |judge| judge.phase::<Pair>(mark, after),
+            );
+            if followed.is_none() {
                 self.verdict.left += 1;
-                // What was left cannot say in which mode it ended: the reported one is taken.
+                // What was left does not say how it ended: the state that was reported does.
                 if let Some(after) = after {
-                    self.take_over(after);
+                    self.take_over(mark, after);
                 }
                 continue;
             }
@@ -214,10 +216,23 @@ impl<'a, R: Real> Judge<'a, R> {
                 self.verdict.events += after.events.len() as u64;
             }
         }
-        if self.verdict.findings.is_empty() {
-            self.compare_dense();
-        }
         self.verdict
+    }
+
+    /// In doubles without asking how rounding grows; what fails there anew with that asked; what still fails in pairs of doubles.
+    fn escalate<T>(&mut self, plain: impl Fn(&mut Self) -> T, pairs: impl Fn(&mut Self) -> T) -> T {
+        let before = self.clone();
+        let steps: [(bool, &dyn Fn(&mut Self) -> T); 2] = [(false, &plain), (true, &plain)];
+        for (thorough, step) in steps {
+            self.thorough = thorough;
+            let result = step(self);
+            if self.verdict.findings.is_empty() {
+                return result;
+            }
+            self.clone_from(&before);
+        }
+        self.thorough = true;
+        pairs(self)
     }
 
     /// The largest speed that the forces of the document can give in the run, and how far it leads.
@@ -265,11 +280,21 @@ impl<'a, R: Real> Judge<'a, R> {
     }
 
     /// Reaction, its rate, and their slack if contact c were held at this state.
-    fn held(&self, c: usize, mark: &Mark) -> Option<Sample> {
+    fn held<R: Real>(&self, c: usize, mark: &Mark) -> Option<Sample> {
         let mut rubs: Vec<Rub> = self.modes.iter().map(|mode| mode.rub()).collect();
         rubs[c] = Rub::Held;
         let model = Model::<R>::new(self.problem, &rubs, mark.time, &mark.state, self.floor())?;
         Some(model.at_start())
+    }
+
+    /// What adhesion would bear were contact c, of one mass, to stick this moment: the force rate is that of ẋ = s.
+    fn top<R: Real>(&self, c: usize, mark: &Mark) -> f64 {
+        let mut stuck = mark.clone();
+        stuck.state[1] = self.problem.contacts[c].drive.value(mark.time);
+        let rate = self
+            .held::<R>(c, &stuck)
+            .map_or(f64::NAN, |held| held.force[c][1]);
+        self.problem.contacts[c].law.adhesion.force(0.0, rate.abs())
     }
 
     /// Slip from zero speed in a direction, adhesion having broken at a force.
@@ -283,7 +308,7 @@ impl<'a, R: Real> Judge<'a, R> {
     }
 
     /// Modes at the start.
-    fn begin(&mut self, mark: &Mark) {
+    fn begin<R: Real>(&mut self, mark: &Mark) {
         // Each is asked of the others: first as reported, then one by one.
         for (c, &reported) in mark.directions.iter().enumerate() {
             let mode = if reported == 0.0 {
@@ -295,15 +320,17 @@ impl<'a, R: Real> Judge<'a, R> {
             self.modes.push(mode);
         }
         for (c, &reported) in mark.directions.iter().enumerate() {
-            self.enter(c, reported, mark, true);
+            self.enter::<R>(c, reported, mark, true);
         }
     }
 
     /// The mode a contact begins in, at any slip speed.
-    fn enter(&mut self, c: usize, reported: f64, mark: &Mark, starting: bool) {
+    fn enter<R: Real>(&mut self, c: usize, reported: f64, mark: &Mark, starting: bool) {
         let contact = &self.problem.contacts[c];
         let one = self.problem.n == 1;
-        let Some(held) = self.held(c, mark) else { return };
+        let Some(held) = self.held::<R>(c, mark) else {
+            return;
+        };
         let [w, _, w_slack, _] = held.w[c];
         let [force, rate, slack, rate_slack] = held.force[c];
         let limit = contact.law.adhesion.force(0.0, rate.abs());
@@ -348,11 +375,7 @@ impl<'a, R: Real> Judge<'a, R> {
             };
             return;
         }
-        let direction = w.signum();
-        if w.is_subnormal() {
-            self.modes[c] = self.leave(c, reported, limit);
-            return;
-        }
+        let direction = if w.is_subnormal() { reported } else { w.signum() };
         self.find(
             "direction at the start",
             mark.time[0],
@@ -366,8 +389,8 @@ impl<'a, R: Real> Judge<'a, R> {
                 Mode::Line(direction, piece_at(lines, u, balance >= line.force(u)))
             }
             Kinetic::Paper(paper) => {
-                let line = paper.begin(u, balance, limit, &mut self.memories[c]);
-                Mode::Line(direction, line)
+                let top = self.top::<R>(c, mark);
+                Mode::Line(direction, paper.begin(u, balance, top, &mut self.memories[c]))
             }
             Kinetic::Branches([falling, rising]) => {
                 let (down, up) = (piece_at(falling, u, false), piece_at(rising, u, true));
@@ -475,7 +498,7 @@ impl<'a, R: Real> Judge<'a, R> {
     }
 
     /// Follow the motion from one mark to the next; none where it is not judged.
-    fn phase(&mut self, mark: &Mark, after: Option<&Mark>) -> Option<()> {
+    fn phase<R: Real>(&mut self, mark: &Mark, after: Option<&Mark>) -> Option<()> {
         let until = after.map_or([self.report.t_last, 0.0], |after| after.time);
         let (mut time, mut state) = (mark.time, mark.state.clone());
         let mut slack = vec![0.0; state.len()];
@@ -531,8 +554,7 @@ impl<'a, R: Real> Judge<'a, R> {
             for share in [0.137, 0.618] {
                 let tau = share * length.value();
                 if let Some(inside) = phase.at(tau) {
-                    self.asked
-                        .push((time[0] + tau + time[1], inside, phase.slack[1].clone()));
+                    self.compare_dense(time[0] + tau + time[1], &inside, &phase.slack[1]);
                 }
             }
             state.clone_from(&sample.state);
@@ -581,12 +603,12 @@ impl<'a, R: Real> Judge<'a, R> {
                 slack[i] + more,
             );
         }
-        self.occur(after, &sample, order, &slack);
+        self.occur::<R>(after, &sample, order);
         Some(())
     }
 
     /// No guard falls below zero between two events.
-    fn watch(&mut self, from: [f64; 2], phase: &Phase<R>) -> Option<()> {
+    fn watch<R: Real>(&mut self, from: [f64; 2], phase: &Phase<R>) -> Option<()> {
         let count = phase.samples();
         let mut rows: Vec<Vec<Guard>> = Vec::with_capacity(count);
         for index in 0..count {
@@ -632,7 +654,7 @@ impl<'a, R: Real> Judge<'a, R> {
     }
 
     /// The lowest value of a guard between two times, by golden section.
-    fn lowest(
+    fn lowest<R: Real>(
         &self,
         from: [f64; 2],
         phase: &Phase<R>,
@@ -667,7 +689,7 @@ impl<'a, R: Real> Judge<'a, R> {
     }
 
     /// Each event is one, and leads where it should.
-    fn occur(&mut self, after: &Mark, sample: &Sample, length: f64, _slack: &[f64]) {
+    fn occur<R: Real>(&mut self, after: &Mark, sample: &Sample, length: f64) {
         let t = after.time[0];
         let blur = ROUNDINGS / 256.0 * length;
         let one = self.problem.n == 1;
@@ -704,9 +726,13 @@ impl<'a, R: Real> Judge<'a, R> {
                     let tolerance = more + self.limit_slack(c, rest, rate, rate_slack);
                     let mut pull = force;
                     if bends {
-                        // Where a drive changes its acceleration the reaction jumps, and may jump over the limit.
-                        let Some(held) = self.held(c, after) else { continue };
+                        // Where a drive changes its acceleration the reaction and its rate jump, and it may jump over the limit.
+                        let Some(held) = self.held::<R>(c, after) else {
+                            continue;
+                        };
                         pull = held.force[c][0];
+                        let adhesion = &self.problem.contacts[c].law.adhesion;
+                        let limit = limit.min(adhesion.force(rest, held.force[c][1].abs()));
                         self.find("release below the limit", t, limit - pull.abs(), tolerance);
                     } else if alone {
                         self.find("release off the limit", t, (force.abs() - limit).abs(), tolerance);
@@ -756,7 +782,7 @@ impl<'a, R: Real> Judge<'a, R> {
                         f64::from(u8::from(alone && stuck != (after.directions[c] == 0.0))),
                         0.0,
                     );
-                    self.enter(c, after.directions[c], after, false);
+                    self.enter::<R>(c, after.directions[c], after, false);
                 }
                 (Kind::Node, Mode::Line(direction, line)) => {
                     let u = direction * w;
@@ -812,8 +838,7 @@ impl<'a, R: Real> Judge<'a, R> {
                     } else if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
                         let rising =
                             line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
-                        let rate = self.held(c, after).map_or(f64::NAN, |held| held.force[c][1]);
-                        let top = self.problem.contacts[c].law.adhesion.force(0.0, rate.abs());
+                        let top = self.top::<R>(c, after);
                         let next = paper.turn(&line, u, rising, top, &self.memories[c]);
                         self.modes[c] = Mode::Line(direction, next);
                     } else if let Kinetic::Branches(branches) = &self.problem.contacts[c].law.kinetic {
@@ -865,44 +890,46 @@ impl<'a, R: Real> Judge<'a, R> {
         }
     }
 
-    fn take_over(&mut self, after: &Mark) {
+    fn take_over(&mut self, mark: &Mark, after: &Mark) {
+        let rubs: Vec<Rub> = self.modes.iter().map(|mode| mode.rub()).collect();
+        let length = after.time[0] - mark.time[0];
+        if let Some(model) = Model::<f64>::new(self.problem, &rubs, after.time, &after.state, self.floor()) {
+            self.occur::<f64>(after, &model.at_start(), length);
+            return;
+        }
         for event in &after.events {
             let c = event.contact;
             let direction = after.directions[c];
             match event.kind {
                 Kind::Capture => self.modes[c] = Mode::Stick(after.time),
                 Kind::Release | Kind::Crossing => self.modes[c] = self.leave(c, direction, event.force.abs()),
-                _ => self.enter(c, direction, after, false),
+                _ => self.enter::<f64>(c, direction, after, false),
             }
         }
     }
 
     /// The orbit between its events is the motion too.
-    fn compare_dense(&mut self) {
-        self.asked.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let times: Vec<f64> = self.asked.iter().map(|asked| asked.0).collect();
-        let states = (self.report.dense)(&times);
+    fn compare_dense(&mut self, t: f64, sample: &Sample, slack: &[f64]) {
         let n = self.problem.n;
-        for ((t, sample, slack), state) in std::mem::take(&mut self.asked).into_iter().zip(states) {
-            for i in 0..2 * n {
-                let rate = if i < n {
-                    sample.state[n + i]
-                } else {
-                    sample.acceleration[i - n]
-                };
-                let tolerance =
-                    slack[i] + ROUNDINGS * sample.state[i].abs() + 4.0 * f64::EPSILON * t * rate.abs();
-                self.find(
-                    format!(
-                        "orbit.at, {} of mass {}",
-                        if i < n { "position" } else { "velocity" },
-                        i % n
-                    ),
-                    t,
-                    (state[i] - sample.state[i]).abs(),
-                    tolerance,
-                );
-            }
+        let states = (self.report.dense)(&[t]);
+        for i in 0..2 * n {
+            let rate = if i < n {
+                sample.state[n + i]
+            } else {
+                sample.acceleration[i - n]
+            };
+            let tolerance =
+                slack[i] + ROUNDINGS * sample.state[i].abs() + 4.0 * f64::EPSILON * t * rate.abs();
+            self.find(
+                format!(
+                    "orbit.at, {} of mass {}",
+                    if i < n { "position" } else { "velocity" },
+                    i % n
+                ),
+                t,
+                (states[0][i] - sample.state[i]).abs(),
+                tolerance,
+            );
         }
     }
 }

@@ -67,7 +67,7 @@ pub fn follow(
 ) -> Result<Followed, Error> {
     let course = Course::new(varied);
     let (width, lanes) = (course.layout.width(), course.layout.lanes());
-    if arcs.len().saturating_mul(width * lanes * size_of::<f64>()) > 4 * MOST_BYTES {
+    if arcs.len().saturating_mul(width * lanes * size_of::<f64>()) > MOST_BYTES.saturating_mul(4) {
         return Err(Error::Document {
             reason: format!(
                 "the derivatives of {} events of this system take more than 4 GiB: follow fewer at a time",

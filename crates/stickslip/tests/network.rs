@@ -463,3 +463,49 @@ fn energy_is_balanced_on_random_systems() {
         );
     }
 }
+
+/// The mass below a shaken drive may move slowly; the drive's own waves limit the steps all the same.
+#[test]
+fn slip_below_a_shaken_drive_ends_at_zero_slip_velocity() {
+    let system = System {
+        mass: vec![vec![2.693569150682007]],
+        stiffness: vec![vec![0.6001409057143521]],
+        damping: vec![vec![0.21673281994658802]],
+        contacts: vec![Contact {
+            mass: 0,
+            other: None,
+            drive_velocity: Drive {
+                velocity: -0.4250620555134085,
+                harmonics: vec![Harmonic {
+                    amplitude: 0.6305315139473872,
+                    frequency: 1.5224143158741168,
+                    phase: 0.8723983737267612,
+                }],
+                nodes: Vec::new(),
+            },
+            law: Coulomb {
+                kinetic: 0.2809751055320562,
+            }
+            .into(),
+        }],
+        forcing: Vec::new(),
+    };
+    let run = Run {
+        x0: Some(vec![-0.2810951550107086]),
+        v0: Some(vec![-0.37381213106393774]),
+        ..Run::driven(4.130483270392579)
+    };
+    let orbit = network::simulate(&system, run).unwrap();
+    let wave = &system.contacts[0].drive_velocity;
+    assert!(orbit.events.len() >= 3);
+    for event in &orbit.events {
+        let phase = wave.harmonics[0].frequency * event.t + wave.harmonics[0].phase;
+        let drive = wave.velocity + wave.harmonics[0].amplitude * phase.cos();
+        assert!(
+            (drive - event.v).abs() < 1e-14,
+            "w = {:e} at {}",
+            drive - event.v,
+            event.t
+        );
+    }
+}

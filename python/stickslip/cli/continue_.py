@@ -72,7 +72,9 @@ def run(options: argparse.Namespace) -> None:
             result = replace(result, branches=(*result.branches, *doubled))
         if other is not None:
             over, ranges = (name, other[0]), (bounds, other[1])
-            followed = [item for item in result.special_points if item.kind in ("hopf", *BY_MULTIPLIERS) or item.border]
+            followed = [
+                item for item in result.special_points if item.kind in ("hopf", *BY_MULTIPLIERS) or item.boundary
+            ]
             loci = [locus(item, over, ranges, progress=told) for item in followed]
     if options.output:
         dataset = result.to_xarray().merge(together(loci)) if loci else result.to_xarray()
@@ -82,7 +84,7 @@ def run(options: argparse.Namespace) -> None:
 
         ax = show.loci_plot(loci) if loci else show.branches_plot(result)
         save_figure(ax.figure, options.plot)
-    points = [{"kind": item.kind, "border": item.border, name: item.parameter} for item in result.special_points]
+    points = [{"kind": item.kind, "boundary": item.boundary, name: item.parameter} for item in result.special_points]
     branches = [
         {"kind": item.kind, "points": len(item.values), "from": item.values[0], "to": item.values[-1]}
         for item in result.branches

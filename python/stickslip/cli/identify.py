@@ -57,10 +57,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--profile", action="store_true", help="intervals of --trajectories from the profile of the likelihood"
     )
     command.add_argument(
-        "--zero-error", type=float, metavar="LENGTH", help="of the displacement gauge, for --trajectories"
+        "--zero-error", type=float, metavar="LENGTH", help="of the displacement instrument, for --trajectories"
     )
     command.add_argument(
-        "--scale-error", type=float, metavar="PART", help="of the displacement gauge, for --trajectories"
+        "--scale-error", type=float, metavar="PART", help="of the displacement instrument, for --trajectories"
     )
     command.add_argument(
         "--steady",
@@ -149,7 +149,7 @@ def _path(files: list[str], given: dict[str, Any]) -> Path:
     """The way for these files and options: tables where there is no motion to fit a law to."""
     if "compare" in given:
         return PATHS["laws"]
-    from stickslip.identification.rate_and_state import LEAST_STEPS
+    from stickslip.identification.kinetic.rate_and_state import LEAST_STEPS
     from stickslip.identification.records import opened
 
     trees = [opened(File(name)) for name in files]
@@ -236,7 +236,7 @@ def _deliver_law(
     json: bool = False,
 ) -> None:
     from stickslip.identification import compare_motion, predict_motion
-    from stickslip.identification.agreement import unknown_constants
+    from stickslip.identification.selection.agreement import unknown_constants
 
     missing = unknown_constants(result.records[0])
     if missing and plot:

@@ -16,6 +16,8 @@ from stickslip.cli import (
     continue_,
     critical,
     demo,
+    example,
+    explore,
     film,
     identify,
     measure,
@@ -33,13 +35,28 @@ TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check")
 """Options that name a file which is written."""
 
 # In the order of the way through the package.
-COMMANDS = (simulate, film, track, measure, identify, run, sweep, basins, continue_, critical, reproduce, demo)
+COMMANDS = (
+    example,
+    simulate,
+    film,
+    track,
+    measure,
+    identify,
+    run,
+    sweep,
+    basins,
+    continue_,
+    critical,
+    reproduce,
+    explore,
+    demo,
+)
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="stickslip",
-        description="From a record of something that rubs to a friction law, and from the law to every motion.",
+        description="From a friction record to a friction law, and from the law to every motion.",
     )
     parser.add_argument("--version", action="store_true", help="print the version and exit")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
@@ -53,7 +70,7 @@ def _check_target(target: str, command: str) -> None:
     if not target:
         raise InputError("-o, --plot and --report need the name of a file, got an empty one")
     folder = Path(target).resolve().parent
-    if command not in ("demo", "reproduce") and not folder.is_dir():
+    if command not in ("demo", "reproduce", "example") and not folder.is_dir():
         raise InputError(f"{target}: the folder {folder} does not exist; make it first")
 
 

@@ -1,4 +1,4 @@
-"""``stickslip reproduce``: every figure and every statement of the paper, from our model."""
+"""``stickslip reproduce``: every figure and every claim of the paper, from our model."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stickslip.cli.terminal import Bar, Commands, say, say_json, say_written
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Declare the options."""
-    command = commands.add_parser("reproduce", help="the paper's figures and statements from our model, scored")
+    command = commands.add_parser("reproduce", help="the paper's figures and claims from our model, scored")
     command.add_argument(
         "-o",
         "--output",
@@ -43,9 +43,9 @@ def run(options: argparse.Namespace) -> None:
     with Bar() as bar:
         page = reproduce(options.output or "paper-report", bar)
     if options.json:
-        say_json(json.loads((page.parent / "statements.json").read_text(encoding="utf-8")))
+        say_json(json.loads((page.parent / "claims.json").read_text(encoding="utf-8")))
         return
-    scores = pd.read_csv(page.parent / "statements.csv", index_col="id")
+    scores = pd.read_csv(page.parent / "claims.csv", index_col="id")
     for name, verdict in scores["verdict"].items():
         say(f"{name!s:30s}{verdict}")
     say(summary(scores))
@@ -63,7 +63,7 @@ def _search(options: argparse.Namespace) -> None:
     if options.json:
         say_json(found.to_dict("records"))
         return
-    numbers = found.drop(columns=["reading", "seed", "index", "worth", "verdicts"])
-    for worth, row in zip(found["worth"].head(5), numbers.to_dict("records"), strict=False):
-        say(f"worth {worth:.2f}: " + ", ".join(f"{name} {value:.5g}" for name, value in row.items()))
+    numbers = found.drop(columns=["reading", "seed", "index", "score", "verdicts"])
+    for score, row in zip(found["score"].head(5), numbers.to_dict("records"), strict=False):
+        say(f"score {score:.2f}: " + ", ".join(f"{name} {value:.5g}" for name, value in row.items()))
     say_written(path)

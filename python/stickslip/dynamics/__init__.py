@@ -8,15 +8,15 @@
 from stickslip.dynamics.attraction import basins
 from stickslip.dynamics.diagrams import orbit_diagram
 from stickslip.dynamics.maps import regime_map
-from stickslip.dynamics.sections import Surface, leave_map, return_map, section
+from stickslip.dynamics.sections import Surface, release_map, return_map, section
 from stickslip.dynamics.steady import sign_changes, steady_motion
 
 __all__ = [
     "Surface",
     "basins",
-    "leave_map",
     "orbit_diagram",
     "regime_map",
+    "release_map",
     "return_map",
     "section",
     "sign_changes",

@@ -1,7 +1,7 @@
 """How often the 95 % intervals hold the truth: a law is identified again and again from synthetic records.
 
 ``python -m stickslip.identification.coverage -n 200 -o FOLDER`` does it for the laws of `CASES` and goes on where it was
-stopped; it prints the table of ``docs/identification.md``.
+stopped; it prints the table of ``docs/evidence/identification.md``.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ import numpy as np
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.fit import Identification, identify
-from stickslip.identification.parameters import value
+from stickslip.identification.law_parameters import value
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.trajectory import fit_trajectories
+from stickslip.identification.result import Identification
+from stickslip.identification.selection.identify import identify
+from stickslip.identification.trajectory.shooting import fit_trajectories
 from stickslip.laws import (
     BogaczRyczek,
     DwellTime,

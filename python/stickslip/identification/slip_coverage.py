@@ -1,7 +1,7 @@
 """How often the 95 % intervals by slips hold the truth: each stick of a record has a break-away of its own.
 
 ``python -m stickslip.identification.slip_coverage -n 40 -o FOLDER`` does it for the laws of `CASES` and goes on where it was
-stopped; it prints the table of ``docs/identification.md``.
+stopped; it prints the table of ``docs/evidence/identification.md``.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ import numpy as np
 import xarray as xr
 
 from stickslip.identification import coverage
-from stickslip.identification.fit import Identification, identify
 from stickslip.identification.records import read_records
+from stickslip.identification.result import Identification
+from stickslip.identification.selection.identify import identify
 from stickslip.identification.synthetic import friction_of_sticks
-from stickslip.identification.trajectory import fit_trajectories
+from stickslip.identification.trajectory.shooting import fit_trajectories
 from stickslip.laws import BogaczRyczek, DwellTime, ExponentialStribeck, Law, StaticFriction, StaticKinetic
 from stickslip.model.system import Oscillator
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.identification.first_passage import own_number
-from stickslip.identification.parameters import value, with_values
+from stickslip.identification.law_parameters import value, with_values
+from stickslip.identification.trajectory.first_passage import own_number
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate
@@ -73,7 +73,7 @@ def friction_of_sticks(
     """A record whose sticks each break away at a force of their own, as those of real surfaces do.
 
     Each stick and the slip that follows are simulated with a law in which the number of static friction (see
-    :func:`stickslip.identification.first_passage.own_number`) is drawn anew, evenly around that of the law.
+    :func:`stickslip.identification.trajectory.first_passage.own_number`) is drawn anew, evenly around that of the law.
 
     Parameters
     ----------

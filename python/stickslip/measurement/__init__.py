@@ -1,7 +1,7 @@
 """From records and their rigs to motion, friction force, slip velocity and the table of break-aways."""
 
 from stickslip.measurement.friction import measure
-from stickslip.measurement.gauges import GAUGES, Bench
+from stickslip.measurement.instruments import INSTRUMENTS, Bench
 from stickslip.measurement.kinematics import motion
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.read import Record, read_columns
@@ -11,7 +11,7 @@ from stickslip.measurement.rig_file import load_rig
 from stickslip.measurement.spectra import spectrum, spectrum_over_time
 
 __all__ = [
-    "GAUGES",
+    "INSTRUMENTS",
     "Bench",
     "Layout",
     "Record",

@@ -35,7 +35,7 @@ class Chain:
 
     Examples
     --------
-    >>> table = {"gauge": "displacement", "column": "x", "unit": "1", "mass": 1, "drive_velocity": 0.2}
+    >>> table = {"instrument": "displacement", "column": "x", "unit": "1", "mass": 1, "drive_velocity": 0.2}
     >>> Chain.from_table(table | {"stiffness": [[2, -1], [-1, 2]]}, "rig").rigs[0].stiffness
     2.0
     """
@@ -56,13 +56,13 @@ class Chain:
         Raises
         ------
         InputError
-            for a matrix that is not square and symmetric or not of the size of the lists, another gauge than
+            for a matrix that is not square and symmetric or not of the size of the lists, another instrument than
             ``"displacement"``, and what a rig of one mass refuses.
         """
-        if table.get("gauge") != "displacement":
+        if table.get("instrument") != "displacement":
             raise InputError(
-                f'{source}: a matrix of stiffness needs gauge = "displacement", the place of every mass, got '
-                f"{table.get('gauge')!r}"
+                f'{source}: a matrix of stiffness needs instrument = "displacement", the place of every mass, got '
+                f"{table.get('instrument')!r}"
             )
         stiffness = _matrix("stiffness", table["stiffness"], source)
         n = len(stiffness)

@@ -14,7 +14,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.measurement.break_away import break_aways
 from stickslip.measurement.chain import Chain, pull_together
-from stickslip.measurement.contradictions import (
+from stickslip.measurement.consistency import (
     check_rise,
     check_sampling,
     few_samples,
@@ -24,7 +24,7 @@ from stickslip.measurement.contradictions import (
     without_mains,
 )
 from stickslip.measurement.force import Friction, fit_pieces, friction_force
-from stickslip.measurement.gauges import GAUGES, Bench
+from stickslip.measurement.instruments import INSTRUMENTS, Bench
 from stickslip.measurement.limits import LimitSearch, refine_sticks
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.noise import impulses, noise_level
@@ -37,13 +37,13 @@ from stickslip.measurement.rig import Rig
 from stickslip.measurement.rig_file import load_rig
 from stickslip.measurement.spectra import Line
 from stickslip.measurement.sticks import (
-    Pilot,
+    Presmoothed,
     Stick,
     creeping_sticks,
     find_flanks,
     is_rigid,
-    make_pilot,
     own_period,
+    presmooth,
     rigid_candidates,
     rigid_slope,
     stick_slope,
@@ -62,13 +62,13 @@ def measure(
 
     For a mass on a spring friction = k x + D x' + m x'' and w = V - x' (the indirect method). The sticks are found first
     and the derivatives are taken from smooth pieces between them, so that nothing is smeared across an event. Other
-    gauges (`stickslip.measurement.GAUGES`) have their own way to friction; which one, the rig's `gauge` says.
+    instruments (`stickslip.measurement.INSTRUMENTS`) have their own way to friction; which one, the rig's `instrument` says.
 
     Parameters
     ----------
     record : path of a MATLAB (v5), CSV/text, JSON, look or netCDF file, or an xarray Dataset, a pandas DataFrame or a
         dict of (n,) arrays that holds the rig's columns. A motion file or Dataset with a dimension `mass` holds several
-        records. For gauges that compare runs, a list of these.
+        records. For instruments that compare runs, a list of these.
     rig : a `Rig`, a `Bench`, the path of a rig TOML, or its table. Where its stiffness is a matrix, the masses pull on
         each other, and the friction on each is taken from the motion of all.
     mass : number (from 0) or label of the mass of a motion file; default: all of them.
@@ -77,12 +77,12 @@ def measure(
     -------
     DataTree. For a motion with several masses, one such tree as a child ``mass_<label>`` each. Else the root has
     `slip_velocity`, `slip_acceleration`, `force`, `force_error`, `stuck`, `displacement`, `velocity` over `time` (those
-    that the gauge can give), and with the indirect method `recorded`, the displacement before any smoothing, NaN where a
+    that the instrument can give), and with the indirect method `recorded`, the displacement before any smoothing, NaN where a
     sample was left out. Child ``break_away``: `t`, `stick_time`, `force_rate`, `force`, `drop` and their ``_error``
-    over `event`; other gauges add ``steady``, friction over slip velocity. Attributes of the root: `source`, `rig`
+    over `event`; other instruments add ``steady``, friction over slip velocity. Attributes of the root: `source`, `rig`
     (TOML), `command`, `version`, `notes` (what was assumed, corrected or found inconsistent, one sentence each), `regime`,
     `main_line` and `main_line_error` (Hz), `slow_share` (of the time with |w| < 0.2 V) and `stuck_share`, and the constants
-    that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; for other gauges the names in
+    that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; for other instruments the names in
     `facts`.
 
     Raises
@@ -102,23 +102,23 @@ def measure(
     >>> from stickslip.measurement import Rig, measure
     >>> t = np.linspace(0, 40, 1001)
     >>> x = 0.7 * np.sin(t)
-    >>> rig = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=1.0)
+    >>> rig = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=1.0)
     >>> friction = measure({"t": t, "x": x + 1e-3 * np.random.default_rng(0).standard_normal(1001)}, rig)
     >>> friction.attrs["regime"], bool(np.abs(friction["force"]).max() < 0.05)
     ('almost_harmonic', True)
     """
     rig = load_rig(rig)
     if isinstance(rig, Bench):
-        gauge = GAUGES[rig.gauge]
+        instrument = INSTRUMENTS[rig.instrument]
         records = record if isinstance(record, list | tuple) else [record]
         if not records:
             raise InputError("measure: a record or a list of records was expected, got an empty list")
-        return gauge.measure([gauge.read(one, rig) for one in records], rig)
+        return instrument.measure([instrument.read(one, rig) for one in records], rig)
     spring = rig.rigs[0] if isinstance(rig, Chain) else rig
     if isinstance(record, list | tuple):
         if len(record) != 1:
             raise InputError(
-                f"measure: a {spring.gauge} rig measures one record at a time, got {len(record)}; measure them one by one"
+                f"measure: a {spring.instrument} rig measures one record at a time, got {len(record)}; measure each by itself"
             )
         record = record[0]
     record = opened(record)
@@ -178,7 +178,7 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     notes = list(record.notes)
     signal = (without_mains(record, rig, notes) - rig.rest) * rig.force_unit
     o = Oscillator(rig.inertia, rig.damping, rig.stiffness, rig.drive_velocity)
-    spring = rig.gauge == "spring_force"
+    spring = rig.instrument == "spring_force"
     x = signal / o.stiffness if spring else signal
     time = record.time
     if float(np.ptp(x)) < 1e-100:
@@ -195,13 +195,13 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
             f"{np.count_nonzero(spikes)} isolated impulses ({100 * spikes.mean():.1f} % of the samples) were left out"
         )
 
-    pilot = make_pilot(time, x, weight, o, noise)
-    flanks = find_flanks(pilot, 0.0)  # every fall that stands clear of the noise
+    presmoothed = presmooth(time, x, weight, o, noise)
+    flanks = find_flanks(presmoothed, 0.0)  # every fall that stands clear of the noise
 
-    check_rise(record, rig, pilot, flanks)
+    check_rise(record, rig, presmoothed, flanks)
 
     # the spring and the drive as the sticks show them
-    trial = rigid_candidates(pilot, flanks, o.drive_velocity, 1 / own_period(o))
+    trial = rigid_candidates(presmoothed, flanks, o.drive_velocity, 1 / own_period(o))
     slope = rigid_slope(time, x, weight, trial, noise) if trial else None
     rigid = slope is not None and is_rigid(time, x, weight, trial, slope.value, noise)
     # A mass that does not go with the drive where it seems to rest does not rest.
@@ -210,14 +210,14 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         rigid = True  # nothing sticks, so nothing creeps
     smaller: list[str] = []
     if not rigid:
-        flanks = find_flanks(pilot, rig.least_drop)
+        flanks = find_flanks(presmoothed, rig.least_drop)
         if flanks.smaller:
             smaller.append(
                 f"{flanks.smaller} falls of the spring smaller than {rig.least_drop:g} of the median fall were taken "
                 "as creep inside a stick, not as slips (rig: least_drop)"
             )
-        slope = stick_slope(time, x, weight, flanks, pilot, o.drive_velocity)
-    stated = Draft(time, x, weight, o, noise, pilot, flanks, rigid)
+        slope = stick_slope(time, x, weight, flanks, presmoothed, o.drive_velocity)
+    stated = Draft(time, x, weight, o, noise, presmoothed, flanks, rigid)
     draft, why = (stated, []) if slope is None else recalibrated(stated, slope, trial, rig)
     friction, sticks, slow, word = _fitted(draft)
     if word != "stick_slip" and (sticks or draft is not stated):
@@ -233,11 +233,11 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
             "while stuck the mass creeps by more than the noise: sticks are bounded where w passes half of V, and "
             "w is measured, not set to zero, inside them"
         )
-    notes += [*overtaking(friction, pilot.rate_error), *unlike_stated_noise(friction, record, rig)]
+    notes += [*overtaking(friction, presmoothed.rate_error), *unlike_stated_noise(friction, record, rig)]
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)
     if word == "unknown":
-        notes.append(undecided(slow, pilot.rate_error / o.drive_velocity))
+        notes.append(undecided(slow, presmoothed.rate_error / o.drive_velocity))
     line = draft.line(friction.slip_acceleration)
     if alone:  # the pull of other masses has its own lines
         notes += inertia(friction, rig, slow, line)
@@ -246,32 +246,32 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
 
 def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick], float, str]:
     """Friction of a draft, its sticks (none where it is not `sticking`), the share of slow time and the kind of motion."""
-    o, pilot, flanks = draft.oscillator, draft.pilot, draft.flanks
+    o, presmoothed, flanks = draft.oscillator, draft.presmoothed, draft.flanks
     if sticking and draft.rigid:
         sticks, fit = _rigid_fit(draft)
     else:
-        sticks = creeping_sticks(pilot, flanks, o.drive_velocity) if sticking else []
-        fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(pilot, o))
+        sticks = creeping_sticks(presmoothed, flanks, o.drive_velocity) if sticking else []
+        fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o))
     friction = friction_force(fit, sticks)
     lasting = [stick.end - stick.start for stick in sticks]
     slow = slow_share(friction.slip_velocity, o.drive_velocity, draft.noise, draft.step, lasting)
-    seen = pilot.rate_error / o.drive_velocity
+    seen = presmoothed.rate_error / o.drive_velocity
     word = regime(friction.slip_velocity, o.drive_velocity, *slow, seen, draft.rigid, len(sticks), len(flanks.limits))
     return friction, sticks, slow[0], word
 
 
-def _knots(pilot: Pilot, oscillator: Oscillator) -> float:
-    step = float((pilot.time[-1] - pilot.time[0]) / (len(pilot.time) - 1))
-    return max(min(own_period(oscillator) / 25, 0.2 / pilot.cutoff), 2 * step)
+def _knots(presmoothed: Presmoothed, oscillator: Oscillator) -> float:
+    step = float((presmoothed.time[-1] - presmoothed.time[0]) / (len(presmoothed.time) - 1))
+    return max(min(own_period(oscillator) / 25, 0.2 / presmoothed.cutoff), 2 * step)
 
 
 def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any]:
     """Alternate between the limits of the sticks and the cut-off of the slips."""
-    time, x, weight, pilot, o = draft.time, draft.extension, draft.weight, draft.pilot, draft.oscillator
-    knots = _knots(pilot, o)
-    sticks = rigid_candidates(pilot, draft.flanks, o.drive_velocity, 1 / own_period(o))
+    time, x, weight, presmoothed, o = draft.time, draft.extension, draft.weight, draft.presmoothed, draft.oscillator
+    knots = _knots(presmoothed, o)
+    sticks = rigid_candidates(presmoothed, draft.flanks, o.drive_velocity, 1 / own_period(o))
     path = o.drive_velocity * (time - time[0]) - x
-    cutoff = pilot.cutoff
+    cutoff = presmoothed.cutoff
     step = float(time[1] - time[0])
     soft: bool | None = None
     for span in (max(8 * step, 0.06 * own_period(o)), 3 * step):
@@ -298,7 +298,7 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
     data["displacement"] = ("time", f.extension, {"units": length, "long_name": "extension of the spring"})
     data["velocity"] = ("time", f.velocity, {"units": speed})
     recorded = np.where(f.fit.weight > 0, o.drive_velocity * (f.time - f.time[0]) - f.fit.path, math.nan)
-    data["recorded"] = ("time", recorded, {"units": length, "long_name": "extension with the gauge's own noise"})
+    data["recorded"] = ("time", recorded, {"units": length, "long_name": "extension with the instrument's own noise"})
     events = break_aways(f, found.sticks)
     if not si:
         for name in events:

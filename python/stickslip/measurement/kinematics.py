@@ -14,7 +14,7 @@ from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean
 from stickslip.measurement.chain import Chain
 from stickslip.measurement.friction import measure_record
-from stickslip.measurement.gauges import Bench
+from stickslip.measurement.instruments import Bench
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import as_record
 from stickslip.measurement.result import release
@@ -52,7 +52,7 @@ def motion(
 
     Parameters
     ----------
-    record, rig, mass : as for :func:`stickslip.measure`; a rig of a spring gauge.
+    record, rig, mass : as for :func:`stickslip.measure`; a rig of a spring instrument.
     method : one of the four.
     cutoff : Hz, half-amplitude frequency of the smoother; default: the likeliest (for Savitzky-Golay: the one of the
         spline). The pieces choose their own.
@@ -76,7 +76,7 @@ def motion(
     --------
     >>> from stickslip.measurement import Rig, motion
     >>> t = np.linspace(0, 40, 1001)
-    >>> rig = Rig(gauge="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=1.0)
+    >>> rig = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=1.0)
     >>> x = 0.7 * np.sin(t) + 1e-3 * np.random.default_rng(0).standard_normal(1001)
     >>> moved = motion({"t": t, "x": x}, rig)
     >>> bool(np.abs(moved["a"] + 0.7 * np.sin(t)).max() < 0.05)
@@ -88,7 +88,9 @@ def motion(
         )
     spring = load_rig(rig)
     if isinstance(spring, Bench):
-        raise InputError(f"motion: a rig with a spring was expected, got the gauge {spring.gauge!r}; see ss.measure")
+        raise InputError(
+            f"motion: a rig with a spring was expected, got the instrument {spring.instrument!r}; see ss.measure"
+        )
     record = opened(record)
     masses = masses_of(record, mass)
     if isinstance(spring, Chain):
@@ -138,7 +140,7 @@ def _move(source: Any, rig: Rig, method: str, cutoff: float | None) -> _Moved:
         )
         return _Moved(record.time, smooth, friction.stuck, tuple(notes), record.source)
     x = (record.signal - rig.rest) * rig.force_unit
-    if rig.gauge == "spring_force":
+    if rig.instrument == "spring_force":
         x = x / rig.stiffness
     if method == "savitzky_golay":
         if cutoff is None:

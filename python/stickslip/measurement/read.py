@@ -40,12 +40,12 @@ FORMAT_OF_ENDING = {".mat": "matlab", ".json": "json", ".nc": "netcdf"}
 
 @dataclass(frozen=True)
 class Record:
-    """One gauge over time.
+    """One instrument over time.
 
     Attributes
     ----------
     time : (n,) seconds, increasing; about evenly spaced.
-    signal : (n,) the gauge in its own unit.
+    signal : (n,) the instrument in its own unit.
     source : where it came from, for messages and provenance.
     notes : what was found worth telling while reading.
     weight : (n,) 0 for a sample that is missing (its signal is a line between its neighbours) and 1 for all others; None
@@ -112,7 +112,7 @@ def open_motion(path: str | Path) -> Any:
 
 
 def as_record(source: Any, rig: Rig) -> Record:
-    """The rig's gauge out of a file or of arrays in memory, checked.
+    """The rig's instrument out of a file or of arrays in memory, checked.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def _columns_of(source: Any) -> dict[str, Array]:
         try:
             array = np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError):
-            continue  # labels and dates are no gauges
+            continue  # labels and dates are no instruments
         if array.ndim <= 1 or max(array.shape) == array.size:
             columns[name] = array.ravel()
     return columns
@@ -244,8 +244,8 @@ def check_finite(values: Array, column: str, table: Table, missing: str) -> None
     huge = np.flatnonzero((np.abs(values) > FARTHEST) & np.isfinite(values))
     if len(huge):
         raise InputError(
-            f"{table.source}: row {table.row(huge[0])}, column {column!r} is {values[huge[0]]:.3g}, which no gauge reads; "
-            "correct it"
+            f"{table.source}: row {table.row(huge[0])}, column {column!r} is {values[huge[0]]:.3g}, "
+            "which no instrument reads; correct it"
         )
 
 

@@ -8,19 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.measurement.contradictions import MOSTLY_SLOW
+from stickslip.measurement.consistency import MOSTLY_SLOW
 from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rig import Rig
 from stickslip.measurement.spectra import Line, main_line
-from stickslip.measurement.sticks import Flanks, Pilot, Stick, StickSlope, creeping_sticks
+from stickslip.measurement.sticks import Flanks, Presmoothed, Stick, StickSlope, creeping_sticks
 
 Array = npt.NDArray[np.float64]
 
 DRIVE_MISTAKEN = 0.1
 """A drive velocity is known better than this."""
 SPRING_MISTAKEN = 0.2
-"""So far the stiffness of a spring, or the scale of its gauge, may be off."""
+"""So far the stiffness of a spring, or the scale of its instrument, may be off."""
 LINE_MISTAKEN = 0.05
 """So far the resonance may lie from sqrt(k/m)/2pi and still speak for this stiffness."""
 
@@ -34,7 +34,7 @@ class Draft:
     time, extension, weight : (n,).
     oscillator : m, D, k, V.
     noise : standard deviation of the samples of x.
-    pilot, flanks : a first smooth reading, and the stretches on which the spring is wound up.
+    presmoothed, flanks : a first smooth reading, and the stretches on which the spring is wound up.
     rigid : whether the mass rests while it sticks, to within the noise.
     """
 
@@ -43,7 +43,7 @@ class Draft:
     weight: Array
     oscillator: Oscillator
     noise: float
-    pilot: Pilot
+    presmoothed: Presmoothed
     flanks: Flanks
     rigid: bool
 
@@ -59,17 +59,17 @@ class Draft:
 
     def with_stiffness(self, ratio: float) -> Draft:
         """The same spring forces by another stiffness."""
-        pilot = self.pilot
+        presmoothed = self.presmoothed
         return replace(
             self,
             oscillator=replace(self.oscillator, stiffness=self.oscillator.stiffness * ratio),
             extension=self.extension / ratio,
             noise=self.noise / ratio,
-            pilot=replace(
-                pilot,
-                extension=pilot.extension / ratio,
-                rate=pilot.rate / ratio,
-                rate_error=pilot.rate_error / ratio,
+            presmoothed=replace(
+                presmoothed,
+                extension=presmoothed.extension / ratio,
+                rate=presmoothed.rate / ratio,
+                rate_error=presmoothed.rate_error / ratio,
                 noise=self.noise / ratio,
             ),
         )
@@ -90,7 +90,7 @@ def recalibrated(draft: Draft, slope: StickSlope, candidates: list[Stick], rig: 
     candidates : the sticks that it was taken from, where the mass does not creep.
     rig : of the record.
     """
-    o, spring = draft.oscillator, rig.gauge == "spring_force"
+    o, spring = draft.oscillator, rig.instrument == "spring_force"
     ratio, error = slope.value / o.drive_velocity, slope.error / o.drive_velocity
     if abs(ratio - 1) <= max(4 * error, 0.003):
         return draft, []
@@ -112,7 +112,7 @@ def recalibrated(draft: Draft, slope: StickSlope, candidates: list[Stick], rig: 
             f"as so large a mistake (over {100 * most:.0f} %) is not believed: correct {kept}, drive_velocity or unit"
         )
     elif spring and slow < MOSTLY_SLOW:
-        line = draft.line(np.gradient(draft.pilot.rate, draft.time))
+        line = draft.line(np.gradient(draft.presmoothed.rate, draft.time))
         likely = math.sqrt(ratio * o.stiffness / o.mass) / (2 * math.pi)
         if abs(line.frequency / likely - 1) > max(LINE_MISTAKEN, 3 * line.error / likely):
             refused = (
@@ -133,14 +133,14 @@ def recalibrated(draft: Draft, slope: StickSlope, candidates: list[Stick], rig: 
 
 def most_mistaken(rig: Rig) -> float:
     """Part by which sticks may at most correct the rig."""
-    return SPRING_MISTAKEN if rig.gauge == "spring_force" else DRIVE_MISTAKEN
+    return SPRING_MISTAKEN if rig.instrument == "spring_force" else DRIVE_MISTAKEN
 
 
 def _slow_if_stuck(draft: Draft, speed: float, candidates: list[Stick]) -> float | None:
     """Share of the time in which the mass is slow if a stick has this slope; None where that is no stick-slip."""
-    sticks = candidates if draft.rigid else creeping_sticks(draft.pilot, draft.flanks, speed)
+    sticks = candidates if draft.rigid else creeping_sticks(draft.presmoothed, draft.flanks, speed)
     lasting = [stick.end - stick.start for stick in sticks]
-    w = speed - draft.pilot.rate
+    w = speed - draft.presmoothed.rate
     slow = slow_share(w, speed, draft.noise, draft.step, lasting)
     word = regime(w, speed, *slow, 0.0, draft.rigid, len(sticks), len(draft.flanks.limits))
     return slow[0] if word == "stick_slip" else None

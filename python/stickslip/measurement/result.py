@@ -62,7 +62,7 @@ def friction_tree(
 
     Parameters
     ----------
-    series : name -> ((n,) values, unit), with `time` among them, or empty where the gauge gives tables only.
+    series : name -> ((n,) values, unit), with `time` among them, or empty where the instrument gives tables only.
     tables : name of the child -> its table; ``break_away`` is added without rows where it is missing.
     source, rig, notes : provenance: file, rig as TOML, sentences.
     facts : numbers and words of the whole record; they become attributes and are what a summary prints.

@@ -1,4 +1,4 @@
-"""What a record was taken with: the gauge, the spring, the mass and the drive."""
+"""What a record was taken with: the instrument, the spring, the mass and the drive."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stickslip.measurement.units import UNITS as SIZES
 if TYPE_CHECKING:
     from stickslip.model.system import Oscillator
 
-GAUGES = ("spring_force", "displacement")
+INSTRUMENTS = ("spring_force", "displacement")
 UNITS = {"spring_force": ("N", "mg", "1"), "displacement": ("m", "1")}
 """The usual units of each; any other unit of force or length will do too."""
 QUANTITIES = {
@@ -42,7 +42,7 @@ class Rig:
 
     Parameters
     ----------
-    gauge : ``"spring_force"`` (the record is the force k x of the spring) or ``"displacement"`` (it is x itself).
+    instrument : ``"spring_force"`` (the record is the force k x of the spring) or ``"displacement"`` (it is x itself).
     column : name of the recorded variable, or its number from 1.
     unit : of force (``"N"``, ``"kip"``, ..., or ``"mg"``, force over weight) for a spring force, of length (``"m"``,
         ``"mm"``, ...) for a displacement, ``"1"`` for either when the whole rig is dimensionless.
@@ -73,14 +73,14 @@ class Rig:
 
     Examples
     --------
-    >>> rig = Rig(gauge="spring_force", column="Fnorm", unit="mg", stiffness=168.0, mass=0.0307, drive_velocity=42e-6)
+    >>> rig = Rig(instrument="spring_force", column="Fnorm", unit="mg", stiffness=168.0, mass=0.0307, drive_velocity=42e-6)
     >>> round(rig.force_unit, 4)
     0.3012
     >>> Rig.from_toml(rig.to_toml()) == rig
     True
     """
 
-    gauge: str
+    instrument: str
     column: str | int
     stiffness: float
     mass: float
@@ -100,19 +100,19 @@ class Rig:
     read: Layout = field(default_factory=Layout)
 
     def __post_init__(self) -> None:
-        if self.gauge not in GAUGES:
+        if self.instrument not in INSTRUMENTS:
             raise InputError(
-                f"rig: gauge must be one of {', '.join(GAUGES)}, got {self.gauge!r}"
-                f"{did_you_mean(str(self.gauge), GAUGES)}"
+                f"rig: instrument must be one of {', '.join(INSTRUMENTS)}, got {self.instrument!r}"
+                f"{did_you_mean(str(self.instrument), INSTRUMENTS)}"
             )
         if not isinstance(self.unit, str):
             raise InputError(f"rig: unit must be a text, got {self.unit!r}")
         if self.unit == "":
-            object.__setattr__(self, "unit", UNITS[self.gauge][0])
-        if self.unit not in UNITS[self.gauge] and self.unit not in SIZES[DIMENSIONS[self.gauge]]:
-            known = list(dict.fromkeys([*UNITS[self.gauge], *SIZES[DIMENSIONS[self.gauge]]]))
+            object.__setattr__(self, "unit", UNITS[self.instrument][0])
+        if self.unit not in UNITS[self.instrument] and self.unit not in SIZES[DIMENSIONS[self.instrument]]:
+            known = list(dict.fromkeys([*UNITS[self.instrument], *SIZES[DIMENSIONS[self.instrument]]]))
             raise InputError(
-                f"rig: unit of a {self.gauge} record must be one of {', '.join(known)}, got {self.unit!r}"
+                f"rig: unit of a {self.instrument} record must be one of {', '.join(known)}, got {self.unit!r}"
                 f"{did_you_mean(str(self.unit), known)}"
             )
         find_unit(self.time_unit, ("time",), "rig: time_unit")
@@ -152,7 +152,7 @@ class Rig:
         """SI units (N or m) per unit of the record."""
         if self.unit == "mg":
             return self.mass * self.gravity
-        return 1.0 if self.unit == "1" else SIZES[DIMENSIONS[self.gauge]][self.unit]
+        return 1.0 if self.unit == "1" else SIZES[DIMENSIONS[self.instrument]][self.unit]
 
     @property
     def natural_frequency(self) -> float:
@@ -168,7 +168,7 @@ class Rig:
         0.3
         """
         return cls(
-            gauge="displacement",
+            instrument="displacement",
             column="x",
             unit="1",
             time_column=time_column,
@@ -193,7 +193,7 @@ class Rig:
                 raise InputError(
                     f"{source}: unknown key {key!r}{did_you_mean(key, known)}; a rig has the keys {', '.join(known)}"
                 )
-        for key in ("gauge", "column", "stiffness", "mass", "drive_velocity"):
+        for key in ("instrument", "column", "stiffness", "mass", "drive_velocity"):
             if key not in table:
                 raise InputError(f"{source}: {key} is missing; add a line `{key} = ...`")
         if "time_column" not in table and "sampling_rate" in table:

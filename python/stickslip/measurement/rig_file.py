@@ -1,4 +1,4 @@
-"""A rig file of any gauge."""
+"""A rig file of any instrument."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean, read_toml
 from stickslip.measurement.chain import Chain
-from stickslip.measurement.gauges import GAUGES as OTHERS
-from stickslip.measurement.gauges import Bench
-from stickslip.measurement.rig import GAUGES, Rig
+from stickslip.measurement.instruments import INSTRUMENTS as OTHERS
+from stickslip.measurement.instruments import Bench
+from stickslip.measurement.rig import INSTRUMENTS, Rig
 
 
 def load_rig(rig: Rig | Chain | Bench | str | Path | dict[str, Any]) -> Rig | Chain | Bench:
-    """The rig of a TOML file or of its table: a `Rig` for the spring gauges, a `Bench` for all others.
+    """The rig of a TOML file or of its table: a `Rig` for the spring instruments, a `Bench` for all others.
 
     Where the stiffness is a matrix, masses pull on each other, and the rig is a `Chain`.
 
@@ -25,21 +25,23 @@ def load_rig(rig: Rig | Chain | Bench | str | Path | dict[str, Any]) -> Rig | Ch
 
     Examples
     --------
-    >>> load_rig({"gauge": "force_log", "least_drop": 0.3, "sampling_rate": 4, "columns": {"force": 1}}).gauge
+    >>> load_rig({"instrument": "force_log", "least_drop": 0.3, "sampling_rate": 4, "columns": {"force": 1}}).instrument
     'force_log'
     """
     if isinstance(rig, Rig | Chain | Bench):
         return rig
     where = "rig" if isinstance(rig, dict) else str(rig)
     table = rig if isinstance(rig, dict) else read_toml(rig, "rig file")
-    known = [*GAUGES, *OTHERS]
-    gauge = table.get("gauge")
-    if gauge is None:
-        raise InputError(f'{where}: gauge is missing; add a line `gauge = "..."` with one of {", ".join(known)}')
-    if isinstance(gauge, str) and gauge in OTHERS:
-        return OTHERS[gauge].bench(table, where)
-    if gauge not in GAUGES:
+    known = [*INSTRUMENTS, *OTHERS]
+    instrument = table.get("instrument")
+    if instrument is None:
         raise InputError(
-            f"{where}: gauge must be one of {', '.join(known)}, got {gauge!r}{did_you_mean(str(gauge), known)}"
+            f'{where}: instrument is missing; add a line `instrument = "..."` with one of {", ".join(known)}'
+        )
+    if isinstance(instrument, str) and instrument in OTHERS:
+        return OTHERS[instrument].bench(table, where)
+    if instrument not in INSTRUMENTS:
+        raise InputError(
+            f"{where}: instrument must be one of {', '.join(known)}, got {instrument!r}{did_you_mean(str(instrument), known)}"
         )
     return Chain.from_table(table, where) if Chain.describes(table) else Rig.from_table(table, where)

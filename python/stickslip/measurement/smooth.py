@@ -1,6 +1,6 @@
 """Position, velocity and acceleration from samples, by smoothers that know nothing of events.
 
-They are what a direct gauge needs, and the yardstick for the piecewise fits: across a break-away they smear the jump of
+They are what a direct instrument needs, and the yardstick for the piecewise fits: across a break-away they smear the jump of
 the acceleration over one over their cut-off, which costs the indirect friction force about a tenth of its range there.
 """
 

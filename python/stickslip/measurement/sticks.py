@@ -47,7 +47,7 @@ class Stick:
 
 
 @dataclass(frozen=True)
-class Pilot:
+class Presmoothed:
     """A first smooth reading of the record that knows no events: good to find them, not to measure friction.
 
     Attributes
@@ -68,7 +68,7 @@ class Pilot:
     noise: float
 
 
-def make_pilot(time: Array, extension: Array, weight: Array, oscillator: Oscillator, noise: float) -> Pilot:
+def presmooth(time: Array, extension: Array, weight: Array, oscillator: Oscillator, noise: float) -> Presmoothed:
     """Smooth the whole record as one slip; the cut-off is the likeliest on stretches spread over the record."""
     period = own_period(oscillator)
     step = float((time[-1] - time[0]) / (len(time) - 1))
@@ -98,7 +98,7 @@ def make_pilot(time: Array, extension: Array, weight: Array, oscillator: Oscilla
     fit = whole(slice(None)).solve({"slip": cutoff})
     rate = oscillator.drive_velocity - fit.evaluate(time, 1)
     smooth = oscillator.drive_velocity * (time - time[0]) - fit.evaluate(time, 0)
-    return Pilot(time, smooth, rate, rate_error, cutoff, noise)
+    return Presmoothed(time, smooth, rate, rate_error, cutoff, noise)
 
 
 def own_period(oscillator: Oscillator) -> float:
@@ -162,24 +162,24 @@ class Flanks:
     smaller: int
 
 
-def find_flanks(pilot: Pilot, least_drop: float) -> Flanks:
+def find_flanks(presmoothed: Presmoothed, least_drop: float) -> Flanks:
     """Cut the record at every fall of the spring that counts as a slip.
 
-    Falls must stand eight sigmas of the pilot clear of the noise, and reach `least_drop` times their median.
+    Falls must stand eight sigmas of the presmoothed clear of the noise, and reach `least_drop` times their median.
     """
-    floor = 8 * _wander(pilot)
-    _, drops = _walk(pilot.extension, floor)
+    floor = 8 * _wander(presmoothed)
+    _, drops = _walk(presmoothed.extension, floor)
     if len(drops) == 0:
         return Flanks([], drops, floor, 0)
     least = max(floor, least_drop * float(np.median(drops)))
-    limits, counted = _walk(pilot.extension, least)
+    limits, counted = _walk(presmoothed.extension, least)
     return Flanks(limits, counted, least, int(len(drops) - len(counted)))
 
 
-def _wander(pilot: Pilot) -> float:
-    """Standard error of the pilot's level: white noise averaged over its resolution."""
-    step = float((pilot.time[-1] - pilot.time[0]) / (len(pilot.time) - 1))
-    return pilot.noise * min(math.sqrt(2 * step * pilot.cutoff), 1.0)
+def _wander(presmoothed: Presmoothed) -> float:
+    """Standard error of the level of the presmoothed record: white noise averaged over its resolution."""
+    step = float((presmoothed.time[-1] - presmoothed.time[0]) / (len(presmoothed.time) - 1))
+    return presmoothed.noise * min(math.sqrt(2 * step * presmoothed.cutoff), 1.0)
 
 
 def _walk(values: Array, least: float) -> tuple[list[tuple[int, int]], Array]:
@@ -237,7 +237,7 @@ class StickSlope:
 
 
 def stick_slope(
-    time: Array, extension: Array, weight: Array, flanks: Flanks, pilot: Pilot, drive_velocity: float
+    time: Array, extension: Array, weight: Array, flanks: Flanks, presmoothed: Presmoothed, drive_velocity: float
 ) -> StickSlope | None:
     """The commonest slope on the flanks: a stick repeats its slope, slip does not.
 
@@ -248,7 +248,7 @@ def stick_slope(
         return None
     step = float((time[-1] - time[0]) / (len(time) - 1))
     lengths = np.array([last - first for first, last in flanks.limits])
-    window = int(np.clip(quiet_window(pilot.noise, step, drive_velocity), 6, max(np.median(lengths) / 3, 6)))
+    window = int(np.clip(quiet_window(presmoothed.noise, step, drive_velocity), 6, max(np.median(lengths) / 3, 6)))
     slopes = local_slopes(time, extension, weight, flanks, window)
     if len(slopes) < 12:
         return None
@@ -280,43 +280,47 @@ def _mode(values: Array) -> float:
     return float(grid[np.argmax(density)])
 
 
-def creeping_sticks(pilot: Pilot, flanks: Flanks, drive_velocity: float) -> list[Stick]:
+def creeping_sticks(presmoothed: Presmoothed, flanks: Flanks, drive_velocity: float) -> list[Stick]:
     """Sticks of a mass that creeps: from where the slip velocity has fallen to half of V to where it passes it again.
 
     The level is raised to four sigmas of the velocity where the noise asks for it.
     """
-    slip = drive_velocity - pilot.rate
-    level = max(CREEP_LEVEL * drive_velocity, 4 * pilot.rate_error)
-    slow = max(AT_REST * drive_velocity, 3 * pilot.rate_error)
-    step = pilot.time[1] - pilot.time[0]
-    acceleration = np.gradient(slip, pilot.time)
+    slip = drive_velocity - presmoothed.rate
+    level = max(CREEP_LEVEL * drive_velocity, 4 * presmoothed.rate_error)
+    slow = max(AT_REST * drive_velocity, 3 * presmoothed.rate_error)
+    step = presmoothed.time[1] - presmoothed.time[0]
+    acceleration = np.gradient(slip, presmoothed.time)
     sticks: list[Stick] = []
     for first, last in flanks.limits:
         below = np.flatnonzero(slip[first : last + 1] < level)
         if len(below) < 3 or np.min(slip[first : last + 1]) > slow:
             continue
         a, b = first + int(below[0]), first + int(below[-1])
-        errors = [math.hypot(step / 2, pilot.rate_error / max(abs(float(acceleration[i])), 1e-300)) for i in (a, b)]
-        longest = (pilot.time[b] - pilot.time[a]) / 2
+        errors = [
+            math.hypot(step / 2, presmoothed.rate_error / max(abs(float(acceleration[i])), 1e-300)) for i in (a, b)
+        ]
+        longest = (presmoothed.time[b] - presmoothed.time[a]) / 2
         sticks.append(
             Stick(
-                start=float(pilot.time[a]),
-                end=float(pilot.time[b]),
+                start=float(presmoothed.time[a]),
+                end=float(presmoothed.time[b]),
                 start_error=min(errors[0], longest),
                 end_error=min(errors[1], longest),
                 starts=a > 0,
-                ends=b < len(pilot.time) - 1,
+                ends=b < len(presmoothed.time) - 1,
             )
         )
     return sticks
 
 
-def rigid_candidates(pilot: Pilot, flanks: Flanks, drive_velocity: float, own_frequency: float) -> list[Stick]:
+def rigid_candidates(
+    presmoothed: Presmoothed, flanks: Flanks, drive_velocity: float, own_frequency: float
+) -> list[Stick]:
     """Where a mass that does not creep may stick: the slip velocity vanishes within its error."""
-    slip = drive_velocity - pilot.rate
-    level = max(0.1 * drive_velocity, 4 * pilot.rate_error)
-    step = float(pilot.time[1] - pilot.time[0])
-    # nearer to the ends of the record the pilot bends by itself: such a limit is not seen
+    slip = drive_velocity - presmoothed.rate
+    level = max(0.1 * drive_velocity, 4 * presmoothed.rate_error)
+    step = float(presmoothed.time[1] - presmoothed.time[0])
+    # nearer to the ends of the record the presmoothed bends by itself: such a limit is not seen
     edge = max(round(0.1 / (own_frequency * step)), 3)
     # where friction does not jump at the break-away, w = (omega t)^2 V / 2 passes the level as late as this
     late = math.sqrt(2 * level / drive_velocity) / (2 * math.pi * own_frequency)
@@ -327,7 +331,14 @@ def rigid_candidates(pilot: Pilot, flanks: Flanks, drive_velocity: float, own_fr
             continue
         a, b = first + int(below[0]), first + int(below[-1])
         sticks.append(
-            Stick(float(pilot.time[a]), float(pilot.time[b]), step, late, a >= edge, b < len(pilot.time) - edge)
+            Stick(
+                float(presmoothed.time[a]),
+                float(presmoothed.time[b]),
+                step,
+                late,
+                a >= edge,
+                b < len(presmoothed.time) - edge,
+            )
         )
     return sticks
 

@@ -9,7 +9,7 @@ from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean, number
 
 FARTHEST = 1e100
-"""Larger numbers overflow when they are squared; no gauge gives them in any unit, and no rig has them."""
+"""Larger numbers overflow when they are squared; no instrument gives them in any unit, and no rig has them."""
 
 POUND = 4.4482216152605
 """Pound-force in N (exact)."""

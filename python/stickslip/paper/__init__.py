@@ -1,7 +1,7 @@
 """The system of "Almost periodic vibration excited by dry friction", with our calibration of what it leaves open.
 
 ``paper.oscillator`` makes it, ``paper.figures`` draws the paper's figures from it, ``paper.score`` says which of the
-``paper.statements()`` it shows, ``paper.reproduce`` writes all of that down, ``paper.calibration`` is the search for what the
+``paper.claims()`` it shows, ``paper.reproduce`` writes all of that down, ``paper.calibration`` is the search for what the
 paper leaves open.
 """
 
@@ -17,21 +17,21 @@ from stickslip.model.system import Oscillator
 if TYPE_CHECKING:
     from stickslip.paper import calibration, figures
     from stickslip.paper.reproduction import reproduce
-    from stickslip.paper.scoring import score, statements
+    from stickslip.paper.scoring import claims, score
 
 __all__ = [
     "DAMPING",
     "END_OF_OSCILLATION",
     "END_OF_STICK_SLIP",
     "calibration",
+    "claims",
     "figures",
     "oscillator",
     "reproduce",
     "score",
-    "statements",
 ]
 
-_HOME = {"reproduce": "reproduction", "score": "scoring", "statements": "scoring"}
+_HOME = {"reproduce": "reproduction", "score": "scoring", "claims": "scoring"}
 
 #: Dimensionless damping d: the paper does not state it; this value puts the end of stick-slip at s ≈ 0.25.
 DAMPING = 0.35

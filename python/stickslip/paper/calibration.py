@@ -1,10 +1,10 @@
-"""The search for what the paper leaves open: numbers, under several readings, that make its statements come out.
+"""The search for what the paper leaves open: numbers, under several readings, that make its claims come out.
 
 A *reading* says which numbers are free and what law they make. While nothing sticks, the damping and f_s(0, δ) alone decide
-the motion: a candidate draws these and is judged by the statements on motions without sticks, cheap and rare ones first; one
+the motion: a candidate draws these and is checked by the claims on motions without sticks, cheap and rare ones first; one
 that fails at a stage is not taken to the next. Where all of them come out, the numbers that are felt in sticks alone, the
-growth of f_s with rest and α(f_s), are drawn many times over and judged by the other statements. The search is seeded, writes
-each candidate to a file as it is judged and goes on from that file.
+growth of f_s with rest and α(f_s), are drawn many times over and checked by the other claims. The search is seeded, writes
+each candidate to a file as it is checked and goes on from that file.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from stickslip.files.documents import did_you_mean
 from stickslip.laws import BogaczRyczek, StaticFriction
 from stickslip.model.drive import Harmonic
 from stickslip.model.system import Oscillator
-from stickslip.paper.judges import STATEMENTS
-from stickslip.paper.statement import NOT, PARTLY, REPRODUCED
+from stickslip.paper.checks import CLAIMS
+from stickslip.paper.claim import NOT, PARTLY, REPRODUCED
 from stickslip.paper.study import Make, Study
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ READINGS: dict[str, Reading] = {
     ),
 }
 
-#: Calibrations to lay beside each other: the default; one that meets both statements at s = 0.30 with one forcing amplitude
+#: Calibrations to lay beside each other: the default; one that meets both claims at s = 0.30 with one forcing amplitude
 #: but not the two-periodic one at s = 0.40; one that meets these three, but whose lowest friction grows where s is small; and
 #: what each reading without one of its parts can do.
 CALIBRATIONS: dict[str, Calibration] = {
@@ -178,7 +178,7 @@ def trades(names: Sequence[str] = tuple(CALIBRATIONS), **options: Any) -> pd.Dat
 
     Returns
     -------
-    DataFrame indexed by statement, a column of verdicts for each name.
+    DataFrame indexed by claim, a column of verdicts for each name.
 
     >>> trades(["default", "one f_s(0)"], only=("friction-falls",)).loc["friction-falls"].tolist()
     ['reproduced', 'not reproduced']
@@ -190,7 +190,7 @@ def trades(names: Sequence[str] = tuple(CALIBRATIONS), **options: Any) -> pd.Dat
     return pd.DataFrame({name: score(CALIBRATIONS[name].oscillator, **options)["verdict"] for name in names})
 
 
-#: Statements on motions without sticks, by the stage at which a candidate is asked for them; the next needs all of one.
+#: Claims on motions without sticks, by the stage at which a candidate is asked for them; the next needs all of one.
 SLIPPING: tuple[tuple[str, ...], ...] = (
     ("always-slipping", "amplitude-falls", "friction-falls"),
     ("end-of-oscillation", "stable-slip"),
@@ -200,14 +200,14 @@ SLIPPING: tuple[tuple[str, ...], ...] = (
     ("forced-0.40-non-periodic",),
 )
 
-#: Statements that sticks decide, likewise.
+#: Claims that sticks decide, likewise.
 STICKING: tuple[tuple[str, ...], ...] = (
     ("end-of-stick-slip", "stick-slip-at-small-s"),
     ("passage", "first-break-away"),
     ("turning-slip-velocity-grows", "single-limit-cycle"),
 )
 
-_WORTH = {REPRODUCED: 1.0, PARTLY: 0.5, NOT: 0.0}
+_SCORE = {REPRODUCED: 1.0, PARTLY: 0.5, NOT: 0.0}
 
 #: How often the numbers felt in sticks alone are drawn for one candidate.
 DRAWS = 60
@@ -221,11 +221,11 @@ def search(
     seed: int = 1,
     progress: Callable[[str, int, int], Any] | None = None,
 ) -> pd.DataFrame:
-    """Search the free numbers of a reading for those that make the paper's statements come out.
+    """Search the free numbers of a reading for those that make the paper's claims come out.
 
-    Every third candidate is drawn from the bounds, the others near one of the five best so far. Its worth is the number of
-    statements of :data:`SLIPPING` and :data:`STICKING` reproduced, half for those partly so, and up to a fifth more for a
-    forced statement that holds at several forcing amplitudes.
+    Every third candidate is drawn from the bounds, the others near one of the five best so far. Its score is the number of
+    claims of :data:`SLIPPING` and :data:`STICKING` reproduced, half for those partly so, and up to a fifth more for a
+    forced claim that holds at several forcing amplitudes.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def search(
 
     Returns
     -------
-    DataFrame of all candidates, the best first: ``worth``, the numbers and the verdict by statement.
+    DataFrame of all candidates, the best first: ``score``, the numbers and the verdict by claim.
 
     Raises
     ------
@@ -259,8 +259,8 @@ def search(
         rows.append(row)
         _append(path, row)
         if progress is not None:
-            progress(f"best worth {max(row['worth'] for row in rows):.2f}", index + 1, candidates)
-    return pd.DataFrame(rows).sort_values("worth", ascending=False, kind="stable")
+            progress(f"best score {max(row['score'] for row in rows):.2f}", index + 1, candidates)
+    return pd.DataFrame(rows).sort_values("score", ascending=False, kind="stable")
 
 
 def _resume(path: Path, reading: str, seed: int) -> list[dict[str, Any]]:
@@ -293,26 +293,26 @@ def _append(path: Path, row: dict[str, Any]) -> None:
 
 def _candidate(reading: Reading, rows: list[dict[str, Any]], seed: int, index: int) -> dict[str, Any]:
     random = np.random.default_rng([seed, index])
-    best = sorted(rows, key=lambda row: -row["worth"])[:5]
+    best = sorted(rows, key=lambda row: -row["score"])[:5]
     near = best[int(random.integers(len(best)))] if best and index % 3 else None
     slipping = _drawn(reading.slipping, random, near)
     try:
         found = slipping | _drawn(_STICKING, random)
-        judged = _judge(reading.make(found), SLIPPING)
-        if judged["passed"]:
-            stuck = {"worth": -1.0}
+        checked = _checked(reading.make(found), SLIPPING)
+        if checked["passed"]:
+            stuck = {"score": -1.0}
             for _ in range(DRAWS):
                 trial = slipping | _drawn(_STICKING, random)
-                also = _judge(reading.make(trial), STICKING)
-                if also["worth"] > stuck["worth"]:
+                also = _checked(reading.make(trial), STICKING)
+                if also["score"] > stuck["score"]:
                     found, stuck = trial, also
-            judged = {
-                "worth": judged["worth"] + stuck["worth"],
-                "verdicts": judged["verdicts"] | stuck["verdicts"],
+            checked = {
+                "score": checked["score"] + stuck["score"],
+                "verdicts": checked["verdicts"] | stuck["verdicts"],
             }
     except InputError:
-        return {**slipping, "worth": 0.0, "verdicts": {}}
-    return {**found, "worth": round(judged["worth"], 6), "verdicts": judged["verdicts"]}
+        return {**slipping, "score": 0.0, "verdicts": {}}
+    return {**found, "score": round(checked["score"], 6), "verdicts": checked["verdicts"]}
 
 
 def _drawn(
@@ -325,19 +325,19 @@ def _drawn(
     return numbers
 
 
-def _judge(make: Make, stages: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
-    """The worth of a model for the search, its verdicts at the stages it was taken to, and whether it passed them all."""
+def _checked(make: Make, stages: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
+    """The score of a model for the search, its verdicts at the stages it was taken to, and whether it passed them all."""
     study = Study(make, periods=120, tolerance=5e-4, forcing_periods=300, workers=1)
-    by_id = {statement.id: statement for statement in STATEMENTS}
+    by_id = {claim.id: claim for claim in CLAIMS}
     total, verdicts, passed = 0.0, {}, True
     for stage in stages:
         for name in stage:
-            seen = by_id[name].look(study)
-            verdicts[name] = seen.verdict
-            total += _WORTH[seen.verdict]
+            evidence = by_id[name].check(study)
+            verdicts[name] = evidence.verdict
+            total += _SCORE[evidence.verdict]
             if name.startswith("forced") and not name.endswith("amplitude"):
-                total += 0.04 * min(seen.value, 5.0)
-            passed &= seen.verdict == REPRODUCED
+                total += 0.04 * min(evidence.value, 5.0)
+            passed &= evidence.verdict == REPRODUCED
         if not passed:
             break
-    return {"worth": total, "verdicts": verdicts, "passed": passed}
+    return {"score": total, "verdicts": verdicts, "passed": passed}

@@ -1,4 +1,4 @@
-"""All figures of the paper and all its statements, from our model, on one page."""
+"""All figures of the paper and all its claims, from our model, on one page."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from typing import TYPE_CHECKING, Any
 from stickslip.errors import InputError
 from stickslip.files.documents import write_whole
 from stickslip.paper import DAMPING, oscillator
-from stickslip.paper.judges import STATEMENTS
+from stickslip.paper.checks import CLAIMS
+from stickslip.paper.claim import NOT, PARTLY, REPRODUCED
 from stickslip.paper.scoring import score
-from stickslip.paper.statement import NOT, PARTLY, REPRODUCED
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_COLUMNS = ["section", "statement", "seen", "basis", "verdict"]
+_COLUMNS = ["section", "claim", "evidence", "basis", "verdict"]
 
 #: What the words of the table mean.
 LEGEND = (
-    "Every statement is a fact of the paper in our words. The basis says what a success rests on. Calibration: a number that "
+    "Every claim is a fact of the paper in our words. The basis says what a success rests on. Calibration: a number that "
     "the paper leaves open was chosen so that it comes out. Reading: our reading of the law says so by construction. "
     "Follows: nothing was chosen for it."
 )
 
 
 def reproduce(folder: str | Path, progress: Callable[[str, int, int], Any] | None = None, **options: Any) -> Path:
-    """Draw every figure of the paper from our model and score every statement, on one self-contained page.
+    """Draw every figure of the paper from our model and score every claim, on one self-contained page.
 
     Parameters
     ----------
-    folder : where ``paper.html``, ``statements.csv``, ``statements.json``, ``paper.md`` and ``figures/`` go; made if it is
+    folder : where ``paper.html``, ``claims.csv``, ``claims.json``, ``paper.md`` and ``figures/`` go; made if it is
         not there.
     progress : called as ``progress(what, done, steps)`` before each step.
     options : of :func:`stickslip.paper.score`, such as ``only`` or ``forcing_periods``.
@@ -66,18 +66,18 @@ def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict
     from stickslip.report.report import Report
 
     only = options.get("only")
-    judged = len(STATEMENTS) if only is None else len(only)
-    steps = judged + len(FIGURES)
-    tell("score the statements", 0, steps)
-    scores = score(progress=lambda done, _: tell("score the statements", done, steps), **options)
-    write_whole(folder / "statements.csv", scores.to_csv)
+    checked = len(CLAIMS) if only is None else len(only)
+    steps = checked + len(FIGURES)
+    tell("score the claims", 0, steps)
+    scores = score(progress=lambda done, _: tell("score the claims", done, steps), **options)
+    write_whole(folder / "claims.csv", scores.to_csv)
     law = oscillator(0.3).law.to_dict()
-    document = {"law": law, "damping": DAMPING, "statements": _records(scores)}
+    document = {"law": law, "damping": DAMPING, "claims": _records(scores)}
     text = json.dumps(document, ensure_ascii=False, indent=2, allow_nan=False) + "\n"
-    write_whole(folder / "statements.json", lambda draft: draft.write_text(text, encoding="utf-8"))
+    write_whole(folder / "claims.json", lambda draft: draft.write_text(text, encoding="utf-8"))
     report = Report("Almost periodic vibration excited by dry friction: what our model shows of it")
     report.text(summary(scores) + " The oscillator is dimensionless (the paper's Eqs. 2, 6 and 10).")
-    report.heading("Statements")
+    report.heading("Claims")
     report.text(LEGEND)
     report.table(scores[_COLUMNS], mark="verdict")
     report.text("What is looked at for each, and when it counts as reproduced:")
@@ -87,7 +87,7 @@ def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict
         "The paper's figures are not available to us; of each it is said what it shows and what to see in ours, which is "
         "drawn from our model."
     )
-    for done, (name, figure) in enumerate(FIGURES.items(), start=judged):
+    for done, (name, figure) in enumerate(FIGURES.items(), start=checked):
         tell(f"draw {name}", done, steps)
         axes = figure.draw()
         drawn = (axes[0] if isinstance(axes, list) else axes).get_figure(root=True)
@@ -109,13 +109,13 @@ def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict
 
 
 def summary(scores: pd.DataFrame) -> str:
-    """How many statements came out, in one sentence."""
+    """How many claims came out, in one sentence."""
     count = {verdict: int((scores["verdict"] == verdict).sum()) for verdict in (REPRODUCED, PARTLY, NOT)}
-    return f"Of {len(scores)} statements {count[REPRODUCED]} are reproduced, {count[PARTLY]} partly, {count[NOT]} not."
+    return f"Of {len(scores)} claims {count[REPRODUCED]} are reproduced, {count[PARTLY]} partly, {count[NOT]} not."
 
 
 def markdown(scores: pd.DataFrame) -> str:
-    """The page of the documentation: the table of statements and the figures with their sentences.
+    """The page of the documentation: the table of claims and the figures with their sentences.
 
     Parameters
     ----------
@@ -124,20 +124,20 @@ def markdown(scores: pd.DataFrame) -> str:
     from stickslip.paper.figures import FIGURES
 
     lines = [
-        "# The paper's statements and figures, from our model",
+        "# The paper's claims and figures, from our model",
         "",
         "Written by `stickslip reproduce`; the same as a page of HTML is `paper.html` beside it. "
         "[The paper's law](paper-law.md) says what is fact, reading and calibration.",
         "",
         summary(scores) + " " + LEGEND,
         "",
-        "| id | section | the paper says | verdict | seen | basis |",
+        "| id | section | the paper says | verdict | evidence | basis |",
         "|---|---|---|---|---|---|",
     ]
     for name, row in scores.iterrows():
-        cells = (f"`{name}`", row["section"], row["statement"], row["verdict"], row["seen"], row["basis"])
+        cells = (f"`{name}`", row["section"], row["claim"], row["verdict"], row["evidence"], row["basis"])
         lines.append("| " + " | ".join(map(_cell, cells)) + " |")
-    lines += ["", "## How each is judged", "", "| id | what is looked at | counts as reproduced |", "|---|---|---|"]
+    lines += ["", "## How each is checked", "", "| id | what is looked at | counts as reproduced |", "|---|---|---|"]
     lines += [f"| `{name}` | {_cell(row['measured'])} | {_cell(row['threshold'])} |" for name, row in scores.iterrows()]
     lines += ["", "## Figures", "", "Fig. 1 is a sketch of the oscillator.", ""]
     for name, figure in FIGURES.items():

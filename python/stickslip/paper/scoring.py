@@ -1,4 +1,4 @@
-"""The paper's statements as a table, and how much of it a model shows."""
+"""The paper's claims as a table, and how much of it a model shows."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from stickslip.paper import oscillator as paper_oscillator
-from stickslip.paper.judges import STATEMENTS
+from stickslip.paper.checks import CLAIMS
 from stickslip.paper.study import Make, Study
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-def statements() -> pd.DataFrame:
-    """The paper's statements that are scored, in our words.
+def claims() -> pd.DataFrame:
+    """The paper's claims that are scored, in our words.
 
     Returns
     -------
-    DataFrame indexed by id: section of the paper, statement, measured (what is looked at), threshold (when it counts as
+    DataFrame indexed by id: section of the paper, claim, measured (what is looked at), threshold (when it counts as
     reproduced) and basis (``calibration: …``, ``reading: …``, ``follows``: what a success of our model rests on).
 
-    >>> statements().loc["end-of-oscillation", "section"]
+    >>> claims().loc["end-of-oscillation", "section"]
     '9'
     """
     import pandas as pd
@@ -30,12 +30,12 @@ def statements() -> pd.DataFrame:
         {
             "id": s.id,
             "section": s.section,
-            "statement": s.sentence,
+            "claim": s.sentence,
             "measured": s.measured,
             "threshold": s.threshold,
             "basis": s.basis,
         }
-        for s in STATEMENTS
+        for s in CLAIMS
     ]
     return pd.DataFrame(rows).set_index("id")
 
@@ -50,22 +50,22 @@ def score(
     workers: int = 2,
     progress: Callable[[int, int], Any] | None = None,
 ) -> pd.DataFrame:
-    """Score the paper's statements against a model.
+    """Score the paper's claims against a model.
 
     Parameters
     ----------
     oscillator : the model, called with a drive velocity and a forcing (or None); default ours.
-    only : ids of the statements to score; default all.
+    only : ids of the claims to score; default all.
     periods : natural periods of each run; the last tenth is looked at.
     tolerance : width to which thresholds of the drive velocity are bisected.
     forcing_periods : transient of the forced runs.
     workers : threads for the forced runs.
-    progress : called as ``progress(done, n)`` after each statement.
+    progress : called as ``progress(done, n)`` after each claim.
 
     Returns
     -------
-    DataFrame indexed by id: section, statement, measured, threshold, verdict (``reproduced``, ``partly``,
-    ``not reproduced``), value, seen, basis (``calibration: …``, ``reading: …``, ``follows``).
+    DataFrame indexed by id: section, claim, measured, threshold, verdict (``reproduced``, ``partly``,
+    ``not reproduced``), value, evidence, basis (``calibration: …``, ``reading: …``, ``follows``).
 
     Raises
     ------
@@ -81,19 +81,19 @@ def score(
     from stickslip.errors import InputError
     from stickslip.files.documents import did_you_mean
 
-    known = {statement.id: statement for statement in STATEMENTS}
+    known = {claim.id: claim for claim in CLAIMS}
     for name in only or ():
         if name not in known:
-            raise InputError(f"score: unknown statement {name!r}{did_you_mean(name, known)}")
-    chosen = [statement for statement in STATEMENTS if only is None or statement.id in only]
+            raise InputError(f"score: unknown claim {name!r}{did_you_mean(name, known)}")
+    chosen = [claim for claim in CLAIMS if only is None or claim.id in only]
     study = Study(oscillator, periods, tolerance, forcing_periods, workers)
     found = []
-    for done, statement in enumerate(chosen, start=1):
-        found.append(statement.look(study))
+    for done, claim in enumerate(chosen, start=1):
+        found.append(claim.check(study))
         if progress is not None:
             progress(done, len(chosen))
-    table = statements().loc[[statement.id for statement in chosen]]
-    table.insert(4, "verdict", [seen.verdict for seen in found])
-    table.insert(5, "value", [seen.value for seen in found])
-    table.insert(6, "seen", [seen.sentence for seen in found])
+    table = claims().loc[[claim.id for claim in chosen]]
+    table.insert(4, "verdict", [evidence.verdict for evidence in found])
+    table.insert(5, "value", [evidence.value for evidence in found])
+    table.insert(6, "evidence", [evidence.sentence for evidence in found])
     return table

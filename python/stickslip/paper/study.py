@@ -1,4 +1,4 @@
-"""The simulations that the paper's statements are judged by, each done once."""
+"""The simulations that the paper's claims are checked by, each done once."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Forced(NamedTuple):
 
 
 class Study:
-    """The simulations that the statements look at, each done once.
+    """The simulations that the claims look at, each done once.
 
     Parameters
     ----------

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.agreement import compare_motion
-from stickslip.identification.compare import Comparison
-from stickslip.identification.fit import Identification
-from stickslip.identification.sensitivity import sensitivity
-from stickslip.identification.uncertainty import correlation_time
+from stickslip.identification.estimator.uncertainty import correlation_time
+from stickslip.identification.result import Identification
+from stickslip.identification.selection.agreement import compare_motion
+from stickslip.identification.selection.comparison import Comparison
+from stickslip.identification.trajectory.sensitivity import sensitivity
 from stickslip.report.report import Report
 from stickslip.show.canvas import new_axes
 

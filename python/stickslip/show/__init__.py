@@ -11,7 +11,15 @@ saves. Axis labels carry units: dimensionless where mass = stiffness = 1, else S
 """
 
 from stickslip.show.branches import branches_plot, loci_plot
-from stickslip.show.canvas import DIRECTION_COLOURS, OKABE_ITO, REGIME_COLOURS, STYLE, new_axes
+from stickslip.show.canvas import (
+    DIRECTION_COLOURS,
+    MODE_COLOURS,
+    OKABE_ITO,
+    REGIME_COLOURS,
+    STYLE,
+    new_axes,
+    shade_sticks,
+)
 from stickslip.show.diagram import orbit_diagram_plot
 from stickslip.show.law import break_away_plot, law_plot
 from stickslip.show.loop import BRANCH_COLOURS, friction_loop
@@ -26,6 +34,7 @@ from stickslip.show.stability import lyapunov_plot, multipliers_plot
 __all__ = [
     "BRANCH_COLOURS",
     "DIRECTION_COLOURS",
+    "MODE_COLOURS",
     "OKABE_ITO",
     "REGIME_COLOURS",
     "STYLE",
@@ -47,6 +56,7 @@ __all__ = [
     "regime_map_plot",
     "return_map_plot",
     "section_plot",
+    "shade_sticks",
     "spectra_plot",
     "time_series",
 ]

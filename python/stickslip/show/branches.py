@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.show.canvas import OKABE_ITO, axes, label, units_of, words
+from stickslip.show.canvas import ABOVE, OKABE_ITO, axes, label, parameter_label, units_of, words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,20 +17,23 @@ if TYPE_CHECKING:
     from stickslip.dynamics.continuation.loci import Locus
 
 _COLOURS = {"steady_slip": "green", "slip": "blue", "stick_slip": "vermilion"}
+#: Letters, marker and colour of each kind of special point.
 _NAMES = {
-    "hopf": "H",
-    "nonsmooth_hopf": "NH",
-    "fold": "F",
-    "nonsmooth_fold": "NF",
-    "flip": "PD",
-    "neimark_sacker": "NS",
-    "branch_point": "BP",
-    "grazing_sliding": "GS",
-    "crossing_sliding": "CS",
-    "switching_sliding": "SS",
-    "adding_sliding": "AS",
-    "grazing_node": "GN",
+    "hopf": ("H", "o", "green"),
+    "nonsmooth_hopf": ("NH", "D", "green"),
+    "fold": ("F", "s", "vermilion"),
+    "nonsmooth_fold": ("NF", "h", "vermilion"),
+    "flip": ("PD", "^", "purple"),
+    "neimark_sacker": ("NS", "*", "blue"),
+    "branch_point": ("BP", "P", "black"),
+    "grazing_sliding": ("GS", "v", "orange"),
+    "crossing_sliding": ("CS", ">", "sky"),
+    "switching_sliding": ("SS", "<", "sky"),
+    "adding_sliding": ("AS", "d", "orange"),
+    "grazing_node": ("GN", "p", "grey"),
 }
+#: A kind that has no name of its own here.
+_OTHER = ("", "o", "black")
 
 
 def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None = None) -> Axes:
@@ -74,11 +77,13 @@ def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None
     if not all(all(branch.stable) for branch in result.branches):
         ax.plot([], [], color=OKABE_ITO["black"], lw=1.1, ls=(0, (3, 2)), label="unstable")
     _mark(result, ax)
-    velocity = result.parameter == "drive_velocity"
     which = units_of(result.system, units)
-    across = label("drive velocity s", "velocity", which) if velocity else words(result.parameter)
-    ax.set(xlabel=across, ylabel=label("greatest and least position x", "position", which), xlim=result.bounds)
-    ax.legend(loc="best", fontsize=8, frameon=False)
+    ax.set(
+        xlabel=parameter_label(result.parameter, which),
+        ylabel=label("greatest and least position x", "position", which),
+        xlim=result.bounds,
+    )
+    ax.legend(**ABOVE, ncols=2, columnspacing=1.2)
     return ax
 
 
@@ -88,10 +93,10 @@ def _mark(result: Branches, ax: Axes) -> None:
     width, height = np.ptp(result.bounds), np.ptp(ax.get_ylim())
     for item in result.special_points:
         x = [value for value in dict.fromkeys(item.x) if np.isfinite(value)]
-        ax.plot([item.parameter] * len(x), x, "o", ms=4, mfc="white", color=OKABE_ITO["black"], zorder=4)
+        ax.plot([item.parameter] * len(x), x, zorder=4, **_marker(item.kind))
         if not x:
             continue
-        letters = _NAMES.get(item.kind, item.kind)
+        letters = _NAMES.get(item.kind, _OTHER)[0] or item.kind
         for at, top, there in places:
             if abs(at - item.parameter) < 0.04 * width and abs(top - max(x)) < 0.05 * height:
                 there += [letters] if letters not in there else []
@@ -101,32 +106,50 @@ def _mark(result: Branches, ax: Axes) -> None:
     for at, top, there in places:
         ax.annotate(", ".join(there), (at, top), xytext=(3, 4), textcoords="offset points", fontsize=8)
     for kind in dict.fromkeys(item.kind for item in result.special_points):
-        text = f"{_NAMES.get(kind, kind)}: {words(kind).replace('hopf', 'Hopf')}"
-        ax.plot([], [], "o", ms=4, mfc="white", color=OKABE_ITO["black"], label=text)
+        text = f"{_NAMES.get(kind, _OTHER)[0] or kind}: {_kind(kind)}"
+        ax.plot([], [], label=text, **_marker(kind))
 
 
-def loci_plot(loci: Sequence[Locus], ax: Axes | None = None) -> Axes:
+def _marker(kind: str) -> dict[str, Any]:
+    """The look of a special point."""
+    _, marker, colour = _NAMES.get(kind, _OTHER)
+    return {"marker": marker, "ls": "", "ms": 5, "mfc": "white", "color": OKABE_ITO[colour], "mew": 1.3}
+
+
+def _kind(kind: str) -> str:
+    """The kind of a special point, or of a curve of them, as the literature spells it."""
+    spelled = words(kind).replace("hopf", "Hopf").replace("neimark sacker", "Neimark–Sacker")
+    return spelled.replace(" sliding", "-sliding")
+
+
+def loci_plot(loci: Sequence[Locus], ax: Axes | None = None, *, units: str = "dimensionless") -> Axes:
     """Draw curves of special points in the plane of two parameters, one colour a kind.
 
     Parameters
     ----------
     loci : from :func:`stickslip.locus`, over the same two parameters.
     ax : axes to draw into; default a new figure.
+    units : ``"dimensionless"`` or ``"SI"``.
 
     Returns
     -------
-    The axes. A curve that ends inside meets another border there.
+    The axes. A curve that ends inside meets another boundary there.
     """
     ax = axes(ax)
-    colours = [colour for name, colour in OKABE_ITO.items() if name not in ("grey", "yellow")]
-    kinds = list(dict.fromkeys(curve.kind for curve in loci))
-    for index, kind in enumerate(kinds):
-        for number, curve in enumerate(item for item in loci if item.kind == kind):
-            text = words(kind).replace("hopf", "Hopf") if number == 0 else None
-            ax.plot(*curve.values.T, color=colours[index % len(colours)], lw=1.5, label=text)
+    named: set[str] = set()
+    for curve in loci:
+        line = "--" if curve.kind.endswith("_sliding") else "-"
+        text = None if curve.kind in named else _kind(curve.kind)
+        ax.plot(*curve.values.T, color=OKABE_ITO[_NAMES.get(curve.kind, _OTHER)[2]], ls=line, lw=1.5, label=text)
+        named.add(curve.kind)
     if loci:
         first, second = loci[0].parameters
         (left, right), (low, high) = loci[0].bounds
-        ax.set(xlabel=words(first), ylabel=words(second), xlim=(left, right), ylim=(low, high))
-        ax.legend(loc="best", fontsize=8, frameon=False)
+        ax.set(
+            xlabel=parameter_label(first, units),
+            ylabel=parameter_label(second, units),
+            xlim=(left, right),
+            ylim=(low, high),
+        )
+        ax.legend(**ABOVE, ncols=2, columnspacing=1.2)
     return ax

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
+import numpy as np
 from cycler import cycler
+from numpy.typing import NDArray
 
 from stickslip.errors import InputError
 
@@ -28,19 +30,29 @@ OKABE_ITO = {
     "grey": "#999999",
 }
 
-#: One colour per regime, the same in every picture.
+#: One colour per mode of the automaton, the same in every picture.
+MODE_COLOURS = {
+    "stick": OKABE_ITO["vermilion"],
+    "slip_forward": OKABE_ITO["blue"],
+    "slip_backward": OKABE_ITO["purple"],
+}
+
+#: One colour per regime, the same in every picture: that of its mode, where it has one.
 REGIME_COLOURS = {
-    "stick_slip": OKABE_ITO["vermilion"],
-    "almost_harmonic": OKABE_ITO["blue"],
+    "stick_slip": MODE_COLOURS["stick"],
+    "almost_harmonic": MODE_COLOURS["slip_forward"],
     "stable_slip": OKABE_ITO["green"],
-    "back_and_forth": OKABE_ITO["purple"],
+    "back_and_forth": MODE_COLOURS["slip_backward"],
     "at_rest": OKABE_ITO["grey"],
     "diverged": OKABE_ITO["black"],
     "unfinished": OKABE_ITO["yellow"],
 }
 
-#: One colour per direction of a sweep.
-DIRECTION_COLOURS = {"up": OKABE_ITO["blue"], "down": OKABE_ITO["vermilion"], "fresh": OKABE_ITO["green"]}
+#: One colour per direction of a sweep; what all directions share is grey.
+DIRECTION_COLOURS = {"up": OKABE_ITO["orange"], "down": OKABE_ITO["sky"], "fresh": OKABE_ITO["black"]}
+
+#: Slip that grows and slip that falls, in a law that depends on it and in a record.
+SPEED_COLOURS = {"|w| grows": OKABE_ITO["orange"], "|w| falls": OKABE_ITO["sky"]}
 
 # The symbol of a parameter and the kind of quantity that it is, for axes.
 _PARAMETERS = {
@@ -69,6 +81,12 @@ STYLE: Any = {
     "axes.prop_cycle": cycler(
         color=[OKABE_ITO[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
     ),
+    "axes.edgecolor": "0.35",
+    "axes.titlelocation": "left",
+    "axes.titleweight": "medium",
+    "axes.formatter.useoffset": False,
+    "xtick.color": "0.25",
+    "ytick.color": "0.25",
     "lines.linewidth": 1.3,
     "xtick.labelsize": 8,
     "ytick.labelsize": 8,
@@ -76,6 +94,9 @@ STYLE: Any = {
     "legend.frameon": False,
     "svg.hashsalt": "stickslip",
 }
+
+#: Where a legend never lies on data: above the axes.
+ABOVE: Any = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "handletextpad": 0.4}
 
 _HYPHENATED = {"stick_slip": "stick-slip", "almost_harmonic": "almost-harmonic"}
 
@@ -112,6 +133,20 @@ def new_axes(rows: int = 1, columns: int = 1, **options: Any) -> list[Axes]:
     with plt.rc_context(STYLE):
         _, grid = plt.subplots(rows, columns, squeeze=False, **options)
     return list(grid.flat)
+
+
+def shade_sticks(ax: Axes, time: NDArray[np.float64], stuck: NDArray[np.bool_]) -> None:
+    """Shade the time in which the contact sticks, and name it for a legend.
+
+    Parameters
+    ----------
+    ax : axes over time.
+    time, stuck : shape (n,).
+    """
+    ax.fill_between(
+        time, 0, 1, where=stuck, transform=ax.get_xaxis_transform(), color=MODE_COLOURS["stick"], alpha=0.14, lw=0,
+        label="stuck", zorder=0,
+    )  # fmt: skip
 
 
 def label(quantity: str, kind: str, units: str) -> str:

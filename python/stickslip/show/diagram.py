@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import DIRECTION_COLOURS, OKABE_ITO, REGIME_COLOURS, axes, label, parameter_label, words
+from stickslip.show.canvas import (
+    ABOVE,
+    DIRECTION_COLOURS,
+    OKABE_ITO,
+    REGIME_COLOURS,
+    axes,
+    label,
+    parameter_label,
+    words,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,6 +28,7 @@ _QUANTITIES = {
     "slip_velocity": ("turning_slip_velocity", "slip velocity w at ẇ = 0", "velocity"),
     "section": ("section_x", "position x in the section", "position"),
 }
+_MARKERS = {"up": "^", "down": "v", "fresh": "."}
 _DIRECTIONS = {"up": "swept up", "down": "swept down", "fresh": "fresh starts"}
 
 
@@ -99,29 +110,32 @@ def orbit_diagram_plot(
 
 
 def _draw_directions(diagram: xr.Dataset, parameter: str, variable: str, ax: Axes) -> Axes:
-    """The points of each direction in its colour; the first lie below, and are drawn larger so that they show."""
+    """What all directions share in grey; where they differ, the points of each in its colour and with its marker."""
     directions = [str(direction) for direction in diagram["direction"].to_numpy()]
     values = diagram[parameter].to_numpy()
+    points = diagram[variable].transpose("direction", parameter, "point").to_numpy()
+    alike = _alike(points)
+    across = np.broadcast_to(values[:, None], points.shape[1:])
+    shared: dict[str, Any] = {"marker": ".", "ls": "", "ms": 2.4, "mew": 0, "color": OKABE_ITO["grey"]}
+    ax.plot(across[alike].ravel(), points[0][alike].ravel(), rasterized=True, zorder=2, **shared)
+    if alike.any():
+        ax.plot([], [], label="the same from all", **(shared | {"ms": 7}))
     for layer, direction in enumerate(directions):
-        points = diagram[variable].sel(direction=direction).transpose(parameter, "point").to_numpy()
-        ax.plot(
-            np.broadcast_to(values[:, None], points.shape).ravel(),
-            points.ravel(),
-            ".",
-            ms=3.4 - 0.9 * layer,
-            mew=0,
-            color=DIRECTION_COLOURS[direction],
-            rasterized=True,
-            zorder=2 + layer,
-        )
-        ax.plot([], [], "o", ms=4, mew=0, color=DIRECTION_COLOURS[direction], label=_DIRECTIONS[direction])
+        look: dict[str, Any] = {
+            "marker": _MARKERS[direction],
+            "ls": "",
+            "mew": 0,
+            "color": DIRECTION_COLOURS[direction],
+        }
+        mine = points[layer][~alike].ravel()
+        ax.plot(across[~alike].ravel(), mine, ms=3.2 - 0.7 * layer, rasterized=True, zorder=3 + layer, **look)
+        ax.plot([], [], ms=5, label=_DIRECTIONS[direction], **look)
     ax.set_xlim(values[0], values[-1])
-    ax.legend(
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        ncols=len(directions),
-        handletextpad=0.1,
-        fontsize=8,
-        frameon=False,
-    )
+    ax.legend(**ABOVE, ncols=len(directions) + 1, columnspacing=1.0)
     return ax
+
+
+def _alike(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Where the range of the points, shape (directions, values, points), differs by less than 1 % of that of the diagram."""
+    ends = np.stack([np.nanmin(points, axis=2), np.nanmax(points, axis=2)])
+    return np.asarray(np.ptp(ends, axis=1).max(axis=0) < 0.01 * (np.nanmax(ends) - np.nanmin(ends)))

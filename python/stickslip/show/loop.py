@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.laws import BogaczRyczek
-from stickslip.show.canvas import OKABE_ITO, axes, label, units_of
+from stickslip.show.canvas import ABOVE, MODE_COLOURS, OKABE_ITO, SPEED_COLOURS, axes, label, units_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,15 +20,14 @@ if TYPE_CHECKING:
 
 #: One colour per branch of a law, the same in every picture.
 BRANCH_COLOURS = {
-    "stick": OKABE_ITO["grey"],
+    "stick": MODE_COLOURS["stick"],
     "fall": OKABE_ITO["green"],
-    "upper": OKABE_ITO["vermilion"],
+    "upper": OKABE_ITO["orange"],
     "common": OKABE_ITO["black"],
-    "lower": OKABE_ITO["blue"],
-    "climb": OKABE_ITO["orange"],
+    "lower": OKABE_ITO["sky"],
+    "climb": OKABE_ITO["blue"],
     "steep": OKABE_ITO["purple"],
-    "|w| grows": OKABE_ITO["vermilion"],
-    "|w| falls": OKABE_ITO["blue"],
+    **SPEED_COLOURS,
 }
 
 # The last segments of an orbit that are drawn: a chaotic loop is full long before.
@@ -102,7 +101,7 @@ def friction_loop(
             _arrows(ax, late, colour)
     ax.axvline(0, color=OKABE_ITO["grey"], lw=0.6, zorder=0)
     if legend:
-        ax.legend(fontsize=8, frameon=False)
+        ax.legend(**ABOVE, ncols=3, columnspacing=1.0)
     which = units_of(orbit.system, units)
     ax.set(xlabel=label("slip velocity w", "velocity", which), ylabel=label("friction F", "force", which))
     return ax

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.patches import Patch
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import OKABE_ITO, REGIME_COLOURS, axes, label, parameter_label, words
+from stickslip.show.canvas import ABOVE, OKABE_ITO, REGIME_COLOURS, axes, label, parameter_label, words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +57,14 @@ def regime_map_plot(
         ranks = np.searchsorted(there, codes)
         _draw_codes(ax, grid, ranks, [_PERIODS[code] for code in there], [names[code] for code in there])
     elif quantity == "amplitude":
-        mesh = ax.pcolormesh(*grid, chart["amplitude"].to_numpy().T, shading="nearest", cmap="cividis", rasterized=True)
+        amplitude = chart["amplitude"].to_numpy().T
+        seen = amplitude[np.isfinite(amplitude) & (amplitude > 0)]
+        # A resonance would hide all else; what lies below a thousandth of the largest is drawn as that.
+        top = float(seen.max()) if seen.size else 1.0
+        low = max(float(seen.min()), 1e-3 * top) if seen.size else 0.1
+        scale = LogNorm(low, top) if top > 10 * low else None
+        shown = np.clip(amplitude, low, None) if scale else amplitude
+        mesh = ax.pcolormesh(*grid, shown, shading="nearest", cmap="cividis", norm=scale, rasterized=True)
         bar = ax.figure.colorbar(mesh, ax=ax)
         bar.set_label(label("amplitude of x", "position", which))
     else:
@@ -122,12 +129,8 @@ def _draw_codes(
     ]
     ax.legend(
         handles=patches,
-        loc="lower left",
-        bbox_to_anchor=(0.0, 1.0),
+        **ABOVE,
         ncols=2 if max(map(len, names), default=0) < 34 else 1,
-        fontsize=8,
-        borderaxespad=0.2,
         handlelength=1.2,
         columnspacing=1.2,
-        frameon=False,
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import OKABE_ITO, axes, label, units_of
+from stickslip.show.canvas import MODE_COLOURS, OKABE_ITO, axes, label, units_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +21,7 @@ def phase_plane(
     *,
     transient: float = 0.5,
     show_transient: bool = True,
-    colour: str = OKABE_ITO["blue"],
+    colour: str = MODE_COLOURS["slip_forward"],
     name: str | None = None,
     units: str | None = None,
 ) -> Axes:
@@ -62,7 +62,7 @@ def phase_plane(
     # While it sticks, the mass moves with the drive.
     held = late & stuck
     if held.any():
-        ax.plot(np.where(held, x, np.nan), np.where(held, v, np.nan), color=OKABE_ITO["vermilion"], lw=2.6, zorder=3)
+        ax.plot(np.where(held, x, np.nan), np.where(held, v, np.nan), color=MODE_COLOURS["stick"], lw=2.6, zorder=3)
     ax.axhline(system.drive_velocity, color=OKABE_ITO["grey"], lw=0.6, ls="--", zorder=0)
     which = units_of(system, units)
     ax.set(xlabel=label("position x", "position", which), ylabel=label("velocity ẋ", "velocity", which))

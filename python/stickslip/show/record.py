@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.show.canvas import OKABE_ITO, new_axes, unit
+from stickslip.show.canvas import ABOVE, OKABE_ITO, SPEED_COLOURS, new_axes, shade_sticks, unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +19,7 @@ CYCLES = 8
 def friction_record(friction: xr.DataTree) -> list[Axes]:
     """Draw friction force and slip velocity over time, sticks shaded, and friction over slip velocity.
 
-    Gauges that give no time series or no velocity are drawn as what they give: a table of friction over slip velocity, or
+    Instruments that give no time series or no velocity show what they give: a table of friction over slip velocity, or
     the break-aways.
 
     Parameters
@@ -29,7 +29,7 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     Returns
     -------
     Three axes of a new figure: force over time and slip velocity over time, both around the middle of the record, and
-    force over slip velocity of the whole record, blue while the slip speeds up and orange while it slows down. Of a drive
+    force over slip velocity of the whole record, orange while slip speeds up and light blue while it slows down. Of a drive
     that holds its speeds, the whole record and one point a hold. One or two axes where there is less to draw.
     """
     data = friction.to_dataset()
@@ -41,22 +41,12 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     held = "slip_acceleration" not in data  # a drive that holds its speeds: there is no way up or down
     middle = slice(None) if held else slice(*np.searchsorted(time, _window(time, releases)))
     over_time, velocity, loop = new_axes(1, 3, figsize=(12.5, 3.6), layout="constrained")
-    for ax, values, name, colour in (
-        (over_time, force, "friction F" + unit(data["force"]), OKABE_ITO["vermilion"]),
-        (velocity, w, "slip velocity w" + unit(data["slip_velocity"]), OKABE_ITO["blue"]),
+    for ax, values, name in (
+        (over_time, force, "friction F" + unit(data["force"])),
+        (velocity, w, "slip velocity w" + unit(data["slip_velocity"])),
     ):
-        ax.plot(time[middle], values[middle], color=colour, lw=0.9)
-        ax.fill_between(
-            time[middle],
-            0,
-            1,
-            where=stuck[middle],
-            transform=ax.get_xaxis_transform(),
-            color="0.5",
-            alpha=0.2,
-            lw=0,
-            label="stuck",
-        )
+        ax.plot(time[middle], values[middle], color=OKABE_ITO["black"], lw=0.9)
+        shade_sticks(ax, time[middle], stuck[middle])
         ax.set(xlabel="time t" + unit(data["time"]), ylabel=name)
         ax.margins(x=0)
     if held:
@@ -65,15 +55,15 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     speeding = data["slip_acceleration"].to_numpy() * np.sign(w) > 0
     stride = max(1, int((~stuck).sum()) // 20_000)
     for which, colour, name in (
-        (speeding, OKABE_ITO["blue"], "speeding up"),
-        (~speeding, OKABE_ITO["orange"], "slowing down"),
+        (speeding, SPEED_COLOURS["|w| grows"], "speeding up"),
+        (~speeding, SPEED_COLOURS["|w| falls"], "slowing down"),
     ):
         rows = np.flatnonzero(which & ~stuck)[::stride]
         loop.plot(w[rows], force[rows], ".", ms=1.5, color=colour, label=name, rasterized=True)
     loop.set(xlabel=velocity.get_ylabel(), ylabel=over_time.get_ylabel())
-    loop.legend(fontsize=8, frameon=False, markerscale=5)
+    loop.legend(**ABOVE, ncols=2, markerscale=5)
     if stuck[middle].any():
-        velocity.legend(handles=velocity.collections, fontsize=8, frameon=False)
+        velocity.legend(handles=velocity.collections, **ABOVE)
     return [over_time, velocity, loop]
 
 
@@ -87,8 +77,8 @@ def _tables(friction: xr.DataTree) -> list[Axes]:
     data, table = friction.to_dataset(), friction["break_away"].to_dataset()
     of_force = unit(data["force"] if "force" in data else table["force"])
     if "force" in data:
-        over_time.plot(data["time"].to_numpy(), data["force"].to_numpy(), color=OKABE_ITO["vermilion"], lw=0.8)
-    over_time.plot(table["t"], table["force"], "v", ms=4, color=OKABE_ITO["black"])
+        over_time.plot(data["time"].to_numpy(), data["force"].to_numpy(), color=OKABE_ITO["black"], lw=0.8)
+    over_time.plot(table["t"], table["force"], "v", ms=4, color=OKABE_ITO["vermilion"])
     over_time.set(xlabel="time t (s)", ylabel="force" + of_force)
     law.errorbar(
         table["stick_time"], table["force"], table["force_error"], fmt="o", ms=4, color=OKABE_ITO["blue"], capsize=2
@@ -101,7 +91,7 @@ def _steady(ax: Axes, table: xr.Dataset) -> None:
     """Friction over slip velocity from a table of steady runs, over its logarithm where it spans more than a decade."""
     w, force, error = (table[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
     branch = table["branch"].to_numpy() if "branch" in table else np.full(len(w), "")
-    for name, colour in (("", "black"), ("speeding_up", "blue"), ("slowing_down", "orange")):
+    for name, colour in (("", "black"), ("speeding_up", "orange"), ("slowing_down", "sky")):
         rows = np.flatnonzero(branch == name)
         if len(rows):
             ax.errorbar(
@@ -109,7 +99,7 @@ def _steady(ax: Axes, table: xr.Dataset) -> None:
                 label=name.replace("_", " ") or None,
             )  # fmt: skip
     if "branch" in table:
-        ax.legend(fontsize=8, frameon=False)
+        ax.legend(**ABOVE, ncols=2)
     ax.set(
         xlabel="slip velocity w" + unit(table["slip_velocity"]),
         ylabel="friction F" + unit(table["force"]),

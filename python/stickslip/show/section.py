@@ -54,7 +54,7 @@ def return_map_plot(pairs: xr.Dataset, ax: Axes | None = None, *, colour: str = 
 
     Parameters
     ----------
-    pairs : from :func:`stickslip.return_map` (dots) or :func:`stickslip.leave_map` (dots along a curve with gaps).
+    pairs : from :func:`stickslip.return_map` (dots) or :func:`stickslip.release_map` (dots along a curve with gaps).
     ax : axes to draw into; default a new figure.
     colour : of the points.
 

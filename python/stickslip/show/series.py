@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import OKABE_ITO, label, new_axes, units_of
+from stickslip.show.canvas import ABOVE, MODE_COLOURS, OKABE_ITO, label, new_axes, units_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,12 +62,14 @@ def time_series(
     motion = orbit.to_xarray(times)
     which = units_of(orbit.system, units)
     curves = (
-        ("x", "position x", "position", OKABE_ITO["black"]),
-        ("v", "velocity ẋ", "velocity", OKABE_ITO["blue"]),
-        ("force", "friction F", "force", OKABE_ITO["vermilion"]),
+        ("x", "position x", "position", "-"),
+        ("v", "velocity ẋ", "velocity", "--" if shared else "-"),
+        ("force", "friction F", "force", ":" if shared else "-"),
     )
-    for panel, (key, name, kind, colour) in zip(panels, curves, strict=True):
-        panel.plot(times, motion[key], color=colour, lw=1.1, label=name, rasterized=times.size > 20_000)
+    for panel, (key, name, kind, line) in zip(panels, curves, strict=True):
+        panel.plot(
+            times, motion[key], color=OKABE_ITO["black"], ls=line, lw=1.1, label=name, rasterized=times.size > 20_000
+        )
         if not shared:
             # Two lines, as three panels are low.
             panel.set_ylabel(label(name, kind, which).replace(" (", "\n("))
@@ -75,10 +77,10 @@ def time_series(
     sticks = (segments["direction"].to_numpy() == 0) & (ends > start) & (begins < stop)
     for panel in {id(panel): panel for panel in panels}.values():
         for begin, end in zip(begins[sticks], ends[sticks], strict=True):
-            panel.axvspan(max(begin, start), min(end, stop), color=OKABE_ITO["orange"], alpha=0.18, lw=0)
+            panel.axvspan(max(begin, start), min(end, stop), color=MODE_COLOURS["stick"], alpha=0.14, lw=0)
         panel.margins(x=0)
     panels[2].set_xlabel(label("time t", "time", which))
     if shared:
-        panels[0].legend(fontsize=8, frameon=False, loc="upper right")
+        panels[0].legend(**ABOVE, ncols=3)
         panels[0].set_ylabel("x, ẋ, F" + (" (dimensionless)" if which == "dimensionless" else " (SI)"))
     return panels

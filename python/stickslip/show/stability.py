@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import OKABE_ITO, axes
+from stickslip.show.canvas import ABOVE, OKABE_ITO, axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,5 +97,5 @@ def lyapunov_plot(spectrum: LyapunovSpectrum, ax: Axes | None = None) -> Axes:
         ax.set_ylim(min(drawn) - margin, max(drawn) + margin)
     ax.axhline(0, color=OKABE_ITO["grey"], lw=0.6, ls="--", zorder=0)
     ax.set(xlabel="time averaged over", ylabel="Lyapunov exponents (1/time)", xlim=(0, spectrum.t))
-    ax.legend(fontsize=8, frameon=False)
+    ax.legend(**ABOVE)
     return ax

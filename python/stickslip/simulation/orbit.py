@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: The columns of the events in a file.
-EVENTS = ("t", "kind", "x", "v", "force", "stick_time", "force_rate")
+EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,21 @@ class Orbit:
         self.t_end = core.t_last
 
     @property
+    def _kept(self) -> _core.Orbit | _core.Network:
+        """What the core keeps of it."""
+        return self._core
+
+    def _steady(self, look: str, period: float, surface: str, contact: int) -> Any:
+        """What an observer of the core sees as steady in it, as a table of one row."""
+        del contact  # The look names it.
+        return self._kept.steady(look, period, surface)
+
+    def _points(self, surface: str, kind: str | None, contact: int, after: float, most: int) -> NDArray[np.float64]:
+        """The points of a section, rows t, x, v, w, force, stick_time, force_rate; of events of a `kind` or of a surface."""
+        del kind
+        return self._kept.section(surface, contact, after, most)[0].reshape(-1, 7)
+
+    @property
     def _masses(self) -> int:
         return self.system.masses if isinstance(self.system, System) else 1
 
@@ -82,20 +97,9 @@ class Orbit:
         """
         import pandas as pd
 
-        rows = self._core.events().reshape(-1, 7)
+        rows = self._kept.events().reshape(-1, len(EVENTS))
         kinds = pd.Categorical.from_codes(rows[:, 1].astype(np.int64), categories=pd.Index(_core.KINDS))
-        return pd.DataFrame(
-            {
-                "t": rows[:, 0],
-                "kind": kinds,
-                "contact": np.zeros(len(rows), dtype=int),
-                "x": rows[:, 2],
-                "v": rows[:, 3],
-                "force": rows[:, 4],
-                "stick_time": rows[:, 5],
-                "force_rate": rows[:, 6],
-            }
-        )
+        return pd.DataFrame(rows, columns=list(EVENTS)).assign(kind=kinds, contact=rows[:, 2].astype(int))
 
     @cached_property
     def segments(self) -> pd.DataFrame:
@@ -203,7 +207,10 @@ class Orbit:
 
         The segments are exact: :func:`load` gives back the same orbit to the bit.
         """
-        tables = {"events": self._core.events().reshape(-1, 7), "segments": self._core.segments().reshape(-1, 8)}
+        tables = {
+            "events": self._core.events().reshape(-1, len(EVENTS)),
+            "segments": self._core.segments().reshape(-1, 8),
+        }
         columns = {"events": EVENTS, "segments": [str(name) for name in self.segments]}
         return self._write(path, {"run": json.dumps(self._run())}, tables, columns)
 
@@ -263,6 +270,9 @@ def load(path: str | Path) -> Orbit:
         )
     events, evaluations, grazes, fallbacks = (int(value) for value in tree.attrs["work"])
     run, work = json.loads(tree.attrs["run"]), (events, evaluations, grazes, fallbacks)
+    if tables["events"].shape[1] < len(EVENTS):
+        # One contact was not numbered by older versions.
+        tables["events"] = np.insert(tables["events"], EVENTS.index("contact"), 0.0, axis=1)
     rows = [np.ascontiguousarray(tables[name].ravel()) for name in ("segments", "events")]
     document = json.loads(tree.attrs["system"])
     if isinstance(run, list):

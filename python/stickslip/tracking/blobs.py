@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.likeness import Likeness
-from stickslip.tracking.sightings import Array, Sightings
+from stickslip.tracking.detections import Array, Detections
+from stickslip.tracking.response_map import ResponseMap
 from stickslip.tracking.vision import vision
 
 LEVELS = 16
@@ -38,18 +38,18 @@ class _Spot:
 
 
 def find_blobs(
-    picture: Likeness,
+    picture: ResponseMap,
     *,
     size: float | None = None,
     threshold: float | None = None,
     level: float | None = None,
     opening: int = 0,
-) -> Sightings:
-    """Compact spots of high likeness with their centres.
+) -> Detections:
+    """Compact spots of high response with their centres.
 
     The picture is cut at 16 heights; spots that lie inside each other at successive heights are one blob (as in a
     component tree). Each has its own outline, where the area changes least with the height, so uneven light does no harm.
-    The centre is that of the likeness I above the ground around the blob, a plane (uneven light shifts a dark marker of 12 px
+    The centre is that of the response I above the ground around the blob, a plane (uneven light shifts a dark marker of 12 px
     by 0.035 px otherwise),
 
         x_c = Σ x_i g_i / Σ g_i,   g_i = clip(½ + s ((I_i − ground)/(crown − ground) − ½), 0, 1),
@@ -60,16 +60,16 @@ def find_blobs(
 
     Parameters
     ----------
-    picture : (height, width) likeness, 0 to 255.
+    picture : (height, width) response map, 0 to 255.
     size : diameter in px; blobs from half to twice of it are kept. Default: from 3 px to two fifths of
         the picture's area.
     threshold : least contrast in grey levels; default a sixth of the picture's range.
-    level : cut only here; for a body whose outline is known to be at that likeness.
+    level : cut only here; for a body whose outline is known to be at that response.
     opening : thin things (strings, rims) narrower than this many px are taken off the blobs first.
 
     Returns
     -------
-    Sightings, n >= 0.
+    Detections, n >= 0.
 
     Limits: a marker must be roughly as wide as it is high (up to 1:4, for motion blur), and its contrast must exceed the
     noise about five times.
@@ -87,7 +87,7 @@ def find_blobs(
         work = cv2.GaussianBlur(work, (0, 0), max(0.8, size / 8 if size else 0.0))
     low, top = (float(value) for value in np.percentile(work[:: max(1, high // 400)], [0.5, 100]))
     if top - low < 6:
-        return Sightings.of([])
+        return Detections.of([])
     step = (top - low) / (LEVELS + 1)
     least_levels = LEAST_LEVELS if threshold is None else max(1, round(threshold / step))
     heights: Array = np.array([level], float) if level is not None else low + step * np.arange(1.0, LEVELS + 1)
@@ -97,10 +97,10 @@ def find_blobs(
         row = _centre(cv2, picture, work, _outline(chain), heights, level, size)
         if row is not None and (threshold is None or row[5] >= threshold):
             rows.append(row)
-    return _one_each(Sightings.of(rows))
+    return _one_each(Detections.of(rows))
 
 
-def _one_each(found: Sightings) -> Sightings:
+def _one_each(found: Detections) -> Detections:
     """Of blobs around one centre the most marker-like: a spot and its halo are one thing."""
     kept: list[int] = []
     for i in np.argsort(-found.score, kind="stable"):
@@ -182,7 +182,7 @@ def _tilt(window: Array, around: npt.NDArray[np.bool_], ground: float, contrast:
 
 def _centre(
     cv2: Any,
-    picture: Likeness,
+    picture: ResponseMap,
     work: npt.NDArray[np.uint8],
     half: _Spot,
     heights: npt.NDArray[np.float64],

@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, number
+from stickslip.tracking.detections import Array
 from stickslip.tracking.ruler import find_marks
-from stickslip.tracking.sightings import Array
 from stickslip.tracking.source import read_picture
 from stickslip.tracking.vision import vision
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.links import Track
-from stickslip.tracking.sightings import Array, Sightings
+from stickslip.tracking.detections import Array, Detections
+from stickslip.tracking.linking import Track
 
 ORDER = 6
 """Differences of this order hold nothing of a motion that twenty pictures a period show."""
@@ -101,7 +101,7 @@ def remarks(mass: int, x: Array, y: Array, size: Array) -> list[str]:
     return found
 
 
-def clearness(film: list[Sightings], tracks: list[Track]) -> tuple[float, float]:
+def clearness(film: list[Detections], tracks: list[Track]) -> tuple[float, float]:
     """The least score of the tracks over the best of all other spots (median over pictures), and how many those are.
 
     (inf, 0) where there are no others.

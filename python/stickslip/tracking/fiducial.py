@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.tracking.sightings import Sightings
+from stickslip.tracking.detections import Detections
 from stickslip.tracking.source import Picture
 from stickslip.tracking.vision import vision
 
@@ -17,7 +17,7 @@ CORNER_ERROR = 0.1
 """Standard error of a refined corner in px, as found on drawn markers with noise; see tests/test_track_finders.py."""
 
 
-def find_fiducials(picture: Picture, dictionary: str, ids: tuple[int, ...] | None = None) -> Sightings:
+def find_fiducials(picture: Picture, dictionary: str, ids: tuple[int, ...] | None = None) -> Detections:
     """The ArUco markers in a picture; the label is the marker's number.
 
     The centre is where the diagonals cross, which is the true centre also for a marker seen at an angle.
@@ -41,7 +41,7 @@ def find_fiducials(picture: Picture, dictionary: str, ids: tuple[int, ...] | Non
         error = CORNER_ERROR / 2
         side = math.sqrt(abs(float(cv2.contourArea(quad.reshape(4, 2)))))
         rows.append((*centre, error, error, side, 100.0, 100.0, int(marker), 0, 0))
-    return Sightings.of(rows)
+    return Detections.of(rows)
 
 
 def check_dictionary(dictionary: str) -> None:

@@ -14,14 +14,14 @@ from stickslip.errors import InputError
 from stickslip.files.documents import check_writable
 from stickslip.tracking.blobs import find_blobs
 from stickslip.tracking.calibration import PIXELS, Calibration, read_calibration
+from stickslip.tracking.detections import Array, Detections
 from stickslip.tracking.doubts import CLEAR, TEXTURE, clearness, hidden, remarks, scatter
 from stickslip.tracking.fiducial import check_dictionary, find_fiducials
-from stickslip.tracking.likeness import likeness
-from stickslip.tracking.links import Track, find_markers
+from stickslip.tracking.linking import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
 from stickslip.tracking.osp import PROJECTS, TEXTS, read_osp
+from stickslip.tracking.response_map import response_map
 from stickslip.tracking.setup import Setup
-from stickslip.tracking.sightings import Array, Sightings
 from stickslip.tracking.source import Film, Picture
 from stickslip.tracking.template import find_templates
 from stickslip.tracking.writing import check_place
@@ -124,7 +124,7 @@ def _check_outputs(source: str | Path | list[Path], output: str | Path | None, c
 @dataclass
 class _Seen:
     times: list[float]
-    pictures: list[Sightings]
+    pictures: list[Detections]
     readable: list[bool]
     shape: tuple[int, int]
 
@@ -133,7 +133,7 @@ def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progres
     times = setup.folder / setup.times if setup.times is not None else None
     film = Film(source, setup.frame_rate, times)
     seen = _look(film, setup, progress)
-    if not any(len(sightings) for sightings in seen.pictures):
+    if not any(len(detections) for detections in seen.pictures):
         raise InputError(
             f"{film.name}: no {_describe(setup)} was seen in {len(seen.times)} pictures; look at the film and correct "
             "marker, size, threshold or region"
@@ -179,12 +179,12 @@ def _describe(setup: Setup) -> str:
 def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
     seen = _Seen([], [], [], (0, 0))
     total = len(film)
-    find: Callable[[Picture], Sightings] | None = None
+    find: Callable[[Picture], Detections] | None = None
     for time, picture in film:
         seen.times.append(time)
         seen.readable.append(picture is not None)
         if picture is None:
-            seen.pictures.append(Sightings.of([]))
+            seen.pictures.append(Detections.of([]))
         else:
             if find is None:
                 seen.shape = (picture.shape[0], picture.shape[1])
@@ -195,7 +195,7 @@ def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
     return seen
 
 
-def _finder(setup: Setup, first: Picture, name: str) -> Callable[[Picture], Sightings]:
+def _finder(setup: Setup, first: Picture, name: str) -> Callable[[Picture], Detections]:
     height, width = first.shape[:2]
     left, top, wide, high = setup.region or (0, 0, width, height)
     if left >= width or top >= height:
@@ -215,8 +215,8 @@ def _finder(setup: Setup, first: Picture, name: str) -> Callable[[Picture], Sigh
                 raise InputError(
                     f"{name}: the template [{x}, {y}, {w}, {h}] leaves the picture of {width} x {height} px"
                 )
-            pieces.append(likeness(first[y : y + h, x : x + w], "bright", setup.channel))
-        return lambda picture: find_templates(likeness(cropped(picture), "bright", setup.channel), pieces).moved(
+            pieces.append(response_map(first[y : y + h, x : x + w], "bright", setup.channel))
+        return lambda picture: find_templates(response_map(cropped(picture), "bright", setup.channel), pieces).moved(
             left, top
         )
 
@@ -224,8 +224,8 @@ def _finder(setup: Setup, first: Picture, name: str) -> Callable[[Picture], Sigh
     if level is not None and setup.marker == "dark":
         level = 255 - level
 
-    def blobs(picture: Picture) -> Sightings:
-        grey = likeness(cropped(picture), setup.marker, setup.channel)
+    def blobs(picture: Picture) -> Detections:
+        grey = response_map(cropped(picture), setup.marker, setup.channel)
         found = find_blobs(grey, size=setup.size, threshold=setup.threshold, level=level, opening=setup.opening)
         return found.moved(left, top)
 

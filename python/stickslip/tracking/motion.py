@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.files.documents import write_whole
 from stickslip.tracking.calibration import Calibration
-from stickslip.tracking.sightings import Array
+from stickslip.tracking.detections import Array
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.tracking.sightings import Array
+from stickslip.tracking.detections import Array
 from stickslip.tracking.source import Picture
 from stickslip.tracking.vision import vision
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, number, read_toml
-from stickslip.tracking.likeness import CHANNELS, check_marker
+from stickslip.tracking.response_map import CHANNELS, check_marker
 
 FINDERS = ("blob", "template", "fiducial")
 

@@ -14,9 +14,9 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.tracking.calibration import Calibration, Lens
+from stickslip.tracking.detections import Array
 from stickslip.tracking.motion import motion_dataset
 from stickslip.tracking.setup import Setup
-from stickslip.tracking.sightings import Array
 from stickslip.tracking.source import Picture
 from stickslip.tracking.vision import vision
 from stickslip.tracking.writing import write_pictures

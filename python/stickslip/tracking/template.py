@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.sightings import Sightings
+from stickslip.tracking.detections import Detections
 from stickslip.tracking.vision import vision
 
 Grey = npt.NDArray[np.float32]
@@ -17,7 +17,7 @@ LEAST_CORRELATION = 0.6
 """Below this a place does not look like the template."""
 
 
-def find_templates(picture: Grey, templates: list[Grey]) -> Sightings:
+def find_templates(picture: Grey, templates: list[Grey]) -> Detections:
     """Places that look like one of the templates; the label says which.
 
     Each template is correlated with the whole picture (normalised, mean removed); its highest peaks are refined by
@@ -31,7 +31,7 @@ def find_templates(picture: Grey, templates: list[Grey]) -> Sightings:
 
     Returns
     -------
-    Sightings; contrast is 100 times the correlation, size the side of a square of the piece's area.
+    Detections; contrast is 100 times the correlation, size the side of a square of the piece's area.
 
     Limits: no rotation or change of size beyond a few per cent; texture in both directions is needed.
     """
@@ -41,13 +41,13 @@ def find_templates(picture: Grey, templates: list[Grey]) -> Sightings:
         high, wide = piece.shape
         if high > picture.shape[0] or wide > picture.shape[1]:
             continue
-        likeness = cv2.matchTemplate(picture, piece, cv2.TM_CCOEFF_NORMED)
+        response = cv2.matchTemplate(picture, piece, cv2.TM_CCOEFF_NORMED)
         for _ in range(4):
-            _, best, _, (column, row) = cv2.minMaxLoc(likeness)
+            _, best, _, (column, row) = cv2.minMaxLoc(response)
             if best < LEAST_CORRELATION:
                 break
             top, left = max(0, row - high // 2), max(0, column - wide // 2)
-            likeness[top : row + high // 2 + 1, left : column + wide // 2 + 1] = -1
+            response[top : row + high // 2 + 1, left : column + wide // 2 + 1] = -1
             fit = _refine(cv2, picture, piece, float(column), float(row))
             if fit is None:
                 continue
@@ -55,7 +55,7 @@ def find_templates(picture: Grey, templates: list[Grey]) -> Sightings:
             size = math.sqrt(high * wide)
             place = (x + (wide - 1) / 2, y + (high - 1) / 2)
             rows.append((*place, x_error, y_error, size, 100 * best, 100 * best**2, label, 0, 0))
-    return Sightings.of(rows)
+    return Detections.of(rows)
 
 
 def _refine(cv2: Any, picture: Grey, piece: Grey, x: float, y: float) -> tuple[float, float, float, float] | None:

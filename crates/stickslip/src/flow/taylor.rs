@@ -162,6 +162,16 @@ impl Frame {
         }
     }
 
+    /// The mass of a contact.
+    pub(crate) fn mass_of(&self, contact: usize) -> usize {
+        self.ends[contact].0
+    }
+
+    /// Whether a contact is with a drive, not with another mass.
+    pub(crate) fn driven(&self, contact: usize) -> bool {
+        self.ends[contact].1.is_none()
+    }
+
     /// b_c · a for any vector over the masses.
     pub(crate) fn across<T: Linear>(&self, contact: usize, a: impl Fn(usize) -> T) -> T {
         let (mass, other) = self.ends[contact];
@@ -490,6 +500,11 @@ impl Motion {
                 let share = frame.rate * bound / frame.coupling(c, c);
                 for k in [ORDER - 2, ORDER - 1] {
                     shortest = shortest.min(power(share / self.force[c][k].abs(), 1.0 / k as f64));
+                }
+            } else if !frame.drives[c].harmonics.is_empty() {
+                // A drive may vary while the mass below it does not.
+                for k in [ORDER - 1, ORDER] {
+                    shortest = shortest.min(power(bound / self.u[c][k].abs(), 1.0 / k as f64));
                 }
             }
         }

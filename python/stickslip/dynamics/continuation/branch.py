@@ -24,13 +24,13 @@ class SpecialPoint:
     kind is ``"fold"``, ``"flip"``, ``"neimark_sacker"``, ``"branch_point"``, ``"hopf"``, ``"nonsmooth_hopf"``,
     ``"grazing_sliding"``, ``"crossing_sliding"``, ``"switching_sliding"``, ``"adding_sliding"``, ``"grazing_node"``,
     ``"vanishing_stick"``, the limit in which the stick time vanishes and the slip is neutral, or ``"nonsmooth_fold"``, a
-    border beyond which two orbits of different event sequences are gone together.
+    boundary beyond which two orbits of different event sequences are gone together.
     """
 
     kind: str
     parameter: float
-    #: The border that vanishes there, as named above; empty where none does.
-    border: str = ""
+    #: The boundary that vanishes there, as named above; empty where none does.
+    boundary: str = ""
     #: Position range of the orbit there.
     x: tuple[float, float] = (math.nan, math.nan)
     #: The system there.
@@ -128,7 +128,7 @@ class Branches:
         data: dict[str, Any] = {(self.parameter if name == "values" else name): padded(name) for name in COLUMNS}
         data |= {
             "special_kind": ("special", np.array([item.kind for item in points], dtype=str)),
-            "special_border": ("special", np.array([item.border for item in points], dtype=str)),
+            "special_boundary": ("special", np.array([item.boundary for item in points], dtype=str)),
             "special_parameter": ("special", np.array([item.parameter for item in points], float)),
             "special_x": (("special", "end"), np.array([item.x for item in points], float).reshape(-1, 2)),
         }

@@ -11,10 +11,10 @@ import numpy as np
 
 from stickslip.dynamics.continuation.branch import COLUMNS, Branch, Branches, SpecialPoint, range_of
 from stickslip.dynamics.continuation.walk import Walk
-from stickslip.dynamics.critical.release_map import forcing_period
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, periodic_orbit
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
+from stickslip.dynamics.periodic.return_map import forcing_period
 from stickslip.dynamics.periodic.shooting import Family, axis, corrected
 from stickslip.errors import InputError
 from stickslip.files.documents import number
@@ -39,7 +39,7 @@ def continuation(
     Pseudo-arclength continuation of the orbit held to its event sequence; test functions that vanish at the four sliding
     bifurcations, multipliers at +1, −1 and the unit circle, and zeros of the damping of steady slip are found by Newton's
     method or a bracketed root. At a sliding bifurcation the event sequence is switched and the branch goes on, back in the
-    parameter where orbits on both sides of the border meet (a nonsmooth fold).
+    parameter where orbits on both sides of the boundary meet (a nonsmooth fold).
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def continuation(
     InputError
         for an unknown parameter, bounds that make no sense, or where no motion to start from is found.
 
-    Limits: a branch ends where its orbit leaves the neighbourhood of the border, as with f_s > f_k where a grazing orbit is
+    Limits: a branch ends where its orbit leaves the neighbourhood of the boundary, as with f_s > f_k where a grazing orbit is
     thrown far away; branches that no run from rest or `guess` reaches are not found.
 
     Source: Dercole & Kuznetsov, ACM TOMS 31 (2005) 95; Thota & Dankowicz, SIADS 7 (2008) 1283.
@@ -131,8 +131,8 @@ def _steady(system: Oscillator, path: str, family: Family) -> Branch:
 
 
 def _both_ways(cycle: PeriodicOrbit, value: float, family: Family, most: int, progress: Any) -> Branch:
-    trail = cycle.closed.trail
-    start = corrected(trail, cycle.turns, family, np.array([value]), axis(trail))
+    sequence = cycle.closed.sequence
+    start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
     halves = []
     for sign in (-1.0, 1.0):
         way = start.direction * math.copysign(1.0, start.direction[_PARAMETER]) * sign

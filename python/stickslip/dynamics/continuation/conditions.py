@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.dynamics.critical.release_map import Return, moved, multipliers_of, size_of, turn
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
+from stickslip.dynamics.periodic.return_map import Return, moved, multipliers_of, return_of, size_of
 
 if TYPE_CHECKING:
     from stickslip.dynamics.periodic.shooting import Point
@@ -25,7 +25,7 @@ _STEP = 1e-5
 
 def nontrivial(here: Return) -> Any:
     """The multipliers but the 1 of an autonomous cycle."""
-    return multipliers_of(here)[0 if here.turns else 1 :]
+    return multipliers_of(here)[0 if here.forcing_periods else 1 :]
 
 
 def torus(here: Return) -> float:
@@ -58,22 +58,22 @@ def determinant(kind: str, here: Return) -> float:
 
 
 def gradient(kind: str, here: Return, paths: Sequence[str], scales: Sequence[float]) -> Floats:
-    """The derivatives of :func:`determinant` over the lanes of the return map and the parameters, by central differences.
+    """The derivatives of :func:`determinant` over the coordinates and the parameters, by central differences.
 
     They steer Newton's method only: what it converges to is as exact as the determinant.
     """
-    sizes = size_of(here.trail.system, here.trail.start, here.lanes)
+    sizes = size_of(here.sequence.system, here.sequence.start, here.coordinates)
     slopes = []
-    for lane, size in enumerate(sizes):
+    for coordinate, size in enumerate(sizes):
         step = np.zeros(len(sizes))
-        step[lane] = _STEP * size
-        ends = [determinant(kind, turn(moved(here, sign * step), here.turns)) for sign in (-1.0, 1.0)]
-        slopes.append((ends[1] - ends[0]) / (2 * step[lane]))
+        step[coordinate] = _STEP * size
+        ends = [determinant(kind, return_of(moved(here, sign * step), here.forcing_periods)) for sign in (-1.0, 1.0)]
+        slopes.append((ends[1] - ends[0]) / (2 * step[coordinate]))
     for path, scale in zip(paths, scales, strict=True):
-        value, width = read(here.trail.system, path), _STEP * scale
+        value, width = read(here.sequence.system, path), _STEP * scale
         ends = []
         for sign in (-1.0, 1.0):
-            system = with_number(here.trail.system, path, value + sign * width)
-            ends.append(determinant(kind, turn(replace(here.trail, system=system), here.turns)))
+            system = with_number(here.sequence.system, path, value + sign * width)
+            ends.append(determinant(kind, return_of(replace(here.sequence, system=system), here.forcing_periods)))
         slopes.append((ends[1] - ends[0]) / (2 * width))
     return np.array(slopes)

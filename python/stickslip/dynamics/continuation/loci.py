@@ -105,7 +105,7 @@ def locus(
     InputError
         for unknown parameters, bounds that make no sense or leave the point out, or a kind that is no curve to follow.
 
-    Limits: the event sequence is held; the curve ends where another border is met (a point of codimension two). A nonsmooth
+    Limits: the event sequence is held; the curve ends where another boundary is met (a point of codimension two). A nonsmooth
     Hopf point or a branch point is not followed.
 
     Source: Dercole & Kuznetsov, ACM TOMS 31 (2005) 95; Kuznetsov, Elements of Applied Bifurcation Theory, ch. 10.
@@ -134,14 +134,16 @@ def locus(
     if point.kind == "hopf" and isinstance(system, Oscillator):
         halves = [_hopf_half(system, family, np.array(here), sign, most) for sign in (-1.0, 1.0)]
     else:
-        condition = point.kind if point.kind in BY_MULTIPLIERS else None if point.point is None else point.point.border
+        condition = (
+            point.kind if point.kind in BY_MULTIPLIERS else None if point.point is None else point.point.boundary
+        )
         if condition is None or point.point is None:
             raise InputError(
                 f"locus: a {point.kind} is not followed in two parameters; locate it at several values instead"
             )
-        trail, turns = point.point.here.trail, point.point.here.turns
+        sequence, forcing_periods = point.point.here.sequence, point.point.here.forcing_periods
         try:
-            start = corrected(trail, turns, family, np.array(here), None, condition)
+            start = corrected(sequence, forcing_periods, family, np.array(here), None, condition)
         except Lost as error:
             raise InputError(f"locus: the point is not found again in two parameters: {error}") from None
         walked = 0
@@ -163,13 +165,13 @@ _Row = tuple[float, float, float, float]
 
 
 def _half(point: Point, family: Family, most: int, told: Callable[[int], None]) -> list[_Row]:
-    """One way along the curve until a bound or another border."""
+    """One way along the curve until a bound or another boundary."""
     rows = [_row(point)]
     step = 0.01
     while len(rows) < most and step >= _SMALLEST:
         told(len(rows))
         try:
-            ahead = stepped(point, point.here.turns, family, step)
+            ahead = stepped(point, point.here.forcing_periods, family, step)
         except Lost:
             ahead = None
         if ahead is None or not _allowed(ahead) or float(point.direction @ ahead.direction) < 0.9:
@@ -185,7 +187,9 @@ def _half(point: Point, family: Family, most: int, told: Callable[[int], None]) 
             )
             values[axis] = bound
             with contextlib.suppress(Lost):
-                end = corrected(point.here.trail, point.here.turns, family, values, direction, point.border)
+                end = corrected(
+                    point.here.sequence, point.here.forcing_periods, family, values, direction, point.boundary
+                )
                 rows.append(_row(end))
             break
         point = ahead
@@ -200,7 +204,7 @@ def _row(point: Point) -> _Row:
 
 
 def _allowed(point: Point) -> bool:
-    """Whether no other border has been passed."""
+    """Whether no other boundary has been passed."""
     return bool((point.here.durations > -1e-8).all()) and min(worst(point.here).values(), default=0.0) > -1e-8
 
 

@@ -1,4 +1,4 @@
-"""The other branch at a special point: of twice the period at a flip, through a branch point, beyond a border."""
+"""The other branch at a special point: of twice the period at a flip, through a branch point, beyond a boundary."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from stickslip.dynamics.continuation.branch import Branch, Branches, SpecialPoint
 from stickslip.dynamics.continuation.walk import Walk
-from stickslip.dynamics.critical.release_map import Return, moved, size_of
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer
+from stickslip.dynamics.periodic.return_map import Return, moved, size_of
 from stickslip.dynamics.periodic.shooting import Family, Lost, Point, consistent, corrected, evaluate
 from stickslip.dynamics.periodic.switching_boundaries import beyond
 from stickslip.errors import InputError
@@ -28,7 +28,7 @@ def switch_branch(
     """Follow the branch that a special point of a branch opens.
 
     At a flip the orbit is taken twice and moved along the eigenvector of the multiplier −1; at a branch point it is moved
-    along the second null vector of the derivative of the closed orbit; at a sliding bifurcation the motion beside the border
+    along the second null vector of the derivative of the closed orbit; at a sliding bifurcation motion beside the boundary
     shows the event sequence that takes over (:func:`stickslip.continuation` goes on with it by itself, this is it alone).
 
     Parameters
@@ -66,7 +66,9 @@ def switch_branch(
     elif point.kind in ("flip", "branch_point"):
         start = _aside(point.point, family, double=point.kind == "flip")
     else:
-        raise InputError(f"switch_branch: no branch begins at a {point.kind}; take a flip, a branch point or a border")
+        raise InputError(
+            f"switch_branch: no branch begins at a {point.kind}; take a flip, a branch point or a boundary"
+        )
     if start is None:
         raise InputError(f"switch_branch: no other branch is found beside the {point.kind} at {point.parameter:.9g}")
     return Walk(family, most, progress).go(start)
@@ -76,20 +78,20 @@ def _aside(point: Point, family: Family, *, double: bool) -> Point | None:
     """The first point of the other branch."""
     here = point.here
     across = _across(here, family, point, double=double)
-    trail, turns = here.trail, here.turns * (2 if double else 1)
+    sequence, forcing_periods = here.sequence, here.forcing_periods * (2 if double else 1)
     if double:
-        trail = replace(trail, arcs=np.vstack([trail.arcs, trail.arcs]))
-    sizes = size_of(trail.system, trail.start, here.lanes)
+        sequence = replace(sequence, phases=np.vstack([sequence.phases, sequence.phases]))
+    sizes = size_of(sequence.system, sequence.start, here.coordinates)
     span = float(family.scales(point.values)[0])
     for size in _ASIDE:
         for sign in (1.0, -1.0):
             leap = sign * size * across
-            start = replace(trail, start=moved(here, leap[here.lanes] * sizes).start)
+            start = replace(sequence, start=moved(here, leap[here.coordinates] * sizes).start)
             try:
-                found = corrected(start, turns, family, point.values + leap[_PARAMETER] * span, sign * across)
+                found = corrected(start, forcing_periods, family, point.values + leap[_PARAMETER] * span, sign * across)
             except (Lost, InputError):
                 continue
-            apart = np.abs(found.here.trail.start[here.lanes] - here.trail.start[here.lanes]) / sizes
+            apart = np.abs(found.here.sequence.start[here.coordinates] - here.sequence.start[here.coordinates]) / sizes
             if consistent(found.here) and apart.max() > 0.1 * size:
                 return found
     return None
@@ -97,15 +99,15 @@ def _aside(point: Point, family: Family, *, double: bool) -> Point | None:
 
 def _across(here: Return, family: Family, point: Point, *, double: bool) -> Floats:
     """The direction of the other branch: scaled, over the state and the parameter."""
-    sizes = size_of(here.trail.system, here.trail.start, here.lanes)
+    sizes = size_of(here.sequence.system, here.sequence.start, here.coordinates)
     across = np.zeros(len(point.direction))
     if double:
         scaled = here.map_jacobian * sizes / sizes[:, None]
         values, vectors = np.linalg.eig(scaled)
-        across[here.lanes] = vectors[:, int(np.argmin(np.abs(values + 1)))].real
+        across[here.coordinates] = vectors[:, int(np.argmin(np.abs(values + 1)))].real
         return np.asarray(across / np.linalg.norm(across), float)
-    _, _, jacobian, _ = evaluate(here.trail, here.turns, family, point.values, None)
-    places = [*here.lanes, len(across) - 1]
+    _, _, jacobian, _ = evaluate(here.sequence, here.forcing_periods, family, point.values, None)
+    places = [*here.coordinates, len(across) - 1]
     scales = np.concatenate([sizes, family.scales(point.values)])
     _, _, rows = np.linalg.svd(jacobian * scales / sizes[:, None])
     null, along = rows[-2:], point.direction[places]

@@ -1,4 +1,4 @@
-"""One way along a branch of cycles: steps, special points in between, borders, its end."""
+"""One way along a branch of cycles: steps, special points in between, boundaries, its end."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Walk:
             if self.progress is not None:
                 self.progress(len(self.branch.values), self.most)
             try:
-                ahead = stepped(point, point.here.turns, self.family, step)
+                ahead = stepped(point, point.here.forcing_periods, self.family, step)
             except Lost:
                 ahead = None
             if ahead is None or not consistent(ahead.here):
@@ -56,13 +56,13 @@ class Walk:
                     break
                 if self._unstuck(point):
                     break
-                border = switching_boundaries.nearest(point, ahead, step, self.family)
-                if border is not None and step > 1e-3:
+                boundary = switching_boundaries.nearest(point, ahead, step, self.family)
+                if boundary is not None and step > 1e-3:
                     # Closer first: a fold may lie before it.
                     step /= 4
                     continue
-                if border is not None:
-                    onward = self._cross(point, *border)
+                if boundary is not None:
+                    onward = self._cross(point, *boundary)
                     if onward is None:
                         break
                     point, step = onward, 0.003
@@ -91,7 +91,7 @@ class Walk:
                     break
                 continue
             point = ahead
-            if point.here.turns == 0 and self._size() < _POINT * largest:
+            if point.here.forcing_periods == 0 and self._size() < _POINT * largest:
                 self._shrunk(point)
                 break
             largest = max(largest, self._size())
@@ -104,30 +104,32 @@ class Walk:
     def _size(self) -> float:
         return self.branch.x_max[-1] - self.branch.x_min[-1]
 
-    def _special(self, kind: str, point: Point, border: str = "", label: Label | None = None) -> None:
+    def _special(self, kind: str, point: Point, boundary: str = "", label: Label | None = None) -> None:
         try:
             x = range_of(finished(point.here, 0))
         except InputError:
             x = (self.branch.x_min[-1], self.branch.x_max[-1])
         value = float(point.values[0])
-        self.branch.special_points.append(SpecialPoint(kind, value, border, x, point.here.trail.system, point, label))
+        self.branch.special_points.append(
+            SpecialPoint(kind, value, boundary, x, point.here.sequence.system, point, label)
+        )
 
     def _finish(self, point: Point, bound: float) -> None:
         try:
-            trail = point.here.trail
-            end = corrected(trail, point.here.turns, self.family, np.array([bound]), axis(trail))
+            sequence = point.here.sequence
+            end = corrected(sequence, point.here.forcing_periods, self.family, np.array([bound]), axis(sequence))
             if consistent(end.here):
                 self._add(end)
         except Lost:
             pass
 
-    def _cross(self, last: Point, border: Point, label: Label) -> Point | None:
-        """Switch the event sequence at a border; the first point beyond it, None where the branch ends there."""
-        name = switching_boundaries.name_of(border.here, label)
-        way = math.copysign(1.0, float(border.values[0] - self.branch.values[-1]))
-        onward = switching_boundaries.beyond(border, last.here, self.family, (way, -way))
+    def _cross(self, last: Point, boundary: Point, label: Label) -> Point | None:
+        """Switch the event sequence at a boundary; the first point beyond it, None where the branch ends there."""
+        name = switching_boundaries.name_of(boundary.here, label)
+        way = math.copysign(1.0, float(boundary.values[0] - self.branch.values[-1]))
+        onward = switching_boundaries.beyond(boundary, last.here, self.family, (way, -way))
         back = onward is not None and onward[1] != way
-        self._special("nonsmooth_fold" if back else name, border, name, label)
+        self._special("nonsmooth_fold" if back else name, boundary, name, label)
         return None if onward is None else onward[0]
 
     def _between(self, point: Point, ahead: Point, step: float) -> bool:
@@ -135,11 +137,11 @@ class Walk:
 
         At a Hopf point the curve of cycles turns back on itself, half a period later: no fold.
         """
-        if switching_boundaries.sequence(point.here) != switching_boundaries.sequence(ahead.here):
+        if switching_boundaries.signature(point.here) != switching_boundaries.signature(ahead.here):
             return False
 
         def at(fraction: float) -> Point:
-            return stepped(point, point.here.turns, self.family, fraction * step)
+            return stepped(point, point.here.forcing_periods, self.family, fraction * step)
 
         for kind, test in TESTS.items():
             before, after = test(point), test(ahead)
@@ -153,14 +155,14 @@ class Walk:
             except (Lost, InputError):
                 continue
             largest = max(np.subtract(self.branch.x_max, self.branch.x_min))
-            if not found.here.turns and high - low < _POINT * largest:
+            if not found.here.forcing_periods and high - low < _POINT * largest:
                 return True
             self._special(kind, found)
         return False
 
     def _shrunk(self, point: Point) -> bool:
         """Whether the cycle shrinks to a point from here on; the zero of the damping says where at a smooth Hopf point."""
-        if point.here.turns:
+        if point.here.forcing_periods:
             return False
         found = vanishing(point, self.family)
         if found is None:
@@ -169,13 +171,13 @@ class Walk:
         if kind == "nonsmooth_hopf":
             x = 2 * (float(np.mean(range_of(finished(smallest.here, 0)))),)
             self.branch.special_points.append(
-                SpecialPoint(kind, value, "", (x[0], x[1]), smallest.here.trail.system, smallest)
+                SpecialPoint(kind, value, "", (x[0], x[1]), smallest.here.sequence.system, smallest)
             )
         return True
 
     def _unstuck(self, point: Point) -> bool:
         """Whether the sticks vanish from here on and leave neutral slip, towards which the multiplier goes to 1."""
-        if point.here.turns or self.branch.multiplier[-1] < 0.5:
+        if point.here.forcing_periods or self.branch.multiplier[-1] < 0.5:
             return False
         if not 0 < stick_time(point) < 0.1 * point.here.period:
             return False

@@ -14,10 +14,10 @@ from stickslip.dynamics.continuation.branch import Branch, SpecialPoint
 from stickslip.dynamics.continuation.branches import lies_on
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.critical.confirmation import Shown, shown
-from stickslip.dynamics.critical.release_map import forcing_period
 from stickslip.dynamics.periodic.cycles import periodic_orbit
 from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check_one, with_number
+from stickslip.dynamics.periodic.return_map import forcing_period
 from stickslip.dynamics.periodic.shooting import Family, Lost, Point, axis, corrected
 from stickslip.errors import InputError
 from stickslip.files.documents import number
@@ -195,10 +195,10 @@ def _from_orbit(system: Oscillator, special: SpecialPoint) -> Run:
     """Runs from the orbit at a special point: from where it begins to stick, as nothing before is remembered there."""
     assert special.point is not None
     here = special.point.here
-    state, stuck = here.trail.start, here.trail.directions[:, 0] == 0
+    state, stuck = here.sequence.start, here.sequence.directions[:, 0] == 0
     captures = np.flatnonzero(stuck & ~np.roll(stuck, 1))
     if captures.size and captures[0] > 0:
-        state = here.trail.follow().states[captures[0] - 1]
+        state = here.sequence.follow().states[captures[0] - 1]
     x, v = float(state[1]), None if captures.size else float(state[2])
     return lambda speed, cycles: shown(with_number(system, _PATH, speed), cycles, x, v)
 
@@ -282,8 +282,8 @@ def _branch(system: Oscillator, value: float, guess: Any, family: Family, known:
         cycle = periodic_orbit(system, guess, t_end=None if guess is None else 150 * system.natural_period)
         if (cycle.marginal and not cycle.sticks) or any(lies_on(branch, cycle, value) for branch in known):
             return None
-        trail = cycle.closed.trail
-        start = corrected(trail, cycle.turns, family, np.array([value]), axis(trail))
+        sequence = cycle.closed.sequence
+        start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
     except (InputError, Lost):
         return None
     way = start.direction * (1.0 if start.direction[-1] > 0 else -1.0)

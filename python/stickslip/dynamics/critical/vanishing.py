@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.critical.release_map import size_of
 from stickslip.dynamics.periodic.cycles import finished
-from stickslip.dynamics.periodic.event_sequence import Trail
+from stickslip.dynamics.periodic.event_sequence import EventSequence
+from stickslip.dynamics.periodic.return_map import size_of
 from stickslip.dynamics.periodic.shooting import Family, Lost, Point, axis, corrected
 from stickslip.errors import InputError
 
@@ -52,7 +52,9 @@ def _longer(point: Point, family: Family) -> Point | None:
     while stick_time(point) < _LEAST * point.here.period:
         target = float(point.values[0]) + back
         try:
-            further = corrected(_towards(point, target, family), 0, family, np.array([target]), axis(point.here.trail))
+            further = corrected(
+                _towards(point, target, family), 0, family, np.array([target]), axis(point.here.sequence)
+            )
         except (Lost, InputError):
             return None
         gain = stick_time(further) - stick_time(point)
@@ -77,8 +79,8 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
     followed: list[Point] = []
     for _ in range(_MOST):
         try:
-            trail = _towards(point, target, family)
-            point = corrected(trail, point.here.turns, family, np.array([target]), axis(trail))
+            sequence = _towards(point, target, family)
+            point = corrected(sequence, point.here.forcing_periods, family, np.array([target]), axis(sequence))
             size = measure(point)
         except (Lost, InputError):
             break
@@ -107,7 +109,7 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
 
 def stick_time(point: Point) -> float:
     """How long the cycle sticks in a period."""
-    return float(point.here.durations[(point.here.trail.directions == 0).any(axis=1)].sum())
+    return float(point.here.durations[(point.here.sequence.directions == 0).any(axis=1)].sum())
 
 
 def _size(point: Point) -> float:
@@ -126,12 +128,14 @@ def _extrapolated(sizes: list[float], places: list[float], size: float) -> float
     return float(p[0])
 
 
-def _towards(point: Point, target: float, family: Family) -> Trail:
+def _towards(point: Point, target: float, family: Family) -> EventSequence:
     """The start predicted for another value of the parameter."""
     here = point.here
     span = float(family.scales(point.values)[0])
-    start = here.trail.start.copy()
+    start = here.sequence.start.copy()
     leap = (target - float(point.values[0])) / span / point.direction[_PARAMETER]
-    start[here.lanes] += leap * point.direction[here.lanes] * size_of(here.trail.system, start, here.lanes)
+    start[here.coordinates] += (
+        leap * point.direction[here.coordinates] * size_of(here.sequence.system, start, here.coordinates)
+    )
     start[here.fixed] += here.fixed_parameter * (target - float(point.values[0]))
-    return replace(here.trail, start=start)
+    return replace(here.sequence, start=start)

@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
-from stickslip.dynamics.critical.release_map import (
+from stickslip.dynamics.periodic.event_sequence import SECTION, STATE, EventSequence, check
+from stickslip.dynamics.periodic.return_map import (
     Return,
     close,
     forcing_period,
     inconsistency,
     multipliers_of,
     once,
+    return_of,
     size_of,
-    turn,
 )
-from stickslip.dynamics.periodic.event_sequence import SECTION, STATE, Trail, check
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.model.drive import Drive
@@ -39,19 +39,19 @@ class PeriodicOrbit:
 
     Attributes
     ----------
-    period : its time T; `turns` says how many periods of the forcing that is (0 without forcing).
+    period : its time T; `forcing_periods` says how many periods of the forcing that is (0 without forcing).
     multipliers : Floquet multipliers, complex, the largest first; an autonomous orbit has a 1 for the shift in time, and a
         stick brings a 0 (the direction it forgets).
     stable : whether all but the 1 of an autonomous orbit lie inside the unit circle.
     marginal : whether the largest of these has size 1 within 1e-9, so that neither is decided by it.
     residual : end minus start, the largest relative to the motion; `rounds` of Newton's method it took.
     state : t, x, v where the section is, at the event `section`; of a system x and v are of shape (n,).
-    events : kinds of the endings of its arcs, in order.
+    events : kinds of the endings of its phases, in order.
     """
 
     system: Oscillator | System
     period: float
-    turns: int
+    forcing_periods: int
     multipliers: NDArray[np.complex128]
     residual: float
     rounds: int
@@ -62,7 +62,7 @@ class PeriodicOrbit:
     @property
     def largest(self) -> float:
         """The size of the largest multiplier that is not the 1 of an autonomous orbit."""
-        return float(np.abs(self.multipliers[0 if self.turns else 1 :]).max())
+        return float(np.abs(self.multipliers[0 if self.forcing_periods else 1 :]).max())
 
     @property
     def marginal(self) -> bool:
@@ -77,16 +77,16 @@ class PeriodicOrbit:
     @property
     def state(self) -> tuple[float, Any, Any]:
         """t, x, v at the section."""
-        trail = self.closed.trail
-        x, v = trail.start[trail.layout.x], trail.start[trail.layout.v]
+        sequence = self.closed.sequence
+        x, v = sequence.start[sequence.layout.x], sequence.start[sequence.layout.v]
         if isinstance(self.system, Oscillator):
-            return float(trail.start[0]), float(x[0]), float(v[0])
-        return float(trail.start[0]), x, v
+            return float(sequence.start[0]), float(x[0]), float(v[0])
+        return float(sequence.start[0]), x, v
 
     @property
     def sticks(self) -> bool:
         """Whether adhesion is a part of it."""
-        return bool((self.closed.trail.directions == 0).any())
+        return bool((self.closed.sequence.directions == 0).any())
 
     @cached_property
     def orbit(self) -> Orbit:
@@ -119,19 +119,19 @@ def _from_section(system: Any, t0: float) -> Any:
 
 
 def one_period(closed: Return, period: float) -> Orbit:
-    """The orbit of a closed turn, from its section on."""
-    trail = closed.trail
-    t0 = float(trail.start[0])
-    system = _from_section(trail.system, t0)
+    """The orbit of a closed orbit, from its section on."""
+    sequence = closed.sequence
+    t0 = float(sequence.start[0])
+    system = _from_section(sequence.system, t0)
     if isinstance(system, System) or not system.closed_form:
-        start = trail.start.copy()
+        start = sequence.start.copy()
         start[0] = 0.0
         document = (system if isinstance(system, System) else system.to_system()).to_json()
-        moving = _core.Network.resume(document, start, np.ascontiguousarray(trail.phases[0]), period)
+        moving = _core.Network.resume(document, start, np.ascontiguousarray(sequence.modes[0]), period)
         return NetworkOrbit(system, moving)
-    followed = trail.follow()
-    states = np.vstack([trail.start, followed.states])
-    stuck, held = trail.arcs[:, 0] == 0, trail.arcs[:, 1] != 0
+    followed = sequence.follow()
+    states = np.vstack([sequence.start, followed.states])
+    stuck, held = sequence.phases[:, 0] == 0, sequence.phases[:, 1] != 0
     slope = np.where(held, np.inf, np.where(stuck, 0.0, states[:-1, 4]))
     rows = np.column_stack(
         [
@@ -139,20 +139,23 @@ def one_period(closed: Return, period: float) -> Orbit:
             np.zeros(len(slope)),
             states[:-1, 1],
             states[:-1, 2],
-            trail.arcs[:, 0],
+            sequence.phases[:, 0],
             np.where(stuck | held, 0.0, states[:-1, 3]),
             slope,
             states[:-1, len(STATE)],
         ]
     )
-    kinds = [_core.KINDS.index(kind) for kind in kinds_of(trail)]
+    kinds = [_core.KINDS.index(kind) for kind in kinds_of(sequence)]
     missing = np.full(len(kinds), np.nan)
     force = system.stiffness * states[1:, 1] * missing
     sticking = np.where(stuck, closed.durations, np.nan)
-    table = np.column_stack([states[1:, 0] - t0, kinds, states[1:, 1], states[1:, 2], force, sticking, missing])
+    contact = np.zeros(len(kinds))
+    table = np.column_stack(
+        [states[1:, 0] - t0, kinds, contact, states[1:, 1], states[1:, 2], force, sticking, missing]
+    )
     core = _core.Orbit.restore(
         system.to_json(),
-        (float(trail.start[1]), float(trail.start[2]), period, 10_000_000),
+        (float(sequence.start[1]), float(sequence.start[2]), period, 10_000_000),
         _core.STOPS.index("t_end"),
         (len(kinds), 0, 0, 0),
         np.ascontiguousarray(rows.ravel()),
@@ -161,11 +164,11 @@ def one_period(closed: Return, period: float) -> Orbit:
     return Orbit(system, core)
 
 
-def kinds_of(trail: Trail) -> list[str]:
-    """The kinds of the events that end the arcs."""
-    following = np.vstack([trail.phases[1:], trail.last])
+def kinds_of(sequence: EventSequence) -> list[str]:
+    """The kinds of the events that end the phases."""
+    following = np.vstack([sequence.modes[1:], sequence.last])
     kinds = []
-    for row, then, ending, contact in zip(trail.phases, following, trail.endings, trail.ended_by, strict=True):
+    for row, then, ending, contact in zip(sequence.modes, following, sequence.endings, sequence.ended_by, strict=True):
         direction, (after, held) = row[2 * contact], then[2 * contact : 2 * contact + 2]
         name = _core.ENDINGS[ending]
         if name == "release":
@@ -181,16 +184,18 @@ def kinds_of(trail: Trail) -> list[str]:
     return kinds
 
 
-def find(system: Any, trail: Trail, kinds: list[str], settled: bool, periods: int | None) -> tuple[Trail, int]:
+def find(
+    system: Any, sequence: EventSequence, kinds: list[str], settled: bool, periods: int | None
+) -> tuple[EventSequence, int]:
     """One period cut out of a run: between two returns that are nearly the same; and how many periods of the forcing."""
     late = kinds[len(kinds) // 2 :]
     wanted = next((kind for kind in ("capture", "crossing", "reversal") if kind in late), None)
     if wanted is None:
-        trail = trail.with_sections()
-        marks = np.flatnonzero(trail.endings == SECTION)
+        sequence = sequence.with_sections()
+        marks = np.flatnonzero(sequence.endings == SECTION)
     else:
         # Of several contacts the one whose event comes last.
-        contacts = trail.ended_by[: len(kinds)]
+        contacts = sequence.ended_by[: len(kinds)]
         which = next(c for kind, c in zip(kinds[::-1], contacts[::-1], strict=True) if kind == wanted)
         marks = np.flatnonzero((np.array(kinds) == wanted) & (contacts == which))
     if len(marks) < 2:
@@ -198,25 +203,25 @@ def find(system: Any, trail: Trail, kinds: list[str], settled: bool, periods: in
             "periodic_orbit: the motion has no two returns: it comes to rest or slips steadily, or the run is too short; "
             "give a guess"
         )
-    followed = trail.follow()
-    states, width = followed.states, trail.layout.width
-    following = np.vstack([trail.phases[1:], trail.phases[-1:]])
+    followed = sequence.follow()
+    states, width = followed.states, sequence.layout.width
+    following = np.vstack([sequence.modes[1:], sequence.modes[-1:]])
     force = forcing_period(system)
-    lanes = np.concatenate([trail.layout.x, trail.layout.v])
-    size = size_of(system, states[marks[-1]], lanes)
+    coordinates = np.concatenate([sequence.layout.x, sequence.layout.v])
+    size = size_of(system, states[marks[-1]], coordinates)
 
     def distance(a: int, b: int) -> tuple[float, int]:
         # Of one kind are two states whose contacts go on alike, on like branches.
         if (states[a, width:] != states[b, width:]).any() or (following[a] != following[b]).any():
             return math.inf, 0
-        gap = float(np.abs((states[a][lanes] - states[b][lanes]) / size).max())
+        gap = float(np.abs((states[a][coordinates] - states[b][coordinates]) / size).max())
         if force is None:
             return gap, 0
-        turns = (states[b, 0] - states[a, 0]) / force
-        whole = max(1, round(turns))
+        forcing_periods = (states[b, 0] - states[a, 0]) / force
+        whole = max(1, round(forcing_periods))
         if periods is not None and whole != periods:
             return math.inf, 0
-        return max(gap, abs(turns - whole) * force / (system.natural_period / (2 * math.pi))), whole
+        return max(gap, abs(forcing_periods - whole) * force / (system.natural_period / (2 * math.pi))), whole
 
     # From the end of a settled run backwards, from the guess onwards otherwise.
     if settled:
@@ -225,24 +230,24 @@ def find(system: Any, trail: Trail, kinds: list[str], settled: bool, periods: in
         ends = [(int(a), int(b)) for i, a in enumerate(marks[:40]) for b in marks[i + 1 : i + 41]]
     pairs = []
     for a, b in ends:
-        gap, turns = distance(a, b)
-        pairs.append((gap, b - a, a, b, turns))
+        gap, forcing_periods = distance(a, b)
+        pairs.append((gap, b - a, a, b, forcing_periods))
     for tolerance in (1e-7, 1e-5, 1e-3, 3e-2, 0.3):
         near = [pair for pair in pairs if pair[0] < tolerance]
         if near:
-            _, _, a, b, turns = min(near, key=lambda pair: (pair[1], pair[0]))
-            return _early(trail.part(followed, a, b), force), turns
+            _, _, a, b, forcing_periods = min(near, key=lambda pair: (pair[1], pair[0]))
+            return _early(sequence.part(followed, a, b), force), forcing_periods
     raise InputError(
         "periodic_orbit: no return comes near an earlier one: the motion is not periodic or not settled; "
         "simulate longer (t_end) or give a guess"
     )
 
 
-def _early(trail: Trail, force: float | None) -> Trail:
+def _early(sequence: EventSequence, force: float | None) -> EventSequence:
     """The same in the first period of the forcing, where a change of its frequency moves the phase least."""
-    start = trail.start.copy()
+    start = sequence.start.copy()
     start[0] -= start[0] if force is None else force * math.floor(start[0] / force)
-    return replace(trail, start=start)
+    return replace(sequence, start=start)
 
 
 def periodic_orbit(
@@ -286,34 +291,34 @@ def periodic_orbit(
     x0, v0 = _start(guess)
     slowest = max(system.natural_period, forcing_period(system) or 0.0)
     length = number("t_end", t_end, "periodic_orbit") if t_end is not None else slowest * (150 if guess is None else 30)
-    trail, kinds = _run(system, length, x0, v0, pieces=1 if guess is not None else 4)
-    part, turns = find(system, trail, kinds, guess is None, periods)
-    closed, rounds = close(part, turns)
+    sequence, kinds = _run(system, length, x0, v0, pieces=1 if guess is not None else 4)
+    part, forcing_periods = find(system, sequence, kinds, guess is None, periods)
+    closed, rounds = close(part, forcing_periods)
     if periods is None:
         closed = once(closed)
     cycle = finished(closed, rounds)
-    if amplitude(cycle) < 1e-7 * size_of(system, cycle.closed.trail.start, np.array([1]))[0]:
+    if amplitude(cycle) < 1e-7 * size_of(system, cycle.closed.sequence.start, np.array([1]))[0]:
         raise InputError(
             "periodic_orbit: the motion comes to rest or slips steadily: no cycle here; give another guess"
         )
     return cycle
 
 
-def _run(system: Any, length: float, x0: Any, v0: Any, pieces: int) -> tuple[Trail, list[str]]:
+def _run(system: Any, length: float, x0: Any, v0: Any, pieces: int) -> tuple[EventSequence, list[str]]:
     """The last piece of a run, half of it all, and the kinds of its events.
 
     Each piece starts from where following the one before it ended, so that what is followed is what was run: two orbits that
     rounding has set apart may part within a transient.
     """
     short = length / (pieces + 2) if pieces > 1 else length
-    trail, kinds, stop = Trail.of_run(system, short, x0, v0)
+    sequence, kinds, stop = EventSequence.of_run(system, short, x0, v0)
     for piece in range(1, pieces):
         if stop != "t_end" or not kinds:
             break
-        trail, kinds, stop = trail.from_event(len(kinds) - 1, short if piece < pieces - 1 else 3 * short)
+        sequence, kinds, stop = sequence.from_event(len(kinds) - 1, short if piece < pieces - 1 else 3 * short)
     if stop != "t_end":
         raise InputError(f"periodic_orbit: the run ended by {stop}; choose another start or another t_end")
-    return trail, kinds
+    return sequence, kinds
 
 
 def amplitude(cycle: PeriodicOrbit) -> float:
@@ -323,24 +328,24 @@ def amplitude(cycle: PeriodicOrbit) -> float:
 
 
 def finished(closed: Return, rounds: int) -> PeriodicOrbit:
-    """A closed turn as a result, its consistency checked."""
-    here = closed if len(closed.tests) else turn(closed.trail, closed.turns, tests=True)
+    """A closed orbit as a result, its consistency checked."""
+    here = closed if len(closed.tests) else return_of(closed.sequence, closed.forcing_periods, tests=True)
     reason = inconsistency(here)
     if reason is not None:
         raise InputError(
             f"periodic_orbit: Newton's method closed an orbit the motion does not follow ({reason}): its event sequence "
             "is another; give another guess"
         )
-    size = size_of(here.trail.system, here.trail.start, here.lanes)
-    kinds = kinds_of(here.trail)
+    size = size_of(here.sequence.system, here.sequence.start, here.coordinates)
+    kinds = kinds_of(here.sequence)
     return PeriodicOrbit(
-        system=here.trail.system,
+        system=here.sequence.system,
         period=here.period,
-        turns=here.turns,
+        forcing_periods=here.forcing_periods,
         multipliers=multipliers_of(here),
         residual=float(np.abs(here.defect / size).max(initial=0.0)),
         rounds=rounds,
-        section="turn of the slip velocity" if here.trail.endings[-1] == SECTION else kinds[-1],
+        section="extremum of the slip velocity" if here.sequence.endings[-1] == SECTION else kinds[-1],
         events=tuple(kinds),
         closed=here,
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.periodic.event_sequence import Trail, check, pointer
+from stickslip.dynamics.periodic.event_sequence import EventSequence, check, pointer
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.model.system import System
@@ -53,9 +53,9 @@ def fundamental_matrix(orbit: Orbit, t: float | None = None) -> NDArray[np.float
     end = orbit.t_end if t is None else number("t", t, "fundamental_matrix")
     if not 0 < end <= orbit.t_end:
         raise InputError(f"fundamental_matrix: t must lie in (0, {orbit.t_end:g}], got {end:g}: simulate longer")
-    trail, _, _ = _trail(orbit, end)
-    motion = np.concatenate([trail.layout.x, trail.layout.v])
-    return np.array(trail.follow().rates[-1][np.ix_(motion, motion)], float)
+    sequence, _, _ = _sequence(orbit, end)
+    motion = np.concatenate([sequence.layout.x, sequence.layout.v])
+    return np.array(sequence.follow().rates[-1][np.ix_(motion, motion)], float)
 
 
 def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
@@ -83,20 +83,20 @@ def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
 
     check(orbit.system, "sensitivities")
     names = list(parameters)
-    trail, kinds, _ = _trail(orbit, orbit.t_end)
-    columns = [trail.follow(pointer(orbit.system, name, "sensitivities")).rates[:, :, -1] for name in names]
+    sequence, kinds, _ = _sequence(orbit, orbit.t_end)
+    columns = [sequence.follow(pointer(orbit.system, name, "sensitivities")).rates[:, :, -1] for name in names]
     rates = np.stack(columns, axis=-1)
     events = rates[: len(kinds)]
     several = isinstance(orbit.system, System)
     data: dict[str, Any] = {"t": (("event", "parameter"), events[:, 0])}
-    for name, lanes in (("x", trail.layout.x), ("v", trail.layout.v)):
-        masses, dims = (lanes, ("mass",)) if several else (lanes[0], ())
+    for name, coordinates in (("x", sequence.layout.x), ("v", sequence.layout.v)):
+        masses, dims = (coordinates, ("mass",)) if several else (coordinates[0], ())
         data[name] = (("event", *dims, "parameter"), events[:, masses])
         data[f"{name}_end"] = ((*dims, "parameter"), rates[-1][masses])
     return xr.Dataset(data, coords={"parameter": names, "event": np.arange(len(kinds)), "kind": ("event", kinds)})
 
 
-def _trail(orbit: Orbit, t_end: float) -> tuple[Trail, list[str], str]:
+def _sequence(orbit: Orbit, t_end: float) -> tuple[EventSequence, list[str], str]:
     check(orbit.system, "fundamental_matrix")
     run = orbit._network.run if isinstance(orbit, NetworkOrbit) else orbit._core.run
-    return Trail.of_run(orbit.system, t_end, run[0], run[1], run[3])
+    return EventSequence.of_run(orbit.system, t_end, run[0], run[1], run[3])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.dynamics.periodic.event_sequence import STATE, TIME, Trail, read, with_number
+from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence, read, with_number
 from stickslip.errors import InputError
 from stickslip.model.system import Oscillator
 
@@ -47,20 +47,29 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
         return None
     drive = system.drive_velocity
     x = float(system.law.kinetic_force(drive)) / system.stiffness
-    tau = 0.1 * system.natural_period
-    trail, kinds, _ = Trail.of_run(system, tau, x, 0.0)
-    # The second flag: whether the law follows the sense of the slip acceleration.
-    if trail.start[len(STATE) + 1]:
+    longest = 0.1 * system.natural_period
+    rough = _damping(system, x, 1e-6 * longest)
+    if math.isnan(rough):
         return None
-    if kinds:
-        # Rounding has set off an event at once: the line of friction it starts on says all the same.
-        trail = replace(trail, arcs=np.array([[*trail.arcs[0, :2], TIME, tau]]))
-    matrix = trail.follow().rates[-1][1:3, 1:3]
-    damping = -system.mass * math.log(max(float(np.linalg.det(matrix)), 1e-300)) / tau
+    # Over a long time heavy damping leaves a determinant that is the rounding of its two products.
+    damping = _damping(system, x, min(longest, 0.3 * system.mass / max(abs(rough), 1e-300)))
     half = damping / (2 * system.mass)
     square = half * half - system.stiffness / system.mass
     growth = -half + (math.sqrt(square) if square > 0 else 0.0)
     return SteadySlip(x, damping, growth, abs(damping) < _NEUTRAL * math.sqrt(system.stiffness * system.mass))
+
+
+def _damping(system: Oscillator, x: float, tau: float) -> float:
+    """The damping of small disturbances, from what becomes of them in a time; NaN where the law follows the sense of ẇ."""
+    sequence, kinds, _ = EventSequence.of_run(system, tau, x, 0.0)
+    # The second flag: whether it does.
+    if sequence.start[len(STATE) + 1]:
+        return math.nan
+    if kinds:
+        # Rounding has set off an event at once: the line of friction it starts on says all the same.
+        sequence = replace(sequence, phases=np.array([[*sequence.phases[0, :2], TIME, tau]]))
+    matrix = sequence.follow().rates[-1][1:3, 1:3]
+    return -system.mass * math.log(max(float(np.linalg.det(matrix)), 1e-300)) / tau
 
 
 def hopf_points(system: Oscillator, path: str, bounds: tuple[float, float]) -> list[tuple[str, float]]:

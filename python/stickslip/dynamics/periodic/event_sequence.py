@@ -1,4 +1,4 @@
-"""A motion held to its event sequence, and its derivatives: the core's trails with names."""
+"""A motion held to its event sequence, and its derivatives: the core's sequences with names."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CONTACT = (
 STATE = ("t", "x", "v", *CONTACT)
 FLAGS = 3
 #: Test functions by their number in the core, and the columns before their derivatives.
-BORDERS = tuple(_core.BORDERS)
+BOUNDARIES = tuple(_core.BORDERS)
 _HEAD = 5
 RELEASE, LOW, HIGH, FALLING, RISING, SECTION, TIME = range(len(_core.ENDINGS))
 
@@ -79,7 +79,7 @@ class Layout:
         """Of the velocities."""
         return self.x + self.masses
 
-    def contact_lanes(self, names: Sequence[str]) -> NDArray[np.int64]:
+    def contact_coordinates(self, names: Sequence[str]) -> NDArray[np.int64]:
         """Of numbers of the contacts by name, shape (contacts, names)."""
         first = 1 + 2 * self.masses + len(CONTACT) * np.arange(self.contacts)
         return np.add.outer(first, [CONTACT.index(name) for name in names]).astype(np.int64)
@@ -87,7 +87,7 @@ class Layout:
     @property
     def ages(self) -> NDArray[np.int64]:
         """Of the times of adhesion."""
-        return self.contact_lanes(["age"])[:, 0]
+        return self.contact_coordinates(["age"])[:, 0]
 
 
 def layout_of(system: Any) -> Layout:
@@ -130,7 +130,7 @@ def _document(system: Oscillator | System) -> str:
 
 @dataclass(frozen=True)
 class Followed:
-    """What following a trail gave; with w numbers a state, shapes (n, w + flags), (n, w, w + 1), (n,) and (tests, w + 6)."""
+    """A sequence followed; with w numbers a state, shapes (n, w + flags), (n, w, w + 1), (n,) and (tests, w + 6)."""
 
     states: Floats
     rates: Floats
@@ -139,20 +139,20 @@ class Followed:
 
 
 @dataclass(frozen=True)
-class Trail:
-    """A start, arcs with what ends each of them, and what the contacts do after the last.
+class EventSequence:
+    """A start, phases with what ends each of them, and what the contacts do after the last.
 
     Attributes
     ----------
     start : the numbers of a state (:class:`Layout`) and three flags of each contact.
-    arcs : rows (direction of slip or 0 while stuck, whether the speed is held) of every contact, ending, duration; that of
+    phases : rows (direction of slip or 0 while stuck, whether the speed is held) of every contact, ending, duration; that of
         contact c is 7 c more. Shape (n, 2 contacts + 2).
-    last : direction and hold of every contact after the last arc.
+    last : direction and hold of every contact after the last phase.
     """
 
     system: Any
     start: Floats
-    arcs: Floats
+    phases: Floats
     last: Floats
 
     @property
@@ -161,107 +161,111 @@ class Trail:
         return layout_of(self.system)
 
     @property
-    def phases(self) -> Floats:
+    def modes(self) -> Floats:
         """What the contacts do, (direction, hold) of each, shape (n, 2 contacts)."""
-        return self.arcs[:, :-2]
+        return self.phases[:, :-2]
 
     @property
     def directions(self) -> Floats:
         """The directions of slip, 0 while stuck, shape (n, contacts)."""
-        return self.arcs[:, :-2:2]
+        return self.phases[:, :-2:2]
 
     @property
     def endings(self) -> NDArray[np.int64]:
-        """What ends each arc, at whichever contact."""
-        return self.arcs[:, -2].astype(np.int64) % len(_core.ENDINGS)
+        """What ends each phase, at whichever contact."""
+        return self.phases[:, -2].astype(np.int64) % len(_core.ENDINGS)
 
     @property
     def ended_by(self) -> NDArray[np.int64]:
-        """The contact at which each arc ends."""
-        return self.arcs[:, -2].astype(np.int64) // len(_core.ENDINGS)
+        """The contact at which each phase ends."""
+        return self.phases[:, -2].astype(np.int64) // len(_core.ENDINGS)
 
     @classmethod
     def of_run(
         cls, system: Any, t_end: float, x0: Any = None, v0: Any = None, max_events: int = 100_000
-    ) -> tuple[Trail, list[str], str]:
-        """The trail of a run, the kinds of its events and why it ended."""
+    ) -> tuple[EventSequence, list[str], str]:
+        """The sequence of a run, the kinds of its events and why it ended."""
         return cls._made(system, lambda text: _core.trail(text, as_list(x0), as_list(v0), t_end, max_events))
 
-    def onward(self, duration: float, max_events: int = 100_000) -> tuple[Trail, list[str], str]:
+    def continued(self, duration: float, max_events: int = 100_000) -> tuple[EventSequence, list[str], str]:
         """What the real motion does from this start, for a duration."""
-        phases = np.ascontiguousarray(self.phases[0])
-        return self._made(self.system, lambda text: _core.trail_from(text, self.start, phases, duration, max_events))
+        modes = np.ascontiguousarray(self.modes[0])
+        return self._made(self.system, lambda text: _core.trail_from(text, self.start, modes, duration, max_events))
 
-    def from_event(self, arc: int, duration: float, followed: Followed | None = None) -> tuple[Trail, list[str], str]:
-        """What the real motion does from the end of an arc on, for a duration."""
+    def from_event(
+        self, phase: int, duration: float, followed: Followed | None = None
+    ) -> tuple[EventSequence, list[str], str]:
+        """What the real motion does from the end of a phase on, for a duration."""
         states = (followed or self.follow()).states
-        phases = self.phases[arc + 1] if arc + 1 < len(self.arcs) else self.last
-        start = Trail(self.system, states[arc], np.array([[*phases, TIME, 1.0]]), phases)
-        return start.onward(duration)
+        modes = self.modes[phase + 1] if phase + 1 < len(self.phases) else self.last
+        start = EventSequence(self.system, states[phase], np.array([[*modes, TIME, 1.0]]), modes)
+        return start.continued(duration)
 
     @classmethod
     def _made(
         cls, system: Any, core: Callable[[str], tuple[Floats, Floats, list[str], str]]
-    ) -> tuple[Trail, list[str], str]:
+    ) -> tuple[EventSequence, list[str], str]:
         try:
-            start, arcs, kinds, stop = core(_document(system))
+            start, phases, kinds, stop = core(_document(system))
         except ValueError as error:
-            raise InputError(f"trail: {error}") from None
-        rows = arcs.reshape(-1, 2 * layout_of(system).contacts + 2)
+            raise InputError(f"event sequence: {error}") from None
+        rows = phases.reshape(-1, 2 * layout_of(system).contacts + 2)
         return cls(system, start, rows, rows[-1, :-2].copy()), kinds, stop
 
     def follow(self, path: str | None = None, *, reseed: bool = False, tests: bool = False) -> Followed:
         """States, derivatives (the last column with respect to the number at `path`) and test functions.
 
-        With `reseed` the derivatives are those of each arc alone.
+        With `reseed` the derivatives are those of each phase alone.
         """
-        arcs, last = np.ascontiguousarray(self.arcs.ravel()), np.ascontiguousarray(self.last)
+        phases, last = np.ascontiguousarray(self.phases.ravel()), np.ascontiguousarray(self.last)
         try:
-            states, rates, durations, borders = _core.follow(
-                _document(self.system), path, self.start, arcs, last, reseed, tests
+            states, rates, durations, boundaries = _core.follow(
+                _document(self.system), path, self.start, phases, last, reseed, tests
             )
         except ValueError as error:
-            raise InputError(f"trail: {error}") from None
-        n, width = len(self.arcs), self.layout.width
+            raise InputError(f"event sequence: {error}") from None
+        n, width = len(self.phases), self.layout.width
         return Followed(
-            states.reshape(n, -1), rates.reshape(n, width, -1), durations, borders.reshape(-1, _HEAD + width + 1)
+            states.reshape(n, -1), rates.reshape(n, width, -1), durations, boundaries.reshape(-1, _HEAD + width + 1)
         )
 
-    def part(self, followed: Followed, first: int, last: int) -> Trail:
-        """From the end of arc `first` to the end of arc `last`."""
-        after = self.phases[last + 1] if last + 1 < len(self.arcs) else self.phases[last]
-        return Trail(self.system, followed.states[first].copy(), self.arcs[first + 1 : last + 1].copy(), after.copy())
+    def part(self, followed: Followed, first: int, last: int) -> EventSequence:
+        """From the end of phase `first` to the end of phase `last`."""
+        after = self.modes[last + 1] if last + 1 < len(self.phases) else self.modes[last]
+        return EventSequence(
+            self.system, followed.states[first].copy(), self.phases[first + 1 : last + 1].copy(), after.copy()
+        )
 
-    def cut(self, durations: Sequence[Sequence[float]], endings: Sequence[Sequence[float]]) -> Trail:
-        """Every arc in parts, with their durations and what ends them (the last as it was)."""
+    def cut(self, durations: Sequence[Sequence[float]], endings: Sequence[Sequence[float]]) -> EventSequence:
+        """Every phase in parts, with their durations and what ends them (the last as it was)."""
         rows = [
-            [*arc[:-2], ending, duration]
-            for arc, times, ends in zip(self.arcs, durations, endings, strict=True)
-            for duration, ending in zip(times, [*ends, arc[-2]], strict=True)
+            [*phase[:-2], ending, duration]
+            for phase, times, ends in zip(self.phases, durations, endings, strict=True)
+            for duration, ending in zip(times, [*ends, phase[-2]], strict=True)
         ]
-        return replace(self, arcs=np.array(rows))
+        return replace(self, phases=np.array(rows))
 
-    def with_sections(self) -> Trail:
-        """The same with an arc ended at every greatest slip speed of contact 0 inside an arc."""
+    def with_sections(self) -> EventSequence:
+        """The same with a phase ended at every greatest slip speed of contact 0 inside a phase."""
         chopped = self._chopped(3.0 * self.system.natural_period / (2 * np.pi))
         tests = chopped.follow(tests=True).tests
-        begins = np.concatenate([[0.0], np.cumsum(chopped.arcs[:, -1])])
+        begins = np.concatenate([[0.0], np.cumsum(chopped.phases[:, -1])])
         # At a peak the high end is named first, at a trough the low one.
         first = (
             np.append(True, (np.diff(tests[:, :3], axis=0)[:, 1:] != 0).any(axis=1))
             if len(tests)
             else np.zeros(0, bool)
         )
-        peaks = tests[first & (tests[:, 0] == BORDERS.index("high"))]
+        peaks = tests[first & (tests[:, 0] == BOUNDARIES.index("high"))]
         times = np.sort(begins[peaks[:, 1].astype(int)] + peaks[:, 2])
-        ends = np.cumsum(self.arcs[:, -1])
+        ends = np.cumsum(self.phases[:, -1])
         durations: list[list[float]] = []
         for begin, end in zip(np.concatenate([[0.0], ends[:-1]]), ends, strict=True):
             inside = times[(times > begin) & (times < end)]
             durations.append(np.diff([begin, *inside, end]).tolist())
         return self.cut(durations, [[float(SECTION)] * (len(parts) - 1) for parts in durations])
 
-    def _chopped(self, longest: float) -> Trail:
-        counts = np.maximum(1, np.ceil(self.arcs[:, -1] / longest)).astype(int)
-        durations = [[duration / count] * count for duration, count in zip(self.arcs[:, -1], counts, strict=True)]
+    def _chopped(self, longest: float) -> EventSequence:
+        counts = np.maximum(1, np.ceil(self.phases[:, -1] / longest)).astype(int)
+        durations = [[duration / count] * count for duration, count in zip(self.phases[:, -1], counts, strict=True)]
         return self.cut(durations, [[float(TIME)] * (count - 1) for count in counts])

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.dynamics.critical.release_map import forcing_period
-from stickslip.dynamics.periodic.event_sequence import TIME, Trail, check, layout_of
+from stickslip.dynamics.periodic.event_sequence import TIME, EventSequence, check, layout_of
+from stickslip.dynamics.periodic.return_map import forcing_period
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.model.system import Oscillator, System
@@ -104,7 +104,7 @@ def lyapunov(
     motion = np.concatenate([layout.x, layout.v])
     directions = len(motion) - (0 if forced else 1)
     # A clock that nothing reads is no direction.
-    lanes = np.arange(0 if forced else 1, layout.width)
+    coordinates = np.arange(0 if forced else 1, layout.width)
     rng = np.random.default_rng(seed)
     basis = np.zeros((layout.width, directions))
     basis[motion] = rng.standard_normal((len(motion), directions))
@@ -115,13 +115,13 @@ def lyapunov(
     positions: list[float] = []
     times: list[float] = []
     course: list[NDArray[np.float64]] = []
-    for trail in _blocks(system, end, x0, v0):
-        followed = trail.follow(reseed=True)
+    for sequence in _blocks(system, end, x0, v0):
+        followed = sequence.follow(reseed=True)
         for ending, rates, duration, reached in zip(
-            trail.endings, followed.rates, followed.durations, followed.states, strict=True
+            sequence.endings, followed.rates, followed.durations, followed.states, strict=True
         ):
             full = np.zeros_like(basis)
-            full[lanes] = rates[np.ix_(lanes, lanes)] @ basis[lanes]
+            full[coordinates] = rates[np.ix_(coordinates, coordinates)] @ basis[coordinates]
             # A direction once lost stays lost: its factor is 0 for good.
             basis, factors = np.linalg.qr(full)
             now += duration
@@ -145,38 +145,40 @@ def lyapunov(
     return LyapunovSpectrum(running[-1], test, elapsed, counted, np.array(times), running)
 
 
-def _blocks(system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None) -> Iterator[Trail]:
+def _blocks(
+    system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None
+) -> Iterator[EventSequence]:
     """The motion in parts that end at events.
 
     Each is run from the end of the one before, so that a chaotic motion and its derivative do not part; a long mode without
     events comes in parts short enough that no derivative underflows.
     """
     length = 20 * system.natural_period
-    trail, kinds, stop = Trail.of_run(system, min(length, end), x0, v0)
+    sequence, kinds, stop = EventSequence.of_run(system, min(length, end), x0, v0)
     now = 0.0
     while True:
         if stop not in ("t_end", "max_events"):
             raise InputError(f"lyapunov: the run ended by {stop}; choose another start or a shorter t_end")
-        over = now + float(trail.arcs[:, -1].sum()) >= end * (1 - 1e-12)
-        if not over and not kinds and not trail.directions[0].any():
+        over = now + float(sequence.phases[:, -1].sum()) >= end * (1 - 1e-12)
+        if not over and not kinds and not sequence.directions[0].any():
             # Stuck beyond this part: a stick must be followed from its begin.
             length *= 2
-            trail, kinds, stop = trail.onward(min(length, end - now))
+            sequence, kinds, stop = sequence.continued(min(length, end - now))
             continue
-        count = len(trail.arcs) if over or not kinds else len(kinds)
-        phases = trail.phases[count] if count < len(trail.arcs) else trail.last
-        part = replace(trail, arcs=trail.arcs[:count], last=phases)
+        count = len(sequence.phases) if over or not kinds else len(kinds)
+        modes = sequence.modes[count] if count < len(sequence.phases) else sequence.last
+        part = replace(sequence, phases=sequence.phases[:count], last=modes)
         if part.endings[-1] == TIME:
-            pieces = max(1, math.ceil(part.arcs[-1, -1] / system.natural_period))
-            last = [*part.arcs[-1, :-1], part.arcs[-1, -1] / pieces]
-            part = replace(part, arcs=np.vstack([part.arcs[:-1], [last] * pieces]))
+            pieces = max(1, math.ceil(part.phases[-1, -1] / system.natural_period))
+            last = [*part.phases[-1, :-1], part.phases[-1, -1] / pieces]
+            part = replace(part, phases=np.vstack([part.phases[:-1], [last] * pieces]))
         yield part
         if over:
             return
         followed = part.follow()
         now += float(followed.durations.sum())
-        trail, kinds, stop = part.from_event(
-            count - 1 if len(part.arcs) == count else -1, min(length, end - now), followed
+        sequence, kinds, stop = part.from_event(
+            count - 1 if len(part.phases) == count else -1, min(length, end - now), followed
         )
 
 

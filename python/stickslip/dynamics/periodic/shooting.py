@@ -1,4 +1,4 @@
-"""Curves of periodic orbits and of their borders: pseudo-arclength on the return map held to one event sequence."""
+"""Curves of periodic orbits and of their boundaries: pseudo-arclength on the return map held to one event sequence."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.conditions import determinant, gradient
-from stickslip.dynamics.critical.release_map import Return, inconsistency, moved, size_of, turn
-from stickslip.dynamics.periodic.event_sequence import BORDERS, Floats, Trail, with_number
+from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, with_number
+from stickslip.dynamics.periodic.return_map import Return, inconsistency, moved, return_of, size_of
 from stickslip.errors import InputError
 
-#: Border and contact as one number, arc, and which of that kind on the arc: a test function along a trail.
+#: Boundary and contact as one number, phase, and which of that kind on the phase: a test function along a sequence.
 Label = tuple[int, int, int]
-#: What vanishes on a curve in two parameters: a test function along the trail, or a condition on the multipliers by its name.
+#: Newton's method is given up where so many rounds do not halve its smallest step.
+_PATIENCE = 7
+#: What vanishes on a curve in two parameters: a test function, or a condition on the multipliers by its name.
 Condition = Label | str
 
 
@@ -47,45 +49,45 @@ class Point:
     here: Return
     values: Floats
     direction: Floats
-    border: Condition | None = None
+    boundary: Condition | None = None
 
 
-def border_of(label: Label) -> tuple[str, int]:
+def boundary_of(label: Label) -> tuple[str, int]:
     """The name of the test function of a label, and its contact."""
-    return BORDERS[label[0] % len(BORDERS)], label[0] // len(BORDERS)
+    return BOUNDARIES[label[0] % len(BOUNDARIES)], label[0] // len(BOUNDARIES)
 
 
-def axis(trail: Trail) -> Floats:
+def axis(sequence: EventSequence) -> Floats:
     """The direction in which the only parameter grows and nothing else moves."""
-    return np.append(np.zeros(trail.layout.width), 1.0)
+    return np.append(np.zeros(sequence.layout.width), 1.0)
 
 
 def labels(here: Return) -> dict[Label, int]:
     """The rows of the test functions by label."""
     found: dict[Label, int] = {}
-    for row, (border, arc, *_) in enumerate(here.tests):
-        order = sum(key[:2] == (int(border), int(arc)) for key in found)
-        found[(int(border), int(arc), order)] = row
+    for row, (boundary, phase, *_) in enumerate(here.tests):
+        order = sum(key[:2] == (int(boundary), int(phase)) for key in found)
+        found[(int(boundary), int(phase), order)] = row
     return found
 
 
 def evaluate(
-    trail: Trail, turns: int, family: Family, values: Floats, border: Condition | None
+    sequence: EventSequence, forcing_periods: int, family: Family, values: Floats, boundary: Condition | None
 ) -> tuple[Return, Floats, Floats, Floats]:
-    """The turn, what has to vanish, its derivative over the lanes and the parameters, and that of what the orbit writes."""
-    system = trail.system
+    """The return, what has to vanish, its derivative over the coordinates and the parameters, and that of what is written."""
+    system = sequence.system
     try:
         for path, value in zip(family.paths, values, strict=True):
             system = with_number(system, path, float(value))
-        trail = replace(trail, system=system)
-        heres = [turn(trail, turns, path, tests=True) for path in family.paths]
+        sequence = replace(sequence, system=system)
+        heres = [return_of(sequence, forcing_periods, path, tests=True) for path in family.paths]
     except InputError as error:
         raise Lost(str(error)) from None
     here = heres[0]
     residual = here.defect
-    jacobian = np.column_stack([here.map_jacobian - np.eye(len(here.lanes)), *(item.parameter for item in heres)])
-    if border is not None:
-        value, slopes = _vanishing(heres, border, family, values)
+    jacobian = np.column_stack([here.map_jacobian - np.eye(len(here.coordinates)), *(item.parameter for item in heres)])
+    if boundary is not None:
+        value, slopes = _vanishing(heres, boundary, family, values)
         residual = np.append(residual, value)
         jacobian = np.vstack([jacobian, slopes])
     if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
@@ -93,15 +95,15 @@ def evaluate(
     return here, residual, jacobian, np.column_stack([item.fixed_parameter for item in heres])
 
 
-def _vanishing(heres: list[Return], border: Condition, family: Family, values: Floats) -> tuple[float, Floats]:
-    """What vanishes beside the defect, and its derivatives over the lanes and the parameters."""
+def _vanishing(heres: list[Return], boundary: Condition, family: Family, values: Floats) -> tuple[float, Floats]:
+    """What vanishes beside the defect, and its derivatives over the coordinates and the parameters."""
     here = heres[0]
-    if isinstance(border, str):
+    if isinstance(boundary, str):
         try:
-            return determinant(border, here), gradient(border, here, family.paths, list(family.scales(values)))
+            return determinant(boundary, here), gradient(boundary, here, family.paths, list(family.scales(values)))
         except (InputError, ValueError):
             raise Lost("no orbit beside this one has its event sequence") from None
-    row = labels(here).get(border)
+    row = labels(here).get(boundary)
     if row is None:
         raise Lost("the test function is gone")
     slopes = np.concatenate([here.test_rates[row, :-1], [item.test_rates[row, -1] for item in heres]])
@@ -109,19 +111,19 @@ def _vanishing(heres: list[Return], border: Condition, family: Family, values: F
 
 
 def _scales(here: Return, family: Family, values: Floats) -> Floats:
-    return np.concatenate([size_of(here.trail.system, here.trail.start, here.lanes), family.scales(values)])
+    return np.concatenate([size_of(here.sequence.system, here.sequence.start, here.coordinates), family.scales(values)])
 
 
 def _places(here: Return, family: Family) -> NDArray[np.int64]:
-    """Where lanes and parameters stand in a full direction."""
-    return np.concatenate([here.lanes, here.trail.layout.width + np.arange(len(family.paths))])
+    """Where coordinates and parameters stand in a full direction."""
+    return np.concatenate([here.coordinates, here.sequence.layout.width + np.arange(len(family.paths))])
 
 
 def tangent(here: Return, jacobian: Floats, family: Family, values: Floats, along: Floats | None) -> Floats:
     """The direction of the curve: the null vector of the scaled derivative, turned the way of `along`."""
     scales = _scales(here, family, values)
     _, _, rows = np.linalg.svd(jacobian * scales)
-    direction = np.zeros(here.trail.layout.width + len(family.paths))
+    direction = np.zeros(here.sequence.layout.width + len(family.paths))
     direction[_places(here, family)] = rows[-1]
     if along is not None and direction @ along < 0:
         direction = -direction
@@ -129,12 +131,12 @@ def tangent(here: Return, jacobian: Floats, family: Family, values: Floats, alon
 
 
 def corrected(
-    trail: Trail,
-    turns: int,
+    sequence: EventSequence,
+    forcing_periods: int,
     family: Family,
     values: Floats,
     direction: Floats | None,
-    border: Condition | None = None,
+    boundary: Condition | None = None,
     rounds: int = 25,
 ) -> Point:
     """Newton's method: across `direction`, or, where there are as many unknowns as equations, as it is.
@@ -147,9 +149,10 @@ def corrected(
     values = np.asarray(values, float).copy()
     best, stalled, halved = np.inf, 0, 0
     last: tuple[Return, Floats, Floats, Floats] | None = None
+    course: list[float] = []
     for _ in range(rounds):
         try:
-            here, residual, jacobian, written = evaluate(trail, turns, family, values, border)
+            here, residual, jacobian, written = evaluate(sequence, forcing_periods, family, values, boundary)
         except Lost:
             # A step too far: half of it.
             if last is None or halved > 8:
@@ -157,7 +160,7 @@ def corrected(
             halved += 1
             here, step, values, written = last[0], np.asarray(last[1] / 2, float), last[2], last[3]
             last = (here, step, values, written)
-            trail, values = _moved(here, step, values, written)
+            sequence, values = _moved(here, step, values, written)
             continue
         scales = _scales(here, family, values)
         matrix, right = jacobian * scales, -residual
@@ -168,36 +171,39 @@ def corrected(
         error = float(np.abs(step).max(initial=0.0))
         if not np.isfinite(error):
             break
-        settled = np.array_equal(here.end[here.fixed], here.trail.start[here.fixed])
+        settled = np.array_equal(here.end[here.fixed], here.sequence.start[here.fixed])
         if error < 1e-14 or (error < 1e-8 and error >= 0.25 * best):
             stalled += 1
             if settled or stalled > 2:
                 along = tangent(here, jacobian, family, values, direction)
-                return Point(here, values, along, border)
+                return Point(here, values, along, boundary)
         best = min(best, error)
+        course.append(best)
+        if len(course) > _PATIENCE and best > 0.5 * course[-1 - _PATIENCE]:
+            break
         step = np.asarray(step * scales * min(1.0, 0.3 / max(error, 1e-300)), float)
         last, halved = (here, step, values, written), 0
-        trail, values = _moved(here, step, values, written)
+        sequence, values = _moved(here, step, values, written)
     raise Lost(f"Newton's method does not converge, last step {best:.1e}")
 
 
-def _moved(here: Return, step: Floats, values: Floats, written: Floats) -> tuple[Trail, Floats]:
-    count = len(here.lanes)
-    trail = moved(here, step[:count])
-    trail.start[here.fixed] += written @ step[count:]
-    return trail, values + step[count:]
+def _moved(here: Return, step: Floats, values: Floats, written: Floats) -> tuple[EventSequence, Floats]:
+    count = len(here.coordinates)
+    sequence = moved(here, step[:count])
+    sequence.start[here.fixed] += written @ step[count:]
+    return sequence, values + step[count:]
 
 
-def stepped(point: Point, turns: int, family: Family, step: float) -> Point:
+def stepped(point: Point, forcing_periods: int, family: Family, step: float) -> Point:
     """The next point of the curve, `step` along its direction, with the same event sequence."""
     here = point.here
     scales = np.ones(len(point.direction))
     scales[_places(here, family)] = _scales(here, family, point.values)
     leap = step * point.direction * scales
-    trail = moved(here, leap[here.lanes])
-    values = point.values + leap[here.trail.layout.width :]
-    trail.start[here.fixed] += here.fixed_parameter * leap[-1] if values.size == 1 else 0.0
-    return corrected(trail, turns, family, values, point.direction, point.border)
+    sequence = moved(here, leap[here.coordinates])
+    values = point.values + leap[here.sequence.layout.width :]
+    sequence.start[here.fixed] += here.fixed_parameter * leap[-1] if values.size == 1 else 0.0
+    return corrected(sequence, forcing_periods, family, values, point.direction, point.boundary)
 
 
 def consistent(here: Return) -> bool:

@@ -1,4 +1,4 @@
-"""Borders of an event sequence: which of the four sliding bifurcations ends it, and the sequence that goes on beyond."""
+"""Switching boundaries of an event sequence: which of the four sliding bifurcations ends it and what goes on beyond."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.dynamics.continuation.branch import extremes
-from stickslip.dynamics.critical.release_map import Return, turn
 from stickslip.dynamics.periodic.cycles import find, one_period
-from stickslip.dynamics.periodic.event_sequence import BORDERS, SECTION, Trail, with_number
+from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, SECTION, EventSequence, with_number
+from stickslip.dynamics.periodic.return_map import Return, return_of
 from stickslip.dynamics.periodic.shooting import (
     Family,
     Label,
     Lost,
     Point,
     axis,
-    border_of,
+    boundary_of,
     consistent,
     corrected,
     labels,
@@ -29,7 +29,7 @@ from stickslip.errors import InputError
 
 #: Where in a direction the parameter stands.
 _PARAMETER = -1
-_STICK = BORDERS.index("stick")
+_STICK = BOUNDARIES.index("stick")
 
 
 def worst(here: Return) -> dict[Label, float]:
@@ -38,7 +38,7 @@ def worst(here: Return) -> dict[Label, float]:
 
 
 def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> tuple[Point, Label] | None:
-    """The nearest border ahead, on which one test function vanishes and none is negative."""
+    """The nearest boundary ahead, on which one test function vanishes and none is negative."""
     now = worst(point.here)
     then = worst(ahead.here) if ahead is not None else {}
     passed = [label for label, value in now.items() if then.get(label, 1.0) < 0 <= value]
@@ -48,11 +48,11 @@ def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> t
     span = float(family.scales(point.values)[0])
     found: list[tuple[float, Point, Label]] = []
 
-    def consider(border: Point, label: Label) -> None:
-        distance = abs(border.values[0] - point.values[0]) / span
-        inside = low <= border.values[0] <= high and (border.here.durations > -1e-8).all()
-        if inside and distance < 4 * step and min(worst(border.here).values(), default=0.0) > -1e-8:
-            found.append((distance, border, label))
+    def consider(boundary: Point, label: Label) -> None:
+        distance = abs(boundary.values[0] - point.values[0]) / span
+        inside = low <= boundary.values[0] <= high and (boundary.here.durations > -1e-8).all()
+        if inside and distance < 4 * step and min(worst(boundary.here).values(), default=0.0) > -1e-8:
+            found.append((distance, boundary, label))
 
     # A short slip between two sticks is hard to follow to its end; the stick that takes over is not.
     whole = _merged(point, family, 0.02)
@@ -60,88 +60,94 @@ def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> t
         consider(*whole)
     for label in dict.fromkeys([*passed, *(small if ahead is None else [])]) if not found else ():
         with contextlib.suppress(Lost):
-            border = on_border(point, family, label)
-            consider(border, border.border if isinstance(border.border, tuple) else label)
+            boundary = on_boundary(point, family, label)
+            consider(boundary, boundary.boundary if isinstance(boundary.boundary, tuple) else label)
     if not found:
         return None
     # Of test functions that vanish together the tangency is named.
-    _, border, label = min(found, key=lambda item: (round(item[0], 9), item[2][0]))
-    return _merged(border, family, 1e-3) or (border, label)
+    _, boundary, label = min(found, key=lambda item: (round(item[0], 9), item[2][0]))
+    return _merged(boundary, family, 1e-3) or (boundary, label)
 
 
-def on_border(point: Point, family: Family, border: Label) -> Point:
+def on_boundary(point: Point, family: Family, boundary: Label) -> Point:
     """The orbit of the curve on which a test function vanishes, by Newton's method from a point beside it.
 
     The speed of arrival is a root beside the tangency: instead of it the slip speed vanishes where it is least.
     """
-    trail, turns = point.here.trail, point.here.turns
-    kind, contact = border_of(border)
+    sequence, forcing_periods = point.here.sequence, point.here.forcing_periods
+    kind, contact = boundary_of(boundary)
     if kind == "arrival":
-        arcs = trail.arcs.copy()
-        arcs[border[1], -2] += SECTION - trail.endings[border[1]]
-        trail = replace(trail, arcs=arcs)
-        low = len(BORDERS) * contact
+        phases = sequence.phases.copy()
+        phases[boundary[1], -2] += SECTION - sequence.endings[boundary[1]]
+        sequence = replace(sequence, phases=phases)
+        low = len(BOUNDARIES) * contact
         try:
-            found = [label for label in labels(turn(trail, turns, tests=True)) if label[:2] == (low, border[1])]
+            found = [
+                label
+                for label in labels(return_of(sequence, forcing_periods, tests=True))
+                if label[:2] == (low, boundary[1])
+            ]
         except InputError as error:
             raise Lost(str(error)) from None
-        border = found[-1]
-    return corrected(trail, turns, family, point.values, None, border)
+        if not found:
+            raise Lost("the slip speed has no least value there")
+        boundary = found[-1]
+    return corrected(sequence, forcing_periods, family, point.values, None, boundary)
 
 
-def _merged(border: Point, family: Family, share: float) -> tuple[Point, Label] | None:
-    """The border seen as one stick that touches its limit, where slips of less than `share` of a period part two sticks."""
-    here = border.here
-    arcs = here.trail.arcs
+def _merged(boundary: Point, family: Family, share: float) -> tuple[Point, Label] | None:
+    """The boundary seen as one stick that touches its limit, where slips of less than `share` of a period part two sticks."""
+    here = boundary.here
+    phases = here.sequence.phases
     # Of several contacts each would have sticks of its own to join.
-    stuck = here.trail.directions[:, 0] == 0 if here.trail.layout.contacts == 1 else np.zeros(len(arcs), bool)
+    stuck = here.sequence.directions[:, 0] == 0 if here.sequence.layout.contacts == 1 else np.zeros(len(phases), bool)
     short = ~stuck & (here.durations < share * here.period) & np.roll(stuck, 1) & np.roll(stuck, -1)
     if not short.any() or stuck.sum() <= short.sum():
         return None
     # It starts with a stick before a slip that has vanished, so that no stick is cut.
-    first = next((i for i in range(len(arcs)) if short[(i + 1) % len(arcs)] and not short[i - 1]), None)
-    if first is None or arcs[first, 0] != 0:
+    first = next((i for i in range(len(phases)) if short[(i + 1) % len(phases)] and not short[i - 1]), None)
+    if first is None or phases[first, 0] != 0:
         return None
     try:
-        trail = _rotated(here.trail, first)
+        sequence = _rotated(here.sequence, first)
     except InputError:
         return None
     gone = np.roll(short, -first)
     rows: list[list[float]] = []
     places: list[tuple[int, float]] = []
-    for index, arc in enumerate(trail.arcs):
+    for index, phase in enumerate(sequence.phases):
         if gone[index - 1] and index:
-            rows[-1] = [*rows[-1][:3], rows[-1][3] + arc[3]]
+            rows[-1] = [*rows[-1][:3], rows[-1][3] + phase[3]]
         elif gone[index]:
             places.append((len(rows) - 1, rows[-1][3]))
         else:
-            rows.append(list(arc))
-    trail = replace(trail, arcs=np.array(rows))
+            rows.append(list(phase))
+    sequence = replace(sequence, phases=np.array(rows))
     try:
-        tests = turn(trail, here.turns, tests=True).tests
-        arc, tau = places[0]
-        near = tests[(tests[:, 0] == _STICK) & (tests[:, 1] == arc)]
+        tests = return_of(sequence, here.forcing_periods, tests=True).tests
+        phase, tau = places[0]
+        near = tests[(tests[:, 0] == _STICK) & (tests[:, 1] == phase)]
         order = int(np.argmin(np.abs(near[:, 2] - tau)))
-        label = (_STICK, arc, order)
-        return corrected(trail, here.turns, family, border.values, None, label), label
+        label = (_STICK, phase, order)
+        return corrected(sequence, here.forcing_periods, family, boundary.values, None, label), label
     except (InputError, Lost, ValueError):
         return None
 
 
-def _rotated(trail: Trail, first: int) -> Trail:
-    """The same period from the start of another arc on."""
+def _rotated(sequence: EventSequence, first: int) -> EventSequence:
+    """The same period from the start of another phase on."""
     if first == 0:
-        return trail
-    states = trail.follow().states
+        return sequence
+    states = sequence.follow().states
     start = states[first - 1].copy()
-    arcs = np.vstack([trail.arcs[first:], trail.arcs[:first]])
-    return Trail(trail.system, start, arcs, arcs[0, :-2].copy())
+    phases = np.vstack([sequence.phases[first:], sequence.phases[:first]])
+    return EventSequence(sequence.system, start, phases, phases[0, :-2].copy())
 
 
-def name_of(here: Return, border: Label) -> str:
-    """The bifurcation a border is, by which test function vanishes and how the holding force moves there."""
-    row = labels(here).get(border)
-    kind, detail = border_of(border)[0], 0.0 if row is None else float(here.tests[row, 3])
+def name_of(here: Return, boundary: Label) -> str:
+    """The bifurcation a boundary is, by which test function vanishes and how the holding force moves there."""
+    row = labels(here).get(boundary)
+    kind, detail = boundary_of(boundary)[0], 0.0 if row is None else float(here.tests[row, 3])
     if kind in ("low", "high"):
         return "grazing_sliding" if kind == "low" and detail == 0.0 else "grazing_node"
     if kind == "arrival":
@@ -151,26 +157,28 @@ def name_of(here: Return, border: Label) -> str:
     return "crossing_sliding" if detail > 0 else "switching_sliding"
 
 
-def beyond(border: Point, old: Return, family: Family, ways: tuple[float, ...]) -> tuple[Point, float] | None:
-    """The first point beside a border with another event sequence than the `old` one, and on which side of the parameter.
+def beyond(boundary: Point, old: Return, family: Family, ways: tuple[float, ...]) -> tuple[Point, float] | None:
+    """The first point beside a boundary with another event sequence than the `old` one, and on which side of the parameter.
 
     None where no motion goes on.
     """
-    span = float(family.scales(border.values)[0])
+    span = float(family.scales(boundary.values)[0])
     try:
-        low_x, high_x = _extent(border.here)
+        low_x, high_x = _extent(boundary.here)
     except InputError:
         # On a tangency itself following may lose the event; the last orbit before it has nearly the same range.
         low_x, high_x = _extent(old)
     for offset, sign in itertools.product((1e-3, 3e-3, 1e-2), ways):
-        value = float(border.values[0]) + sign * offset * span
-        for trail, kinds in _probes(border, family, value, offset):
+        value = float(boundary.values[0]) + sign * offset * span
+        for sequence, kinds in _probes(boundary, family, value, offset):
             try:
-                cut, turns = find(trail.system, trail, kinds, False, border.here.turns or None)
-                point = corrected(cut, turns, family, np.array([value]), axis(cut))
+                cut, forcing_periods = find(
+                    sequence.system, sequence, kinds, False, boundary.here.forcing_periods or None
+                )
+                point = corrected(cut, forcing_periods, family, np.array([value]), axis(cut))
             except (InputError, Lost, IndexError):
                 continue
-            if not consistent(point.here) or sequence(point.here) == sequence(old):
+            if not consistent(point.here) or signature(point.here) == signature(old):
                 continue
             extent = _extent(point.here)
             reach = 0.02 + 4 * math.sqrt(offset)
@@ -181,9 +189,9 @@ def beyond(border: Point, old: Return, family: Family, ways: tuple[float, ...]) 
     return None
 
 
-def sequence(here: Return) -> tuple[tuple[float, ...], ...]:
+def signature(here: Return) -> tuple[tuple[float, ...], ...]:
     """The event sequence whatever event it starts with; sections of our own do not count."""
-    rows = [tuple(row) for row in here.trail.arcs[here.trail.endings != SECTION, :-1]]
+    rows = [tuple(row) for row in here.sequence.phases[here.sequence.endings != SECTION, :-1]]
     turned = [tuple(rows[i:] + rows[:i]) for i in range(len(rows))]
     return min(turned, default=())
 
@@ -192,31 +200,31 @@ def _extent(here: Return) -> tuple[float, float]:
     return extremes(one_period(here, here.period))
 
 
-def _probes(border: Point, family: Family, value: float, offset: float) -> Iterator[tuple[Trail, list[str]]]:
-    """Runs of the real motion from states beside the orbit on the border."""
-    here = border.here
-    system = with_number(here.trail.system, family.paths[0], value)
+def _probes(boundary: Point, family: Family, value: float, offset: float) -> Iterator[tuple[EventSequence, list[str]]]:
+    """Runs of the real motion from states beside the orbit on the boundary."""
+    here = boundary.here
+    system = with_number(here.sequence.system, family.paths[0], value)
     try:
-        sectioned = here.trail.with_sections()
+        sectioned = here.sequence.with_sections()
         followed = sectioned.follow()
     except InputError:
         return
     marks = np.flatnonzero(sectioned.endings == SECTION)
-    length = (2.3 if here.turns == 0 else 1.6) * here.period
-    # From the greatest slip speed, where a contact remembers least of the border, a little faster or slower; else as it is.
-    places = [sectioned.part(followed, int(mark), len(sectioned.arcs) - 1) for mark in marks[:1]] + [sectioned]
-    for trail in places:
-        if len(trail.arcs) == 0:
+    length = (2.3 if here.forcing_periods == 0 else 1.6) * here.period
+    # From the greatest slip speed, where a contact remembers least of the boundary, a little faster or slower; else as it is.
+    places = [sectioned.part(followed, int(mark), len(sectioned.phases) - 1) for mark in marks[:1]] + [sectioned]
+    for sequence in places:
+        if len(sequence.phases) == 0:
             continue
-        lanes = trail.layout.v
-        speed = max(float(np.abs(trail.start[lanes]).max()), 1e-12)
+        coordinates = sequence.layout.v
+        speed = max(float(np.abs(sequence.start[coordinates]).max()), 1e-12)
         for shift in (0.0, 1.0, -1.0, 4.0, -4.0):
-            start = trail.start.copy()
-            if shift and not trail.directions[0].any():
+            start = sequence.start.copy()
+            if shift and not sequence.directions[0].any():
                 continue
-            start[lanes] += shift * offset * speed
+            start[coordinates] += shift * offset * speed
             try:
-                run, kinds, stop = replace(trail, system=system, start=start).onward(length)
+                run, kinds, stop = replace(sequence, system=system, start=start).continued(length)
             except InputError:
                 continue
             if stop == "t_end":

@@ -59,7 +59,7 @@ def matlab_table(path: Path, content: bytes) -> Table:
             f"{path}: not a whole MATLAB v5 file, truncated or damaged ({error}); copy or export it again"
         ) from None
     if not columns:
-        raise InputError(f"{path}: holds no numeric column; expected vectors such as t and the gauge")
+        raise InputError(f"{path}: holds no numeric column; expected vectors such as t and the instrument")
     return Table(columns, str(path))
 
 
@@ -110,7 +110,7 @@ def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 
 def _matrix(data: bytes, order: str, depth: int) -> tuple[str, Any]:
-    """Name and value of one array; None for text, functions, sparse and complex ones, which are no gauges."""
+    """Name and value of one array; None for text, functions, sparse and complex ones, which are no instruments."""
     if depth > DEEPEST:
         raise _Damaged(f"cells lie within each other more than {DEEPEST} deep")
     elements = _elements(data, order)

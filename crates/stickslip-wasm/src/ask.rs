@@ -1,0 +1,92 @@
+//! The questions, and those about a law alone.
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use stickslip::law::{Friction, Hold, Law};
+use stickslip::replay::force_along;
+use stickslip::state_law::{StateFriction, StateLaw, follow};
+
+use crate::{Desk, motion, steady};
+
+pub(crate) fn answer(verb: u32, desk: &mut Desk) -> Result<Value, String> {
+    match verb {
+        0 => motion::orbit(desk),
+        1 => motion::states(desk),
+        2 => steady::rows(desk),
+        3 => curve(desk),
+        4 => surface(desk),
+        _ => Err(format!(
+            "expected the number of a question from 0 to 4, got {verb}"
+        )),
+    }
+}
+
+pub(crate) fn read<T: DeserializeOwned>(question: &[u8]) -> Result<T, String> {
+    serde_json::from_slice(question).map_err(sentence)
+}
+
+/// What a document says.
+pub(crate) fn document<T: DeserializeOwned>(value: Value) -> Result<T, String> {
+    serde_json::from_value(value).map_err(sentence)
+}
+
+#[expect(clippy::needless_pass_by_value, reason = "to be given to map_err")]
+pub(crate) fn sentence(error: impl ToString) -> String {
+    error.to_string()
+}
+
+/// Whether the document of a law names one with an internal state.
+pub(crate) fn has_state(law: &Value) -> bool {
+    law["type"]
+        .as_str()
+        .is_some_and(|name| StateLaw::NAMES.contains(&name))
+}
+
+#[derive(Deserialize)]
+struct Curve {
+    law: Value,
+    w: Vec<f64>,
+    t: Vec<f64>,
+    stuck: Vec<bool>,
+    force_rate: Vec<f64>,
+}
+
+/// The friction force of a law along a slip velocity; for a law with an internal state also its state, from that of steady
+/// slip at the first slip velocity.
+fn curve(desk: &mut Desk) -> Result<Value, String> {
+    let ask: Curve = read(&desk.question)?;
+    if has_state(&ask.law) {
+        let law: StateLaw = document(ask.law)?;
+        let start = ask.w.first().map_or(0.0, |&w| law.steady(w));
+        let (force, state) = follow(&law, &ask.t, &ask.w, start, &mut || true).map_err(sentence)?;
+        desk.numbers.extend(force.into_iter().chain(state));
+    } else {
+        let law: Law = document(ask.law)?;
+        let force = force_along(&law, &ask.t, &ask.w, &ask.stuck, &ask.force_rate).map_err(sentence)?;
+        desk.numbers.extend(force);
+    }
+    Ok(json!({}))
+}
+
+#[derive(Deserialize)]
+struct Surface {
+    law: Value,
+    stick_times: Vec<f64>,
+    force_rates: Vec<f64>,
+}
+
+/// Break-away force, a row for each force rate.
+fn surface(desk: &mut Desk) -> Result<Value, String> {
+    let ask: Surface = read(&desk.question)?;
+    let law: Law = document(ask.law)?;
+    law.validate().map_err(sentence)?;
+    for &force_rate in &ask.force_rates {
+        let holds = ask.stick_times.iter().map(|&stick_time| Hold {
+            stick_time,
+            force_rate,
+        });
+        desk.numbers.extend(holds.map(|hold| law.break_away(hold)));
+    }
+    Ok(json!({}))
+}

@@ -1,0 +1,52 @@
+"""``stickslip explore``: a page in which a law is moved by hand and every motion follows."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from stickslip.cli.terminal import Commands, say_written
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Declare the options."""
+    command = commands.add_parser("explore", help="move a law by hand in a browser and see every motion")
+    command.add_argument(
+        "file", nargs="?", metavar="FILE", help="a law or system file (.toml) or an orbit (.nc) to begin with"
+    )
+    command.add_argument(
+        "-o", "--output", metavar="PAGE.html", help="where the page goes; default: a cache of the user"
+    )
+    command.add_argument("--no-browser", action="store_true", help="write the page only")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Do the work."""
+    from stickslip.explorer import page, state_of
+    from stickslip.files.documents import write_whole
+
+    state = state_of(options.file) if options.file else None
+    path = Path(options.output) if options.output else _cache() / "explorer.html"
+    text = page(state)
+    path = write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+    say_written(path)
+    if not options.no_browser:
+        import webbrowser
+
+        webbrowser.open(path.as_uri())
+
+
+def _cache() -> Path:
+    """The user's folder for what can be made again."""
+    if sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = base / "stickslip"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

@@ -1,0 +1,232 @@
+"""The return map of an event sequence, differentiated: one period of a cycle, and Newton's method on it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, layout_of, read
+from stickslip.errors import InputError
+from stickslip.model.drive import Drive, Harmonic
+from stickslip.model.system import Force, Oscillator, System
+
+_T = 0
+_SPEEDS = ("low", "high", "anchor_w", "corner_w")
+_FORCES = ("offset", "anchor_f", "corner_f", "released_at")
+#: Below this share of the largest a multiplier is the zero that an event brings.
+_NOTHING = 1e-11
+#: Below this share of the period there is no stick: one that has vanished closes to rounding where slip is neutral.
+_NO_STICK = 1e-7
+
+
+def _harmonics(system: Oscillator | System) -> list[Harmonic | Force]:
+    if isinstance(system, Oscillator):
+        return list(system.harmonics)
+    drives = [c.drive_velocity for c in system.contacts if isinstance(c.drive_velocity, Drive)]
+    return [*system.forcing, *(harmonic for drive in drives for harmonic in drive.harmonics)]
+
+
+def forcing_period(system: Oscillator | System) -> float | None:
+    """The period of the forcing; None without one.
+
+    Raises
+    ------
+    InputError
+        where several frequencies have no common period of at most 100 of the slowest.
+    """
+    frequencies = [harmonic.frequency for harmonic in _harmonics(system)]
+    if not frequencies:
+        return None
+    slowest = min(frequencies)
+    for count in range(1, 101):
+        periods = np.array(frequencies) / slowest * count
+        if np.abs(periods - np.round(periods)).max() < 1e-9:
+            return 2 * math.pi / slowest * count
+    raise InputError(f"periodic_orbit: the forcing has no common period, its frequencies are {frequencies}")
+
+
+@dataclass(frozen=True)
+class Return:
+    """One period of a cycle: the return map at its start, differentiated.
+
+    Attributes
+    ----------
+    defect : the end minus the start, over `coordinates`.
+    map_jacobian : of the return map over `coordinates`.
+    parameter : derivative of the end with respect to the parameter, over `coordinates`; zero where none was asked for.
+    tests : rows of test functions; `test_rates` their derivatives over `coordinates` and the parameter.
+    fixed : what the orbit writes whatever the start was, such as the velocity of the drive where it is reached;
+        `fixed_parameter` its derivatives with respect to the parameter.
+    """
+
+    sequence: EventSequence
+    forcing_periods: int
+    coordinates: NDArray[np.int64]
+    end: Floats
+    defect: Floats
+    map_jacobian: Floats
+    parameter: Floats
+    tests: Floats
+    test_rates: Floats
+    durations: Floats
+    fixed: NDArray[np.int64]
+    fixed_parameter: Floats
+
+    @property
+    def period(self) -> float:
+        """How long it took."""
+        return float(self.durations.sum())
+
+
+def coordinates_of(system: Oscillator | System, start: Floats) -> NDArray[np.int64]:
+    """The numbers of the state that make the return map: all that are finite; time only where something else keeps time."""
+    first = _T if forcing_period(system) is not None else _T + 1
+    return np.array(
+        [coordinate for coordinate in range(first, layout_of(system).width) if np.isfinite(start[coordinate])]
+    )
+
+
+def return_of(sequence: EventSequence, forcing_periods: int, path: str | None = None, *, tests: bool = False) -> Return:
+    """Follow one period; `forcing_periods` periods of the forcing."""
+    period = forcing_period(sequence.system)
+    followed = sequence.follow(path, tests=tests)
+    coordinates = coordinates_of(sequence.system, sequence.start)
+    end, rates = followed.states[-1], followed.rates[-1]
+    # What nothing along the orbit reads or writes is no part of the map, and what it writes whatever the start was is known.
+    within = rates[np.ix_(coordinates, coordinates)]
+    unit = np.eye(len(coordinates), dtype=bool)
+    alone = ~(np.where(unit, 0.0, within) != 0).any(axis=1) & ~(np.where(unit, 0.0, within) != 0).any(axis=0)
+    idle = alone & (np.diag(within) == 1)
+    written = ~(within != 0).any(axis=1)
+    fixed, coordinates = coordinates[written], coordinates[~idle & ~written]
+    defect = end[coordinates] - sequence.start[coordinates]
+    # They move with the parameter, and what depends on them with them.
+    parameter = rates[coordinates, -1] + rates[np.ix_(coordinates, fixed)] @ rates[fixed, -1]
+    if period is not None:
+        at = int(np.flatnonzero(coordinates == _T)[0])
+        defect[at] -= forcing_periods * period
+        if path is not None and path.endswith("/frequency"):
+            # With several frequencies none can move alone: the period is that of one.
+            parameter[at] += forcing_periods * period / read(sequence.system, path)
+    boundaries = followed.tests
+    test_rates = boundaries[:, 5:]
+    return Return(
+        sequence=replace(sequence, phases=np.column_stack([sequence.phases[:, :-1], followed.durations])),
+        forcing_periods=forcing_periods,
+        coordinates=coordinates,
+        end=end,
+        defect=defect,
+        map_jacobian=rates[np.ix_(coordinates, coordinates)],
+        parameter=parameter,
+        tests=boundaries[:, :5],
+        test_rates=np.column_stack(
+            [test_rates[:, coordinates], test_rates[:, -1] + test_rates[:, fixed] @ rates[fixed, -1]]
+        ),
+        fixed=fixed,
+        fixed_parameter=rates[fixed, -1],
+        durations=followed.durations,
+    )
+
+
+def moved(here: Return, step: Floats) -> EventSequence:
+    """The sequence from a start moved by `step` over its coordinates; what is written along the way is taken from its end."""
+    start = here.sequence.start.copy()
+    start[here.coordinates] += step
+    start[here.fixed] = here.end[here.fixed]
+    return replace(here.sequence, start=start)
+
+
+def size_of(system: Oscillator | System, start: Floats, coordinates: NDArray[np.int64]) -> Floats:
+    """What counts as large in each number of the state."""
+    layout = layout_of(system)
+    time = system.natural_period / (2 * math.pi)
+    drives = [system.drive_velocity] if isinstance(system, Oscillator) else [c.drive_velocity for c in system.contacts]
+    speeds = [abs(drive.velocity if isinstance(drive, Drive) else drive) for drive in drives]
+    length = max(np.abs(start[layout.x]).max(), time * np.abs(start[layout.v]).max(), time * max(speeds), 1e-300)
+    sizes = np.maximum(np.abs(start[: layout.width]), 1e-300)
+    sizes[_T], sizes[layout.x], sizes[layout.v] = time, length, length / time
+    sizes[layout.ages] = np.maximum(sizes[layout.ages], time)
+    # A number of the line or the memory that passes zero is no smaller a part of the law than the others of its dimension.
+    for alike in (_SPEEDS, _FORCES):
+        places = layout.contact_coordinates(alike)
+        known = np.where(np.isfinite(sizes[places]), sizes[places], np.nan)
+        sizes[places] = np.nanmax(known, axis=1, keepdims=True)
+    return np.asarray(sizes[coordinates], float)
+
+
+def close(sequence: EventSequence, forcing_periods: int, rounds: int = 40) -> tuple[Return, int]:
+    """Newton's method on the return map; the closed orbit and the rounds it took.
+
+    Raises
+    ------
+    InputError
+        where it does not converge.
+    """
+    best = math.inf
+    stalled = 0
+    for done in range(rounds):
+        here = return_of(sequence, forcing_periods)
+        size = size_of(sequence.system, here.sequence.start, here.coordinates)
+        jacobian = np.eye(len(here.coordinates)) - here.map_jacobian
+        # Around a centre every state closes, and a step would be the quotient of two roundings.
+        if np.abs(here.defect / size).max(initial=0.0) < np.finfo(float).eps:
+            return here, done + 1
+        step = np.linalg.lstsq(jacobian, here.defect, rcond=1e-14)[0]
+        error = float(np.abs(step / size).max(initial=0.0))
+        fixed = np.array_equal(here.end[here.fixed], here.sequence.start[here.fixed])
+        if (error < 1e-14 and fixed) or (done > 2 and error < 1e-9 and error >= 0.25 * best):
+            stalled += 1
+            if stalled > 1 or (error < 1e-14 and fixed):
+                return here, done + 1
+        best = min(best, error)
+        # A step beyond a fifth of the motion is no correction any more.
+        sequence = moved(here, np.asarray(step * min(1.0, 0.2 / max(error, 1e-300)), float))
+    raise InputError(
+        f"periodic_orbit: no periodic orbit of this event sequence near the guess (the last step is {best:.1e} of the "
+        "motion): give another guess or simulate longer first"
+    )
+
+
+def once(closed: Return) -> Return:
+    """The orbit taken once: near a flip a run that is not quite settled returns sooner after two periods than after one."""
+    phases = closed.sequence.phases
+    for count in range(len(phases), 1, -1):
+        if len(phases) % count or closed.forcing_periods % count:
+            continue
+        parts = phases.reshape(count, -1, phases.shape[1])
+        same = (parts[:, :, :-1] == parts[0, :, :-1]).all()
+        if same and np.ptp(closed.durations.reshape(count, -1), axis=0).max() < 1e-7 * closed.period:
+            sequence = replace(closed.sequence, phases=parts[0], last=phases[0, :-2].copy())
+            return close(sequence, closed.forcing_periods // count)[0]
+    return closed
+
+
+def inconsistency(here: Return) -> str | None:
+    """Why the real motion does not follow the event sequence; None where it does."""
+    stuck = (here.sequence.directions == 0).any(axis=1)
+    if (here.durations <= 0).any() or (stuck.any() and here.durations[stuck].sum() < _NO_STICK * here.period):
+        return f"phase {int(np.argmin(here.durations))} would take no time"
+    finite = np.isfinite(here.tests[:, 4])
+    scale = 1e-9 * np.abs(here.tests[finite, 4]).max(initial=1e-300)
+    for boundary, phase, _, _, value in here.tests[finite]:
+        if value < -scale:
+            return (
+                f"the test function {BOUNDARIES[int(boundary) % len(BOUNDARIES)]} of phase {int(phase)} is {value:.2e}"
+            )
+    return None
+
+
+def multipliers_of(here: Return) -> NDArray[np.complex128]:
+    """Floquet multipliers, the largest first: the 1 of an autonomous cycle, and zero where an event loses a direction."""
+    values = np.linalg.eigvals(here.map_jacobian).astype(complex)
+    values = values[np.argsort(-np.abs(values), kind="stable")]
+    values[np.abs(values) < _NOTHING * max(1.0, float(np.abs(values).max(initial=0.0)))] = 0.0
+    if forcing_period(here.sequence.system) is None:
+        values = np.concatenate([[1.0 + 0.0j], values])
+    most = 2 * here.sequence.layout.masses
+    values = np.append(values, np.zeros(most))
+    count = max(most, int((values != 0).sum()))
+    return np.asarray(values[:count], complex)

@@ -1,0 +1,140 @@
+"""What the page knows of every law: names, symbols, ranges and words of its numbers, read from where they are documented."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from stickslip.laws import Law
+from stickslip.laws.law import Table
+from stickslip.laws.state_law import StateLaw
+from stickslip.model.system import Oscillator
+
+#: A symbol at the start of a description, or before a relation or a comma: f_s, Δ∞, σ₀, γ, z∞.
+_SYMBOL = re.compile(r"(?<![\w/])((?:[A-Zα-ωΑ-Ω]|[a-zμ])(?:_[A-Za-z0-9]{1,2}|[₀-₉]|∞)?)(?=\s*(?:[><≥≤,.;=:(]|$))")
+_UNDER = str.maketrans("0123456789sk", "₀₁₂₃₄₅₆₇₈₉ₛₖ")
+_GREEK = {"phi": "φ", "psi": "ψ", "eta": "η", "alpha": "α", "beta": "β", "gamma": "γ"}
+
+
+def _parameters(cls: type) -> dict[str, str]:
+    """The words of the section Parameters of a docstring, name by name, continued lines joined."""
+    doc = inspect.getdoc(cls) or ""
+    section = doc.partition("Parameters\n----------\n")[2].partition("\n\n")[0]
+    words: dict[str, str] = {}
+    names: list[str] = []
+    for line in section.splitlines():
+        if line.startswith(" "):
+            for name in names:
+                words[name] += " " + line.strip()
+            continue
+        left, _, right = line.partition(" : ")
+        names = [name.strip() for name in left.split(",")]
+        words |= dict.fromkeys(names, right.strip())
+    # A law may refer to another one of its family for words.
+    other = next((found[1] for said in words.values() if (found := re.match(r"as for :class:`(\w+)`", said))), None)
+    return (
+        {**words, **{name: said for name, said in _parameters(Law.ALL[other]).items() if name in words}}
+        if other
+        else words
+    )
+
+
+def _symbol(name: str, words: str, position: int) -> str:
+    """The symbol of the parameter at `position` among those that share these words; its own name where there is none."""
+    if len(name) == 1:
+        return name
+    if name in _GREEK:
+        return _GREEK[name]
+    found = _SYMBOL.findall(words)
+    symbol = found[position] if position < len(found) else name.replace("_", " ")
+    return re.sub(r"_([0-9sk])$", lambda match: match[1].translate(_UNDER), symbol)
+
+
+def _range(value: object, unit: str) -> tuple[float, float]:
+    """From where to where a slider goes."""
+    if unit == "angle":
+        return -89.0, 89.5
+    size = abs(value) if isinstance(value, int | float) and value else 1.0
+    low = 0.0 if isinstance(value, int | float) and value >= 0 else -3 * size
+    return low, float(f"{3 * size:.6g}")
+
+
+def _numbers(table: Table, document: dict[str, Any], path: str = "") -> list[dict[str, Any]]:
+    """Every parameter of a law or of a table within it."""
+    words = _parameters(type(table))
+    shared: dict[str, int] = {}
+    numbers: list[dict[str, Any]] = []
+    for item in fields(table):  # type: ignore[arg-type]
+        value = getattr(table, item.name)
+        said = words.get(item.name, item.name.replace("_", " "))
+        position = shared.get(said, 0)
+        shared[said] = position + 1
+        if is_dataclass(value) and isinstance(value, Table):
+            numbers += _numbers(value, document[item.name], f"{path}{item.name}.")
+            continue
+        unit = type(table).UNITS.get(item.name, "")
+        low, high = _range(value, unit)
+        number = {
+            "path": path + item.name,
+            "symbol": _symbol(item.name, said, position),
+            "name": said.rstrip(".") if item.name in _GREEK else item.name.replace("_", " "),
+            "words": said.rstrip("."),
+            "unit": unit,
+            "low": low,
+            "high": high,
+        }
+        choices = getattr(type(table), "CHOICES", {}).get(item.name)
+        numbers.append(number | ({"choices": list(choices)} if choices else {}))
+    return numbers
+
+
+def full(law: Law) -> dict[str, Any]:
+    """The document of a law with every parameter in it; a pencil at infinity, or what else is None, as null."""
+
+    def whole(table: Table) -> dict[str, Any]:
+        document = {}
+        for item in fields(table):  # type: ignore[arg-type]
+            value = getattr(table, item.name)
+            document[item.name] = whole(value) if isinstance(value, Table) and not isinstance(value, Law) else value
+            if isinstance(value, Law):
+                document[item.name] = full(value)
+        return document
+
+    tagged: dict[str, Any] = json.loads(json.dumps({"type": type(law).__name__, **whole(law)}))
+    return tagged
+
+
+def laws() -> dict[str, Any]:
+    """Each law of the package: its sentence, its numbers, an example, and whether it has an internal state."""
+    catalogue = {}
+    for name, cls in Law.ALL.items():
+        example = cls.example()
+        document = full(example)
+        catalogue[name] = {
+            "sentence": (inspect.getdoc(cls) or "").partition("\n")[0],
+            "numbers": _numbers(example, document),
+            "example": document,
+            "state": issubclass(cls, StateLaw),
+        }
+    return catalogue
+
+
+def oscillator() -> list[dict[str, Any]]:
+    """The numbers of the oscillator itself."""
+    words = _parameters(Oscillator)
+    highs = {"drive_velocity": 0.6, "damping": 1.0, "stiffness": 3.0, "mass": 3.0}
+    return [
+        {
+            "path": name,
+            "symbol": {"drive_velocity": "s", "damping": "D", "stiffness": "k", "mass": "m"}[name],
+            "name": "belt speed" if name == "drive_velocity" else name,
+            "words": words[name].rstrip("."),
+            "unit": "",
+            "low": 0.05 if name in ("stiffness", "mass") else 0.0,
+            "high": high,
+        }
+        for name, high in highs.items()
+    ]

@@ -1,0 +1,153 @@
+"""Assemble the page: one HTML file with script, core, laws, presets and a state inside, that asks no network for anything."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.explorer import catalogue
+from stickslip.files.documents import read_toml
+from stickslip.laws import Law, load_law
+from stickslip.model.system import Oscillator, System, load_system_document
+
+#: Damping and drive of the rig on which a law file is shown.
+_RIG = {"mass": 1.0, "stiffness": 1.0, "damping": 0.1, "drive_velocity": 0.2}
+
+
+def presets() -> dict[str, Any]:
+    """The states to begin with, each with its source, by name.
+
+    >>> presets()["stick-slip"]["state"]["system"]["drive_velocity"]
+    0.2
+    """
+    made = {}
+    for name, row in json.loads(_shipped("presets.json")).items():
+        law = Law.ALL[row.get("law", "BogaczRyczek")].example()
+        made[name] = {"title": row["title"], "source": row["source"], "state": _state(_preset(row, law), row)}
+    return made
+
+
+def _preset(row: Mapping[str, Any], law: Law) -> dict[str, Any]:
+    amplitude, frequency = row.get("forcing", (0.0, 1.0))
+    forcing = [{"amplitude": amplitude, "frequency": frequency, "phase": 0.0}] if amplitude else []
+    return {
+        "mass": 1.0,
+        "stiffness": 1.0,
+        "damping": row.get("damping", 0.35),
+        "drive_velocity": row["drive_velocity"],
+        "law": catalogue.full(law),
+        "forcing": forcing,
+    }
+
+
+def _state(system: dict[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
+    state: dict[str, Any] = {"system": system, "t_end": more.get("t_end", 150.0)}
+    if "masses" in more:
+        state["chain"] = {"masses": more["masses"], "coupling": more.get("coupling", 1.0)}
+    return state
+
+
+def state_of(path: str | Path) -> dict[str, Any]:
+    """The state of the page that shows a file.
+
+    Parameters
+    ----------
+    path : a law file, a system file of one mass with a constant drive, or an orbit of such a system (netCDF).
+
+    Raises
+    ------
+    InputError
+        for a file that is none of these, or holds what the page cannot show.
+    """
+    path = Path(path)
+    if path.suffix == ".nc":
+        from stickslip.simulation.orbit import load
+
+        orbit = load(path)
+        return _shown(orbit.system, {"t_end": float(orbit.t_end), **_start(orbit)}, str(path))
+    document = read_toml(path)
+    if "damping" not in document and "law" in document:
+        law = load_law(path)
+        drive = 0.2
+        return _shown(Oscillator(_RIG["damping"], drive, law), {}, str(path))
+    system, settings = load_system_document(path)
+    return _shown(system, settings, str(path))
+
+
+def _start(orbit: Any) -> dict[str, Any]:
+    x0, v0, _, _ = orbit._core.run
+    return {"x0": x0, "v0": v0}
+
+
+def _shown(system: Oscillator | System, settings: Mapping[str, Any], where: str) -> dict[str, Any]:
+    if isinstance(system, System):
+        raise InputError(
+            f"{where}: expected a system of one mass, got {system.masses} masses; the page makes chains of two to five "
+            "from one mass, and `stickslip simulate` runs any system"
+        )
+    if not isinstance(system.drive_velocity, float):
+        raise InputError(
+            f"{where}: expected a constant drive velocity, got one that varies; run it by `stickslip simulate`"
+        )
+    document = {
+        "mass": system.mass,
+        "stiffness": system.stiffness,
+        "damping": system.damping,
+        "drive_velocity": system.drive_velocity,
+        "law": catalogue.full(system.law),
+        "forcing": [harmonic.to_dict() for harmonic in system.harmonics],
+    }
+    one = {name: None if settings.get(name) is None else [float(settings[name])] for name in ("x0", "v0")}
+    speed = abs(system.drive_velocity)
+    t_end = settings.get("t_end", 25 * system.natural_period)
+    return {
+        "preset": "",
+        "system": document,
+        "start": one,
+        "t_end": float(t_end),
+        "diagram": {"over": "drive_velocity", "low": 0.1 * speed, "high": 3 * speed or 1.0},
+    }
+
+
+def _shipped(name: str) -> str:
+    return files("stickslip.explorer").joinpath(name).read_text(encoding="utf-8")
+
+
+def _json(document: object) -> str:
+    """JSON that cannot end the element it stands in."""
+    return json.dumps(document, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def page(state: Mapping[str, Any] | None = None) -> str:
+    """The explorer as one HTML page.
+
+    Parameters
+    ----------
+    state : what it shows first, as :func:`state_of` makes it; default the first preset.
+
+    >>> page().startswith("<!doctype html>")
+    True
+    """
+    core = base64.b64encode(files("stickslip.explorer").joinpath("core.wasm.gz").read_bytes()).decode()
+    data = {
+        "version": _core.__version__,
+        "laws": catalogue.laws(),
+        "oscillator": catalogue.oscillator(),
+        "presets": presets(),
+    }
+    text = _shipped("page.html")
+    parts = {
+        'id="data">null<': f'id="data">{_json(data)}<',
+        'id="state">null<': f'id="state">{_json(state)}<',
+        'id="core"><': f'id="core">{core}<',
+        'id="program"><': f'id="program">{_shipped("explorer.js")}<',
+    }
+    for place, filled in parts.items():
+        text = text.replace(place, filled, 1)
+    return text

@@ -1,0 +1,1 @@
+"""One least-squares kernel for every fit: parameters, minimization, covariance and intervals. Knows no friction."""

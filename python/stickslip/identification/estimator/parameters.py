@@ -1,0 +1,130 @@
+"""Parameters of a model: a vector to search in, and from its covariance values, errors and intervals by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from stickslip.identification.estimator.uncertainty import half_width
+
+Array = npt.NDArray[np.float64]
+
+WIDEST = 600.0
+"""Largest half-width of an interval of a logarithm, so that its ends are still numbers."""
+FARTHEST = 50.0
+"""Largest size of a logarithm that is searched."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a model.
+
+    Attributes
+    ----------
+    name : by which results give it.
+    low, high : limits of its value; an interval ends there.
+    within : narrower limits of the search, None for those of the value.
+    logarithmic : whether it is positive and known by its ratio: it is searched, and its interval is symmetric, in its
+        logarithm.
+    unit : of its value, "" where it is dimensionless or the caller's own.
+    fixed : its value where it is not fitted.
+    same_as : name of the parameter whose value it takes (tied), None for one of its own.
+    """
+
+    name: str
+    low: float = -math.inf
+    high: float = math.inf
+    logarithmic: bool = False
+    unit: str = ""
+    within: tuple[float, float] | None = None
+    fixed: float | None = None
+    same_as: str | None = None
+
+    @property
+    def free(self) -> bool:
+        """Whether it is a component of the search vector."""
+        return self.fixed is None and self.same_as is None
+
+
+class Parameters:
+    """Parameters in order; the search vector holds the free ones, the logarithmic by their logarithm.
+
+    >>> rate, limit = Parameter("rate", 0.0, logarithmic=True, unit="1/s"), Parameter("limit", 0.0, unit="N")
+    >>> both = Parameters([rate, limit])
+    >>> table, covariance = both.estimate(np.array([0.0, 2.0]), np.diag([0.01, 0.04]), math.inf)
+    >>> table.round(3)[["value", "low", "high"]].to_numpy().tolist()
+    [[1.0, 0.822, 1.217], [2.0, 1.608, 2.392]]
+    """
+
+    def __init__(self, parameters: Sequence[Parameter]) -> None:
+        self.all = list(parameters)
+        self.free = [parameter for parameter in self.all if parameter.free]
+        self.names = [parameter.name for parameter in self.free]
+        self.logarithmic = np.array([parameter.logarithmic for parameter in self.free], dtype=bool)
+
+    def vector(self, values: Mapping[str, float]) -> Array:
+        """The search vector of these values by name."""
+        plain = np.array([values[name] for name in self.names], dtype=float)
+        return np.where(self.logarithmic, np.log(np.where(self.logarithmic, plain, 1.0)), plain)
+
+    def plain(self, vector: Array) -> Array:
+        """Values of the free parameters."""
+        return np.where(self.logarithmic, np.exp(np.clip(np.where(self.logarithmic, vector, 0.0), -700, 700)), vector)
+
+    def values(self, vector: Array) -> dict[str, float]:
+        """Values by name, of the fixed and the tied parameters too."""
+        found = dict(zip(self.names, self.plain(vector).tolist(), strict=True))
+        found |= {parameter.name: parameter.fixed for parameter in self.all if parameter.fixed is not None}
+        tied = {parameter.name: parameter.same_as for parameter in self.all if parameter.same_as is not None}
+        return found | {name: found[source] for name, source in tied.items() if source in found}
+
+    def units(self, vector: Array) -> Array:
+        """∂value/∂vector of each free parameter."""
+        return np.where(self.logarithmic, self.plain(vector), 1.0)
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Limits of the search vector, each of shape (free parameters,)."""
+        pairs = np.array([item.within or (item.low, item.high) for item in self.free], dtype=float).reshape(-1, 2)
+        pairs[self.logarithmic] = np.log(np.clip(pairs[self.logarithmic], math.exp(-FARTHEST), math.exp(FARTHEST)))
+        return pairs[:, 0], pairs[:, 1]
+
+    def estimate(
+        self,
+        vector: Array,
+        covariance: Array,
+        freedom: float | Array,
+        derived: Mapping[str, Mapping[str, float]] | None = None,
+    ) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """Value, standard error and 95 % interval by name, and the covariance of the values.
+
+        Parameters
+        ----------
+        vector, covariance : the search vector and its covariance.
+        freedom : degrees of freedom of the errors, one for all or one for each.
+        derived : further numbers as sums of the free ones, weights by name; their intervals have no limits.
+        """
+        names, values, units = list(self.names), self.plain(vector), self.units(vector)
+        quantile = np.array([half_width(1.0, each) for each in np.broadcast_to(freedom, values.shape)])
+        # A variance below zero is rounding where a form has a number too many: nothing is known of that one.
+        variance = np.diag(covariance)
+        spread = np.sqrt(np.where(variance < 0, math.inf, variance))
+        half = quantile * spread
+        ratio = np.exp(np.minimum(half, WIDEST))
+        low = np.where(self.logarithmic, values / ratio, np.maximum(values - half, [item.low for item in self.free]))
+        high = np.where(self.logarithmic, values * ratio, np.minimum(values + half, [item.high for item in self.free]))
+        error, full = spread * units, covariance * np.outer(units, units)
+        for name, weights in (derived or {}).items():
+            sums = np.vstack([np.eye(len(values)), [weights.get(each, 0.0) for each in names]])
+            names, values, full = [*names, name], sums @ values, sums @ full @ sums.T
+            error = np.append(error, math.sqrt(full[-1, -1]))
+            beyond = error[-1] * float(np.max(quantile))
+            low, high = np.append(low, values[-1] - beyond), np.append(high, values[-1] + beyond)
+        table = pd.DataFrame(
+            {"value": values, "error": error, "low": low, "high": high}, index=pd.Index(names, name="parameter")
+        )
+        return table, pd.DataFrame(full, index=names, columns=names)

@@ -1,0 +1,131 @@
+"""What a first guess may look at, and what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from stickslip.errors import InputError
+from stickslip.identification.records import FrictionRecord
+from stickslip.identification.static.break_away import StaticFriction
+from stickslip.laws import Law
+
+Array = npt.NDArray[np.float64]
+
+DROWNED = 0.3
+"""Noise of the gauge beyond that part of the usual fall at a break-away hides where sticks begin and end."""
+WITH_DRIVE = 0.02
+"""Slip that is slower than that part of the drive velocity is none."""
+CLIPPED = 0.02
+"""More than this part of the samples at the last reading, ten times as many as at the one before, is a clipped gauge."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a first guess may look at.
+
+    Attributes
+    ----------
+    records : all of them.
+    rows : their break-aways with a known stick time.
+    static : the fits of static friction, None for too few rows.
+    relative : whether friction drifts, so that break-aways are taken above the kinetic force of their own slip.
+    pieces : number of linear pieces asked for.
+    """
+
+    records: Sequence[FrictionRecord]
+    rows: pd.DataFrame
+    static: StaticFriction | None
+    relative: bool
+    pieces: int
+
+    @property
+    def curve(self) -> tuple[Array, Array]:
+        """Slip speed, and kinetic force in the sense of the slip, of every sample that slips."""
+        speed = np.concatenate([np.abs(r.slip_velocity[~r.stuck]) for r in self.records])
+        force = [np.copysign(1.0, r.slip_velocity[~r.stuck]) * r.force[~r.stuck] for r in self.records]
+        return speed, np.concatenate(force)
+
+    @property
+    def kinetic(self) -> float:
+        """The constant kinetic force that does the same work in all slips."""
+        levels = [record.slip_level(a, b) for record in self.records for a, b in record.slips]
+        paths = [float(np.abs(record.slip_velocity[a:b]).sum()) for record in self.records for a, b in record.slips]
+        return float(np.average(levels, weights=paths)) if sum(paths) > 0 else float(np.mean(levels))
+
+    @property
+    def break_away(self) -> float:
+        """The usual break-away force."""
+        force = self.rows["force"].to_numpy()
+        if self.relative:
+            force = force - self.rows["level"].to_numpy() + self.kinetic
+        return float(np.nanmedian(force))
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A law to begin with, the numbers to fit, and what was assumed.
+
+    Attributes
+    ----------
+    law : the first guess.
+    free : names of the numbers that are fitted.
+    ties : names of numbers that follow another.
+    notes : plain sentences.
+    rivals : other first guesses, from which the one with the least misfit is taken.
+    within : limits that come from the records.
+    """
+
+    law: Law
+    free: list[str]
+    ties: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    rivals: list[Law] = field(default_factory=list)
+    within: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+def need_rows(seen: Seen, kind: str, fewest: int) -> None:
+    """Refuse records with fewer break-aways than the law needs."""
+    if len(seen.rows) < fewest:
+        got = f"only {len(seen.rows)}" if len(seen.rows) else "none"
+        raise InputError(
+            f"identify: {kind} needs at least {fewest} break-aways with a known stick time, the records hold {got}: take "
+            "a record in which the mass sticks (a lower drive velocity), or ask for Coulomb"
+        )
+
+
+def refuse_unreadable(record: FrictionRecord) -> None:
+    """Refuse a record whose friction drives, whose gauge was clipped, or whose noise is as large as its falls."""
+    w, drive = record.slip_velocity[~record.stuck], abs(record.constants.get("drive_velocity", 0.0))
+    if w.size and float(np.quantile(np.abs(w), 0.9)) < WITH_DRIVE * drive:
+        raise InputError(
+            f"{record.name}: the mass goes with the drive throughout (nine tenths of its slip is slower than "
+            f"{WITH_DRIVE:g} of the drive velocity), so nothing can be said about the friction of slip; take a record in "
+            "which it breaks away"
+        )
+    work = float(np.sum((record.force * record.slip_velocity)[~record.stuck]))
+    if work < 0:
+        path = float(np.sum(np.abs(record.slip_velocity[~record.stuck])))
+        raise InputError(
+            f"{record.name}: friction does work on the slip (it is {work / path:.3g} in its sense on average), as no "
+            "friction does: check the signs of displacement and drive velocity, and the rest position of the rig"
+        )
+    if record.recorded is not None:
+        levels, counts = np.unique(record.recorded[np.isfinite(record.recorded)], return_counts=True)
+        for end, beside in ((0, 1), (-1, -2)) if levels.size > 2 else ():
+            if counts[end] > CLIPPED * counts.sum() and counts[end] > 10 * counts[beside]:
+                raise InputError(
+                    f"{record.name}: {100 * counts[end] / counts.sum():.0f} % of the readings of the displacement are "
+                    f"exactly {levels[end]:.4g}, so the gauge was clipped there: record with a wider range"
+                )
+    noise = record.constants.get("noise", 0.0) * record.constants.get("stiffness", 0.0)
+    drop = record.break_away["drop"].dropna().to_numpy()
+    if drop.size and noise > DROWNED * float(np.median(drop)):
+        raise InputError(
+            f"{record.name}: the noise of the gauge is {noise:.3g} in force, and a break-away falls by "
+            f"{np.median(drop):.3g}: where sticks begin and end cannot be told; record with less noise"
+        )

@@ -1,0 +1,185 @@
+"""First guesses of laws whose kinetic force is one curve over the slip velocity: linear least squares on a grid of shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import lsq_linear
+
+from stickslip.errors import InputError
+from stickslip.identification.guesses.evidence import Guess, Seen
+from stickslip.identification.kinetic.motion import without_wiggles
+from stickslip.laws import (
+    Cubic,
+    ExponentialStribeck,
+    Law,
+    Lorentzian,
+    PoppStelter,
+    Rational,
+    Tabulated,
+    TwoBranch,
+)
+
+Array = npt.NDArray[np.float64]
+
+NARROW_RANGE = 0.1
+"""A range of slip speeds (5th to 95th percentile) within this part of the highest shows no curve."""
+NARROW_TIMES = 1.25
+"""Stick times (10th to 90th percentile) within this ratio are one."""
+LEAST_DROP = 0.01
+"""Friction is first taken to fall with the speed by at least that part of the highest."""
+SHAPES = np.geomspace(0.02, 3.0, 25)
+"""Slip speeds, relative to the highest, over which a curve may bend."""
+
+
+def curve_of(seen: Seen, kind: str) -> tuple[Array, Array]:
+    """Slip speed and kinetic force of all samples; refused where they show no curve."""
+    speed, force = seen.curve
+    low, high = np.quantile(speed, [0.05, 0.95])
+    if high - low < NARROW_RANGE * high:
+        raise InputError(
+            f"identify: {kind} is a curve over the slip velocity, and nearly all slip is between {low:.4g} and {high:.4g}: "
+            "add records at other drive velocities, or one that oscillates, or ask for Coulomb"
+        )
+    return speed, force
+
+
+def _least(
+    speed: Array, force: Array, basis: Callable[[float], list[Array]], low: Sequence[float]
+) -> tuple[float, list[float]]:
+    """The shape on the grid and the numbers, none below its `low`, with the least squares."""
+    best: tuple[float, float, list[float]] | None = None
+    for shape in SHAPES * float(speed.max()):
+        turned, triangle = np.linalg.qr(np.stack(basis(float(shape)), axis=1))
+        found = lsq_linear(triangle, turned.T @ force, bounds=(np.array(low, float), np.inf))
+        if best is None or found.cost < best[0]:
+            best = (float(found.cost), float(shape), [float(number) for number in found.x])
+    assert best is not None
+    return best[1], best[2]
+
+
+def stribeck(
+    seen: Seen, kind: str, exponent: float, least_viscous: float = -np.inf
+) -> tuple[float, float, float, float]:
+    """Break-away, kinetic, scale and viscous of f_k + (f_s − f_k) exp(−(w/w_s)^exponent) + b w."""
+    w, force = curve_of(seen, kind)
+    low = [0.0, LEAST_DROP * float(np.abs(force).max()), least_viscous]
+    scale, (kinetic, drop, viscous) = _least(
+        w, force, lambda s: [np.ones_like(w), np.exp(-((w / s) ** exponent)), w], low
+    )
+    return kinetic + drop, kinetic, scale, viscous
+
+
+def exponential(seen: Seen) -> Guess:
+    """A fall and a line, the fall an exponential or a Gaussian."""
+    choices = ExponentialStribeck.CHOICES["exponent"]
+    laws: list[Law] = [ExponentialStribeck(*stribeck(seen, "ExponentialStribeck", n), exponent=n) for n in choices]
+    return Guess(laws[0], ["break_away", "kinetic", "scale", "viscous"], rivals=laws[1:])
+
+
+def _lorentzian(seen: Seen) -> Guess:
+    w, force = curve_of(seen, "Lorentzian")
+    low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
+    scale, (kinetic, drop, viscous) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + (w / s) ** 2), w], low)
+    law = Lorentzian(kinetic + drop, kinetic, scale, viscous)
+    return Guess(law, ["break_away", "kinetic", "scale", "viscous"])
+
+
+def _popp_stelter(seen: Seen) -> Guess:
+    w, force = curve_of(seen, "PoppStelter")
+    low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
+    scale, (kinetic, drop, square) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + w / s), w**2], low)
+    law = PoppStelter(kinetic + drop, kinetic, 1 / scale, square)
+    return Guess(law, ["break_away", "kinetic", "weakening", "square"])
+
+
+def _rational(seen: Seen) -> Guess:
+    w, force = curve_of(seen, "Rational")
+    scale, (break_away,) = _least(w, force, lambda s: [1 / (1 + w / s)], [0.0])
+    return Guess(Rational(break_away, 1 / scale), ["break_away", "weakening"])
+
+
+def _cubic(seen: Seen) -> Guess:
+    w, force = curve_of(seen, "Cubic")
+    columns = np.stack([np.ones_like(w), -w, w**3], axis=1)
+    static, linear, cubic = (float(number) for number in np.linalg.lstsq(columns, force, rcond=None)[0])
+    return Guess(Cubic(max(static, 0.0), linear, cubic), ["static", "linear", "cubic"])
+
+
+def _tabulated(seen: Seen) -> Guess:
+    w, force = curve_of(seen, "Tabulated")
+    nodes = np.linspace(0.0, float(np.quantile(w, 0.95)), seen.pieces + 1)
+    hats = np.stack([np.interp(w, nodes, unit) for unit in np.eye(nodes.size)], axis=1)
+    values = np.maximum(np.linalg.lstsq(hats, force, rcond=None)[0], 0.0)
+    kinetic = tuple((float(a), float(b)) for a, b in zip(nodes, values, strict=True))
+    free = [f"kinetic[{i}].force" for i in range(nodes.size)]
+    if len(seen.rows) < 2:
+        note = "The records hold no break-away, so static friction is the kinetic force at w = 0, an extrapolation."
+        law = Tabulated(kinetic, kinetic[0][1])
+        return Guess(law, free, ties={"break_away": "kinetic[0].force"}, notes=[note])
+    time = seen.rows["stick_time"].to_numpy()
+    bears = seen.rows["force"].to_numpy()
+    low, high = np.quantile(time, [0.1, 0.9])
+    if len(seen.rows) < 5 or high < NARROW_TIMES * low:
+        top = max(seen.break_away, 1.001 * kinetic[0][1])
+        return Guess(Tabulated(kinetic, top), [*free, "break_away"])
+    # A node at the middle of each third of the stick times, unless it is that of the one before; none below that.
+    static = [(0.0, kinetic[0][1])]
+    for part in np.array_split(np.argsort(time), 3):
+        at, force_there = float(np.median(time[part])), float(np.median(bears[part]))
+        if at > NARROW_TIMES * static[-1][0]:
+            static.append((at, max(force_there, static[-1][1])))
+    note = "The break-away force at stick time 0 was set to the kinetic force at w = 0, which is an extrapolation."
+    return Guess(
+        Tabulated(kinetic, tuple(static)),
+        [*free, *(f"break_away[{i}].force" for i in range(1, len(static)))],
+        ties={"break_away[0].force": "kinetic[0].force"},
+        notes=[note],
+    )
+
+
+def _two_branch(seen: Seen) -> Guess:
+    w, _ = curve_of(seen, "TwoBranch")
+    rising: list[Array] = []
+    falling: list[Array] = []
+    for record in seen.records:
+        smooth = np.abs(without_wiggles(record)[0])
+        force = np.copysign(1.0, record.slip_velocity) * record.force
+        sense = np.gradient(smooth)
+        for part, keep in ((rising, sense > 0), (falling, sense < 0)):
+            part.append(np.stack([smooth, force])[:, keep & ~record.stuck])
+    nodes = np.array([0.0, *np.quantile(w, np.arange(1, seen.pieces) / seen.pieces), float(w.max())])
+    if not (np.diff(nodes) > 0).all():
+        raise InputError(f"identify: the slip velocities are too few for {seen.pieces} pieces; ask for fewer")
+    branches = []
+    for part in (rising, falling):
+        speed, force = np.concatenate(part, axis=1)
+        if speed.size < 10 * nodes.size:
+            raise InputError(
+                "identify: TwoBranch needs slip that speeds up and slip that slows down, the records hold hardly any of one "
+                "of them: add a record that oscillates"
+            )
+        hats = np.stack([np.interp(speed, nodes, unit) for unit in np.eye(nodes.size)], axis=1)
+        ridge = 1e-6 * np.eye(nodes.size) * speed.size
+        values = np.linalg.solve(hats.T @ hats + ridge, hats.T @ force + ridge @ np.full(nodes.size, np.mean(force)))
+        branches.append(tuple((float(a), float(b)) for a, b in zip(nodes, np.maximum(values, 0.0), strict=True)))
+    up, down = branches
+    free = [f"{name}[{i}].force" for name in ("rising", "falling") for i in range(nodes.size)]
+    free += [f"{name}[{i}].slip_velocity" for name in ("rising", "falling") for i in range(1, nodes.size - 1)]
+    top = max(up[0][1], down[0][1], seen.break_away if len(seen.rows) >= 2 else 0.0)
+    if len(seen.rows) >= 2:
+        free.append("break_away")
+    return Guess(TwoBranch(rising=up, falling=down, break_away=1.001 * top), free)
+
+
+CURVES: dict[type[Law], Callable[[Seen], Guess]] = {
+    ExponentialStribeck: exponential,
+    PoppStelter: _popp_stelter,
+    Rational: _rational,
+    Cubic: _cubic,
+    TwoBranch: _two_branch,
+    Lorentzian: _lorentzian,
+    Tabulated: _tabulated,
+}

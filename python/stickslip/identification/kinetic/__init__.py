@@ -1,0 +1,1 @@
+"""Kinetic friction: branches with memory, steady levels over slip velocity, velocity steps."""

@@ -1,0 +1,485 @@
+"""The least-squares engine: numbers of a law fitted to measured kinetic force and break-aways, memory included."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from stickslip.errors import InputError
+from stickslip.identification.estimator.least_squares import OUTLIER, minimize
+from stickslip.identification.estimator.record_scatter import record_scatter
+from stickslip.identification.estimator.uncertainty import (
+    cluster_scores,
+    correlation_time,
+    recurrence,
+    robust_scale,
+    variance_inflation,
+)
+from stickslip.identification.kinetic.motion import WITH_MEMORY, Motion
+from stickslip.identification.law_parameters import by_ratio, parameters_of_law, value, with_values
+from stickslip.identification.records import FrictionRecord
+from stickslip.laws import Coulomb, Law
+from stickslip.laws.state_law import StateLaw
+
+Array = npt.NDArray[np.float64]
+Samples = npt.NDArray[np.int_]
+
+ROUNDS = 4
+"""Times that the fit is repeated with new scales and weights."""
+MOST_CORRELATED = 20.0
+"""Correlation beyond that many rows is taken for misfit, which must not take weight from a group during the fit."""
+FEWEST_ROWS = 5
+"""Rows of which a mean and its error can be told."""
+OFFSET = "offset"
+"""Name of the constant in the measured force."""
+
+
+@dataclass(frozen=True)
+class BranchFit:
+    """Numbers of a law that lie closest to the records.
+
+    Attributes
+    ----------
+    law : the law with these numbers.
+    parameters : value, error, low and high of the 95 % interval, by name.
+    offset : the same of a constant in the measured force, where it was asked for.
+    covariance : of the numbers, by name in both directions.
+    groups : one row per group of residuals: record, kind, rows, independent rows, scale, between (standard deviation from
+        record to record).
+    rms : root mean square of measured minus predicted kinetic force over the samples of all slips.
+    """
+
+    law: Law
+    parameters: pd.DataFrame
+    covariance: pd.DataFrame
+    groups: pd.DataFrame
+    rms: float
+    offset: pd.Series | None = None
+
+
+class Problem:
+    """Records, a kind of law, and the numbers that are free: what residuals are made of.
+
+    Residuals come in groups (the kinetic force of each record, the break-aways of each record). A group has its own
+    scale, found from its residuals, and its own correlation time τ: smoothed data are not independent, and each group
+    weighs what its n / τ independent rows are worth. Where records differ from one another by more than that, each weighs
+    as one observation.
+    """
+
+    def __init__(
+        self,
+        records: Sequence[FrictionRecord],
+        law: Law,
+        free: Sequence[str],
+        relative: bool = False,
+        ties: Mapping[str, str] | None = None,
+        within: Mapping[str, tuple[float, float]] | None = None,
+        offset: bool = False,
+        every_row: bool = False,
+    ) -> None:
+        self.law = law
+        # A constant in the measured force is no number of the law; it stands last.
+        self.free = [*free, OFFSET] if offset else list(free)
+        self.parameters = parameters_of_law(self.free, within, ties)
+        self.relative = relative
+        # Break-aways tell Coulomb's law nothing, but it predicts them.
+        self.every_row = every_row
+        self.motions = [Motion.of(record, type(law)) for record in records]
+        self.groups: list[tuple[int, str]] = []
+        self.stated: list[Array] = []
+        self.tables = [self._rows(motion) for motion in self.motions]
+        for number, motion in enumerate(self.motions):
+            if motion.stretches:
+                self.groups.append((number, "kinetic"))
+                self.stated.append(motion.misfit_error())
+            if len(self.tables[number]):
+                self.groups.append((number, "break-away"))
+                self.stated.append(self.tables[number]["stated"].to_numpy())
+        if not self.groups:
+            raise InputError(
+                "identify: the records hold no stretch of slip whose history is known: take longer records, with "
+                "several periods of the motion"
+            )
+        self._scales = self._natural_scales()
+        force = max(float(np.max(np.abs(motion.record.force))) for motion in self.motions)
+        stiff = max(max(motion.record.constants.get("stiffness", 1.0), 1.0) for motion in self.motions)
+        self.rounding = max(1e-9 * force / stiff, 1e-300)
+
+    def _rows(self, motion: Motion) -> pd.DataFrame:
+        # Adhesion is no limit but a state in laws that have one.
+        if isinstance(self.law, StateLaw) or (isinstance(self.law, Coulomb) and not self.every_row):
+            return pd.DataFrame()
+        record = motion.record
+        table = record.break_away.assign(slip=pd.Series(record.own_slip(), dtype=object))
+        table = table[table["stick_time"].notna() & (table["stick_time"] > 0)]
+        if self.relative:
+            table = table[table["slip"].notna()]
+        rate = table["force_rate"].abs().fillna(_usual_rate(record))
+        late = _lag(record) if isinstance(self.law, WITH_MEMORY) else 0.0
+        return table.assign(rate=rate, stated=np.hypot(table["force_error"].fillna(0.0), rate * late))
+
+    def _natural_scales(self) -> dict[str, float]:
+        force = float(np.median([np.median(np.abs(m.record.force[~m.record.stuck])) for m in self.motions]))
+        speed = float(np.max([np.max(np.abs(m.slip_velocity)) for m in self.motions]))
+        force, speed = max(force, 1e-300), max(speed, 1e-300)
+        scales: dict[str, float] = {}
+        for name in self.free:
+            last = name.rpartition(".")[2]
+            if last in ("w", "slip_velocity", "beta"):
+                scales[name] = speed
+            elif last == "slope":
+                scales[name] = force / speed
+            elif last in ("phi", "psi", "eta", "exponent", "force_rate_exponent") or by_ratio(name):
+                scales[name] = 1.0
+            else:
+                scales[name] = force
+        return scales
+
+    # --- numbers <-> law
+
+    def numbers(self, law: Law) -> Array:
+        """The search vector of a law."""
+        return self.parameters.vector({name: 0.0 if name == OFFSET else value(law, name) for name in self.free})
+
+    def at(self, numbers: Array) -> Law:
+        """The law with these free numbers."""
+        values = self.parameters.values(numbers)
+        return with_values(self.law, {name: number for name, number in values.items() if name != OFFSET})
+
+    def offset(self, numbers: Array) -> float:
+        """The constant in the measured force."""
+        return float(numbers[-1]) if self.free[-1] == OFFSET else 0.0
+
+    def scale(self, name: str) -> float:
+        """A natural size of a number."""
+        return self._scales[name]
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Limits of the search vector."""
+        return self.parameters.bounds()
+
+    # --- residuals
+
+    def residuals(self, law: Law, offset: float = 0.0) -> list[Array]:
+        """Measured minus predicted, one array per group."""
+        found: list[Array] = []
+        for number, motion in enumerate(self.motions):
+            if motion.stretches:
+                found.append(motion.misfit(law, offset))
+            table = self.tables[number]
+            if len(table):
+                bears = law.break_away_force(table["stick_time"].to_numpy(), table["rate"].to_numpy())
+                rest = table["force"].to_numpy() - bears
+                if offset:
+                    rest = rest - offset * np.array([motion.record.sense_of(slip) for slip in table["slip"]])
+                if self.relative:
+                    ahead = motion.record.force - motion.replay(law) - offset
+                    means = [motion.record.sense(*slip) * motion.work_mean(ahead, *slip) for slip in table["slip"]]
+                    rest = rest - np.array(means)
+                found.append(rest)
+        return found
+
+    def column(self, numbers: Array) -> Array:
+        """All residuals at these free numbers."""
+        return np.concatenate(self.groups_at(numbers))
+
+    def groups_at(self, numbers: Array) -> list[Array]:
+        """Residuals at these free numbers, one array per group."""
+        return self.residuals(self.at(numbers), self.offset(numbers))
+
+    def rms(self, law: Law, offset: float = 0.0) -> float:
+        """Root mean square of measured minus predicted kinetic force."""
+        parts = []
+        for motion in self.motions:
+            rest = motion.record.force - motion.replay(law) - offset
+            parts += [rest[a:b] for a, b in motion.stretches]
+        return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else math.nan
+
+    def cost(self, law: Law, scales: Sequence[Array] | None = None) -> float:
+        """Sum over the groups of the mean of ρ(r / scale): a quick judgement between starting points."""
+        total = 0.0
+        for i, rest in enumerate(self.residuals(law)):
+            scale = robust_scale(rest) if scales is None else scales[i]
+            total += float(np.mean(2 * (np.sqrt(1 + (rest / scale) ** 2) - 1)))
+        return total
+
+    def jacobian(self, numbers: Array, residuals: Callable[[Array], Array]) -> Array:
+        """Central differences, one-sided where one side makes no law.
+
+        The replay of a law with memory is continuous but has kinks, so the steps are wider than rounding asks for.
+        """
+        low, high = self.bounds()
+        here: Array | None = None
+        columns = []
+        for j, name in enumerate(self.free):
+            h = 1e-4 * (abs(numbers[j]) + 0.1 * self._scales[name])
+            sides = []
+            for step in (h, -h):
+                trial = numbers.copy()
+                trial[j] = np.clip(trial[j] + step, low[j], high[j])
+                try:
+                    sides.append((trial[j] - numbers[j], residuals(trial)))
+                except InputError:
+                    continue
+            if len(sides) < 2:
+                here = residuals(numbers) if here is None else here
+                sides += [(0.0, here)] * (2 - len(sides))
+            (above, up), (below, down) = sides[0], sides[1]
+            columns.append((up - down) / (above - below) if above != below else np.zeros_like(up))
+        return np.stack(columns, axis=1)
+
+
+def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
+    """Least squares from a first guess, with scales, weights and correlation found on the way.
+
+    Parameters
+    ----------
+    problem : records and free numbers.
+    start : the first guess.
+    effort : most iterations per round.
+
+    Raises
+    ------
+    InputError
+        where the records say nothing about one of the free numbers.
+    """
+    numbers = problem.numbers(start)
+    low, high = problem.bounds()
+    # A search cannot start on a limit.
+    inside = 1e-6 * np.array([problem.scale(name) for name in problem.free])
+    numbers = np.clip(numbers, low + inside, high - inside)
+    groups = problem.groups_at(numbers)
+    between = _record_scatter(problem, groups)
+    sigma, tau = _scales(problem, groups, between)
+    weights = [np.ones_like(rest) for rest in groups]
+    assumed = _assumed(problem, sigma, tau, between)
+    for number in range(ROUNDS):
+        factor = np.concatenate([w / a for w, a in zip(weights, assumed, strict=True)])
+        numbers = _solve(problem, numbers, factor, effort if number in (0, ROUNDS - 1) else effort // 2)
+        groups = problem.groups_at(numbers)
+        between = _record_scatter(problem, groups)
+        sigma, tau = _scales(problem, groups, between)
+        weights = [
+            (1 + (rest / (OUTLIER * np.hypot(s, apart))) ** 2) ** -0.25
+            for rest, s, apart in zip(groups, sigma, between, strict=True)
+        ]
+        if number < ROUNDS - 1:
+            assumed = _assumed(problem, sigma, tau, between)
+    factors = [w / a for w, a in zip(weights, assumed, strict=True)]
+    return _result(problem, numbers, groups, sigma, tau, between, factors, assumed)
+
+
+def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Array:
+    def scaled(trial: Array) -> Array:
+        return problem.column(trial) * factor
+
+    return minimize(
+        scaled,
+        [numbers],
+        problem.bounds(),
+        partial(problem.jacobian, residuals=scaled),
+        evaluations=effort,
+        tolerance=1e-9,
+    ).vector
+
+
+def _scales(problem: Problem, groups: Sequence[Array], between: Sequence[float]) -> tuple[list[Array], list[float]]:
+    """Standard deviation of each row and correlation time of each group, beside what sets the records apart."""
+    sigma, tau = [], []
+    for group, stated, apart in zip(groups, problem.stated, between, strict=True):
+        rest = group - float(np.median(group)) if apart > 0 else group
+        spread = robust_scale(rest)
+        inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if rest.size >= 5 else 0.0
+        if not stated.any():
+            inner = spread
+        # Exact data have no scatter: below this rounding would be fitted.
+        floor = problem.rounding
+        row = np.maximum(np.hypot(stated, inner), floor)
+        # Rows whose stated errors are too small or too large for their scatter: believe the scatter.
+        if rest.size >= 5:
+            row = np.maximum(row * robust_scale(rest / row), floor)
+        sigma.append(row)
+        tau.append(correlation_time(rest / row))
+    return sigma, tau
+
+
+def _record_scatter(problem: Problem, groups: Sequence[Array]) -> list[float]:
+    """Standard deviation from record to record of the groups' means, for each group; 0 where its rows are no plain forces."""
+    found = [0.0] * len(groups)
+    for kind in ("kinetic", "break-away"):
+        same = [
+            i
+            for i, (number, name) in enumerate(problem.groups)
+            if name == kind and groups[i].size >= FEWEST_ROWS and (kind != "kinetic" or problem.motions[number].by_work)
+        ]
+        if len(same) < 2:
+            continue
+        means = [float(np.median(groups[i])) for i in same]
+        centred = [groups[i] - mean for i, mean in zip(same, means, strict=True)]
+        # the variance of a median is pi / 2 times that of a mean
+        variances = [0.5 * math.pi * robust_scale(rest) ** 2 * correlation_time(rest) / rest.size for rest in centred]
+        for i in same:
+            found[i] = record_scatter(means, variances)
+    return found
+
+
+def _assumed(problem: Problem, sigma: Sequence[Array], tau: Sequence[float], between: Sequence[float]) -> list[Array]:
+    """Standard deviations by which rows are weighed in the fit, as if each row stood alone.
+
+    Where the noise of the gauge is known it is that: a group that fits badly may not excuse itself by a large scale. What
+    sets records apart is common to the n rows of a group, so that it counts n times in each.
+    """
+    found = []
+    for (number, kind), row, t, apart in zip(problem.groups, sigma, tau, between, strict=True):
+        motion = problem.motions[number]
+        noise = motion.record.constants.get("noise", 0.0)
+        if kind == "kinetic" and motion.indirect and noise > 0:
+            found.append(np.full_like(row, noise))
+        else:
+            found.append(np.hypot(row * math.sqrt(min(t, MOST_CORRELATED)), apart * math.sqrt(row.size)))
+    return found
+
+
+def _result(
+    problem: Problem,
+    numbers: Array,
+    groups: Sequence[Array],
+    sigma: Sequence[Array],
+    tau: Sequence[float],
+    between: Sequence[float],
+    factors: Sequence[Array],
+    assumed: Sequence[Array],
+) -> BranchFit:
+    factor = np.concatenate(factors)
+    jacobian = problem.jacobian(numbers, problem.column) * factor[:, None]
+    names = problem.free
+    length = np.linalg.norm(jacobian, axis=0)
+    silent = [name for name, size in zip(names, length, strict=True) if size == 0 or not math.isfinite(size)]
+    if silent:
+        raise InputError(
+            f"identify: the records say nothing about {', '.join(silent)} of {type(problem.law).__name__}: leave it out of "
+            "the free parameters, or add records in which it acts"
+        )
+    left, singular, right = np.linalg.svd(jacobian / length, full_matrices=False)
+    if singular[-1] < 1e-7 * singular[0]:
+        mixed = [name for name, part in zip(names, right[-1], strict=True) if abs(part) > 0.3]
+        raise InputError(
+            f"identify: {' and '.join(mixed)} of {type(problem.law).__name__} cannot be told apart with these records: hold "
+            "one of them fixed, or add records at other drive velocities"
+        )
+    edges = np.cumsum([0, *[len(rest) for rest in groups]])
+    # Ordinary least squares with weights 1 / assumed, but residuals of variance σ² that go τ by τ: the sandwich.
+    inner = (left / singular) @ right  # J (JᵀJ)⁻¹ in units of the columns
+    together = [s**2 * t + len(s) * b**2 for s, t, b in zip(sigma, tau, between, strict=True)]
+    excess = np.concatenate([whole / a**2 for whole, a in zip(together, assumed, strict=True)])
+    spread = inner * excess[:, None]
+    covariance = inner.T @ spread / np.outer(length, length)
+    share = np.array([np.sum(inner[a:b] * spread[a:b], axis=0) for a, b in pairwise(edges)])
+    share = share / share.sum(axis=0)
+    # Few independent rows: each group's variance is that of its residuals over its own degrees of freedom.
+    leverage = np.array([np.sum(left[a:b] ** 2) for a, b in pairwise(edges)])
+    alone = [float(np.mean(s**2 / whole)) for s, whole in zip(sigma, together, strict=True)]
+    independent = np.array([max(len(s) * part, 1.0) for s, part in zip(sigma, alone, strict=True)])
+    freedom = np.maximum(independent - leverage, 1.0)
+    swell = np.sqrt(np.sum(share * (independent / freedom)[:, None], axis=0))
+    covariance = covariance * np.outer(swell, swell)
+    freedom_of = 1 / np.sum(share**2 / freedom[:, None], axis=0)
+    cycles = _cycles(problem, edges)
+    if cycles:
+        # The scatter of whole cycles sees what goes together within one, but nothing where they are few: the larger of both.
+        column = np.concatenate(groups) * factor
+        scores = np.concatenate([cluster_scores(left, column, cuts) for cuts in cycles]) / singular @ right / length
+        scatter = np.sum(scores**2, axis=0) / np.diag(covariance)
+        part = np.array([np.sum(inner[a:b] * spread[a:b], axis=0) for cuts in cycles for a, b in pairwise(cuts)])
+        freedom_of = np.where(scatter > 1, np.sum(part, axis=0) ** 2 / np.sum(part**2, axis=0), freedom_of)
+        covariance = covariance * np.sqrt(np.outer(np.maximum(scatter, 1), np.maximum(scatter, 1)))
+    law = problem.at(numbers)
+    repeats = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges)
+    covariance = covariance * np.sqrt(np.outer(repeats, repeats))
+    freedom_of = np.maximum(freedom_of / repeats, 1.0)
+    table, whole = problem.parameters.estimate(numbers, covariance, freedom_of)
+    rows = [
+        {
+            "record": problem.motions[number].record.name,
+            "kind": kind,
+            "rows": len(groups[i]),
+            "independent": independent[i],
+            "scale": float(np.median(sigma[i])),
+            "between": between[i],
+        }
+        for i, (number, kind) in enumerate(problem.groups)
+    ]
+    inner_names = [name for name in names if name != OFFSET]
+    return BranchFit(
+        law=law,
+        parameters=table.loc[inner_names],
+        covariance=whole.loc[inner_names, inner_names],
+        groups=pd.DataFrame(rows),
+        rms=problem.rms(law, problem.offset(numbers)),
+        offset=table.T[OFFSET] if OFFSET in names else None,
+    )
+
+
+def _repeats(
+    problem: Problem, law: Law, offset: float, inner: Array, factor: Array, spread: Array, edges: Samples
+) -> Array:
+    """By how much the variance of each number grows where what the law leaves is there again in every period.
+
+    A ripple along the path, or a form that is not quite that of the contact, repeats with the motion: further periods say
+    nothing new of it. This is seen on the samples, as rows that repeat do not scatter.
+    """
+    seen = np.stack([np.sum(inner[a:b] * spread[a:b], axis=0) for a, b in pairwise(edges)])
+    found = seen.copy()
+    for i, (number, kind) in enumerate(problem.groups):
+        motion = problem.motions[number]
+        if kind != "kinetic" or motion.indirect:
+            continue
+        w = np.concatenate([motion.slip_velocity[a:b] for a, b in motion.stretches])
+        period = recurrence(w)
+        if not period:
+            continue
+        rows, parts = motion.shares(motion.record.force - motion.replay(law) - offset)
+        weight = inner[edges[i] : edges[i + 1]] * factor[edges[i] : edges[i + 1], None]
+        scores = weight[rows] * parts[:, None]
+        found[i] = np.maximum(found[i], [np.sum(score**2) * variance_inflation(score, period) for score in scores.T])
+    return np.asarray(found.sum(axis=0) / seen.sum(axis=0))
+
+
+def _cycles(problem: Problem, edges: Samples) -> list[list[int]]:
+    """Where the cycles of each record's kinetic force begin among all rows, for laws with memory.
+
+    These carry an error of a turn through all of the climb and the branch that follow. Cycles that are too few for their
+    scatter to be told are none.
+    """
+    if not isinstance(problem.law, WITH_MEMORY):
+        return []
+    found = [
+        [int(start) + row for row in problem.motions[number].cycles()]
+        for start, (number, kind) in zip(edges[:-1], problem.groups, strict=True)
+        if kind == "kinetic"
+    ]
+    return found if sum(len(cuts) - 1 for cuts in found) >= 2 * len(problem.free) else []
+
+
+def _usual_rate(record: FrictionRecord) -> float:
+    known = record.constants
+    return known.get("stiffness", 0.0) * known.get("drive_velocity", 0.0)
+
+
+def _lag(record: FrictionRecord) -> float:
+    """How late the end of a stick may be seen where friction does not jump at it.
+
+    After such a release the slip path grows like (k V / m) t³ / 6; it shows once it passes the noise of the gauge.
+    """
+    known = record.constants
+    if not {"noise", "mass", "stiffness", "drive_velocity"} <= set(known):
+        return 0.0
+    jerk = known["stiffness"] * abs(known["drive_velocity"]) / known["mass"]
+    return float((6 * known["noise"] / jerk) ** (1 / 3)) if jerk > 0 else 0.0

@@ -1,0 +1,454 @@
+"""Forms of friction over slip velocity, each a sum of terms, and their fit by least squares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import chain, combinations
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from stickslip.identification.estimator.least_squares import linear, minimize, project_out
+from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.record_scatter import record_scatter
+from stickslip.identification.estimator.uncertainty import (
+    correlated_covariance,
+    correlation_time,
+    half_width,
+    recurrence,
+)
+
+Array = npt.NDArray[np.float64]
+
+BLOCKS = 8
+"""Stretches of a record that are held back in turn; of a table with few rows each row is."""
+FEW = 40
+WHOLE = 3
+"""With so many records that lie apart, whole records are held back."""
+ONE_SPEED = 1.05
+"""Speeds within this ratio are one, and show no curve."""
+
+SHAPES: dict[str, tuple[str, ...]] = {
+    "Coulomb": ("kinetic",),
+    "Coulomb + viscous": ("kinetic", "viscous"),
+    "Coulomb + quadratic": ("kinetic", "quadratic"),
+    "logarithmic": ("kinetic", "logarithm"),
+    "Stribeck": ("kinetic", "weakening", "viscous"),
+    "Gaussian Stribeck": ("kinetic", "weakening", "viscous"),
+}
+"""What friction may be over |w|, as terms."""
+EXPONENTS = {"Gaussian Stribeck": 2.0}
+"""Of |w| / scale in the fall of friction, where it is not 1."""
+BY_SENSE = "_by_sense"
+"""Ending of a term that keeps its sign when the slip turns: half of what its number differs by between the two senses."""
+TIED = 0.95
+"""Correlation of load and logarithm of the speed from which on no form may have both: their numbers would mean nothing."""
+COLUMNS = ("w", "force", "error", "load", "place", "source")
+FORMULAS = {
+    "kinetic": "kinetic",
+    "viscous": "viscous * |w|",
+    "quadratic": "quadratic * w^2",
+    "logarithm": "logarithm * ln(|w| / {reference:.3g})",
+    "weakening": "weakening * exp(-{power})",
+    "load": "load * (N - {load:.4g})",
+    "drift": "drift * (x - {place:.4g})",
+    "restoring": "restoring * (x - {place:.4g})",
+    "offset": "offset",
+}
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Points of friction over slip velocity, in the order of the record; NaN columns are not known.
+
+    `source` names the record of each; where records differ by more than chance they lie `apart`, and each counts as one.
+    """
+
+    w: Array
+    force: Array
+    error: Array
+    load: Array
+    place: Array
+    source: npt.NDArray[np.str_]
+    series: bool
+    apart: bool = False
+
+    def __len__(self) -> int:
+        return len(self.w)
+
+    def take(self, which: Any) -> Rows:
+        """Some of the rows."""
+        return replace(self, **{name: getattr(self, name)[which] for name in COLUMNS})
+
+    @cached_property
+    def known(self) -> bool:
+        """Whether the errors are stated, so that they mean something by themselves."""
+        return not self.series and not self.apart and not bool((self.error == 1).all())
+
+    @cached_property
+    def records(self) -> list[npt.NDArray[np.int_]]:
+        """Rows of each record."""
+        return [np.flatnonzero(self.source == name) for name in dict.fromkeys(self.source.tolist())]
+
+    @cached_property
+    def parts(self) -> list[npt.NDArray[np.int_]]:
+        """What is held back in turn: records that lie apart, else stretches, and where rows are few each of them."""
+        if self.apart and len(self.records) >= WHOLE:
+            return self.records
+        return np.array_split(np.arange(len(self)), len(self) if len(self) <= FEW else BLOCKS)
+
+    def set_apart(self) -> Rows:
+        """The same rows, each record of which counts as one."""
+        error = self.error.copy()
+        for part in self.records:
+            error[part] *= np.sqrt(np.sum(1 / self.error[part] ** 2))
+        return replace(self, apart=True, error=error)
+
+    @property
+    def tie(self) -> float:
+        """Correlation of load and logarithm of the speed, 0 where the load is not known or does not change."""
+        if not np.isfinite(self.load).all() or len(self) < 4 or min(np.ptp(self.load), np.ptp(np.abs(self.w))) == 0:
+            return 0.0
+        return float(np.corrcoef(np.log(np.abs(self.w)), self.load)[0, 1])
+
+    @cached_property
+    def reference(self) -> float:
+        """Geometric mean of the slip speeds."""
+        return float(np.exp(np.mean(np.log(np.abs(self.w)))))
+
+    @cached_property
+    def middle(self) -> tuple[float, float]:
+        """Means of load and place."""
+        return float(np.mean(self.load)), float(np.mean(self.place))
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Columns of a form, with its scale found by least squares where it has one."""
+
+    terms: tuple[str, ...]
+    reference: float
+    middle: tuple[float, float]
+    exponent: float = 1.0
+    scale: float = math.nan
+
+    def columns(self, rows: Rows) -> Array:
+        """One column for each term, shape (rows, terms)."""
+        return np.stack([self._column(term, rows) for term in self.terms], axis=1)
+
+    def _column(self, term: str, rows: Rows) -> Array:
+        sense, speed = np.sign(rows.w), np.abs(rows.w)
+        match term:
+            case "viscous":
+                return rows.w
+            case "quadratic":
+                return rows.w * speed
+            case "logarithm":
+                return np.asarray(sense * np.log(np.maximum(speed, 1e-300) / self.reference))
+            case "weakening":
+                return np.asarray(sense * np.exp(-((speed / self.scale) ** self.exponent)))
+            case "offset":
+                return np.ones(len(rows))
+            case "restoring":
+                return rows.place - self.middle[1]
+            case "load":
+                return np.asarray(sense * (rows.load - self.middle[0]))
+            case "drift":
+                return np.asarray(sense * (rows.place - self.middle[1]))
+            case _ if term.endswith(BY_SENSE):
+                return sense * self._column(term.removesuffix(BY_SENSE), rows)
+        return sense  # kinetic
+
+    def solve(self, rows: Rows) -> tuple[Curve, Array, Array]:
+        """Curve, numbers of the linear terms, residuals."""
+        curve = self
+        if "weakening" in self.terms:
+            speed = np.abs(rows.w)
+            # a fall that is over at the slowest rows would be an extrapolation many times its size
+            low, high = math.log(float(speed.min())), math.log(float(speed.max()))
+
+            falls = tuple(term for term in self.terms if term.startswith("weakening"))
+            others = replace(self, terms=tuple(term for term in self.terms if term not in falls))
+            without_others = project_out(others.columns(rows) / rows.error[:, None])
+            target = without_others(rows.force / rows.error)
+
+            def residuals(log_scale: Array) -> Array:
+                fall = replace(self, terms=falls, scale=math.exp(log_scale[0])).columns(rows)
+                return project_out(without_others(fall / rows.error[:, None]))(target)
+
+            grid = np.linspace(low, high, 13)
+            best = int(np.argmin([np.sum(residuals(grid[i : i + 1]) ** 2) for i in range(grid.size)]))
+            around = grid[[max(best - 1, 0)]], grid[[min(best + 1, grid.size - 1)]]
+            found = minimize(residuals, [grid[[best]]], around, tolerance=1e-6)
+            curve = replace(self, scale=math.exp(found.vector[0]))
+        numbers = linear(columns := curve.columns(rows), rows.force, rows.error)
+        return curve, numbers, rows.force - columns @ numbers
+
+    def jacobian(self, rows: Rows, numbers: Array) -> Array:
+        """Change of the curve with each of its numbers, the scale among them where it has one."""
+        columns = self.columns(rows)
+        if "weakening" not in self.terms:
+            return columns
+        falls = [i for i, term in enumerate(self.terms) if term.startswith("weakening")]
+        steep = self.exponent / self.scale * (np.abs(rows.w) / self.scale) ** self.exponent
+        return np.insert(
+            columns, self.terms.index("weakening") + 1, steep * (columns[:, falls] @ numbers[falls]), axis=1
+        )
+
+
+@dataclass(frozen=True)
+class FreeCurve:
+    """Straight pieces on either side, with the terms of a form that are none of the speed: what forms are measured by."""
+
+    beside: Curve
+    nodes: Array
+
+    @classmethod
+    def of(cls, rows: Rows, count: int, form: Curve) -> FreeCurve:
+        """With so many nodes on either side, as many rows between any two."""
+        kept = tuple(term for term in form.terms if term in ("load", "restoring", "drift"))
+        return cls(replace(form, terms=kept), np.unique(np.quantile(np.abs(rows.w), np.linspace(0, 1, count))))
+
+    @property
+    def count(self) -> int:
+        """How many numbers it has."""
+        return 2 * len(self.nodes) + len(self.beside.terms)
+
+    def columns(self, rows: Rows) -> Array:
+        """Hats over the speed, for either sense of the slip, and the other terms."""
+        hats = np.stack([np.interp(np.abs(rows.w), self.nodes, unit) for unit in np.eye(len(self.nodes))], axis=1)
+        forward = (rows.w > 0)[:, None]
+        both = [hats * forward, hats * ~forward]
+        return np.concatenate([*both, self.beside.columns(rows)] if self.beside.terms else both, axis=1)
+
+    def solve(self, rows: Rows) -> tuple[FreeCurve, Array, Array]:
+        """Itself, its numbers, residuals."""
+        numbers = linear(columns := self.columns(rows), rows.force, rows.error)
+        return self, numbers, rows.force - columns @ numbers
+
+
+@dataclass(frozen=True)
+class SteadyFit:
+    """One form of friction over slip velocity, fitted.
+
+    Attributes
+    ----------
+    form : its name; `formula` is written out, for the side w > 0.
+    parameters : DataFrame over the names of the numbers: value, error (standard error), low and high (95 %).
+    covariance : of these numbers.
+    rms : root mean square of measured minus fitted.
+    held_back : the same for rows that were held back from the fit.
+    losses : squared misfit of each held-back row, weighted by its error.
+    freedom : independent rows less numbers.
+    curve, numbers : the terms, and what each is multiplied with.
+    """
+
+    form: str
+    formula: str
+    parameters: pd.DataFrame
+    covariance: Array
+    rms: float
+    held_back: float
+    losses: Array
+    freedom: float
+    curve: Curve = field(repr=False)
+    numbers: Array = field(repr=False)
+
+    def __call__(
+        self, slip_velocity: npt.ArrayLike, load: npt.ArrayLike | None = None, place: npt.ArrayLike | None = None
+    ) -> Array:
+        """Friction at these slip velocities, any shape; load and place at their means where they are not given."""
+        w = np.asarray(slip_velocity, dtype=float)
+        return np.asarray(self.curve.columns(self._at(w, load, place)) @ self.numbers).reshape(w.shape)
+
+    def interval(
+        self,
+        slip_velocity: npt.ArrayLike,
+        load: npt.ArrayLike | None = None,
+        place: npt.ArrayLike | None = None,
+        *,
+        single: bool = False,
+    ) -> tuple[Array, Array]:
+        """Lower and upper end of the 95 % interval of the curve at these slip velocities, or of a `single` measurement.
+
+        A single measurement is one more row (of a series: one more sample), so its scatter, the rms of the fit, is in it.
+        """
+        w = np.asarray(slip_velocity, dtype=float)
+        columns = self.curve.jacobian(self._at(w, load, place), self.numbers)
+        variance = np.einsum("ni,ij,nj->n", columns, self.covariance, columns).reshape(w.shape)
+        half = np.sqrt(variance + self.rms**2 * single) * half_width(1.0, self.freedom)
+        middle = self(w, load, place)
+        return middle - half, middle + half
+
+    @property
+    def vector(self) -> Array:
+        """The numbers, the scale among them, in the order of `parameters`."""
+        return self.parameters["value"].to_numpy()
+
+    def at_rest(self, slow: float, w: float = 0.0) -> tuple[float, float, float]:
+        """Friction at rest, or at this speed, the mean of both ways and without offset: value and ends of its 95 % interval.
+
+        A logarithm has no end there: it is taken at the slowest speed.
+        """
+        at = max(w, slow) if "logarithm" in self.curve.terms else max(w, 1e-9 * slow)
+        columns = self.curve.jacobian(self._at(np.array([at, -at]), None, None), self.numbers)
+        mean = (columns[0] - columns[1]) / 2
+        plain = self.curve.columns(self._at(np.array([at, -at]), None, None)) @ self.numbers
+        value = float(plain[0] - plain[1]) / 2
+        half = half_width(math.sqrt(float(mean @ self.covariance @ mean)), self.freedom)
+        return value, value - half, value + half
+
+    def _at(self, w: Array, load: npt.ArrayLike | None, place: npt.ArrayLike | None) -> Rows:
+        unknown = np.zeros(w.size)
+        given = zip((load, place), self.curve.middle, strict=True)
+        beside = [
+            np.broadcast_to(mean if value is None else value, w.shape).astype(float).ravel() for value, mean in given
+        ]
+        return Rows(w.ravel(), unknown, unknown, beside[0], beside[1], np.full(w.size, ""), False)
+
+
+def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Names and terms of all forms that these rows could tell apart at all."""
+    speed = np.abs(rows.w)
+    varied = float(speed.max() / speed.min())
+    both_ways = bool((rows.w > 0).any() and (rows.w < 0).any())
+    loads = np.isfinite(rows.load).all() and float(np.ptp(rows.load)) > 0.05 * abs(float(rows.load.mean()))
+    extras = ["load"] if loads else []
+    if np.isfinite(rows.place).all() and float(np.ptp(rows.place)) > 0:
+        # to and fro a force of the place (gravity, a spring) shows; one way only, friction that changes along the path
+        extras.append("restoring" if both_ways else "drift")
+    subsets = list(chain.from_iterable(combinations(extras, n) for n in range(len(extras) + 1)))
+    for shape in shapes:
+        if shape != "Coulomb" and varied < ONE_SPEED:
+            continue
+        for subset in subsets:
+            yield ", ".join([shape, *subset]), (terms := (*SHAPES[shape], *subset))
+            if both_ways:
+                yield ", ".join([shape, "offset", *subset]), (*SHAPES[shape], "offset", *subset)
+                friction = [term for term in terms if term != "restoring"]
+                if len(friction) > 1:  # a kinetic force that differs by the sense is an offset
+                    yield ", ".join([shape, "asymmetric", *subset]), (*terms, *(term + BY_SENSE for term in friction))
+
+
+def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
+    """Fit one form; None where there are too few rows for it, or where two of its numbers do the same on these rows."""
+    names = list(terms)
+    if "weakening" in terms:
+        names.insert(names.index("weakening") + 1, "scale")
+    if len(rows) < len(names) + 2:
+        return None
+    blank = Curve(terms, rows.reference, rows.middle, EXPONENTS.get(form.split(", ")[0], 1.0))
+    curve, numbers, rest = blank.solve(rows)
+    if "scale" in names and not _falls(rows, curve, numbers):
+        return None
+    jacobian = curve.jacobian(rows, numbers)
+    values = numbers.tolist()
+    if "scale" in names:
+        values.insert(names.index("scale"), curve.scale)
+    size = np.linalg.norm(jacobian / rows.error[:, None], axis=0)
+    if not (size > 0).all():
+        return None
+    scaled = jacobian / rows.error[:, None] / size
+    singular = np.linalg.svd(scaled, compute_uv=False)
+    if singular[-1] < 1e-6 * singular[0]:
+        return None  # two of its terms are one and the same on these rows
+    covariance, freedom = _covariance(rows, scaled, rest)
+    covariance /= np.outer(size, size)
+    table, _ = Parameters([Parameter(name) for name in names]).estimate(np.array(values), covariance, freedom)
+    losses = held_back(rows, blank)
+    if losses is None:
+        return None
+    plain = losses * rows.error**2
+    side = [FORMULAS[term.removesuffix(BY_SENSE)].replace(term.removesuffix(BY_SENSE), term, 1) for term in terms]
+    power = "|w| / scale" if curve.exponent == 1 else f"(|w| / scale)^{curve.exponent:g}"
+    marks = {"reference": rows.reference, "load": rows.middle[0], "place": rows.middle[1], "power": power}
+    return SteadyFit(
+        form=form,
+        formula="f(w > 0) = " + " + ".join(side).format(**marks),
+        parameters=table,
+        covariance=covariance,
+        rms=float(np.sqrt(np.mean(rest**2))),
+        held_back=float(np.sqrt(np.average(plain, weights=1 / rows.error**2))),
+        losses=losses,
+        freedom=freedom,
+        curve=curve,
+        numbers=numbers,
+    )
+
+
+def _falls(rows: Rows, curve: Curve, numbers: Array) -> bool:
+    """Whether it is a Stribeck curve: one that falls, over speeds that were measured.
+
+    One bent over all speeds is a polynomial by another name, one whose fall is over at the slowest an extrapolation.
+    """
+    speed = np.abs(rows.w)
+    fast, slow = 0.5 * float(speed.max()), 1.001 * float(speed.min())
+    return bool(min(numbers[:2]) >= 0 and slow < curve.scale <= fast)
+
+
+def _covariance(rows: Rows, scaled: Array, rest: Array) -> tuple[Array, float]:
+    """Covariance of the numbers of the scaled columns, and its degrees of freedom."""
+    count, free = scaled.shape
+    sense = np.sign(rows.w)
+    levels = (
+        np.stack([np.isin(np.arange(count), part) * sense for part in rows.records], axis=1) if rows.apart else None
+    )
+    if levels is not None:
+        whole, rest = rest, rest - levels @ (levels.T @ rest / np.sum(levels**2, axis=0))
+    z = rest / rows.error
+    chi = float(np.sum(z**2)) / (count - free)
+    period = recurrence(rows.w) if rows.series and count > FEW else 0
+    # stated errors are believed unless the scatter is larger
+    covariance, freedom = correlated_covariance(
+        scaled, z, max(chi, 1.0) if rows.known else chi, period, count / (free + 2) if count > FEW else 1.0
+    )
+    if levels is not None:
+        between, left = record_scatter_of(rows, whole, scaled)
+        moves = np.linalg.pinv(scaled) @ (levels / rows.error[:, None])
+        covariance += between**2 * moves @ moves.T
+        freedom = min(freedom, left)
+    return covariance, freedom
+
+
+def record_scatter_of(rows: Rows, rest: Array, columns: Array) -> tuple[float, float]:
+    """Standard deviation of friction from record to record, 0 where chance makes it, and its degrees of freedom.
+
+    Parameters
+    ----------
+    rows, rest : the points and their distances from a curve fitted to them.
+    columns : of the fit; what they take up of the levels of the records is no longer seen in `rest`.
+    """
+    off, weight = np.sign(rows.w) * rest, 1 / rows.error**2
+    parts = rows.records
+    if not 1 < len(parts) < len(rows):
+        return 0.0, math.inf
+    means = np.array([np.average(off[part], weights=weight[part]) for part in parts])
+    inner = np.concatenate([(off[part] - mean) / rows.error[part] for part, mean in zip(parts, means, strict=True)])
+    within = float(inner @ inner) / (len(rows) - len(parts))
+    tau = np.array([correlation_time(off[part]) if rows.series else 1.0 for part in parts])
+    variances = within * tau / np.array([weight[part].sum() for part in parts])
+    found = record_scatter(means.tolist(), variances.tolist())
+    base = np.linalg.qr(columns)[0]
+    level = np.sign(rows.w) / rows.error
+    taken = sum(float(np.sum((base[part].T @ level[part]) ** 2) / np.sum(level[part] ** 2)) for part in parts)
+    left = max(len(parts) - taken, 1.0)
+    return found * math.sqrt((len(parts) - 1) / left), left
+
+
+def held_back(rows: Rows, blank: Curve | FreeCurve) -> Array | None:
+    """Weighted squared misfit of every row, predicted by a fit to the others."""
+    losses = np.zeros(len(rows))
+    for part in rows.parts:
+        others = np.ones(len(rows), dtype=bool)
+        others[part] = False
+        if not {-1.0, 1.0} & set(np.sign(rows.w[others])):
+            return None
+        curve, numbers, _ = blank.solve(rows.take(others))
+        aside = rows.take(part)
+        losses[part] = ((aside.force - curve.columns(aside) @ numbers) / aside.error) ** 2
+    return losses

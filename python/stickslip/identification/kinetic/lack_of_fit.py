@@ -1,0 +1,60 @@
+"""Whether the law that lies closest to the records is one that they obey: lack of fit, said or refused."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.identification.kinetic.branches import Problem
+from stickslip.laws import Law
+
+APART = 0.1
+"""Records whose mean friction differs from the law by more than that part of it do not obey one law."""
+DRIVEN = 0.2
+"""A law that pushes with the slip over more than that part of its path is no friction."""
+NOISY = 3.0
+"""A misfit that many times the gauge's noise is no noise."""
+
+
+def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
+    """What the fitted law leaves of the records that noise cannot have made, as plain sentences.
+
+    Raises
+    ------
+    InputError
+        where the law pushes with the slip, as no friction does.
+    """
+    kind = type(law).__name__
+    off, levels, driven, noisy = [], [], [], []
+    for motion in problem.motions:
+        record, predicted = motion.record, motion.replay(law)
+        moving = ~record.stuck
+        path = np.abs(motion.slip_velocity[moving])
+        weight = path / path.sum() if path.sum() > 0 else np.full(path.size, 1 / path.size)
+        sense = np.where(motion.slip_velocity[moving] < 0, -1.0, 1.0)
+        rest = sense * (record.force - predicted - offset)[moving]
+        off.append(float(weight @ rest))
+        levels.append(float(weight @ np.abs(record.force[moving])))
+        driven.append(float(weight @ (sense * predicted[moving] < 0)))
+        if motion.indirect and motion.stretches:
+            left = float(np.sqrt(np.mean(motion.misfit(law, offset) ** 2)))
+            noisy.append(left / record.constants["noise"])
+    if max(driven) > DRIVEN:
+        raise InputError(
+            f"identify: the {kind} closest to the records pushes with the slip over {100 * max(driven):.0f} % of its path, "
+            "which no friction does: check the signs of displacement and drive velocity, the rest position and the mass"
+        )
+    notes = []
+    names = [motion.record.name for motion in problem.motions]
+    if len(off) > 1 and max(map(abs, off)) > APART * float(np.mean(levels)):
+        each = ", ".join(f"{value:+.2g} ({name})" for value, name in zip(off, names, strict=True))
+        notes.append(
+            f"The records do not obey one {kind}: their mean friction is {np.mean(levels):.3g} and off from it by {each}; "
+            "look whether they are of one contact. The intervals do not hold for each of them."
+        )
+    if noisy and max(noisy) > NOISY:
+        notes.append(
+            f"{kind} leaves up to {max(noisy):.3g} times the noise of the gauge: the contact obeys another law, or the rig's "
+            "mass, damping or stiffness is wrong; the intervals are of the nearest law of this form."
+        )
+    return notes

@@ -1,0 +1,386 @@
+"""A measured motion made ready for the replay of a law: real turning points, stretches with a known memory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import isotonic_regression
+from scipy.signal import find_peaks
+
+from stickslip.identification.kinetic.displacement_error import LatentMotion, without
+from stickslip.identification.records import FrictionRecord
+from stickslip.laws import (
+    BogaczRyczek,
+    Coulomb,
+    DwellTime,
+    Law,
+    LogarithmicDwell,
+    StaticKinetic,
+    TwoBranch,
+    force_along,
+)
+
+Array = npt.NDArray[np.float64]
+Samples = npt.NDArray[np.int_]
+Mask = npt.NDArray[np.bool_]
+
+FEWEST = 12
+"""Samples a stretch must have to be compared."""
+AT_REST = 3.0
+"""Slip velocities below that many standard errors."""
+NARROW_CLIMB = 0.045
+"""A climb over less than this part of the range of w is shaped by the smoothing of w."""
+NUDGE = 1e-3
+"""Part of the range of w by which w is moved to see the slope of a law."""
+REVERSAL = 0.1
+"""A reversal of the slip whose path is less than this part of the longest run is noise."""
+
+#: Laws whose kinetic force depends on what was before: nothing is compared until the memory is known.
+WITH_MEMORY = (BogaczRyczek,)
+
+#: Laws whose friction at a turn of the slip velocity is a reaction that no law gives.
+HOLDING = (TwoBranch,)
+
+#: Laws whose kinetic force is one number: the work of each slip says all there is to know about it.
+WITHOUT_SHAPE = (Coulomb, StaticKinetic, DwellTime, LogarithmicDwell)
+
+
+@dataclass
+class Motion:
+    """A record and what a replay of a law along it needs.
+
+    Attributes
+    ----------
+    record : with the inner samples of its sticks left out.
+    slip_velocity : w with every wiggle below the noise taken out, so that the sense of the acceleration changes only
+        where the motion turns.
+    force_rate : dF/dt while stuck, shape (n,).
+    turns : for each slip the samples at which w turns.
+    stretches : parts of slips in which a law is compared, [first, last).
+    """
+
+    record: FrictionRecord
+    slip_velocity: Array
+    force_rate: Array
+    turns: list[Samples]
+    stretches: list[tuple[int, int]]
+    law: type[Law]
+    latent: LatentMotion | None
+
+    @classmethod
+    def of(cls, record: FrictionRecord, law: type[Law]) -> Motion:
+        """Prepare a record for replays of one kind of law."""
+        compact = record.without_inner_sticks()
+        w, turns = without_wiggles(compact)
+        stretches: list[tuple[int, int]] = []
+        for (first, last), turn in zip(compact.slips, turns, strict=True):
+            start = first
+            if issubclass(law, WITH_MEMORY) and not _known_start(compact, first):
+                # The first climb begins on a branch that is not known; where it has ended the memory is.
+                ends = [int(b) for a, b in pairwise(turn) if _is_minimum(w, int(a), first, last)]
+                if not ends:
+                    continue
+                start = ends[0]
+            if issubclass(law, WITHOUT_SHAPE):
+                # A long slip is cut at its slowest points: one number for each cycle.
+                cuts = [int(i) for i in turn if _is_minimum(w, int(i), first, last)]
+                stretches += [(a, b) for a, b in pairwise([first, *cuts, last]) if b > a]
+            else:
+                unseen = _unresolved(compact, w, turn, first, last)
+                if issubclass(law, HOLDING):
+                    unseen |= _near_turns(compact, w, turn, first, last)
+                stretches += [(a, b) for a, b in _runs(~unseen[start - first :], start) if b - a >= FEWEST]
+        rate = _force_rate(record, compact)
+        latent = None if issubclass(law, WITHOUT_SHAPE) else _latent(compact)
+        return cls(compact, w, rate, turns, stretches, law, latent)
+
+    @property
+    def by_work(self) -> bool:
+        """Whether one number is compared for each slip, the work done."""
+        return issubclass(self.law, WITHOUT_SHAPE)
+
+    @property
+    def indirect(self) -> bool:
+        """Whether force was measured by the indirect method, with the constants of the oscillator known."""
+        return self.latent is not None
+
+    def replay(self, law: Law) -> Array:
+        """Friction force of `law` along the motion, shape (n,)."""
+        return self._along(law, self.slip_velocity)
+
+    def _along(self, law: Law, slip_velocity: Array) -> Array:
+        return force_along(law, self.record.time, slip_velocity, self.record.stuck, self.force_rate)
+
+    def work_mean(self, force: Array, first: int, last: int) -> float:
+        """Mean of a force over the slip path."""
+        path = np.abs(self.slip_velocity[first:last])
+        return float(np.average(force[first:last], weights=path if path.sum() > 0 else None))
+
+    def misfit_error(self) -> Array:
+        """What is known of the noise of :meth:`misfit` beforehand, in its unit and shape; 0 where nothing is."""
+        if not self.by_work:
+            remembers = self.latent is not None and issubclass(self.law, WITH_MEMORY)
+            return np.zeros(sum(b - a + remembers for a, b in self.stretches))
+        known = self.record.constants
+        # Errors of a smoothed record go together over half a period of its cut-off.
+        together = max(0.5 / (known["slip_cutoff"] * self.record.step), 1.0) if "slip_cutoff" in known else 1.0
+        errors = []
+        for a, b in self.stretches:
+            path = np.abs(self.slip_velocity[a:b])
+            weight = path / path.sum() if path.sum() > 0 else np.full(b - a, 1 / (b - a))
+            sigma = self.record.force_error[a:b]
+            errors.append(min(float(np.sqrt(together * np.sum((weight * sigma) ** 2))), float(sigma.max())))
+        return np.array(errors)
+
+    def cycles(self) -> list[int]:
+        """Rows of :meth:`misfit` where a cycle begins, and the row after the last.
+
+        A cycle ends with its stretch and at the slowest points within.
+        """
+        w, rows = self.slip_velocity, [0]
+        slowest = [
+            int(i)
+            for (first, last), turn in zip(self.record.slips, self.turns, strict=True)
+            for i in turn
+            if _is_minimum(w, int(i), first, last)
+        ]
+        remembers = self.latent is not None and issubclass(self.law, WITH_MEMORY)
+        for a, b in self.stretches:
+            rows += [rows[-1] + i - a for i in slowest if a < i < b] + [rows[-1] + b - a + remembers]
+        return rows
+
+    def misfit(self, law: Law, offset: float = 0.0) -> Array:
+        """Measured minus predicted, over all stretches.
+
+        An indirect force and its slip velocity have their errors from one displacement. What is compared are the gauge's
+        samples and the nearest motion that obeys the law (see :class:`LatentMotion`). A force that was measured directly is
+        compared as it is.
+
+        For a law without a shape over w one number is compared for each slip: the difference of the work done.
+        """
+        predicted = self.replay(law)
+        difference = self.record.force - predicted - offset
+        if self.by_work:
+            return np.array([self.work_mean(difference, a, b) for a, b in self.stretches])
+        if self.latent is None:
+            error = self.record.force_error
+            usual = float(np.median(np.concatenate([error[a:b] for a, b in self.stretches])))
+            weight = usual / np.maximum(error, usual) if usual > 0 else np.ones_like(error)
+            return np.concatenate([weight[a:b] * difference[a:b] for a, b in self.stretches])
+        own, carried, prior = self._slopes(law, predicted)
+        # The law was replayed along a slip velocity without wiggles, the force has the measured one.
+        difference = difference - own * (self.record.slip_velocity - self.slip_velocity)
+        parts = []
+        for a, b in self.stretches:
+            found, free = self.latent.solve(difference[a:b], own[a:b], None if carried is None else carried[a:b])
+            parts.append(without(free, self._smoothed[a:b] + found, prior))
+        return np.concatenate(parts)
+
+    def shares(self, misfit: Array) -> tuple[npt.NDArray[np.int_], Array]:
+        """Of every sample of a force that was measured directly: the row of the misfit that it is in, and its part of it.
+
+        Parameters
+        ----------
+        misfit : measured minus predicted force of every sample of the record.
+        """
+        rows = np.repeat(np.arange(len(self.stretches)), [b - a for a, b in self.stretches])
+        rest = np.concatenate([misfit[a:b] for a, b in self.stretches])
+        if not self.by_work:
+            return np.arange(rest.size), rest
+        path = np.concatenate([np.abs(self.slip_velocity[a:b]) for a, b in self.stretches])
+        return rows, rest * path / np.maximum(np.bincount(rows, path)[rows], 1e-300)
+
+    def _slopes(self, law: Law, predicted: Array) -> tuple[Array, Array | None, Array]:
+        """F'(w) at each sample; change of friction with w at the last turn; what is known beforehand of open motions."""
+        w, free = self.slip_velocity, np.full(2, math.inf)
+        step = np.copysign(NUDGE * float(np.ptp(w)), w)
+        moved = (self._along(law, w + step) - predicted) / step
+        if not isinstance(law, WITH_MEMORY):
+            return moved, None, free
+        rise, run = np.diff(predicted), np.diff(w)
+        plain = np.flatnonzero(
+            (np.abs(run) > np.abs(step[1:]) / 1000) & ~self.record.stuck[1:] & ~self.record.stuck[:-1]
+        )
+        own = np.interp(np.arange(w.size), plain + 0.5, rise[plain] / run[plain]) if plain.size else moved
+        return own, moved - own, np.append(free, velocity_noise(self.record) / self.record.constants["noise"])
+
+    @cached_property
+    def _smoothed(self) -> Array:
+        """What smoothing took off the gauge's own samples, NaN where one was left out; 0 where these are not known."""
+        record = self.record
+        if record.recorded is None or record.displacement is None:
+            return np.zeros(record.time.size)
+        return record.recorded - record.displacement
+
+
+def velocity_noise(record: FrictionRecord) -> float:
+    """Standard error of the slip velocity of a smoothed record; 0 where it is not known.
+
+    White noise σ of a displacement sampled every h, passed up to the frequency f, gives σ_w = σ 2πf √(2 f h / 3).
+    """
+    known = record.constants
+    if "noise" not in known or "slip_cutoff" not in known:
+        return 0.0
+    cutoff = known["slip_cutoff"]
+    return known["noise"] * 2 * math.pi * cutoff * math.sqrt(2 * cutoff * record.step / 3)
+
+
+def without_wiggles(record: FrictionRecord) -> tuple[Array, list[Samples]]:
+    """Slip velocity monotone between its turning points, and those points for each slip.
+
+    A turning point stands out by four standard errors of w and by 2 % of its range.
+    """
+    w = record.slip_velocity.copy()
+    moving = w[~record.stuck]
+    least = max(0.02 * float(np.ptp(moving)), 4 * velocity_noise(record))
+    turns: list[Samples] = []
+    for first, last in record.slips:
+        w[first:last] = _one_sense(w[first:last])
+        speed = np.abs(w[first:last])
+        peaks = find_peaks(speed, prominence=least)[0]
+        dips = find_peaks(-speed, prominence=least)[0]
+        inner = _alternating(speed, np.sort(np.concatenate([peaks, dips])))
+        turns.append(inner + first)
+        edges = [0, *inner.tolist(), len(speed) - 1]
+        for low, high in pairwise(edges):
+            run = slice(low, high + 1)
+            if high - low >= 2:
+                smooth = isotonic_regression(speed[run], increasing=bool(speed[high] > speed[low])).x
+                speed[run] = smooth
+        w[first:last] = np.copysign(speed, w[first:last])
+    return w, turns
+
+
+def _one_sense(w: Array) -> Array:
+    """Slip velocity of one slip without the short reversals that are noise at its ends; those become rest."""
+    runs = np.split(np.arange(w.size), np.flatnonzero(np.diff(np.signbit(w))) + 1)
+    paths = np.array([float(np.sum(w[run])) for run in runs])
+    sense = math.copysign(1.0, float(paths[np.argmax(np.abs(paths))]))
+    w = w.copy()
+    for run, path in zip(runs, paths, strict=True):
+        if path * sense < 0 and abs(path) < REVERSAL * float(np.max(np.abs(paths))):
+            w[run] = 0.0 * sense
+    return w
+
+
+def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, last: int) -> Mask:
+    """Where w has turned up and not yet risen by what can be seen: friction may climb there unseen.
+
+    A climb so steep that the noise of w would make more of it than the noise of the force is left out to its top, and so
+    is one that takes so little of the range of w that smoothing decides its shape.
+    """
+    hidden = np.zeros(last - first, dtype=bool)
+    noise = velocity_noise(record)
+    if noise == 0:
+        return hidden
+    speed, force = np.abs(w), np.abs(record.force)
+    # Where w is not told apart from rest, whether it slips is not known either.
+    hidden |= speed[first:last] < AT_REST * noise
+    climbs: list[tuple[int, int, int]] = []
+    for number, i in enumerate(turns.tolist()):
+        if _is_minimum(w, i, first, last):
+            end = int(turns[number + 1]) if number + 1 < len(turns) else last
+            climbs.append((i, i + int(np.argmax(force[i:end])), end))
+    # One word for all climbs of a slip, so that the law is not asked for some of them and not for others.
+    usual = [(speed[top] - speed[i], np.max(speed[i:end]) - speed[i]) for i, top, end in climbs]
+    narrow = bool(usual) and bool(
+        np.median([run for run, _ in usual]) < least_climb(noise, [span for _, span in usual])
+    )
+    for i, top, end in climbs:
+        risen = np.flatnonzero(speed[i:end] > speed[i] + 4 * noise)
+        until = i + int(risen[0]) if risen.size else end
+        slope = (force[top] - force[i]) / max(speed[top] - speed[i], noise)
+        steep = slope * noise > float(np.median(record.force_error[i : top + 1]))
+        if narrow or steep:
+            until = max(until, top)
+        hidden[i - first : until - first] = True
+    return hidden
+
+
+def _near_turns(record: FrictionRecord, w: Array, turns: Samples, first: int, last: int) -> Mask:
+    """Where w is not told apart from that of a turn beside it."""
+    near = np.zeros(last - first, dtype=bool)
+    for i in turns.tolist():
+        alike = np.abs(w[first:last] - w[i]) <= 4 * velocity_noise(record)
+        apart = np.flatnonzero(~alike) + first
+        low = int(apart[apart < i].max(initial=first - 1)) + 1
+        near[low - first : int(apart[apart > i].min(initial=last)) - first] = True
+    return near
+
+
+def least_climb(noise: float, spans: Sequence[float]) -> float:
+    """The least change of w over which a climb can be seen, from the noise of w and the ranges of w of the loops."""
+    return float(max(6 * noise, NARROW_CLIMB * float(np.median(spans))))
+
+
+def _runs(mask: Mask, offset: int) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    return [(int(a) + offset, int(b) + offset) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _alternating(speed: Array, inner: Samples) -> Samples:
+    """Of neighbours of one kind keep the farther one out, so that maxima and minima take turns."""
+    kept: list[int] = []
+    kinds: list[bool] = []
+    for i in inner.tolist():
+        top = bool(speed[i] >= speed[max(i - 1, 0)] and speed[i] >= speed[min(i + 1, len(speed) - 1)])
+        if kinds and kinds[-1] == top:
+            if (speed[i] > speed[kept[-1]]) == top:
+                kept[-1] = i
+            continue
+        kept.append(i)
+        kinds.append(top)
+    return np.array(kept, dtype=int)
+
+
+def _is_minimum(w: Array, i: int, first: int, last: int) -> bool:
+    reach = max((last - first) // 200, 1)
+    return bool(abs(w[i]) <= abs(w[max(i - reach, first)]) and abs(w[i]) <= abs(w[min(i + reach, last - 1)]))
+
+
+def _known_start(record: FrictionRecord, first: int) -> bool:
+    """Whether the slip follows a stick whose beginning lies in the record."""
+    if first == 0:
+        return False
+    before = np.flatnonzero(~record.stuck[:first])
+    return before.size > 0
+
+
+def _force_rate(record: FrictionRecord, compact: FrictionRecord) -> Array:
+    """D(force)/dt of each stick: from the table of break-aways, else k V, else the slope of the force.
+
+    While the mass slips it is what adhesion would feel, k V, on which static friction without rest may depend; 0 where that
+    is not known.
+    """
+    known = record.constants
+    usual = known.get("stiffness", math.nan) * known.get("drive_velocity", math.nan)
+    table = record.break_away
+    rate = np.full(len(compact.time), usual if math.isfinite(usual) else 0.0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], compact.stuck, [False]]).astype(int)))
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        value = usual
+        near = np.flatnonzero(np.abs(table["t"].to_numpy() - compact.time[b - 1]) < 1.5 * record.step)
+        if near.size and math.isfinite(float(table["force_rate"].iloc[near[0]])):
+            value = float(table["force_rate"].iloc[near[0]])
+        if not math.isfinite(value):
+            i, j = np.searchsorted(record.time, [compact.time[a], compact.time[b - 1]])
+            value = float((record.force[j] - record.force[i]) / max(record.time[j] - record.time[i], record.step))
+        rate[a:b] = value
+    return rate
+
+
+def _latent(record: FrictionRecord) -> LatentMotion | None:
+    """The oscillator behind an indirect force; None where the force was measured directly."""
+    known = record.constants
+    if not {"mass", "stiffness", "slip_cutoff"} <= set(known) or not known.get("noise", 0.0) > 0:
+        return None
+    steps = np.concatenate([np.diff(record.time[a:b]) for a, b in record.slips])
+    if steps.size == 0 or float(np.ptp(steps)) > 0.05 * record.step:
+        return None
+    return LatentMotion(record.step, known["mass"], known.get("damping", 0.0), known["stiffness"])

@@ -1,0 +1,614 @@
+"""Friction over slip velocity alone: the forms that such a curve may have, laid beside each other, offset and all."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import xarray as xr
+from scipy.stats import chi2
+
+from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean, write_whole
+from stickslip.identification.estimator.record_scatter import BY_CHANCE
+from stickslip.identification.kinetic.curves import (
+    BLOCKS,
+    BY_SENSE,
+    COLUMNS,
+    FEW,
+    ONE_SPEED,
+    SHAPES,
+    FreeCurve,
+    Rows,
+    SteadyFit,
+    fit_form,
+    forms_of,
+    held_back,
+    record_scatter_of,
+)
+from stickslip.identification.law_parameters import places, value
+from stickslip.identification.records import opened
+from stickslip.laws import Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
+from stickslip.laws.law import law_file
+from stickslip.measurement.noise import noise_level
+
+Array = npt.NDArray[np.float64]
+
+SENSE = 0.05
+"""Below this share of its top speed (and within four sigmas of its noise) a record does not tell which way it slides."""
+GAIN = 0.02
+"""A form whose mean squared misfit of held-back rows is less than this share lower predicts no better, however surely."""
+EVIDENCE = 2.0
+"""By so much the sum of squared misfits, in units of the stated errors, must differ to tell two forms apart."""
+
+TIED = 0.9
+"""Correlation of load and logarithm of the speed from which on no form that has both is chosen: one stands for the other."""
+APART = 0.1
+"""Friction that misses the curve by more than this part of it is named."""
+NODES = 6
+"""Of a free curve on either side, by which forms are measured where rows are many."""
+BEYOND = 1000.0
+"""A logarithm goes on to so many times the fastest speed measured."""
+
+FARTHEST = 1e60
+"""Numbers larger than this are no friction in any unit."""
+
+SEEN_TIE = 0.8
+"""Correlation of load and logarithm of the speed from which on it is said that they are tied."""
+STANDS_OUT = 6.0
+"""A row that is missed by more than so many median misfits is named."""
+
+OF_LAW = {"Coulomb": ("Coulomb",), "ExponentialStribeck": ("Stribeck", "Gaussian Stribeck", "Coulomb + viscous")}
+"""Shapes that are a law of the catalogue."""
+
+
+@dataclass(frozen=True)
+class SteadyFriction:
+    """Friction over slip velocity: all forms, the chosen one, and the law in it.
+
+    Attributes
+    ----------
+    rows : DataFrame of the points: slip_velocity, force, force_error, source.
+    fits : by name of the form, the best prediction of held-back rows first.
+    chosen : name of the chosen form.
+    undecided : names of forms that predict held-back rows as well, within one standard error.
+    notes : plain sentences.
+    command : what to type to do it again.
+    """
+
+    rows: pd.DataFrame
+    fits: dict[str, SteadyFit]
+    chosen: str
+    undecided: list[str]
+    notes: list[str]
+    command: str
+
+    @property
+    def best(self) -> SteadyFit:
+        """The chosen fit."""
+        return self.fits[self.chosen]
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """Of the chosen form: value, error, low and high by name."""
+        return self.best.parameters
+
+    @property
+    def law(self) -> Law | None:
+        """The chosen form as a law, without offset, drift and what differs by the sense, at the mean load.
+
+        None where friction would be negative; :meth:`save` says so. All forms are laws of the catalogue but the logarithm,
+        which has no end at w = 0: it is `Tabulated`, constant below the slowest speed and beyond a thousand times the
+        fastest.
+        """
+        try:
+            return self._of_friction()
+        except InputError:
+            return None
+
+    def _of_friction(self) -> Law:
+        """The law, refused where friction is negative."""
+        law = self._law(self.best.vector)
+        speed = self.rows["slip_velocity"].abs().to_numpy()
+        force = law.kinetic_force(speed)
+        if force.min() < 0:
+            raise InputError(f"friction would be {force.min():.3g} at w = {speed[np.argmin(force)]:.3g}")
+        return law
+
+    def _law(self, values: Array) -> Law:
+        """The law of the chosen form with these numbers."""
+        at = dict(zip(self.parameters.index, values.tolist(), strict=True))
+        kinetic, top = at["kinetic"], float(self.rows["slip_velocity"].abs().max())
+        if "scale" in at:
+            return ExponentialStribeck(
+                break_away=kinetic + at["weakening"],
+                kinetic=kinetic,
+                scale=at["scale"],
+                viscous=at["viscous"],
+                exponent=self.best.curve.exponent,
+            )
+        if "viscous" in at:
+            return PiecewiseLinear(nodes=((0.0, kinetic), (top, kinetic + at["viscous"] * top)), break_away=kinetic)
+        if "quadratic" in at:
+            return PoppStelter(break_away=kinetic, kinetic=kinetic, weakening=0.0, square=at["quadratic"])
+        if "logarithm" in at:
+            fit, slow = self.best, float(self.rows["slip_velocity"].abs().min())
+            chosen = self.parameters["value"]
+            used_up = fit.curve.reference * math.exp(min(max(-chosen["kinetic"] / chosen["logarithm"], -600.0), 600.0))
+            w = np.geomspace(slow, min(BEYOND * top, used_up) if chosen["logarithm"] < 0 else BEYOND * top, 65)
+            force = kinetic + at["logarithm"] * np.log(w / fit.curve.reference)
+            force[-1] = max(force[-1], 0.0)
+            nodes = ((0.0, float(force[0])), *zip(w.tolist(), force.tolist(), strict=True))
+            return Tabulated(kinetic=nodes, break_away=float(force[0]))
+        return Coulomb(kinetic=kinetic)
+
+    @property
+    def covariance(self) -> pd.DataFrame:
+        """Of the numbers of the law, by their names; an InputError where there is no law."""
+        values, law = self.best.vector, self._of_friction()
+        names = [*places(law)]
+        # numbers of the law are sums of those of the form, so a difference of any size is their slope
+        steps = 1e-6 * np.maximum(np.abs(values), 1e-3 * np.abs(values).max())
+        moved = [self._law(values + step) for step in np.diag(steps)]
+        slopes = np.array([[value(one, name) - value(law, name) for one in moved] for name in names]) / steps
+        told = np.abs(slopes).max(axis=1) > 0
+        names = [name for name, one in zip(names, told, strict=True) if one]
+        return pd.DataFrame(slopes[told] @ self.best.covariance @ slopes[told].T, index=names, columns=names)
+
+    def table(self) -> pd.DataFrame:
+        """One line for each form: numbers, rms, rms of held-back rows, and whether it was chosen or ties with the chosen."""
+        rows = {
+            name: {
+                "numbers": len(fit.parameters),
+                "rms": fit.rms,
+                "held_back": fit.held_back,
+                "verdict": "chosen" if name == self.chosen else "as good" if name in self.undecided else "",
+            }
+            for name, fit in self.fits.items()
+        }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("form")
+
+    def report(self) -> str:
+        """The result in words and two tables."""
+        shown = self.table()
+        shown = shown[shown["verdict"] != ""].iloc[:12] if len(shown) > 12 else shown
+        return "\n".join(
+            [
+                f"Friction over slip velocity: {self.chosen}",
+                self.best.formula,
+                "",
+                self.parameters.to_string(float_format=lambda number: f"{number:.5g}"),
+                "",
+                shown.to_string(float_format=lambda number: f"{number:.4g}"),
+                "",
+                *[f"- {note}" for note in self.notes],
+            ]
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words: form, parameters, the table of forms, the law where there is one, notes."""
+        law = self.law
+        return {
+            "form": self.chosen,
+            "formula": self.best.formula,
+            "parameters": self.parameters.to_dict("index"),
+            "forms": self.table().to_dict("index"),
+            "law": None if law is None else law.to_dict(),
+            "notes": self.notes,
+        }
+
+    def to_toml(self) -> str:
+        """The law file: [law], [uncertainty] and [covariance] of its numbers, [source] with the form and all of its own.
+
+        Raises
+        ------
+        InputError
+            where friction of the chosen form is negative, so that it is no law.
+        """
+        try:
+            law, covariance = self._of_friction(), self.covariance
+        except InputError as error:
+            raise InputError(
+                f"identify: {self.chosen} with these numbers is no law of friction ({error}): leave -o out, or ask for "
+                "another form with --law"
+            ) from None
+        plain = self.to_dict()
+        source = {
+            "command": self.command,
+            "records": sorted(set(self.rows["source"])),
+            "form": self.chosen,
+            "formula": plain["formula"],
+            "values": {name: row["value"] for name, row in plain["parameters"].items()},
+            "intervals": {name: [row["low"], row["high"]] for name, row in plain["parameters"].items()},
+            "rms": self.best.rms,
+            "notes": self.notes,
+        }
+        return law_file(law, covariance, source)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
+        text = self.to_toml()
+        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+
+    def plot(self, ax: Any = None) -> Any:
+        """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes."""
+        import matplotlib.pyplot as plt
+
+        axes = plt.subplots()[1] if ax is None else ax
+        w, force, error = (self.rows[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
+        if len(w) > 500:
+            axes.plot(w, force, ".", ms=1.5, alpha=0.3, color="0.5", label="measured", rasterized=True)
+        else:
+            axes.errorbar(w, force, error, fmt="o", ms=3, color="0.4", label="measured")
+        for side in (1.0, -1.0):
+            inside = np.abs(w[w * side > 0])
+            if not len(inside):
+                continue
+            grid = side * np.linspace(inside.min(), inside.max(), 200)
+            label = self.chosen if side == math.copysign(1.0, float(w.max())) or (w < 0).all() else None
+            line = axes.plot(grid, self.best(grid), color="C0", label=label)
+            axes.fill_between(grid, *self.best.interval(grid), color=line[0].get_color(), alpha=0.25, lw=0)
+            for number, name in enumerate(self.undecided[:3], start=1):
+                axes.plot(grid, self.fits[name](grid), "--", lw=1, color=f"C{number}", label=name if label else None)
+        axes.set_xlabel("slip velocity w")
+        axes.set_ylabel("friction force f")
+        axes.legend()
+        return axes
+
+
+def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
+    """Fit friction over slip velocity and compare the forms that such a curve may have.
+
+    On the side w > 0 friction is one of the shapes: f_k (Coulomb), f_k + b w, f_k + q w², f_k + a ln(w / w₀) (steady
+    rate-and-state friction) or f_k + Δ exp(−(w / w_s)ⁿ) + b w with n = 1 (Stribeck) or 2 (Gaussian Stribeck), turned over
+    for w < 0. Each is also tried with an offset that keeps its sign (a gauge's zero, gravity), with every number of its own
+    on either side (asymmetric), with a term in the load where that was varied, and with one in the place where the record
+    tells it: to and fro a force that keeps its sign too (gravity, a spring), one way only a drift of the friction. All are
+    fitted by least squares and judged by rows that were held back from the fit; the simplest form within one standard error
+    of the best is chosen. Where records lie further apart than chance makes them, each counts as one, whole records are
+    held back, and what sets them apart is in the intervals.
+
+    Parameters
+    ----------
+    friction : a friction DataTree or file with the table ``steady`` or a direct force over slip velocity; or a list.
+    law : name of a law whose shape is to be fitted; default: all shapes compete.
+
+    Returns
+    -------
+    SteadyFriction.
+
+    Raises
+    ------
+    InputError
+        for records without friction over slip velocity, or too few rows for the law asked for.
+
+    Limits: no memory and no acceleration; a loop becomes its middle, and the intervals hold its width only as scatter. An
+    offset shows only where the record slides both ways. Intervals count correlated rows as fewer and stated errors that
+    are too small as larger; they are those of the chosen form, and `notes` say where others that predict as well differ.
+
+    Source: the choice is the one-standard-error rule of Breiman, Friedman, Olshen & Stone, Classification and Regression
+    Trees (1984), Section 3.4.3; records that differ as in Paule & Mandel, J. Res. Natl. Bur. Stand. 87 (1982) 377.
+
+    >>> import xarray as xr
+    >>> w = np.concatenate([np.linspace(0.1, 1, 10), -np.linspace(0.1, 1, 10)])
+    >>> f = 0.4 * np.sign(w) + 0.2 * w - 0.17 + 0.003 * np.random.default_rng(0).standard_normal(20)
+    >>> table = {"slip_velocity": ("row", w), "force": ("row", f), "force_error": ("row", np.full(20, 0.003))}
+    >>> found = fit_steady(xr.DataTree.from_dict({"/steady": xr.Dataset(table)}))
+    >>> found.chosen, found.parameters["value"].round(2).to_dict()
+    ('Coulomb + viscous, offset', {'kinetic': 0.4, 'viscous': 0.2, 'offset': -0.17})
+    """
+    items = list(friction) if isinstance(friction, list | tuple) else [friction]
+    parts, names = [], []
+    for number, item in enumerate(items, start=1):
+        name = str(item) if isinstance(item, str | Path) else f"record {number}"
+        tree = opened(Path(item)) if isinstance(item, str | Path) else item
+        parts.append(_rows(tree, name))
+        names.append(name)
+    if not parts:
+        raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
+    measured = rows = _joined(parts)
+    notes = []
+    if float(np.sum(rows.force * np.sign(rows.w))) < 0:
+        measured = rows = replace(rows, force=-rows.force)
+        notes.append(
+            "The force is counted against the motion in these records; it was turned over, so that friction is > 0."
+        )
+    if law is not None and law not in OF_LAW:
+        raise InputError(
+            f"identify: {law} is not a curve over slip velocity alone{did_you_mean(law, OF_LAW)}; such are "
+            f"{', '.join(OF_LAW)}, or leave --law out to compare all forms"
+        )
+    shapes = SHAPES if law is None else OF_LAW[law]
+    fits = _fits(rows, shapes)
+    if fits and _between(rows, next(iter(fits.values()))) > 0:
+        rows = rows.set_apart()
+        fits = _fits(rows, shapes)
+    if not fits:
+        speed = np.abs(rows.w)
+        alike = len(rows) > 2 and float(speed.max()) < ONE_SPEED * float(speed.min())
+        raise InputError(
+            f"identify: {len(rows)} points at the one slip velocity of {speed.mean():.4g} show no curve of {law}; "
+            "measure other speeds"
+            if alike
+            else f"identify: {len(rows)} point{'s' * (len(rows) != 1)} of friction over slip velocity "
+            f"{'are' if len(rows) != 1 else 'is'} too few for {law or 'any form'}; measure more speeds"
+        )
+    chosen, undecided = _choose(rows, fits)
+    if law is not None and OF_LAW[law][0] not in chosen:
+        notes.append(
+            f"{law} was asked for; {chosen}, its limit, predicts held-back rows as well or is all that can be fitted."
+        )
+    notes = [*_disagreement(rows, fits[chosen]), *notes, *_words(rows, fits, chosen, undecided)]
+    data = {"slip_velocity": rows.w, "force": rows.force, "force_error": measured.error, "source": rows.source}
+    command = shlex.join(["stickslip", "identify", *names, "--steady", *(["--law", law] if law else [])])
+    return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command)
+
+
+def _fits(rows: Rows, shapes: Iterable[str]) -> dict[str, SteadyFit]:
+    """All forms of these shapes that can be fitted, the best prediction first."""
+    fits = {form: fit_form(rows, form, terms) for form, terms in forms_of(rows, shapes)}
+    found = {form: fit for form, fit in fits.items() if fit is not None}
+    return dict(sorted(found.items(), key=lambda item: item[1].held_back))
+
+
+def _between(rows: Rows, fit: SteadyFit) -> float:
+    """Standard deviation of friction from record to record about this curve, 0 where chance makes it."""
+    columns = fit.curve.columns(rows)
+    return record_scatter_of(rows, rows.force - columns @ fit.numbers, columns / rows.error[:, None])[0]
+
+
+def _rows(tree: Any, name: str) -> Rows:
+    if not isinstance(tree, xr.DataTree):
+        raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
+    root = tree.to_dataset(inherit=False)
+    table = tree.children["steady"].to_dataset(inherit=False) if "steady" in tree.children else None
+    series = {"time", "slip_velocity", "force"} <= set(map(str, root.variables))
+    if series and (table is None or "branch" in table):
+        w, force = (_numbers(root, key, name) for key in ("slip_velocity", "force"))
+        unknown = np.full(len(w), math.nan)
+        place = _numbers(root, "displacement", name) if "displacement" in root else unknown
+        rows = Rows(w, force, np.ones(len(w)), unknown, place, np.full(len(w), name), True)
+        _check(rows, name, "sample")
+        moving = np.abs(w) > max(SENSE * float(np.quantile(np.abs(w), 0.99)), 4 * noise_level(w))
+        if "stuck" in root:
+            moving &= ~root["stuck"].to_numpy().astype(bool)
+    elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
+        w = _numbers(table, "slip_velocity", name)
+        unknown = np.full(len(w), math.nan)
+
+        def column(key: str) -> Array:
+            return _numbers(table, key, name) if key in table else unknown
+
+        load = column("pressure" if "pressure" in table else "normal_force")
+        source = table["source"].to_numpy().astype(str) if "source" in table else np.full(len(w), name)
+        rows = Rows(w, column("force"), column("force_error"), load, column("displacement"), source, False)
+        _check(rows, name, "row")
+        moving = np.abs(w) > 0
+    else:
+        raise InputError(f"{name}: holds no friction over slip velocity; measure a record that slides")
+    if not moving.any():
+        raise InputError(f"{name}: nothing slides in it, so it holds no friction of slip; measure a record that slides")
+    return rows.take(moving)
+
+
+def _numbers(table: xr.Dataset, key: str, name: str) -> Array:
+    values = table[key].to_numpy()
+    if values.ndim != 1 or values.shape != table["slip_velocity"].shape or values.dtype.kind not in "fiu":
+        raise InputError(
+            f"{name}: {key} must be one number a row, got {values.dtype} of shape {values.shape}; measure the record first"
+        )
+    return np.asarray(values, dtype=float)
+
+
+def _check(rows: Rows, name: str, place: str) -> None:
+    """Refuse what is no number, and what is out of all proportion."""
+    for words, values in (("slip velocity", rows.w), ("friction force", rows.force)):
+        wrong = np.flatnonzero(~(np.abs(values) < FARTHEST))
+        if not wrong.size and 0 < np.max(np.abs(values), initial=0.0) < 1 / FARTHEST:
+            wrong = np.array([int(np.argmax(np.abs(values)))])
+        if wrong.size:
+            raise InputError(
+                f"{name}: {words} is {values[wrong[0]]:g} in {place} {wrong[0]}, where a number below {FARTHEST:g} and "
+                f"not all below {1 / FARTHEST:g} was expected; remove that {place} or correct the unit"
+            )
+    if len(rows) < 4 and place == "sample":
+        raise InputError(
+            f"{name}: {len(rows)} samples are too few for friction over slip velocity; give a longer record"
+        )
+    wrong = np.flatnonzero(rows.error < 0)
+    if wrong.size:
+        raise InputError(
+            f"{name}: force_error is {rows.error[wrong[0]]:g} in {place} {wrong[0]}, where a standard error was expected; "
+            "correct it"
+        )
+
+
+def _joined(parts: list[Rows]) -> Rows:
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
+    rows = Rows(**columns, series=all(part.series for part in parts))
+    if not (np.isfinite(rows.error) & (rows.error > 0)).all():
+        return replace(rows, error=np.ones(len(rows)))
+    # a row whose scatter happens to be small is not known that much better than the others
+    return replace(rows, error=np.maximum(rows.error, np.median(rows.error)))
+
+
+def _choose(rows: Rows, fits: dict[str, SteadyFit]) -> tuple[str, list[str]]:
+    """The simplest form whose loss on held-back rows lies within one standard error of the best, and its equals."""
+    if abs(rows.tie) > TIED:
+        apart = {form: fit for form, fit in fits.items() if "load" not in fit.parameters.index or _flat(form)}
+        fits = apart or fits
+    best = min(fits.values(), key=lambda fit: float(fit.losses.mean()))
+    equals = [fit for fit in fits.values() if fit is best or not _behind(rows, fit.losses, best.losses)]
+
+    def cost(fit: SteadyFit) -> tuple[int, bool, float]:
+        return len(fit.parameters), not fit.form.startswith("Coulomb,"), float(fit.losses.mean())
+
+    chosen = min(equals, key=cost)
+    return chosen.form, [fit.form for fit in equals if fit is not chosen]
+
+
+def _flat(form: str) -> bool:
+    """Whether friction of this form is the same at every speed."""
+    return form.split(", ")[0] == "Coulomb"
+
+
+def _behind(rows: Rows, losses: Array, best: Array) -> bool:
+    """Whether held-back rows are predicted worse than by the best, for sure and so that it matters."""
+    parts = rows.parts if len(rows.parts) <= BLOCKS or rows.apart else np.array_split(np.arange(len(rows)), BLOCKS)
+    means = np.array([float((losses - best)[part].mean()) for part in parts])
+    error = float(np.std(means, ddof=1)) / math.sqrt(len(means)) if len(means) > 1 else 0.0
+    gain = float(means.mean())
+    # rows that are all met to within their errors cannot tell forms apart, however alike they are missed
+    told = not rows.known or float(np.sum(losses - best)) > EVIDENCE
+    return gain > error and gain > GAIN * float(best.mean()) and told
+
+
+def _disagreement(rows: Rows, best: SteadyFit) -> list[str]:
+    """What the chosen curve leaves of the points that chance cannot have made, as plain sentences."""
+    notes = []
+    off = np.sign(rows.w) * (rows.force - best.curve.columns(rows) @ best.numbers)
+    level = float(np.mean(np.abs(rows.force)))
+    if rows.apart:
+        spread = _between(rows, best)
+        means = [float(off[part].mean()) for part in rows.records]
+        names = [Path(rows.source[part[0]]).name for part in rows.records]
+        named = ", ".join(f"{mean:+.2g} ({name})" for mean, name in zip(means, names, strict=True))
+        if len(names) > 6:
+            low, high = int(np.argmin(means)), int(np.argmax(means))
+            named = f"{means[low]:+.2g} ({names[low]}) to {means[high]:+.2g} ({names[high]})"
+        notes.append(
+            f"The {len(names)} records do not lie on one curve: their friction is off from it by {named}, with a "
+            f"standard deviation of {spread:.2g}, {100 * spread / level:.2g} % of the mean; look whether they are of one "
+            "contact. Each counts as one, and the intervals hold what sets them apart."
+        )
+    elif rows.known:
+        z = off / rows.error
+        freedom = len(rows) - len(best.parameters)
+        if float(np.sum(z**2)) > chi2.isf(BY_CHANCE, freedom):
+            notes.append(
+                f"The points lie {math.sqrt(float(np.sum(z**2)) / freedom):.2g} times their stated errors off the curve, "
+                "more than chance makes: they disagree with each other or with this form. The intervals hold this scatter."
+            )
+    if best.rms > APART * level:
+        notes.append(f"The curve misses friction by {best.rms:.2g} (rms), {100 * best.rms / level:.2g} % of its mean.")
+    return notes
+
+
+def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[str]) -> list[str]:
+    best = fits[chosen]
+    notes = []
+    if len(fits) > 1:
+        notes.append(
+            f"{chosen} is the simplest of {len(fits)} forms that predicts held-back rows as well as any (rms "
+            f"{best.held_back:.3g})."
+        )
+    if undecided:
+        more = f" and {len(undecided) - 4} more" if len(undecided) > 4 else ""
+        notes.append(f"The record cannot decide between it and {'; '.join(undecided[:4])}{more}.")
+    offset = best.parameters.loc["offset"] if "offset" in best.parameters.index else None
+    if offset is not None:
+        without = fits.get(", ".join(part for part in chosen.split(", ") if part != "offset"))
+        gain = "" if without is None else f" Without it held-back rows are missed by {without.held_back:.3g}."
+        notes.append(
+            f"The force has an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) that "
+            f"keeps its sign when the motion turns: the zero of a gauge, gravity, or friction that is "
+            f"{2 * offset['value']:.3g} larger one way; speed alone cannot tell which. It is not part of the law, which "
+            f"is the mean of both ways.{gain}"
+        )
+        if "restoring" in best.parameters.index:
+            slope = best.parameters.loc["restoring"]
+            notes.append(
+                f"The offset changes with the place, by {slope['value']:.3g} ({slope['low']:.3g} to {slope['high']:.3g}) per "
+                "length, as gravity or a spring would have it; at the mean place it is as given."
+            )
+    elif len(set(np.sign(rows.w))) == 1:
+        notes.append(
+            "All slip is one way, so an offset of the gauge or of gravity cannot be told from the kinetic force and is in it."
+        )
+    notes += _asymmetry(best) + _confounded(rows, fits, chosen) + _extrapolated(rows, fits, [chosen, *undecided])
+    notes += _unlike_all(rows, best)
+    apart = np.sqrt(best.losses / np.median(best.losses)) if np.median(best.losses) > 0 else np.zeros(1)
+    if len(rows) <= FEW and float(apart.max()) > STANDS_OUT:
+        at = int(np.argmax(apart))
+        notes.append(
+            f"Row {at} (w = {rows.w[at]:.4g}, f = {rows.force[at]:.4g}) lies {apart[at]:.2g} times as far off as rows do in "
+            "the median, and least squares follow it: look at it."
+        )
+    if rows.series:
+        notes.append(
+            "Samples slower than a twentieth of the top speed, or not clear of their noise, were left out: there the sense "
+            "of the slip is not sure."
+        )
+    for name, row in best.parameters.iterrows():
+        if row["low"] <= 0 <= row["high"]:
+            notes.append(
+                f"{name} is not told apart from zero: {row['value']:.3g} ({row['low']:.3g} to {row['high']:.3g})."
+            )
+    return notes
+
+
+def _asymmetry(best: SteadyFit) -> list[str]:
+    """That friction differs by the sense of the slip."""
+    if not any(name.endswith(BY_SENSE) for name in best.parameters.index):
+        return []
+    w = best.curve.reference
+    forward, backward = (float(abs(best([sense * w])[0])) for sense in (1.0, -1.0))
+    return [
+        f"Friction differs by the sense of the slip, and by more than a constant: at w = {w:.3g} it is {forward:.3g} one way "
+        f"and {backward:.3g} the other. A law of the catalogue is the same both ways, so the law is their mean."
+    ]
+
+
+def _confounded(rows: Rows, fits: dict[str, SteadyFit], chosen: str) -> list[str]:
+    """That what is given as an effect of the load may be one of the speed, or the other way round."""
+    if abs(rows.tie) < SEEN_TIE:
+        return []
+    terms = [term for term in fits[chosen].parameters.index if term in ("load", "viscous", "quadratic", "logarithm")]
+    instead = [
+        f"{name} {row['value']:.3g} ({row['low']:.3g} to {row['high']:.3g})"
+        for form in fits
+        if _flat(form) != _flat(chosen) and len(fits[form].parameters) == len(fits[chosen].parameters)
+        for name, row in fits[form].parameters.iterrows()
+        if name in ("load", "viscous", "quadratic", "logarithm")
+    ]
+    alone = f" Instead of {' and '.join(terms)} it may be {' or '.join(instead)}." if terms and instead else ""
+    return [
+        f"Load and slip velocity are tied in these records (correlation {rows.tie:.2f}): what is given as the one may be the "
+        f"other; vary them apart.{alone}"
+    ]
+
+
+def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str]) -> list[str]:
+    """What the law says of rest, where nothing was measured, and what forms that predict as well say of it."""
+    slow = float(np.abs(rows.w).min())
+    rest = [fits[name].at_rest(slow) for name in names]
+    value, low, high = rest[0]
+    lowest, highest = min(low, *(end for _, end, _ in rest)), max(high, *(end for _, _, end in rest))
+    here = fits[names[0]].at_rest(slow, slow)[0]
+    if max(abs(value - here), highest - high, low - lowest) < APART * abs(here):
+        return []
+    return [
+        f"Nothing was measured below w = {slow:.3g}. Friction goes on to {value:.3g} at rest ({low:.3g} to {high:.3g}) by "
+        f"the chosen form, and to anything from {lowest:.3g} to {highest:.3g} by those that predict as well: the "
+        "break-away force of the law is an extrapolation; measure slower, or a break-away."
+    ]
+
+
+def _unlike_all(rows: Rows, best: SteadyFit) -> list[str]:
+    """That friction over slip velocity has a shape of its own: a free curve predicts held-back rows better."""
+    free = FreeCurve.of(rows, NODES, best.curve)
+    losses = None if len(rows) < 4 * free.count else held_back(rows, free)
+    if losses is None or not _behind(rows, best.losses, losses):
+        return []
+    gain = 100 * (math.sqrt(float(best.losses.mean() / losses.mean())) - 1)
+    return [
+        "Friction over slip velocity has another shape than any of these forms: a free curve misses held-back rows "
+        f"{gain:.2g} % less. The intervals are those of the nearest curve of this form."
+    ]

@@ -1,0 +1,223 @@
+"""Rate-and-state friction from a step of the drive's speed: the jump, and how it fades with the path slid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import xarray as xr
+
+from stickslip.errors import InputError
+from stickslip.identification.estimator.least_squares import Minimum, minimize
+from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.uncertainty import correlated_covariance
+from stickslip.identification.kinetic.step_response import (
+    A_MINUS_B,
+    OF_CONTACT,
+    path_of_decay,
+    save_rate_and_state,
+    step_response,
+    table_of_steps,
+)
+from stickslip.laws.rate_state import RateState
+
+Array = npt.NDArray[np.float64]
+
+OF_STEP = Parameters(
+    [*OF_CONTACT, Parameter("reference_friction"), Parameter("drift", unit="1/m"), Parameter("delay", unit="s")]
+)
+NAMES = tuple(OF_STEP.names)
+BINS = (60, 240)
+"""Means of samples before the step, evenly, and after it, ever wider."""
+
+
+@dataclass(frozen=True)
+class VelocityStepFit:
+    """Rate-and-state friction fitted to one step of the drive's speed.
+
+    Attributes
+    ----------
+    law : with the evolution law that fits better.
+    parameters : DataFrame over `a`, `b`, `length`, `stiffness` (of the machine, friction per length), `reference_friction`,
+        `drift` (friction per length), `delay` (s, of the step against where the displacement shows it) and `a_minus_b`:
+        value, error (standard error), low and high (95 %).
+    covariance : DataFrame of these numbers, names in both directions.
+    rms : root mean square of measured minus fitted, by evolution law.
+    notes : plain sentences.
+    curve : DataFrame: time, displacement (from the step), measured, fitted.
+    """
+
+    law: RateState
+    parameters: pd.DataFrame
+    covariance: pd.DataFrame
+    rms: dict[str, float]
+    notes: list[str]
+    curve: pd.DataFrame
+
+    def report(self) -> str:
+        """The result in words and a table."""
+        table = self.parameters.to_string(float_format=lambda number: f"{number:.4g}")
+        rms = ", ".join(f"{name} {value:.3g}" for name, value in self.rms.items())
+        return "\n".join(
+            [f"RateState, {self.law.law} law (rms: {rms})", "", table, "", *[f"- {note}" for note in self.notes]]
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words."""
+        return {
+            "law": self.law.to_dict(),
+            "parameters": self.parameters.to_dict("index"),
+            "rms": self.rms,
+            "notes": self.notes,
+        }
+
+    def save(self, path: str | Path) -> Path:
+        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
+        return save_rate_and_state(
+            path, self.law, self.parameters, self.covariance, {"rms": self.rms, "notes": self.notes}
+        )
+
+    def plot(self, ax: Any = None) -> Any:
+        """Friction over displacement around the step, measured and fitted; returns the Axes."""
+        import matplotlib.pyplot as plt
+
+        axes = plt.subplots()[1] if ax is None else ax
+        axes.plot(self.curve["displacement"], self.curve["measured"], ".", ms=3, color="0.5", label="measured (means)")
+        axes.plot(self.curve["displacement"], self.curve["fitted"], lw=1.5, color="C0", label=f"{self.law.law} law")
+        axes.set_xlabel("displacement from the step (m)")
+        axes.set_ylabel("friction coefficient")
+        axes.legend()
+        return axes
+
+
+def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = None) -> VelocityStepFit:
+    """Fit rate-and-state friction to a step of the drive's speed, the machine's compliance and a drift with it.
+
+    The machine of stiffness κ pulls at V₁, then at V₂: dμ/dt = κ (V₂ − w), μ = μ₀ + a ln(w/V₁) + b ψ, with ψ as in
+    :class:`stickslip.laws.RateState`. Both evolution laws are fitted by least squares.
+
+    Parameters
+    ----------
+    friction : a friction DataTree or file of the gauge ``velocity_steps`` whose force is a friction coefficient.
+    step : number of the step, from 0; default: the one whose jump stands out most from its noise.
+
+    Returns
+    -------
+    VelocityStepFit.
+
+    Raises
+    ------
+    InputError
+        for a record without steps, with a force in place of a friction coefficient, or a number that is none of its steps.
+
+    Limits: one step and one contact, slip one way. Errors hold noise that is correlated along the record, and half of
+    what a drift makes of a number; not a drift that bends. `a` and the stiffness round the peak together, so they are
+    known less well than a − b.
+
+    Source: Ruina, J. Geophys. Res. 88 (1983) 10359; Reinen & Weeks, J. Geophys. Res. 98 (1993) 15937 (the fit).
+    """
+    tree, table, name = table_of_steps(friction)
+    count = len(table)
+    if step is None:
+        step = int(np.argmax(table["direct_effect"] / table["direct_effect_error"]))
+    if not 0 <= step < count:
+        raise InputError(f"{name}: step must be a number from 0 to {count - 1}, got {step}")
+    row = table.iloc[step]
+    t, place, measured, weight = _means(tree, row)
+    speeds = float(row["velocity_before"]), float(row["velocity_after"])
+    jump = abs(math.log(speeds[1] / speeds[0]))
+    guess_a = max(float(row["direct_effect"]), 1e-5)
+    guess_b = max(guess_a - float(row["a_minus_b"]), 1e-6)
+    fade = path_of_decay(t * speeds[1], measured, float(row["force_after"]))
+    start = np.array([math.log(guess_a), guess_b, math.log(fade), math.log(3 * guess_a * jump / fade), 0.0, 0.0, 0.0])
+    start[4] = float(row["force_before"])
+    scale = np.array([0.1, 0.1 * guess_b, 0.2, 0.3, 1e-3, 1e-3 / float(np.ptp(place)), 0.2 * fade / speeds[1]])
+    within = np.array([4.0, 10 * guess_a, 4.0, 5.0, 0.1, 1e3 * scale[5], 10 * fade / speeds[1]])
+
+    def fit(form: str, drifts: bool) -> Minimum:
+        reach = within if drifts else np.where(np.arange(len(NAMES)) == NAMES.index("drift"), 1e-12, within)
+
+        def rest(numbers: Array) -> Array:
+            return (measured - _model(numbers, form, t, place, speeds)) * weight
+
+        return minimize(rest, [start], (start - reach, start + reach), scale=scale, step=1e-4, evaluations=60)
+
+    found = {form: fit(form, True) for form in ("aging", "slip")}
+    rms = {
+        form: float(np.sqrt(np.average((one.residuals / weight) ** 2, weights=weight**2)))
+        for form, one in found.items()
+    }
+    form = min(found, key=lambda name: float(found[name].cost))
+    numbers = found[form].vector
+    parameters, covariance = _table(found[form], fit(form, False).vector)
+    values = parameters["value"]
+    load = float(tree["normal_force"].median()) if "normal_force" in tree.variables else 1.0
+    law = RateState(
+        normal_force=load,
+        a=values["a"],
+        b=values["b"],
+        length=values["length"],
+        reference_velocity=speeds[0],
+        reference_friction=values["reference_friction"],
+        law=form,
+    )
+    other = "slip" if form == "aging" else "aging"
+    row_ = parameters.loc["a_minus_b"]
+    side = "is not told apart from zero" if row_["low"] <= 0 <= row_["high"] else f"is {row_['value']:.2g}"
+    notes = [
+        f"step from {speeds[0]:.4g} to {speeds[1]:.4g} m/s; a - b {side} ({row_['low']:.2g} to {row_['high']:.2g})",
+        f"the {form} law misses the means by {rms[form]:.2g}, the {other} law by {rms[other]:.2g}"
+        + ("; one step hardly tells them apart" if rms[other] < 1.05 * rms[form] else ""),
+    ]
+    curve = pd.DataFrame({"time": t, "displacement": place, "measured": measured})
+    curve["fitted"] = _model(numbers, form, t, place, speeds)
+    return VelocityStepFit(law, parameters, covariance, rms, notes, curve)
+
+
+def _means(tree: xr.DataTree, row: pd.Series[Any]) -> tuple[Array, Array, Array, Array]:
+    """Time and displacement from the step, friction and weight, as means over stretches of samples."""
+    time = tree["time"].to_numpy()
+    at = float(row["t"])
+    first, here, last = np.searchsorted(time, [(float(row["begin"]) + at) / 2, at, float(row["end"])])
+    before = np.linspace(first, here, BINS[0] + 1).astype(int)
+    after = here + np.geomspace(1, last - here, BINS[1]).astype(int) - 1
+    edges = np.unique(np.concatenate([before, after]))
+    counts = np.diff(edges)
+
+    def mean(values: Array) -> Array:
+        return np.add.reduceat(values[: edges[-1]], edges[:-1]) / counts
+
+    x = tree["displacement"].to_numpy()
+    place = mean(x) - float(np.interp(at, time, x))
+    friction = tree["force"].to_numpy()
+    noise = max(float(np.std(np.diff(friction[first:here]))) / math.sqrt(2), 1e-12)
+    return mean(time) - at, place, mean(friction), np.sqrt(counts) / noise
+
+
+def _model(numbers: Array, form: str, t: Array, place: Array, speeds: tuple[float, float]) -> Array:
+    """Friction coefficient at these times from the step."""
+    level, drift, delay = numbers[4:]
+    since = t - delay
+    later = since > 0
+    change = np.zeros(len(t))
+    if later.any():
+        found = step_response(speeds[1] * since[later], numbers[:4], math.log(speeds[1] / speeds[0]), form)
+        if found is None:
+            return np.full(len(t), level + 1.0)  # no motion at these numbers: worse than any misfit
+        change[later] = found
+    return np.asarray(level + drift * place + change)
+
+
+def _table(found: Minimum, steady: Array) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Numbers with their errors: residuals that go together along the record, and whether friction drifts (`steady`: not)."""
+    freedom = len(found.residuals) - len(found.vector)
+    chi = float(np.sum(found.residuals**2)) / freedom
+    covariance, independent = correlated_covariance(found.jacobian, found.residuals, max(chi, 1.0))
+    drifted = (found.vector - steady) / 2
+    drifted[NAMES.index("drift")] = 0.0
+    return OF_STEP.estimate(found.vector, covariance + np.outer(drifted, drifted), independent, A_MINUS_B)

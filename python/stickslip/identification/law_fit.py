@@ -1,0 +1,282 @@
+"""One law of a given kind fitted to friction records."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.files.documents import did_you_mean
+from stickslip.identification.guesses.evidence import Guess, Seen, refuse_unreadable
+from stickslip.identification.guesses.first_guess import GUESSES, first_guess
+from stickslip.identification.kinetic.branches import BranchFit, Problem, fit_branches
+from stickslip.identification.kinetic.lack_of_fit import lack_of_fit
+from stickslip.identification.kinetic.motion import WITH_MEMORY
+from stickslip.identification.law_parameters import check_names, places, value, with_values
+from stickslip.identification.records import FrictionRecord
+from stickslip.identification.result import Identification
+from stickslip.identification.static.break_away import (
+    FEWEST_ROWS,
+    break_away_rows,
+    fit_static_friction,
+    is_relative,
+)
+from stickslip.laws import (
+    Coulomb,
+    DwellTime,
+    Law,
+    PiecewiseLinear,
+    Tabulated,
+    TwoBranch,
+)
+
+CORRELATED = 0.98
+OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)
+"""Laws whose linear pieces are counted, and how many there are where nothing else is said."""
+USUAL_PIECES = 3
+
+
+@dataclass(frozen=True)
+class Options:
+    """What :func:`stickslip.identify` is asked for beside records and law; see there."""
+
+    free: Sequence[str] | None = None
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    pieces: int | Literal["auto"] | None = None
+    offset: bool = False
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def command(self, records: Sequence[FrictionRecord], kind: type[Law]) -> str:
+        """What to type to do it again."""
+        files = [
+            f"FRICTION-{i}.nc" if record.name == f"record {i}" else record.name for i, record in enumerate(records, 1)
+        ]
+        parts = ["stickslip", "identify", *files, "--law", kind.__name__]
+        if self.free is not None:
+            parts += ["--free", *self.free]
+        if self.fixed:
+            parts += ["--fixed", *(f"{name}={value:g}" for name, value in self.fixed.items())]
+        if self.pieces is not None:
+            parts += ["--pieces", str(self.pieces)]
+        if self.offset:
+            parts.append("--offset")
+        if self.bounds:
+            parts += ["--bounds", *(f"{name}={low:g}:{high:g}" for name, (low, high) in self.bounds.items())]
+        return shlex.join(parts)
+
+
+def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: Options) -> Identification:
+    """Fit one law to records; :func:`stickslip.identify` says how and what is raised."""
+    kind, start = check_kind(records, law, options), law if isinstance(law, Law) else None
+    count = USUAL_PIECES if options.pieces is None else options.pieces
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= 12:
+        raise InputError(f"identify: pieces must be a whole number from 1 to 12, or 'auto', got {options.pieces!r}")
+    if options.offset and not any(record.both_senses() for record in records):
+        raise InputError(
+            "identify: an offset can be told from friction only where a record slips in both senses, and none does: add one, "
+            "or leave the offset out"
+        )
+    for record in records:
+        refuse_unreadable(record)
+    rows = break_away_rows(records)
+    static = fit_static_friction(records) if len(rows) >= FEWEST_ROWS and kind is not Coulomb else None
+    relative, drift = is_relative(rows) if kind is not Coulomb else (False, [])
+    seen = Seen(records, rows, static, relative, count)
+    guess = _bounded(_guess(kind, start, seen, options), options.bounds)
+    fits = []
+    for form in _forms(guess):
+        problem = Problem(
+            records, form.law, form.free, relative=relative, ties=form.ties, within=form.within, offset=options.offset
+        )
+        fits.append((problem, fit_branches(problem, _best_start(problem, form))))
+    problem, found = min(fits, key=lambda fit: fit[1].rms)
+    constant = 0.0 if found.offset is None else float(found.offset["value"])
+    notes = [
+        *lack_of_fit(problem, found.law, constant),
+        *_bias(problem),
+        *(static.notes if static is not None else drift),
+        *guess.notes,
+        *_chosen_form(found.law, guess),
+        *_at_bounds(found, options.bounds),
+        *_what_could_not_be_told(found),
+    ]
+    if kind is DwellTime and static is not None and static.chosen != "exponential":
+        notes.append("The law asked for has the exponential form; the other form is named for comparison.")
+    if relative:
+        notes.append("The kinetic force is the mean over the record; its error holds the drift from slip to slip.")
+    notes += [f"{record.name}: {note}" for record in records for note in _notes(record)]
+    return Identification(
+        law=found.law,
+        parameters=found.parameters,
+        covariance=found.covariance,
+        groups=found.groups,
+        rms=found.rms,
+        static=static,
+        notes=list(dict.fromkeys(notes)),
+        records=records,
+        command=options.command(records, kind),
+        ties=guess.ties,
+        within=guess.within,
+        offset=found.offset,
+    )
+
+
+def check_kind(records: list[FrictionRecord], law: str | type[Law] | Law, options: Options) -> type[Law]:
+    """The class of the law asked for, where records and options go with it."""
+    kind = _kind(law)
+    if not any(record.slips for record in records):
+        raise InputError(
+            f"identify: {records[0].name} is a table of break-aways, so nothing is known of kinetic friction: leave the law "
+            "out to fit static friction alone, or add a record of the motion"
+        )
+    if options.pieces is not None and kind not in OF_PIECES:
+        names = ", ".join(law.__name__ for law in OF_PIECES)
+        raise InputError(
+            f"identify: {kind.__name__} has no linear pieces to count: leave pieces out, or ask for {names}"
+        )
+    return kind
+
+
+def _kind(law: str | type[Law] | Law) -> type[Law]:
+    if isinstance(law, Law):
+        return type(law)
+    if isinstance(law, type) and issubclass(law, Law):
+        return law
+    if isinstance(law, str) and law in Law.ALL:
+        return Law.ALL[law]
+    hint = did_you_mean(str(law), Law.ALL)
+    known = ", ".join(item.__name__ for item in GUESSES)
+    raise InputError(f"identify: unknown law {law!r}{hint}; known are {known}")
+
+
+def _guess(kind: type[Law], start: Law | None, seen: Seen, options: Options) -> Guess:
+    fixed, asked = dict(options.fixed), None if options.free is None else list(options.free)
+    if start is not None and asked is not None:
+        guess = Guess(start, asked)
+    else:
+        guess = first_guess(kind, seen)
+        if start is not None:
+            known = places(start)
+            guess = Guess(
+                start, [name for name in guess.free if name in known], guess.ties, guess.notes, within=guess.within
+            )
+    names = check_names(guess.law, guess.free if asked is None else asked)
+    check_names(guess.law, fixed)
+    names = [name for name in names if name not in fixed]
+    if not names:
+        raise InputError("identify: no parameter is left to fit; give fewer in fixed, or more in free")
+    laws: list[Law] = []
+    for candidate in [guess.law, *guess.rivals]:
+        try:
+            laws.append(with_values(candidate, fixed))
+        except InputError as error:
+            reason = error
+    if not laws:
+        raise InputError(f"identify: the values that are held fixed do not make a law: {reason}")
+    notes = [*guess.notes]
+    if fixed:
+        notes.append("Held fixed as asked: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".")
+    return Guess(laws[0], names, guess.ties, notes, laws[1:], guess.within)
+
+
+def _bounded(guess: Guess, bounds: Mapping[str, tuple[float, float]]) -> Guess:
+    """The guess with the bounds asked for, and its numbers inside them."""
+    if not bounds:
+        return guess
+    for name in check_names(guess.law, bounds):
+        low, high = bounds[name]
+        if name not in guess.free:
+            raise InputError(f"identify: {name} has bounds but is not fitted; add it to free, or leave its bounds out")
+        if not low < high:
+            raise InputError(
+                f"identify: the bounds of {name} must be the lower and the higher value, got {low:g} and {high:g}"
+            )
+    laws: list[Law] = []
+    for law in [guess.law, *guess.rivals]:
+        inside = {name: float(np.clip(value(law, name), *bounds[name])) for name in bounds}
+        try:
+            laws.append(with_values(law, inside))
+        except InputError as error:
+            reason = error
+    if not laws:
+        raise InputError(f"identify: within these bounds there is no law to begin with: {reason}")
+    return replace(guess, law=laws[0], rivals=laws[1:], within=guess.within | dict(bounds))
+
+
+def _bias(problem: Problem) -> list[str]:
+    """That the interval of f_s(0) does not hold it, where it comes from indirect forces of motions without sticks."""
+    if "static_friction.initial" not in problem.free or not isinstance(problem.law, WITH_MEMORY):
+        return []
+    sticking = {number for number, kind in problem.groups if kind == "break-away"}
+    if not any(motion.indirect and number not in sticking for number, motion in enumerate(problem.motions)):
+        return []
+    return [
+        "The interval of static_friction.initial does not hold its bias: single cycles of motions without sticks lie off as "
+        "a whole and make it too low, in trials by two to five stated errors; fit_trajectories has not this error."
+    ]
+
+
+def _choices(law: Law) -> dict[str, float]:
+    """The numbers that choose the form of a law."""
+    return {name: getattr(law, name) for name in law.CHOICES}
+
+
+def _forms(guess: Guess) -> list[Guess]:
+    """A guess for each form of the law among the first guesses, as numbers that choose a form are never fitted."""
+    laws = [guess.law, *guess.rivals]
+    forms = [[law for law in laws if _choices(law) == choices] for choices in map(_choices, laws)]
+    return [replace(guess, law=form[0], rivals=form[1:]) for i, form in enumerate(forms) if form not in forms[:i]]
+
+
+def _chosen_form(law: Law, guess: Guess) -> list[str]:
+    """Which form of a law that has several was taken."""
+    if len(_forms(guess)) < 2:
+        return []
+    said = ", ".join(f"{name} = {number:g}" for name, number in _choices(law).items())
+    return [f"Of the forms of {type(law).__name__} that with {said} lies closest to the records; it was taken."]
+
+
+def _at_bounds(found: BranchFit, bounds: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Which numbers the records push against the bounds they were given."""
+    return [
+        f"{name} = {number:.4g} lies on the bound it was given: the records ask for a value beyond it."
+        for name, number, error in found.parameters[["value", "error"]].itertuples()
+        if name in bounds and min(abs(number - end) for end in bounds[name]) < 0.01 * error
+    ]
+
+
+def _best_start(problem: Problem, guess: Guess) -> Law:
+    """Of the first guesses the one with the least misfit."""
+    if not guess.rivals:
+        return guess.law
+    usual = [np.full_like(rest, max(float(np.median(np.abs(rest))), 1e-300)) for rest in problem.residuals(guess.law)]
+    return min([guess.law, *guess.rivals], key=lambda law: problem.cost(law, usual))
+
+
+def _what_could_not_be_told(found: BranchFit) -> list[str]:
+    notes = []
+    for name, number, error in found.parameters[["value", "error"]].itertuples():
+        if abs(number) < 2 * error:
+            notes.append(f"{name} is not told apart from zero: {number:.3g} ± {error:.2g}.")
+    errors = found.parameters["error"].to_numpy()
+    correlation = found.covariance.to_numpy() / np.outer(errors, errors)
+    names = list(found.parameters.index)
+    notes += [
+        f"{names[j]} and {names[i]} are hardly told apart (correlation {correlation[i, j]:.3f}): a combination of them is "
+        "known far better than either."
+        for i in range(len(names))
+        for j in range(i)
+        if abs(correlation[i, j]) > CORRELATED
+    ]
+    return notes
+
+
+def _notes(record: FrictionRecord) -> list[str]:
+    notes = record.attrs.get("notes", [])
+    if isinstance(notes, str):
+        return [notes] if notes else []
+    return [str(note) for note in np.atleast_1d(notes)]

@@ -1,0 +1,141 @@
+"""A law identified from friction records, with its uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from stickslip.files.documents import write_whole
+from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.law_parameters import maybe, places
+from stickslip.identification.records import FrictionRecord
+from stickslip.identification.static.break_away import StaticFriction
+from stickslip.laws import Law
+from stickslip.laws.law import law_file
+
+
+@dataclass(frozen=True)
+class Identification:
+    """A law identified from friction records.
+
+    Attributes
+    ----------
+    law : the law.
+    parameters : DataFrame over the names of the fitted numbers: value, error (standard error), low and high (95 %).
+    covariance : DataFrame, names in both directions.
+    groups : DataFrame of the residuals' groups: record, kind, rows, independent (rows that count), scale, between (standard
+        deviation from record to record, where records differ from one another).
+    rms : root mean square of measured minus predicted kinetic force.
+    static : fits of static friction over stick time, None for fewer than five break-aways.
+    notes : plain sentences: what was assumed, what could not be told.
+    records : the records it was identified from.
+    command : what to type to do it again.
+    ties, within : numbers that follow another, and limits that come from the records.
+    offset : value, error, low and high of a constant in the measured force, where it was asked for.
+    motions : a row for each record over which the motion of the law was laid, None before that.
+    """
+
+    law: Law
+    parameters: pd.DataFrame
+    covariance: pd.DataFrame
+    groups: pd.DataFrame
+    rms: float
+    static: StaticFriction | None
+    notes: list[str]
+    records: list[FrictionRecord]
+    command: str
+    ties: Mapping[str, str] = field(default_factory=dict)
+    within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    offset: pd.Series | None = None
+    motions: pd.DataFrame | None = None
+
+    def residuals(self, record: int = 0) -> pd.DataFrame:
+        """Measured and predicted friction of one record while it slips.
+
+        Returns
+        -------
+        DataFrame: time, slip_velocity, force, predicted (the law with its memory along the motion), and compared:
+        whether the sample entered the fit (not where the memory is unknown or a climb is too steep to be seen).
+        """
+        motion = Motion.of(self.records[record], type(self.law))
+        frame = pd.DataFrame(
+            {
+                "time": motion.record.time,
+                "slip_velocity": motion.slip_velocity,
+                "force": motion.record.force,
+                "predicted": motion.replay(self.law) + (0.0 if self.offset is None else self.offset["value"]),
+                "compared": False,
+            }
+        )
+        for first, last in motion.stretches:
+            frame.loc[first : last - 1, "compared"] = True
+        return frame[~motion.record.stuck].reset_index(drop=True)
+
+    def held(self) -> dict[str, float]:
+        """Numbers of the law that were not fitted, by name; those that are not set are left out."""
+        names = [name for name in places(self.law) if name not in self.parameters.index]
+        return {name: number for name in names if (number := maybe(self.law, name)) is not None}
+
+    def report(self) -> str:
+        """The result in words and one table."""
+        shown = self.parameters if self.offset is None else pd.concat([self.parameters, self.offset.to_frame().T])
+        table = shown.to_string(float_format=lambda number: f"{number:.5g}")
+        lines = [
+            f"{type(self.law).__name__} from {len(self.records)} record(s): " + ", ".join(r.name for r in self.records),
+            "",
+            table,
+            "",
+            f"rms of the kinetic force: {self.rms:.3g}",
+            *[f"- {note}" for note in self.notes],
+        ]
+        return "\n".join(lines)
+
+    def to_toml(self) -> str:
+        """The law file: the tables [law], [uncertainty] (standard errors by name), [covariance] and [source]."""
+        source = {
+            "command": self.command,
+            "records": [
+                {"name": record.name, "measured_from": str(record.attrs.get("source", "unknown"))}
+                for record in self.records
+            ],
+            "rms": self.rms,
+            "intervals": {name: [float(row["low"]), float(row["high"])] for name, row in self.parameters.iterrows()},
+            "notes": self.notes,
+        }
+        return law_file(self.law, self.covariance, source)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
+        text = self.to_toml()
+        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Friction over slip velocity: the data of every record and the law along the same motion; returns the Axes."""
+        import matplotlib.pyplot as plt
+
+        from stickslip.show.canvas import verbatim
+
+        axes = plt.subplots()[1] if ax is None else ax
+        for number, record in enumerate(self.records):
+            frame = self.residuals(number)
+            # Forces of a slip in the other sense are shown turned over; the last part is the steady motion.
+            frame = frame[frame["compared"]].iloc[-6000:]
+            sense = np.where(frame["slip_velocity"] < 0, -1.0, 1.0)
+            w = np.abs(frame["slip_velocity"])
+            dots = axes.plot(w, sense * frame["force"], ".", ms=2, alpha=0.4, label=verbatim(record.name))
+            axes.plot(w, sense * frame["predicted"], ".", ms=1.5, color=_darker(dots[0].get_color()))
+        axes.set_xlabel("slip velocity w")
+        axes.set_ylabel("kinetic force f (light: measured, dark: law)")
+        axes.legend()
+        return axes
+
+
+def _darker(color: Any) -> Any:
+    from matplotlib.colors import to_rgb
+
+    return tuple(0.45 * part for part in to_rgb(color))

@@ -1,0 +1,1 @@
+"""Between laws: comparison on held-back slips, agreement of motions, predictions."""

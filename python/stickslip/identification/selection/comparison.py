@@ -1,0 +1,321 @@
+"""Laws ranked by how well they predict parts of the records that were held back from their fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from stickslip.errors import InputError
+from stickslip.identification.guesses.first_guess import GUESSES
+from stickslip.identification.kinetic.branches import Problem, fit_branches
+from stickslip.identification.law_fit import Options, fit_law
+from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.identification.result import Identification
+from stickslip.identification.static.break_away import break_away_rows, is_relative
+from stickslip.laws import BoucWen, Coulomb, Law, RateState, Regularised, Tabulated
+from stickslip.laws.state_law import StateLaw
+
+Array = npt.NDArray[np.float64]
+
+PARTS = 5
+"""Blocks of time into which a few records are cut."""
+WHOLE = 3
+"""With this many records or more, whole records are held back."""
+INNER = 4
+"""Blocks into which a held-back part is cut again where there are few, for the error of a difference."""
+LEAST = 0.01
+"""Predictions whose errors differ by less than this part are alike."""
+BY_NAME_ONLY = (BoucWen, RateState, Regularised, Tabulated)
+"""Laws that are compared where they are asked for: for what a record tells they are others (Dahl, a logarithm, a curve with a
+width that is no number of the contact, linear pieces), and they would crowd the table."""
+COUNTED = ("PiecewiseLinear", "TwoBranch")
+"""Laws that are tried with each number of linear pieces."""
+STATES = tuple(kind.__name__ for kind in GUESSES if issubclass(kind, StateLaw))
+"""Laws that have no break-away force of their own."""
+SAMPLES = 6000
+"""Samples of a directly measured record that are used, evenly thinned."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Laws in the order of their prediction.
+
+    Attributes
+    ----------
+    table : DataFrame over the laws, the best first: numbers (fitted), kinetic and break_away (root mean square of
+        measured minus predicted force on parts that were held back), behind (logarithm of the prediction error above that
+        of the best, slip and break-aways together), error (its standard error), verdict.
+    sentences : what was held back, what the data decide and what they cannot, which laws were refused and why.
+    best : identification of the chosen law from all of the records: of those that predict alike the one with the fewest
+        numbers.
+    identifications : of every law in `table`.
+    """
+
+    table: pd.DataFrame
+    sentences: list[str]
+    best: Identification
+    identifications: dict[str, Identification]
+
+    def report(self) -> str:
+        """The table, the sentences, and the chosen law."""
+        table = self.table.to_string(float_format=lambda number: f"{number:.4g}", na_rep="-")
+        return "\n".join([table, "", *[f"- {sentence}" for sentence in self.sentences], "", self.best.report()])
+
+
+def compare_laws(
+    friction: Any,
+    laws: Iterable[str | type[Law]] | None = None,
+    pieces: int = 3,
+    progress: Callable[[str, int, int], Any] | None = None,
+) -> Comparison:
+    """Rank laws of the catalogue on records by their prediction of held-back parts.
+
+    Each law is fitted to all parts but one and predicts that one; every part is held back once. The parts are whole records
+    where there are three or more, else five blocks of time. Where records slip in both senses each law is also tried with a
+    constant offset of the measured force.
+
+    Parameters
+    ----------
+    friction : as for :func:`stickslip.identify`.
+    laws : names or classes; default all but those in `BY_NAME_ONLY`; those of linear pieces with one to `pieces` of them.
+    pieces : linear pieces.
+    progress : called as ``progress(what, done, of)`` before each law.
+
+    Returns
+    -------
+    Comparison: ``.table``, ``.sentences``, ``.best``, ``.report()``.
+
+    Raises
+    ------
+    InputError
+        where no law can be identified, or the records are too short to hold a part back.
+
+    Limits: parts of one record share what drifts slowly, so blocks of time flatter every law alike; whole records are the
+    harder test. The error of a difference comes from leaving out one block after the other.
+
+    Source: cross-validation, Stone, J. R. Statist. Soc. B 36 (1974) 111.
+
+    >>> import stickslip as ss
+    >>> from stickslip.identification import friction_of_orbit
+    >>> law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+    >>> orbit = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=0.2, law=law), 200)
+    >>> data = friction_of_orbit(orbit, np.arange(0, 200, 0.1), force_noise=0.01)
+    >>> compare_laws(data, ["Coulomb", "StaticKinetic"]).table["verdict"].to_dict()
+    {'StaticKinetic': 'best', 'Coulomb': 'worse'}
+    """
+    records = [_thinned(record) for record in read_records(friction)]
+    candidates = _candidates(laws, pieces)
+    parts = folds(records)
+    offsets = [False, True] if any(record.both_senses() for record in records) else [False]
+    breaks = any(len(record.break_away) for record in records)
+    found: dict[str, Identification] = {}
+    errors: dict[str, list[tuple[Array, Array]]] = {}
+    refused: list[str] = []
+    trials = [(label, kind, count, offset) for label, kind, count in candidates for offset in offsets]
+    for number, (label, kind, count, offset) in enumerate(trials):
+        label = f"{label} + offset" if offset else label
+        if progress is not None:
+            progress(label, number, len(trials))
+        try:
+            if breaks and kind in STATES:
+                raise InputError(
+                    f"adhesion is a state of {kind}, so its break-aways cannot be predicted like the others'"
+                )
+            whole = fit_law(records, kind, Options(pieces=count, offset=offset))
+            errors[label] = [held_back(whole, train, test, offset) for train, test in parts]
+            found[label] = whole
+        except InputError as error:
+            refused.append(f"{label} was not compared: {error}")
+    if not found:
+        raise InputError(
+            f"compare: no law could be identified; {refused[0]}" if refused else "compare: no law was asked for"
+        )
+    table, alike, verdict = ranked(found, errors)
+    kept = "each of the records" if len(records) >= WHOLE else f"each of {len(parts)} blocks of time"
+    sentences = [f"Held back and predicted from the rest was {kept} in turn."]
+    sentences += verdict
+    sentences += _offset_sentences(table, found)
+    best = found[alike[0]]
+    return Comparison(table, [*sentences, *dict.fromkeys(refused)], best, found)
+
+
+def _candidates(laws: Iterable[str | type[Law]] | None, pieces: int) -> list[tuple[str, str, int | None]]:
+    usual = [law for law in GUESSES if law not in BY_NAME_ONLY]
+    asked: Sequence[str | type[Law]] = usual if laws is None else [laws] if isinstance(laws, str) else [*laws]
+    found: list[tuple[str, str, int | None]] = []
+    for name in [law if isinstance(law, str) else law.__name__ for law in asked]:
+        counts = [*range(1, pieces + 1)] if name in COUNTED else [pieces if name == "Tabulated" else None]
+        many = len(counts) > 1
+        found += [(f"{name} ({n} piece{'s' * (n != 1)})" if many else name, name, n) for n in counts]
+    return found
+
+
+def _thinned(record: FrictionRecord) -> FrictionRecord:
+    """A directly measured record without samples that tell nothing new; an indirect one needs them all."""
+    stride = record.time.size // SAMPLES
+    if stride < 2 or "slip_cutoff" in record.constants:
+        return record
+    return record.every(stride)
+
+
+Fold = tuple[list[FrictionRecord], list[FrictionRecord]]
+
+
+def folds(records: list[FrictionRecord]) -> list[Fold]:
+    """What is learnt from and what is held back, in turn."""
+    if len(records) >= WHOLE:
+        return [([r for r in records if r is not record], [record]) for record in records]
+    cut: list[list[FrictionRecord]] = []
+    for record in records:
+        edges = np.linspace(0, record.time.size, PARTS + 1).astype(int)
+        cut.append([record.part(a, b) for a, b in pairwise(edges)])
+    found = []
+    for k in range(PARTS):
+        train = [part for parts in cut for i, part in enumerate(parts) if i != k and not part.stuck.all()]
+        test = [parts[k] for parts in cut if not parts[k].stuck.all()]
+        if train and test:
+            found.append((train, test))
+    if len(found) < 2:
+        raise InputError("compare: the records are too short to hold parts of them back; take longer ones, or more")
+    return found
+
+
+def held_back(
+    whole: Identification, train: list[FrictionRecord], test: list[FrictionRecord], offset: bool
+) -> tuple[Array, Array]:
+    """Errors of the prediction of held-back slip (NaN where nothing is compared) and break-aways."""
+    names = [str(name) for name in whole.parameters.index]
+    drifts = not isinstance(whole.law, Coulomb) and is_relative(break_away_rows(train))[0]
+    learnt = Problem(train, whole.law, names, relative=drifts, ties=whole.ties, within=whole.within, offset=offset)
+    fitted = fit_branches(learnt, whole.law)
+    constant = 0.0 if fitted.offset is None else float(fitted.offset["value"])
+    problem = Problem(test, fitted.law, names, relative=drifts, every_row=True)
+    kinetic = []
+    for motion in problem.motions:
+        usual = float(np.median(motion.record.force_error)) or 1.0
+        weight = usual / np.maximum(motion.record.force_error, usual)
+        rest = weight * (motion.record.force - motion.replay(fitted.law) - constant)
+        compared = np.zeros(rest.size, dtype=bool)
+        for first, last in motion.stretches:
+            compared[first:last] = True
+        kinetic.append(np.where(compared, rest, np.nan)[~motion.record.stuck])
+    groups = problem.residuals(fitted.law, constant)
+    breaks = [rest for (_, kind), rest in zip(problem.groups, groups, strict=True) if kind == "break-away"]
+    return np.concatenate(kinetic), np.concatenate(breaks) if breaks else np.zeros(0)
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Sums of squared errors and their counts over blocks, shape (laws, blocks)."""
+
+    squares: Array
+    counts: Array
+
+    def log_error(self, without: int | None = None) -> Array:
+        """Logarithm of the root mean square error of each law, 0 where there is nothing to predict."""
+        keep = np.arange(self.counts.shape[1]) != (-1 if without is None else without)
+        count = self.counts[:, keep].sum(axis=1)
+        mean = self.squares[:, keep].sum(axis=1) / np.maximum(count, 1)
+        return np.where(count > 0, 0.5 * np.log(np.maximum(mean, 1e-300)), 0.0)
+
+    def error(self) -> list[float]:
+        """Root mean square error of each law; NaN where there is nothing to predict."""
+        return [math.exp(e) if n else math.nan for e, n in zip(self.log_error(), self.counts.sum(axis=1), strict=True)]
+
+
+def _sums(errors: dict[str, list[tuple[Array, Array]]]) -> tuple[_Sums, _Sums]:
+    """Of slip and of break-aways, over blocks of the held-back parts."""
+    parts = [[rows[k] for rows in errors.values()] for k in range(len(next(iter(errors.values()))))]
+    inner = INNER if len(parts) < 2 * PARTS else 1
+    slip: list[tuple[Array, Array]] = []
+    rest: list[tuple[Array, Array]] = []
+    for part in parts:
+        whole = np.stack([kinetic for kinetic, _ in part])
+        # Only where every law says something: their memories are known at different times.
+        whole = np.where(np.isfinite(whole).all(axis=0), whole, np.nan)
+        blocks = np.array_split(whole, inner, axis=1)
+        slip += [(np.nansum(block**2, axis=1), np.isfinite(block).sum(axis=1)) for block in blocks]
+        told = all(rows.size for _, rows in part)
+        squares = np.array([np.sum(rows**2) if told else 0.0 for _, rows in part])
+        counts = np.array([rows.size if told else 0 for _, rows in part])
+        rest += [(squares, counts), *[(0 * squares, 0 * counts)] * (len(blocks) - 1)]
+    kinetic, breaks = (
+        _Sums(*(np.stack(column, axis=1) for column in zip(*sums, strict=True))) for sums in (slip, rest)
+    )
+    return kinetic, breaks
+
+
+def ranked(
+    found: dict[str, Identification], errors: dict[str, list[tuple[Array, Array]]]
+) -> tuple[pd.DataFrame, list[str], list[str]]:
+    """The table, the names that predict alike (the simplest first), and what the data decide."""
+    names = [*found]
+    kinetic, breaks = _sums(errors)
+    if not kinetic.counts.any():
+        raise InputError("compare: the laws have no part in common that they predict; take longer records")
+    score = kinetic.log_error() + breaks.log_error()
+    first = int(np.argmin(score))
+    behind = score - score[first]
+    # The error of a difference, by leaving out one block after the other (jackknife).
+    left = np.stack([kinetic.log_error(b) + breaks.log_error(b) for b in range(kinetic.counts.shape[1])])
+    left = left - left[:, first : first + 1]
+    spread = np.sqrt((len(left) - 1) * np.mean((left - left.mean(axis=0)) ** 2, axis=0))
+    alike = [i for i in range(len(names)) if behind[i] <= max(2 * spread[i], LEAST)]
+    count = [len(found[name].parameters) + (found[name].offset is not None) for name in names]
+    simplest = min(alike, key=lambda i: (count[i], behind[i]))
+    order = sorted(range(len(names)), key=lambda i: (i != simplest, i not in alike, behind[i]))
+    table = pd.DataFrame(
+        {
+            "numbers": count,
+            "kinetic": kinetic.error(),
+            "break_away": breaks.error(),
+            "behind": behind,
+            "error": spread,
+            "verdict": ["best" if i == simplest else "as good" if i in alike else "worse" for i in range(len(names))],
+        },
+        index=pd.Index(names, name="law"),
+    ).iloc[order]
+    chosen = names[simplest]
+    others = ", ".join(names[i] for i in order[1:] if i in alike)
+    if others:
+        said = (
+            f"The data cannot decide between {chosen} and {others}: they predict alike within their errors; {chosen} has the "
+            "fewest numbers and is chosen."
+        )
+    elif len(names) > 1:
+        second, more = names[order[1]], 100 * math.expm1(behind[order[1]])
+        said = (
+            f"{chosen} predicts best: the error of {second}, the next, is {more:.3g} % larger, which is beyond its scatter "
+            "from block to block."
+        )
+    else:
+        said = f"{chosen} is the only law that these records can identify."
+    return table, [names[i] for i in order if i in alike], [said]
+
+
+def _offset_sentences(table: pd.DataFrame, found: dict[str, Identification]) -> list[str]:
+    """Whether the residuals ask for an offset of the force."""
+    pairs = [name for name in found if f"{name} + offset" in found]
+    if not pairs:
+        return []
+    error = table["kinetic"].to_dict()
+    plain = min(pairs, key=lambda name: error[f"{name} + offset"])
+    offset = found[f"{plain} + offset"].offset
+    assert offset is not None
+    without, with_it = error[plain], error[f"{plain} + offset"]
+    said = (
+        f"an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) of the measured force takes "
+        f"the error of {plain} from {without:.3g} to {with_it:.3g}"
+    )
+    if with_it < (1 - LEAST) * without:
+        return [
+            f"The residuals ask for an offset: {said}; the gauge has a zero, or friction differs by the sense of slip."
+        ]
+    return [f"No offset is called for: {said}."]

@@ -1,0 +1,140 @@
+"""The arrow from friction records to a law with its uncertainty; which law, and of how many pieces, where none is given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any, Literal
+
+from stickslip.errors import InputError
+from stickslip.identification.law_fit import Options, fit_law
+from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.identification.result import Identification
+from stickslip.identification.selection.pieces import choose_pieces
+from stickslip.identification.static.break_away import (
+    FEWEST_ROWS,
+    break_away_rows,
+    fit_static_friction,
+    tied,
+    unlike,
+)
+from stickslip.laws import (
+    Coulomb,
+    DwellTime,
+    ForceRate,
+    Law,
+    LogarithmicDwell,
+    StaticKinetic,
+)
+
+BY_FORM: dict[str, type[Law]] = {
+    "constant": StaticKinetic,
+    "logarithmic": LogarithmicDwell,
+    "force rate": ForceRate,
+    "stick time and force rate": ForceRate,
+    "exponential over force rate": ForceRate,
+}
+"""The law that is taken where none is asked for, by the form of static friction; `DwellTime` for all others."""
+
+
+def identify(
+    friction: Any,
+    law: str | type[Law] | Law | None = None,
+    free: Iterable[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    pieces: int | Literal["auto"] | None = None,
+    offset: bool = False,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+) -> Identification:
+    """Identify a friction law, with its uncertainty, from one or more friction records.
+
+    Minimised is the robust misfit between the measured kinetic force and the law replayed with its memory along the
+    measured motion, and between the measured break-away forces and f_s(t_s, δ), over all records at once.
+
+    Parameters
+    ----------
+    friction : a DataTree from :func:`stickslip.measure`, the path of a friction file, or a list of either.
+    law : name or class of a law (the first guess then comes from the data), or a law as first guess; default the law whose
+        static friction has the form that the break-aways show, `StaticKinetic` where they cannot tell; `notes` says which.
+    free : names of the numbers to fit, such as ``"kinetic"``, ``"nodes[1].force"``, ``"static_friction.initial"``,
+        ``"l.slope"``, ``"B.w"``; default: what the records can tell. For a law given as first guess: default as for its
+        class.
+    fixed : numbers to hold, by name.
+    pieces : linear pieces of ``PiecewiseLinear``, ``TwoBranch`` and ``Tabulated``, 1 to 12, default 3; or ``"auto"``: the
+        fewest that predict held-back parts of the records as well as any number of them; the first of the notes says why.
+    offset : whether a constant in the measured force is fitted too: the zero of a gauge, or friction that differs by the
+        sense of the slip. The records must slip in both.
+    bounds : lowest and highest value of numbers that are fitted, by name.
+
+    Returns
+    -------
+    Identification: ``.law``, ``.parameters``, ``.covariance``, ``.rms``, ``.notes``, ``.report()``, ``.save(path)``.
+
+    Raises
+    ------
+    InputError
+        for records that cannot identify the law asked for, with the reason.
+
+    Limits: intervals hold the noise of the records and its correlation from sample to sample, not errors of the rig's
+    constants (mass, stiffness, damping, drive velocity), which shift friction as a whole. Where slips are sparse they
+    rest on few independent rows and are wide.
+
+    The slip velocity and an indirect force have their errors from one displacement, which is taken into account to first
+    order (:mod:`stickslip.identification.kinetic.displacement_error`). Errors of ``BogaczRyczek`` hold the scatter of
+    cycles, not bias:
+    ``static_friction.initial`` is too low by several of its errors (`notes` say so). The interval of a break-away force that
+    kinetic friction hardly falls from is too narrow.
+    :func:`stickslip.identification.fit_trajectories` goes on from here without that error, where the motion is steady.
+
+    Source: least squares on the branches after Sections 4 to 6 of the paper; the sandwich of scale and correlation time
+    is our own; clustered by cycles after Bell & McCaffrey, Survey Methodology 28 (2002) 169.
+
+    >>> import stickslip as ss
+    >>> import xarray as xr
+    >>> system = ss.Oscillator(damping=0.05, drive_velocity=0.2, law=ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6))
+    >>> orbit = ss.simulate(system, t_end=200)
+    >>> t = np.arange(0, 200, 0.05)
+    >>> data = orbit.to_xarray(t)[["slip_velocity", "force", "stuck"]]
+    >>> data["force"] = data["force"] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    >>> sticks = orbit.events[orbit.events["kind"] == "release"]
+    >>> rows = {name: ("event", sticks[name].to_numpy()) for name in ("t", "stick_time", "force_rate", "force")}
+    >>> found = identify(xr.DataTree.from_dict({"/": data, "/break_away": xr.Dataset(rows)}), law="StaticKinetic")
+    >>> found.parameters["value"].round(2).to_dict()
+    {'break_away': 1.0, 'kinetic': 0.6}
+    """
+    records = read_records(friction)
+    options = Options(None if free is None else list(free), dict(fixed or {}), pieces, offset, dict(bounds or {}))
+    return _by_default(records, options) if law is None else _of_kind(records, law, options)
+
+
+def _of_kind(records: list[FrictionRecord], law: str | type[Law] | Law, options: Options) -> Identification:
+    if options.pieces == "auto":
+        return choose_pieces(records, law, options)
+    return fit_law(records, law, options)
+
+
+def _by_default(records: list[FrictionRecord], options: Options) -> Identification:
+    """The law whose static friction has the form that the break-aways show; a simpler one where they show none."""
+    rows = break_away_rows(records)
+    kinds: list[type[Law]] = [StaticKinetic, Coulomb]
+    why = "the break-aways are too few to show growth with stick time"
+    if len(rows) >= FEWEST_ROWS:
+        static = fit_static_friction(records)
+        why = f"static friction over stick time has the {static.chosen} form"
+        if unlike(static):
+            why = "the records differ from any one law of stick time"
+        elif tied(static.rows) and static.chosen != "constant":
+            # Growth that may be an effect of the force rate predicts nothing at another one.
+            why = "growth with stick time cannot be told from an effect of the force rate in these records"
+        else:
+            kinds.insert(0, BY_FORM.get(static.chosen, DwellTime))
+    refused: list[str] = []
+    for kind in dict.fromkeys(kinds):
+        try:
+            found = _of_kind(records, kind, options)
+        except InputError as error:
+            refused.append(str(error))
+            continue
+        reason = refused[-1].removeprefix("identify: ") if refused else why
+        return replace(found, notes=[f"No law was asked for; {kind.__name__} was taken: {reason}.", *found.notes])
+    raise InputError(refused[0])

@@ -1,0 +1,430 @@
+"""What an identified law predicts of further runs: the probability of each kind of motion, and numbers with intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from scipy.optimize import nnls
+from scipy.stats import norm, qmc, t
+
+from stickslip.errors import InputError
+from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
+from stickslip.identification.law_parameters import with_values
+from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.identification.result import Identification
+from stickslip.identification.selection.agreement import CYCLES, TRANSIENT, cycle_of, measured_kind, oscillator_of
+from stickslip.identification.selection.reading import Reading, read_motion
+from stickslip.laws import Law
+from stickslip.measurement.instruments import Bench
+from stickslip.measurement.rig import Rig
+from stickslip.measurement.rig_file import load_rig
+from stickslip.measurement.spectra import main_line
+from stickslip.simulation.simulate import simulate
+
+Array = npt.NDArray[np.float64]
+
+REACH = 2.0
+"""Half-width of an interval in standard deviations: of two or three records these are known too poorly for more."""
+DRAWS = 32
+"""Laws that are drawn as the uncertainty of the law lets expect; a power of two, as the sequence asks."""
+KINDS = ("stick_slip", "almost_harmonic", "stable_slip")
+UNKNOWN = "unknown"
+"""The kind of a record that cannot be told: it speaks neither for a law nor against it."""
+QUANTITIES = ("stick_time", "mean_force", "main_line")
+RATIOS = ("stick_time", "main_line")
+"""Quantities whose errors are parts of them."""
+STATED = ("stiffness", "drive_velocity")
+"""Constants that measuring may correct, and that are known of another run as its rig says them only."""
+FAR = 0.1
+"""Distance from the records of the law, in e-folds, that is worth a sentence."""
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Runs predicted by a law.
+
+    Attributes
+    ----------
+    table : DataFrame over the runs: kind (as measured, missing for a run that is a rig alone), predicted_kind (the most
+        probable), probability of each kind by its name, beyond (distance from the records of the law in e-folds of
+        stiffness, drive velocity and mass; 0 between them); then for `stick_time` (median, s), `mean_force` and `main_line`
+        (Hz, of the acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and ``_high``.
+    sentences : what the numbers hold, and what was predicted wrongly.
+    """
+
+    table: pd.DataFrame
+    sentences: list[str]
+
+    def report(self) -> str:
+        """The kinds, the numbers and the sentences."""
+        kinds = self.table.drop(columns=[column for name in QUANTITIES for column in columns(name)])
+        parts = {name: self.table[columns(name)].set_axis(list(COLUMNS), axis=1) for name in QUANTITIES}
+        numbers = pd.concat(parts).swaplevel().loc[self.table.index]
+        shown = [one.to_string(float_format=lambda number: f"{number:.4g}", na_rep="-") for one in (kinds, numbers)]
+        return "\n".join(["Predicted runs", "", shown[0], "", shown[1], "", *[f"- {one}" for one in self.sentences]])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words."""
+        table = self.table.astype(object).where(self.table.notna(), None)
+        return {"table": table.to_dict("index"), "sentences": self.sentences}
+
+
+COLUMNS = ("measured", "error", "predicted", "low", "high")
+
+
+def columns(quantity: str) -> list[str]:
+    """Columns of a quantity in the table of a prediction: measured, error, predicted, low, high.
+
+    >>> columns("main_line")[:3]
+    ['main_line', 'main_line_error', 'main_line_predicted']
+    """
+    return [quantity, *(f"{quantity}_{column}" for column in COLUMNS[1:])]
+
+
+def predict_motion(law: Identification, friction: Any) -> Prediction:
+    """Predict runs by a law that was identified from other ones, beside what was measured of them.
+
+    Laws are drawn from the covariance of the fitted numbers and simulated with mass, damping, stiffness and drive velocity of
+    each run as its rig states them; the stiffness is drawn too, as far off as it was found in the records of the law. Kind,
+    sticks and main line of the simulated motions are read by the rules by which the run was measured.
+
+    Parameters
+    ----------
+    law : from :func:`stickslip.identify`.
+    friction : the runs, as for :func:`stickslip.identify`; a `Rig` of a spring, or the path of its TOML, for a run of
+        which there is no record.
+
+    Returns
+    -------
+    Prediction: ``.table``, ``.sentences``, ``.report()``.
+
+    Raises
+    ------
+    InputError
+        where a run does not say a constant of its oscillator.
+
+    Notes
+    -----
+    An interval holds two standard deviations (of the logarithm of a time or frequency): those of the drawn motions, or how
+    far the law lies from its own records where that is more. The level of friction may differ in each record, also where the
+    records of the law do not show it: for the mean force n records are a sample with n - 1 degrees of freedom, and two
+    standard deviations become Student's t √(1 + 1/n), with t = 14 for two records and 3.3 for four. Records of a law that
+    differ from one another may differ once more in a further run, which is drawn too. A run at the distance d beyond the
+    records of the law, in e-folds of stiffness, drive velocity and mass from the nearest point between them, has variances
+    larger by 1 + d: a law wanders off by as much in an e-fold as is not known of it between its records.
+
+    Of the probability of a kind the share p of the drawn motions is one part. The other is that the law leaves out what
+    decides: it is right with the probability c = (1 + g r) / (2 + g n), for r kinds right among its n records (Laplace's rule
+    of succession), where g = exp(-d) says how much they are worth at that distance. A kind has c p + (1 - c) (1 - p) / 2.
+    Far from all records nothing is left of the law but one half.
+
+    It does not hold what a single stick differs from the usual one.
+
+    Source: Laplace's rule after Jaynes, Probability Theory (2003), ch. 18; the decay with the distance is our own convention.
+
+    >>> import stickslip as ss
+    >>> from stickslip.identification import friction_of_orbit, identify
+    >>> law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+    >>> def run(drive_velocity):
+    ...     orbit = ss.simulate(ss.Oscillator(damping=0.05, drive_velocity=drive_velocity, law=law), 150)
+    ...     return friction_of_orbit(orbit, np.arange(0, 150, 0.05), force_noise=0.01)
+    >>> row = predict_motion(identify(run(0.2), "StaticKinetic"), run(0.4)).table.iloc[0]
+    >>> row["predicted_kind"], round(float(row["stick_slip"]), 2), round(float(row["beyond"]), 2)
+    ('stick_slip', 0.6, 0.69)
+    """
+    if not isinstance(law, Identification):
+        raise InputError(f"predict: expected an identification, got {law!r}; identify a law first")
+    runs = [_run(one, law) for one in _items(friction)]
+    found = _Law(law)
+    rows = [_row(run, found) for run in runs]
+    names = pd.Index([run.name for run in runs], name="run")
+    table = pd.DataFrame(rows, index=names)
+    return Prediction(table, _sentences(table, found))
+
+
+def _items(friction: Any) -> list[Any]:
+    items = list(friction) if isinstance(friction, list | tuple) else [friction]
+    if not items:
+        raise InputError("predict: expected at least one run, got none: give a friction file or a rig")
+    return items
+
+
+def _run(item: Any, law: Identification) -> FrictionRecord:
+    """A measured run with the constants that its rig states, or the run of a rig alone."""
+    if isinstance(item, str | Path) and Path(item).suffix == ".toml":
+        rig = load_rig(item)
+        if not isinstance(rig, Rig):
+            gauge = f"the instrument {rig.instrument}" if isinstance(rig, Bench) else "a chain of masses"
+            raise InputError(
+                f"{item}: expected the rig of one mass on a spring, got {gauge}; give a friction file instead"
+            )
+        return _unmeasured(rig, str(item), law)
+    if isinstance(item, Rig):
+        return _unmeasured(item, f"{item.stiffness:g} N/m at {item.drive_velocity:g} m/s", law)
+    (run,) = read_records(item)
+    return replace(run, constants={**run.constants, **_stated(run)})
+
+
+def _stated(record: FrictionRecord) -> dict[str, float]:
+    """Constants as the rig of a record states them, before measuring corrected any."""
+    known = {name: record.constants.get(name) for name in STATED}
+    known |= {name: float(record.rig[name]) for name in STATED if isinstance(record.rig.get(name), int | float)}
+    return {name: value for name, value in known.items() if value is not None}
+
+
+def _unmeasured(rig: Rig, name: str, law: Identification) -> FrictionRecord:
+    """A record without samples: what it would be read by, and the size of its force, are those of the records of the law."""
+    others = law.records
+
+    def usual(key: str) -> dict[str, float]:
+        known = [record.constants[key] for record in others if key in record.constants]
+        return {key: float(np.median(known))} if known else {}
+
+    step = 1 / rig.sampling_rate if rig.sampling_rate else float(np.median([record.step for record in others]))
+    none = np.zeros(2)
+    return FrictionRecord(
+        name=name,
+        time=np.array([0.0, step]),
+        slip_velocity=none,
+        force=np.full(2, max(float(np.max(np.abs(record.force))) for record in others)),
+        force_error=none,
+        stuck=np.zeros(2, dtype=bool),
+        break_away=others[0].break_away.iloc[:0],
+        constants={
+            "mass": rig.inertia,
+            "damping": rig.damping,
+            "stiffness": rig.stiffness,
+            "drive_velocity": rig.drive_velocity,
+            **usual("noise"),
+            **usual("slip_cutoff"),
+        },
+        attrs={"rig": rig.to_toml(), **({"creeps": 1} if any(record.attrs.get("creeps") for record in others) else {})},
+    )
+
+
+def _is_measured(run: FrictionRecord) -> bool:
+    return len(run.time) > 2
+
+
+class _Law:
+    """A law, the laws that may as well be, and what its own records say of it."""
+
+    def __init__(self, law: Identification) -> None:
+        self.law = law.law
+        self.further = "between" in law.groups and bool((law.groups["between"] > 0).any())
+        # Numbers that scatter from record to record scatter once more to the next one.
+        self.covariance = law.covariance.to_numpy() * (1 + len(law.records) if self.further else 1)
+        self.names = [str(name) for name in law.parameters.index]
+        self.values = law.parameters["value"].to_numpy()
+        self.ties = law.ties
+        self.records = [record for record in law.records if {"mass", *STATED} <= set(record.constants)]
+        stated = [_stated(record) for record in self.records]
+        self.points = np.array(
+            [_point({**record.constants, **said}) for record, said in zip(self.records, stated, strict=True)]
+        )
+        off = [
+            [record.constants[name] / said[name] for name in STATED]
+            for record, said in zip(self.records, stated, strict=True)
+        ]
+        self.mistaken = np.sqrt(np.mean(np.log(np.array(off)) ** 2, axis=0)) if off else np.zeros(len(STATED))
+        kinds, rests = [], []
+        for record in self.records:
+            read = _simulated(record, self.law)
+            here, there = _numbers_of(read), _measured(record)
+            if (kind := measured_kind(record)) != UNKNOWN:
+                kinds.append(read.kind == kind)
+            rests.append([_off(name, here[name], there[name][0]) for name in QUANTITIES])
+        self.right, self.told = sum(kinds), len(kinds)
+        rest = np.array(rests).reshape(-1, len(QUANTITIES))
+        self.misfit = {
+            name: float(np.sqrt(np.nanmean(column**2))) if np.isfinite(column).any() else 0.0
+            for name, column in zip(QUANTITIES, rest.T, strict=True)
+        }
+        # No number of the law holds how the level of friction scatters from record to record: the records are its sample.
+        count = len(self.records)
+        self.reach = dict.fromkeys(QUANTITIES, REACH)
+        if count > 1:
+            self.reach["mean_force"] = float(t.isf(norm.sf(REACH), count - 1)) * math.sqrt((count + 1) / (count - 1))
+
+    def beyond(self, run: FrictionRecord) -> float:
+        """Distance of a run from the nearest point between the records, in e-folds."""
+        if not len(self.points):
+            return 0.0
+        apart = self.points - _point(run.constants)
+        # weights that are positive and add up to one: the last row is heavy
+        heavy = 1e3 * max(float(np.abs(apart).max()), 1.0)
+        matrix = np.vstack([apart.T, np.full(len(apart), heavy)])
+        weights, _ = nnls(matrix, np.append(np.zeros(apart.shape[1]), heavy))
+        return float(np.linalg.norm(weights @ apart / weights.sum()))
+
+    def credibility(self, beyond: float) -> float:
+        """Probability that the law says the kind of a run at this distance rightly."""
+        worth = math.exp(-beyond)
+        return (1 + worth * self.right) / (2 + worth * self.told)
+
+    def draws(self, run: FrictionRecord, beyond: float) -> list[Reading]:
+        """Motions of the laws that may as well be."""
+        variances, directions = np.linalg.eigh(self.covariance * (1 + beyond))
+        steps = directions * np.sqrt(np.maximum(variances, 0.0))
+        count = len(self.values)
+        normal = qmc.MultivariateNormalQMC(np.zeros(count + len(STATED)), rng=np.random.default_rng(0)).random(DRAWS)
+        found = []
+        for one in normal:
+            law = self._at(self.values + steps @ one[:count])
+            ratios = np.exp(self.mistaken * one[count:])
+            known = {name: run.constants[name] * ratio for name, ratio in zip(STATED, ratios, strict=True)}
+            if law is not None:
+                found.append(_simulated(replace(run, constants={**run.constants, **known}), law))
+        return found
+
+    def _at(self, values: Array) -> Law | None:
+        """The law with these numbers, None where that is no law."""
+        moved = dict(zip(self.names, values.tolist(), strict=True))
+        tied = {name: moved[source] for name, source in self.ties.items() if source in moved}
+        try:
+            return with_values(self.law, moved | tied)
+        except InputError:
+            return None
+
+
+def _point(constants: Mapping[str, float]) -> Array:
+    return np.log(np.abs([constants[name] for name in (*STATED, "mass")]))
+
+
+def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
+    oscillator_of(run, law.law)  # names the constant that is missing
+    beyond = law.beyond(run)
+    read, drawn = _simulated(run, law.law), law.draws(run, beyond)
+    kinds = [one.kind for one in drawn] or [read.kind]
+    probabilities = _probabilities(kinds, law.credibility(beyond))
+    row: dict[str, Any] = {
+        "kind": measured_kind(run) if _is_measured(run) else None,
+        "predicted_kind": max(probabilities, key=lambda kind: probabilities[kind]),
+        **probabilities,
+        "beyond": beyond,
+    }
+    centre, others = _numbers_of(read), [_numbers_of(one) for one in drawn]
+    measured = _measured(run) if _is_measured(run) else {}
+    for name in QUANTITIES:
+        value, rest = centre[name], np.array([_off(name, other[name], centre[name]) for other in others])
+        rest = rest[np.isfinite(rest)]
+        spread = float(np.sqrt(np.mean(rest**2))) if rest.size else math.nan
+        half = max(REACH * spread, law.reach[name] * law.misfit[name] * math.sqrt(1 + beyond))
+        if name in RATIOS:
+            low, high = value * math.exp(-half), value * math.exp(min(half, 700.0))
+        else:  # friction does not turn round
+            low, high = (np.array([-half, half]) + value).clip(*((0.0, math.inf) if value > 0 else (-math.inf, 0.0)))
+        row |= dict(zip(columns(name), (*measured.get(name, (math.nan, math.nan)), value, low, high), strict=True))
+    return row
+
+
+def _probabilities(kinds: Sequence[str], credibility: float) -> dict[str, float]:
+    """Probability of each kind from the kinds of the drawn motions and from how far the law is to be believed.
+
+    >>> {kind: round(p, 3) for kind, p in _probabilities(["stick_slip"] * 3 + ["stable_slip"], 0.8).items()}
+    {'stick_slip': 0.625, 'almost_harmonic': 0.1, 'stable_slip': 0.275}
+    """
+    named = [*KINDS, *sorted(set(kinds) - set(KINDS))]
+    shares = {kind: kinds.count(kind) / len(kinds) for kind in named}
+    wrong = (1 - credibility) / (len(named) - 1)
+    return {kind: credibility * share + wrong * (1 - share) for kind, share in shares.items()}
+
+
+def _simulated(run: FrictionRecord, law: Law) -> Reading:
+    system = oscillator_of(run, law)
+    cycle = cycle_of(run) if _is_measured(run) else _usual_cycle(run, law)
+    return read_motion(run, simulate(system, CYCLES * max(cycle, system.natural_period)), TRANSIENT)
+
+
+def _usual_cycle(run: FrictionRecord, law: Law) -> float:
+    """Time from slip to slip of a run of which nothing is measured; 0 where the law does not stick there."""
+    system = oscillator_of(run, law)
+    # From the slack spring to the first slip at the latest, and some cycles more, which are shorter.
+    loading = run.force[0] / abs(system.stiffness * system.drive_velocity)
+    events = simulate(system, 4 * loading + CYCLES * system.natural_period).events
+    ends = events["t"][(events["kind"] == "release").to_numpy()].to_numpy()
+    return float(np.mean(np.diff(ends[ends.size // 2 :]))) if ends.size >= 4 else 0.0
+
+
+def _numbers_of(read: Reading) -> dict[str, float]:
+    """Stick time, mean force and main line of a simulated motion, NaN where it has none."""
+    step = float(read.trace["time"].iloc[1] - read.trace["time"].iloc[0])
+    swings = read.kind != "stable_slip"
+    return {
+        "stick_time": float(read.sticks["stick_time"].median()) if len(read.sticks) else math.nan,
+        "mean_force": float(read.trace["spring"].mean()),
+        "main_line": main_line(np.gradient(read.trace["v"].to_numpy()), step).frequency if swings else math.nan,
+    }
+
+
+def _measured(run: FrictionRecord) -> dict[str, tuple[float, float]]:
+    """The same of a measured run, each with its error."""
+    found = {"stick_time": (math.nan, math.nan)}
+    stick = run.break_away["stick_time"].dropna().to_numpy()
+    if stick.size >= 2:
+        middle = float(np.median(stick))
+        found["stick_time"] = (middle, 1.2533 * robust_scale(stick - middle) / math.sqrt(stick.size))
+    force = run.force[:: max(len(run.force) // 20_000, 1)]
+    mean = float(np.mean(force))
+    found["mean_force"] = (mean, float(np.std(force)) * math.sqrt(correlation_time(force - mean) / force.size))
+    line = main_line(np.gradient(run.slip_velocity), run.step)
+    found["main_line"] = (line.frequency, line.error)
+    return found
+
+
+def _off(name: str, value: float, other: float) -> float:
+    """How far a quantity is from another value of it: the logarithm of their ratio, or the difference."""
+    if name not in RATIOS:
+        return value - other
+    return math.log(value / other) if value > 0 and other > 0 else math.nan
+
+
+def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
+    found = []
+    if law.further:
+        found.append(
+            "The records of the law differ from one another, so its numbers are means over records and a further run may "
+            "differ as much: the intervals hold that too."
+        )
+    if (law.mistaken > 0).any():
+        found.append(
+            "The runs are predicted with what their rigs state; in the records of the law the stiffness was "
+            f"{100 * law.mistaken[0]:.0f} % off and the drive velocity {100 * law.mistaken[1]:.0f} % (rms), which the "
+            "intervals hold."
+        )
+    if law.right < law.told:
+        found.append(f"Of its own {law.told} records the law gives the kind of {law.right} rightly.")
+    for name, row in table.iterrows():
+        odds = ", ".join(f"{kind} {row[kind]:.2f}" for kind in KINDS)
+        found.append(f"{name}: probability of {odds}.")
+        if row["beyond"] > FAR:
+            found.append(
+                f"{name} lies {row['beyond']:.2g} e-folds of stiffness, drive velocity and mass beyond the records of the "
+                "law: an extrapolation."
+            )
+    measured = table[table["kind"].notna()]
+    told = measured[measured["kind"] != UNKNOWN]
+    wrong = told[told["kind"] != told["predicted_kind"]]
+    for name, row in wrong.iterrows():
+        predicted = str(row["predicted_kind"])
+        found.append(f"{name} is {row['kind']}, predicted was {predicted} with a probability of {row[predicted]:.2f}.")
+    if len(measured) and wrong.empty:
+        found.append(
+            "The kind of motion is predicted rightly for " + ("all runs." if len(measured) > 1 else "the run.")
+        )
+    for name, row in measured.iterrows():
+        for quantity in QUANTITIES:
+            value, _, _, low, high = (row[column] for column in columns(quantity))
+            if math.isfinite(value * low) and not low <= value <= high:
+                words = quantity.replace("_", " ")
+                found.append(
+                    f"{name}: the measured {words} lies outside of the interval: the law leaves something out."
+                )
+    return found

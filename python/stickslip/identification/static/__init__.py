@@ -1,0 +1,1 @@
+"""Break-aways: static friction over stick time and force rate."""

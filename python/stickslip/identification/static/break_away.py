@@ -1,0 +1,435 @@
+"""Static friction f_s(t_s, δ) from the table of break-aways: its forms fitted, one chosen, and what cannot be told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import tomli_w
+
+from stickslip.errors import InputError
+from stickslip.files.documents import write_whole
+from stickslip.identification.estimator.least_squares import OUTLIER, linear, minimize
+from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.uncertainty import correlated_covariance, robust_scale
+from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.identification.static.forms import BY_RATIO, Form, forms
+
+Array = npt.NDArray[np.float64]
+
+FEWEST_ROWS = 5
+SHOWN = 3
+"""Forms that a picture shows."""
+TOGETHER = 0.5
+"""Correlation of stick time with time beyond which a drift may pass for growth."""
+EQUAL = 0.01
+"""Stick times that scatter by less than that many decades within each record are of one length."""
+CROWDED = 1.25
+"""Falls within this ratio of the smallest lie at the edge of what is seen."""
+OF_STICK_TIME = ("constant", "logarithmic", "exponential", "power", "Kato")
+"""Forms in which the force rate does not stand."""
+NEAR = 4.0
+"""Forms whose criterion is within this of the lowest do as well: the likelihoods differ by less than e² for one number."""
+NARROW = 1.25
+"""Stick times (10th to 90th percentile) within this ratio say nothing about growth."""
+
+
+@dataclass(frozen=True)
+class StaticFit:
+    """One form fitted to the break-aways.
+
+    Attributes
+    ----------
+    form : its name; `formula` is written out.
+    parameters : value, error, low and high of the 95 % interval, by name.
+    covariance : of the fitted numbers (the rate of the exponential by its logarithm), in the order of `parameters`.
+    scatter : robust standard deviation of the residuals.
+    criterion : Akaike's, corrected for few rows; the lower the better.
+    residuals : measured minus fitted force, in the order of the rows.
+    rate : the usual force rate.
+    """
+
+    form: str
+    formula: str
+    parameters: pd.DataFrame
+    covariance: Array
+    scatter: float
+    criterion: float
+    residuals: Array = field(repr=False)
+    rate: float
+    _at: Callable[[Array, Array], Array] = field(repr=False)
+
+    def __call__(self, stick_time: npt.ArrayLike, force_rate: npt.ArrayLike | None = None) -> Array:
+        """The fitted force at these stick times and force rates, any shape; default the usual rate."""
+        rate = self.rate if force_rate is None else force_rate
+        time, rates = np.broadcast_arrays(np.asarray(stick_time, float), np.asarray(rate, float))
+        return self._at(time.ravel(), rates.ravel()).reshape(time.shape)
+
+
+@dataclass(frozen=True)
+class StaticFriction:
+    """Static friction over stick time, with the fits and the choice between them.
+
+    Attributes
+    ----------
+    rows : the break-aways that were used, with the column ``level``: the kinetic force of the slip that followed.
+    relative : whether the force is fitted above the kinetic force of its own slip, as friction drifts along the record.
+    level : what was added back then, the mean kinetic force.
+    fits : by name of the form.
+    chosen : the name of the chosen one.
+    notes : plain sentences.
+    """
+
+    rows: pd.DataFrame
+    relative: bool
+    level: float
+    fits: dict[str, StaticFit]
+    chosen: str
+    notes: list[str]
+
+    @property
+    def best(self) -> StaticFit:
+        """The chosen fit."""
+        return self.fits[self.chosen]
+
+    def plot_residuals(self) -> Any:
+        """Residuals of the chosen form over stick time, over force rate and over time; returns the Axes.
+
+        A slope in the last is a drift; a slope in another is what the form leaves out.
+        """
+        from stickslip.show.canvas import new_axes
+
+        row = new_axes(1, 3, figsize=(13, 3.6))
+        rest = self.best.residuals
+        columns = {"stick_time": "stick time", "force_rate": "force rate", "t": "time of the break-away"}
+        for axes, (column, label) in zip(row, columns.items(), strict=True):
+            axes.plot(self.rows[column], rest, ".", color="0.4")
+            axes.axhline(0, color="0.3", lw=0.8)
+            axes.set_xlabel(label)
+            axes.set_ylabel(f"break-away force − {self.chosen} form")
+            if column != "t" and (self.rows[column] > 0).all():
+                axes.set_xscale("log")
+        return row
+
+    def report(self) -> str:
+        """The result in words and a table of all forms."""
+        tables = pd.concat({name: fit.parameters for name, fit in self.fits.items()}, names=["form", "parameter"])
+        lines = [
+            f"Static friction over stick time, {len(self.rows)} break-aways: {self.chosen}",
+            "",
+            tables.to_string(float_format=lambda number: f"{number:.5g}"),
+            "",
+        ]
+        return "\n".join([*lines, *[f"- {note}" for note in self.notes]])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words: the chosen form, all forms with their parameters, notes."""
+        forms = {name: {"formula": fit.formula, **fit.parameters.to_dict("index")} for name, fit in self.fits.items()}
+        return {"chosen": self.chosen, "forms": forms, "break_aways": len(self.rows), "notes": self.notes}
+
+    def save(self, path: str | Path) -> Path:
+        """Write the fits as a TOML document."""
+        text = tomli_w.dumps({"static_friction": self.to_dict()})
+        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Break-away force over stick time with the fits; returns the Axes."""
+        import matplotlib.pyplot as plt
+
+        axes = plt.subplots()[1] if ax is None else ax
+        time, force = self.rows["stick_time"].to_numpy(), self.rows["used"].to_numpy()
+        axes.plot(time, force, ".", color="0.6", label="break-aways")
+        grid = np.geomspace(time.min(), time.max(), 200)
+        order = sorted(self.fits, key=lambda name: (name != self.chosen, self.fits[name].criterion))
+        for name in order[:SHOWN]:
+            axes.plot(grid, self.fits[name](grid), lw=2.5 if name == self.chosen else 1.0, label=name)
+        axes.set_xscale("log")
+        axes.set_xlabel("stick time")
+        axes.set_ylabel("break-away force" + (" above that of its slip" if self.relative else ""))
+        axes.legend()
+        return axes
+
+
+def fit_static_friction(friction: Any) -> StaticFriction:
+    """Fit static friction over stick time to the break-aways of one or more records.
+
+    The forms are those of :func:`stickslip.identification.static.forms.forms`: constant, logarithmic, exponential, power and
+    Kato's in t_s; and where the force rate varies freely one in δ, a fall of f_s(0, δ) with it, three in both, and a smooth
+    surface. Each is a robust
+    least-squares fit; its covariance is scaled by the scatter of the rows and their correlation from one to the next. Of
+    the forms whose Akaike criterion is within 4 of the lowest the one with the fewest numbers is chosen.
+
+    Parameters
+    ----------
+    friction : as for :func:`stickslip.identify`.
+
+    Returns
+    -------
+    StaticFriction with all fits, the chosen one and the sentence that says why.
+
+    Raises
+    ------
+    InputError
+        for fewer than five break-aways with a known stick time.
+
+    Limits: where all records have one drive velocity, stick time and force rate are tied and `notes` says so. Within a
+    record the break-away force lies on the loading line F = F_capture + δ t_s, so scatter along the track alone makes
+    force grow with stick time; only several drive velocities separate the two.
+
+    Source: Kato, Sato & Matsubayashi, Wear 20 (1972) 315; Dieterich, J. Geophys. Res. 77 (1972) 3690 (logarithm).
+
+    >>> import xarray as xr
+    >>> rng, t_s = np.random.default_rng(0), np.geomspace(0.1, 10, 60)
+    >>> rows = {"t": np.arange(60.0) + 1, "stick_time": t_s, "force_rate": 1 / t_s}
+    >>> rows["force"] = 0.6 + 0.05 * np.log10(t_s) + 0.002 * rng.standard_normal(60)
+    >>> root = {"time": np.arange(700) / 10, "slip_velocity": np.ones(700), "force": np.full(700, 0.5)}
+    >>> table = xr.Dataset({name: ("event", column) for name, column in rows.items()})
+    >>> data = xr.Dataset({k: ("time", v) for k, v in root.items() if k != "time"}, coords={"time": root["time"]})
+    >>> found = fit_static_friction(xr.DataTree.from_dict({"/": data, "/break_away": table}))
+    >>> found.chosen, float(found.best.parameters.loc["slope", "value"].round(2))
+    ('logarithmic', 0.05)
+    """
+    records = read_records(friction)
+    rows = break_away_rows(records)
+    if len(rows) < FEWEST_ROWS:
+        raise InputError(
+            f"static friction: expected at least {FEWEST_ROWS} break-aways with a known stick time, got {len(rows)}: "
+            "take a longer record, or one that sticks"
+        )
+    relative, notes = is_relative(rows)
+    level = float(np.mean(rows["level"])) if rows["level"].notna().any() else math.nan
+    if not math.isfinite(level):
+        sliding = np.concatenate([record.force[~record.stuck] for record in records])
+        # nothing known of the slips: an undamped one falls as far below the kinetic force as it began above it
+        falls = sliding if sliding.size else (rows["force"] - rows["drop"] / 2).dropna().to_numpy()
+        level = float(np.median(falls)) if falls.size else math.nan
+        if not falls.size:
+            notes.append(
+                "Nothing is known of the slips (no force while slipping, no drop), so the forms that begin at the kinetic "
+                "force are left out; give the drop of each break-away."
+            )
+    rows = rows.assign(used=rows["force"] - rows["level"] + level if relative else rows["force"])
+    ties = tied(rows)
+    fits = _fits(rows, level, rates_differ=not ties)
+    chosen, sentence = _choose(fits)
+    notes = [
+        *notes,
+        sentence,
+        *_unlike(rows, fits),
+        *ties,
+        *loading_line(rows, fits),
+        *drift(rows, fits),
+        *threshold(rows),
+    ]
+    return StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=notes)
+
+
+def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
+    """All break-aways with a known stick time, with `record` (its number) and `level` (kinetic force of its slip).
+
+    Where the mass creeps, its force rates fall short of k V by its own creep, most in the shortest sticks; that is no rate at
+    which it was loaded, and they are given as k V.
+    """
+    frames = []
+    for number, record in enumerate(records):
+        table = record.break_away.copy()
+        if record.attrs.get("creeps") and {"stiffness", "drive_velocity"} <= set(record.constants):
+            table["force_rate"] = record.constants["stiffness"] * record.constants["drive_velocity"]
+        table["record"] = number
+        table["level"] = [math.nan if slip is None else record.slip_level(*slip) for slip in record.own_slip()]
+        frames.append(table[table["stick_time"].notna() & (table["stick_time"] > 0)])
+    return pd.concat(frames, ignore_index=True)
+
+
+def is_relative(rows: pd.DataFrame) -> tuple[bool, list[str]]:
+    """Whether friction drifts along the records so much that each break-away must be compared with its own slip."""
+    both = rows[rows["level"].notna()]
+    if len(both) < FEWEST_ROWS:
+        return False, []
+    centred = both[["force", "level"]] - both.groupby("record")[["force", "level"]].transform("median")
+    plain = robust_scale(centred["force"].to_numpy())
+    above = robust_scale((centred["force"] - centred["level"]).to_numpy())
+    if above > 0.7 * plain:
+        return False, []
+    return True, [
+        f"Friction drifts along the record: break-away forces scatter by {plain:.3g}, but only by {above:.3g} "
+        "above the kinetic force of the slip that follows each; static friction was fitted above that force."
+    ]
+
+
+def unlike(static: StaticFriction) -> bool:
+    """Whether the records lie further from every law of stick time than the scatter within each lets expect."""
+    return bool(_unlike(static.rows, static.fits))
+
+
+def _unlike(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
+    """A sentence where the records lie further from the fit to all of them than the scatter within each lets expect.
+
+    Such a fit is a compromise; its intervals hold the scatter within the records and not what sets them apart.
+    """
+    fit = min((fits[name] for name in OF_STICK_TIME if name in fits), key=lambda fit: fit.criterion)
+    rest = pd.Series(fit.residuals, index=rows.index)
+    parts = [part.to_numpy() for _, part in rest.groupby(rows["record"]) if len(part) >= FEWEST_ROWS]
+    if len(parts) < 2:
+        return []
+    middle = np.array([float(np.median(part)) for part in parts])
+    error = np.array([1.2533 * robust_scale(part - np.median(part)) / math.sqrt(len(part)) for part in parts])
+    if float(np.sum((middle / np.maximum(error, 1e-300)) ** 2)) < 10 * len(parts):
+        return []
+    told = ", ".join(f"{value:.2g} ± {spread:.1g}" for value, spread in zip(middle, error, strict=True))
+    return [
+        f"The records differ from one law of stick time: their break-away forces lie {told} off the {fit.form} form. It is a "
+        f"compromise, and a further run may lie {float(np.sqrt(np.mean(middle**2))):.2g} aside."
+    ]
+
+
+def tied(rows: pd.DataFrame) -> list[str]:
+    """A sentence where stick time and force rate cannot be told apart, else nothing."""
+    known = rows[rows["force_rate"].notna() & (rows["force_rate"].abs() > 0)]
+    if len(known) < 2:
+        return ["No force rate is known, so static friction is taken to depend on the stick time alone."]
+    if len(known) < len(rows):
+        return [
+            f"{len(rows) - len(known)} of {len(rows)} break-aways have no force rate, so static friction is taken to depend "
+            "on the stick time alone; give the missing rates, or leave these rows out."
+        ]
+    rate = np.log(known["force_rate"].abs().to_numpy())
+    time = np.log(known["stick_time"].to_numpy())
+    low, high = np.quantile(rate, [0.1, 0.9])
+    if high - low < math.log(1.5):
+        return [
+            f"All break-aways come at nearly one force rate ({math.exp(float(np.median(rate))):.3g}, one drive "
+            "velocity): stick time and force rate cannot be told apart, and the growth holds at that rate only."
+        ]
+    correlation = float(np.corrcoef(time, rate)[0, 1])
+    if abs(correlation) > 0.9:
+        return [
+            f"Stick time and force rate are tied in these records (correlation of their logarithms {correlation:.2f}): "
+            "what is given as growth with stick time may be an effect of the force rate; vary the stiffness as well."
+        ]
+    return []
+
+
+def loading_line(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
+    """A sentence where the scatter of friction along the track may be what looks like growth with stick time."""
+    if len(set(rows["record"])) > 1 or rows["force_rate"].isna().all():
+        return []
+    rate = float(np.nanmedian(np.abs(rows["force_rate"].to_numpy())))
+    log = fits["logarithmic"]
+    middle = float(np.median(rows["stick_time"]))
+    slope = float(log.parameters["value"].to_numpy()[1]) / (math.log(10) * middle)
+    if slope < 0.1 * rate or log.scatter < 0.1 * rate * float(np.std(rows["stick_time"])):
+        return []
+    return [
+        f"Within one record break-aways lie on the loading line (force = force at capture + {rate:.3g} × stick time), "
+        f"so scatter along the track alone would look like growth of {rate / 2:.3g} per unit time, where "
+        f"{slope:.3g} was found: take the growth as an upper limit until records at other drive velocities confirm it."
+    ]
+
+
+def drift(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
+    """A sentence where a drift in time may be what looks like growth with stick time, or the other way round."""
+    found = fits["logarithmic"]
+    time, log = rows["t"] - rows.groupby("record")["t"].transform("mean"), np.log10(rows["stick_time"])
+    log = log - log.groupby(rows["record"]).transform("mean")
+    # Sticks of one length in each record show no growth within it.
+    if time.std() == 0 or log.std() < EQUAL or abs(float(np.corrcoef(time, log)[0, 1])) < TOGETHER:
+        return []
+    slope, error = (float(found.parameters[column]["slope"]) for column in ("value", "error"))
+    whole = found.residuals + slope * log
+    columns = np.stack([np.ones(len(rows)), log, time / time.std()], axis=1)
+    numbers = linear(columns, whole)
+    if abs(numbers[1] - slope) < 2 * error:
+        return []
+    return [
+        f"Stick times change along the record, and so may friction: with a drift in time beside it the slope over stick time "
+        f"is {numbers[1]:.3g} per decade instead of {slope:.3g}; a drift and growth with rest cannot be told apart here."
+    ]
+
+
+def threshold(rows: pd.DataFrame) -> list[str]:
+    """A sentence where falls of the force crowd at the smallest that was seen: those below it are missing."""
+    drop = rows["drop"].dropna().to_numpy()
+    if drop.size < 20 or not (drop > 0).all():
+        return []
+    low, tenth, high = np.quantile(drop, [0.0, 0.1, 0.9])
+    if tenth > CROWDED * low or high < 2 * tenth:
+        return []
+    return [
+        f"A tenth of the break-aways fall by {low:.3g} to {tenth:.3g}, at the edge of what is taken for a slip: smaller ones "
+        "are missing, their sticks are counted into the next, and long sticks with high forces are picked out, which looks "
+        "like growth with stick time."
+    ]
+
+
+def _fits(rows: pd.DataFrame, level: float, rates_differ: bool) -> dict[str, StaticFit]:
+    columns = (rows[name].to_numpy() for name in ("stick_time", "force_rate", "used"))
+    time, rate, force = columns
+    return {form.name: _fit(rows, form) for form in forms(time, np.abs(rate), force, level, rates_differ)}
+
+
+def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
+    time, force = rows["stick_time"].to_numpy(), rows["used"].to_numpy()
+    rate = rows["force_rate"].abs().to_numpy()
+    stated = rows["force_error"].fillna(0.0).to_numpy()
+    starts = [np.array(start) for start in (form.start, *form.others)]
+    least = 1e-12 * float(np.abs(force).max()) + 1e-300
+    sigma = np.full(len(force), max(robust_scale(force - np.median(force)), least))
+    for _ in range(4):
+
+        def misfit(numbers: Array, sigma: Array = sigma) -> Array:
+            return (force - form.at(numbers, time, rate)) / sigma
+
+        found = minimize(misfit, starts, outlier=OUTLIER)
+        starts = [found.vector]
+        residuals = force - form.at(found.vector, time, rate)
+        inner = math.sqrt(max(robust_scale(residuals) ** 2 - float(np.median(stated**2)), 0.0))
+        sigma = np.maximum(np.hypot(stated, inner), least)
+    count, free = len(force), len(form.names)
+    variance = robust_scale(residuals / sigma) ** 2 * count / max(count - free, 1)
+    order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
+    covariance, freedom = correlated_covariance(found.jacobian[order], (residuals / sigma)[order], max(variance, 1e-24))
+    numbers = Parameters([Parameter(name, logarithmic=name in BY_RATIO) for name in form.names])
+    table, _ = numbers.estimate(found.vector, covariance, freedom)
+    scatter = robust_scale(residuals)
+    cut = np.minimum(residuals**2, (3 * max(scatter, 1e-300)) ** 2)
+    penalty = 2 * (free + 1) * count / max(count - free - 2, 1)
+    criterion = count * math.log(max(float(np.mean(cut)), 1e-300)) + penalty
+    usual = float(np.nanmedian(rate)) if np.isfinite(rate).any() else math.nan
+    return StaticFit(
+        form.name, form.formula, table, covariance, scatter, criterion, residuals, usual, partial(form.at, found.vector)
+    )
+
+
+def _choose(fits: dict[str, StaticFit]) -> tuple[str, str]:
+    order = sorted(fits.values(), key=lambda fit: fit.criterion)
+    near = [fit for fit in order if fit.criterion - order[0].criterion < NEAR]
+    best = min(near, key=lambda fit: (len(fit.parameters), fit.criterion))
+    second = next(fit for fit in order if fit is not best)
+    lead = second.criterion - best.criterion
+    simplest = fits["constant"]
+    slope = fits["logarithmic"].parameters.loc["slope"]
+    growth = f"its slope is {slope['value']:.3g} per decade (95 %: {slope['low']:.3g} to {slope['high']:.3g})"
+    if best is simplest:
+        return best.form, (
+            "Static friction is best described as constant: growth with stick time does not pay for its parameter; "
+            f"on the logarithmic form {growth}."
+        )
+    strength = "clearly" if lead > 6 else "only slightly" if lead > 2 else "not decisively"
+    why = (
+        "as Akaike's criterion is lowest"
+        if best is order[0]
+        else "the simplest of those whose Akaike criterion is near the lowest"
+    )
+    return best.form, (
+        f"Static friction over stick time: the {best.form} form is chosen, {why} "
+        f"({strength}: by {lead:.1f} against the {second.form} form, by "
+        f"{simplest.criterion - best.criterion:.1f} against a constant); on the logarithmic form {growth}."
+    )

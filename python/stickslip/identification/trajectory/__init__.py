@@ -1,0 +1,1 @@
+"""Laws fitted to whole measured motions: shooting through exact orbits."""

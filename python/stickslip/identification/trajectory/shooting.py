@@ -1,0 +1,173 @@
+"""A law sharpened by the agreement of motions: those it makes, laid over the measured ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.files.documents import number
+from stickslip.identification.law_parameters import LawParameters, check_names
+from stickslip.identification.trajectory.checkpoint import Checkpoint
+from stickslip.identification.trajectory.motion_misfit import Overlay
+from stickslip.identification.trajectory.multiple_shooting import MultipleShooting, scattering
+from stickslip.identification.trajectory.search import Laid, Progress, distance, search
+from stickslip.identification.trajectory.single_shooting import SingleShooting
+
+if TYPE_CHECKING:
+    from stickslip.identification.result import Identification
+
+
+def fit_trajectories(
+    first: Identification,
+    free: Iterable[str] | None = None,
+    settled_after: float = 0.4,
+    *,
+    shooting: Literal["auto", "records", "slips"] = "auto",
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    starts: int = 8,
+    profile: bool = False,
+    zero_error: float = 0.0,
+    scale_error: float = 0.0,
+    seed: int = 0,
+    progress: Progress | None = None,
+    checkpoint: str | Path | None = None,
+) -> Identification:
+    """Sharpen an identified law until the motion it makes lies over the measured motion.
+
+    Minimised is Σ ρ((x_simulated(t + φ; law) − x_measured(t)) / σ_r) over all records r, with σ_r the noise of the record and
+    ρ quadratic for small residuals and straight beyond three standard deviations.
+
+    By records (single shooting) x_simulated is the settled motion under the record's drive and φ one shift of time a record.
+    Each start is led near first by what does not depend on φ: period, turning points, time stuck, distance of the phase
+    trajectories, kind of motion. A motion of another kind than the measured one is never taken.
+
+    By slips (multiple shooting) each slip that follows a whole stick and ends in one is simulated anew, from its own
+    break-away: where and when it begins are unknowns of that slip, the numbers of the law are shared. How static friction
+    grows is then taken from where the sticks end, see :mod:`stickslip.identification.trajectory.first_passage`.
+
+    Parameters
+    ----------
+    first : an identification whose records hold a displacement; any law by records, one with a break-away by slips.
+    free : names of the numbers to fit; default those of `first`.
+    settled_after : the fraction of each record that is left out as transient, in [0, 1).
+    shooting : ``"records"``, ``"slips"``, or ``"auto"``: by slips where the cycles of a record scatter, which `notes` says.
+    bounds : (low, high) by name, within which a free number stays, beyond those that `first` was given.
+    starts : the most starting points that are tried; the first is that of `first`, the others lie around it. The search
+        ends where only noise is left.
+    profile : intervals by the profile of the likelihood instead of the curvature at its top; by records.
+    zero_error, scale_error : standard errors of the zero (a length) and the scale (relative) of the gauge, the same for all
+        records. They do not show in a record, and at low noise they are most of what is not known.
+    seed : of the starting points.
+    progress : called as ``progress(what, done, of)``.
+    checkpoint : a law file that holds the best so far from start to start, and after an interruption; where it exists
+        and is from the same records and numbers, the search goes on from it. It is removed at the end.
+
+    Returns
+    -------
+    Identification with the sharpened law, its parameters and covariance; ``rms`` is that of the displacement, in standard
+    deviations of the motion; ``motions`` has a row for each record.
+
+    Raises
+    ------
+    InputError
+        for a record without displacement or with unknown constants, or where no motion lies near the record.
+    KeyboardInterrupt
+        after the best so far was written to `checkpoint`.
+
+    Limits: by records for steady, repeating motions; the covariance takes the correlation of the residuals from sample to
+    sample into account. By slips for motions that stick; the intervals hold what differs from slip to slip. Neither holds
+    errors of the rig's mass, stiffness, damping and drive velocity. Slopes by records go through all events by the core's
+    derivatives; of a smooth law, or one with an internal state, and by slips they are differences of exact orbits.
+
+    Source: the criterion of identification of the paper's Section 6, agreement of phase trajectories; multiple shooting
+    after Bock, in Modelling of Chemical Reaction Systems (1981) 102.
+    """
+    if not 0 <= settled_after < 1:
+        raise InputError(f"fit_trajectories: settled_after must lie in [0, 1), got {settled_after}")
+    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
+        raise InputError(f"fit_trajectories: starts must be a whole number of at least 1, got {starts!r}")
+    if shooting not in ("auto", "records", "slips"):
+        raise InputError(f"fit_trajectories: shooting must be auto, records or slips, got {shooting!r}")
+    names = check_names(first.law, first.parameters.index if free is None else free)
+    for name, size in (("zero_error", zero_error), ("scale_error", scale_error)):
+        if number(name, size, "fit_trajectories") < 0:
+            raise InputError(f"fit_trajectories: {name} must not be negative, got {size}")
+    within = {**first.within, **_checked(bounds or {}, names)}
+    numbers, gauge = LawParameters(first.law, names, first.ties, within), (zero_error, scale_error)
+    why = scattering(first, settled_after) if shooting == "auto" else None
+    shots: SingleShooting | MultipleShooting
+    if shooting == "slips" or why is not None:
+        if profile:
+            raise InputError(
+                "fit_trajectories: intervals by slips come from how the slips differ, not from a profile: leave profile out"
+                + ("" if why is None else f", or shoot by records ({why})")
+            )
+        shots = MultipleShooting(first.records, settled_after, numbers, gauge)
+    else:
+        shots = SingleShooting([Overlay(record, settled_after) for record in first.records], numbers, gauge)
+    about = [names, settled_after, seed, type(shots).__name__, sorted(within.items())]
+    memory = Checkpoint(checkpoint, first, about)
+    search(shots, first, starts, np.random.default_rng(seed), memory, progress or (lambda *_: None))
+    laid = shots.finish()
+    result = _result(first, shots, laid, [] if why is None else [f"Shot by slips: {why}."])
+    if profile and isinstance(shots, SingleShooting):
+        result = _profiled(result, shots, laid, progress)
+    memory.remove()
+    return result
+
+
+def _checked(bounds: Mapping[str, tuple[float, float]], names: Iterable[str]) -> dict[str, tuple[float, float]]:
+    known = list(names)
+    for name, pair in bounds.items():
+        if name not in known:
+            raise InputError(
+                f"fit_trajectories: bounds are given for {name}, which is not fitted; fitted are {', '.join(known)}"
+            )
+        if not len(pair) == 2 or not pair[0] < pair[1]:
+            raise InputError(f"fit_trajectories: the bounds of {name} must be a pair (low, high), got {pair}")
+    return {name: (float(low), float(high)) for name, (low, high) in bounds.items()}
+
+
+def _result(
+    first: Identification, shots: SingleShooting | MultipleShooting, laid: Laid, notes: list[str]
+) -> Identification:
+    free, count = shots.free, len(shots.free.names)
+    parameters, full = free.estimate(laid.numbers, laid.covariance[:count, :count], laid.freedom)
+    options = ["--trajectories", *(["--shooting slips"] if isinstance(shots, MultipleShooting) else [])]
+    for name, size in zip(("zero", "scale"), shots.gauge_error.tolist(), strict=True):
+        if size:
+            options.append(f"--{name}-error {size:g}")
+            notes.append(f"An error of {size:.3g} of the gauge's {name}, common to all records, is in the intervals.")
+    held = (laid.numbers <= free.low) | (laid.numbers >= free.high)
+    notes += [
+        f"{name} is held by a bound, so its interval and those of the other numbers leave out that it may lie beyond."
+        for name, at in zip(free.names, held, strict=True)
+        if at
+    ]
+    return replace(
+        first,
+        law=free.law(laid.numbers),
+        parameters=parameters,
+        covariance=full,
+        rms=distance(laid.motions),
+        motions=laid.motions,
+        command=" ".join([first.command, *options]),
+        notes=[*first.notes, *notes, *laid.notes],
+    )
+
+
+def _profiled(result: Identification, shots: SingleShooting, laid: Laid, progress: Progress | None) -> Identification:
+    from stickslip.identification.trajectory.profile import profile_intervals
+
+    ends, open_ends = profile_intervals(shots, shots.best[1], laid.covariance, progress)
+    return replace(
+        result,
+        parameters=result.parameters.assign(low=ends["low"], high=ends["high"]),
+        command=result.command + " --profile",
+        notes=[*result.notes, "Intervals are those of the profile likelihood.", *open_ends],
+    )

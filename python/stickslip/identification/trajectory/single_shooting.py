@@ -1,0 +1,270 @@
+"""Whole records laid over the settled motion of a law, one shift of time a record: single shooting."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from scipy.optimize import least_squares
+
+from stickslip.errors import InputError
+from stickslip.identification.estimator.least_squares import acting, descend, robust
+from stickslip.identification.estimator.uncertainty import correlation_time, inverse
+from stickslip.identification.law_parameters import LawParameters
+from stickslip.identification.trajectory.motion_misfit import Overlay
+from stickslip.identification.trajectory.search import LIKE_NOISE, Laid, distance
+from stickslip.identification.trajectory.tangent import why_differences
+
+Array = npt.NDArray[np.float64]
+
+SHARES = (0.1, 0.35, 1.0)
+"""Shares of each record that are fitted one after the other."""
+FAR = 0.3
+"""A motion farther than this from a record, in its standard deviations, is not near it."""
+FARTHEST = 1e6
+"""No motion counts as farther than so many standard deviations of the record; numbers that make no law are twice as far."""
+CLOSE = 0.05
+"""A motion within that of a record is near it whatever its kind is called."""
+
+
+class SingleShooting:
+    """Records and free numbers: the misfit of the motions, its slopes, and the way down.
+
+    The vector of unknowns is (free numbers, one shift of time a record); `gauge_error` holds the standard errors of the
+    gauge's zero (a length) and scale (relative).
+    """
+
+    def __init__(
+        self, overlays: Sequence[Overlay], free: LawParameters, gauge_error: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
+        self.overlays, self.free, self.gauge_error = list(overlays), free, np.array(gauge_error)
+        self.count = len(free.names)
+        self.known = all(math.isfinite(overlay.noise) for overlay in overlays)
+        #: Standard deviation of the residuals of each record, by which they count.
+        self.sigma = np.array([0.02 * o.spread if math.isnan(o.noise) else o.noise for o in overlays])
+        self.best: tuple[float, Array] = (math.inf, np.zeros(0))
+
+    def lengths(self, share: float) -> list[int]:
+        """Samples of each record that count."""
+        return [max(20, int(share * overlay.time.size)) for overlay in self.overlays]
+
+    def residuals(self, unknowns: Array, share: float = 1.0) -> Array:
+        """(simulated − measured) / σ of all records one after the other; far off where the numbers make no law."""
+        parts = self._parts(unknowns, share)
+        if parts is None:
+            return np.concatenate([np.full(n, 2 * FARTHEST * o.spread / s) for o, n, s in self._each(share)])
+        return np.concatenate(parts)
+
+    def cost(self, unknowns: Array) -> float:
+        """The robust sum of squares over the whole records."""
+        return robust(self.residuals(unknowns))[0]
+
+    def _each(self, share: float) -> list[tuple[Overlay, int, float]]:
+        return list(zip(self.overlays, self.lengths(share), self.sigma.tolist(), strict=True))
+
+    def _parts(self, unknowns: Array, share: float) -> list[Array] | None:
+        try:
+            law = self.free.law(unknowns[: self.count])
+            motions = [
+                (o.motion(law, shift, n)[0] - o.displacement[:n], FARTHEST * o.spread, s)
+                for (o, n, s), shift in zip(self._each(share), unknowns[self.count :], strict=True)
+            ]
+        except InputError:
+            return None
+        return [np.clip(np.nan_to_num(rest, nan=far), -far, far) / s for rest, far, s in motions]
+
+    def is_law(self, unknowns: Array) -> bool:
+        """Whether there is a law with these numbers."""
+        try:
+            self.free.law(unknowns[: self.count])
+        except InputError:
+            return False
+        return True
+
+    def slopes(self, unknowns: Array, share: float = 1.0) -> Array:
+        """Derivatives of the residuals, shape (samples, unknowns).
+
+        Those by a shift are the velocity; those by a number come from the core's derivatives through events, and from
+        :meth:`differences` where it has none.
+        """
+        law, units = self.free.law(unknowns[: self.count]), self.free.units(unknowns[: self.count])
+        edges = np.cumsum([0, *self.lengths(share)])
+        found = np.zeros((int(edges[-1]), unknowns.size))
+        together = [
+            [name, *(tied for tied, source in self.free.same_as.items() if source == name)] for name in self.free.names
+        ]
+        missing = set()
+        for i, (overlay, n, s) in enumerate(self._each(share)):
+            names = [name for group in together for name in group]
+            velocity, by = overlay.tangent(law, names, float(unknowns[self.count + i]), n)
+            rows = slice(edges[i], edges[i + 1])
+            found[rows, self.count + i] = velocity / s
+            for j, group in enumerate(together):
+                if all(name in by for name in group):
+                    found[rows, j] = units[j] / s * sum(by[name] for name in group)
+                else:
+                    missing.add(j)
+        for j in missing:
+            found[:, j] = self.differences(unknowns, j, share)
+        return found
+
+    def differences(self, unknowns: Array, j: int, share: float = 1.0, step: float = 0.02) -> Array:
+        """The derivative of the residuals by free number `j`: central differences of exact orbits, one-sided at a limit."""
+        sides: list[tuple[float, Array]] = []
+        for h in (step, -step, 0.0):
+            trial = unknowns.copy()
+            trial[j] = np.clip(trial[j] + h, self.free.low[j], self.free.high[j])
+            parts = None if sides and trial[j] == sides[-1][0] else self._parts(trial, share)
+            if parts is not None:
+                sides.append((float(trial[j]), np.concatenate(parts)))
+            if len(sides) == 2:
+                (a, up), (b, down) = sides
+                return np.asarray((up - down) / (a - b))
+        return np.zeros(sum(self.lengths(share)))
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Limits of the unknowns."""
+        reach = np.array([overlay.reach for overlay in self.overlays])
+        return np.concatenate([self.free.low, -reach]), np.concatenate([self.free.high, reach])
+
+    def near(self, numbers: Array) -> Array:
+        """The free numbers close by whose motions have the measured landmarks, from which the way down is short.
+
+        What is minimised knows nothing of phase (see :meth:`Overlay.unlikeness`), so it leads from far away.
+        """
+
+        def unlike(trial: Array) -> Array:
+            try:
+                law = self.free.law(trial)
+                return np.concatenate([overlay.unlikeness(law) for overlay in self.overlays])
+            except InputError:
+                return np.full(8 * len(self.overlays), 2.0)
+
+        low, high = self.free.low, self.free.high
+        inside = np.clip(numbers, low + 1e-9, high - 1e-9)
+        found = least_squares(
+            unlike,
+            inside,
+            bounds=(low, high),
+            loss="soft_l1",
+            f_scale=0.1,
+            diff_step=np.full(inside.size, 1e-3),
+            max_nfev=12,
+        )
+        return np.asarray(found.x)
+
+    def lay(self, numbers: Array) -> float:
+        """Least squares of the motions from these free numbers; returns the misfit.
+
+        The misfit is the mean of the squared residuals over the noise, 1 where only noise is left.
+        """
+        unknowns = numbers
+        for share in SHARES:
+            # A few cycles first: over many a small error of the period would put the motions out of step.
+            law = self.free.law(unknowns[: self.count])
+            shifts = [overlay.first_shift(law, n) for overlay, n, _ in self._each(share)]
+            unknowns = np.concatenate([unknowns[: self.count], shifts])
+            unknowns = self.down(unknowns, share, 1.0 if share < 1 else 0.01)
+        misfit = float(np.mean(np.square(self.residuals(unknowns))))
+        if misfit < self.best[0]:
+            self.best = (misfit, unknowns)
+        return misfit
+
+    def down(self, unknowns: Array, share: float, enough: float, held: Sequence[int] = ()) -> Array:
+        """The least misfit over a share of each record, from near it; `held` numbers stay."""
+        residuals, slopes = partial(self.residuals, share=share), partial(self.slopes, share=share)
+        return descend(residuals, slopes, self.bounds(), unknowns, enough, held)
+
+    def scatter(self, unknowns: Array) -> Array:
+        """Standard deviation of each record's residuals, in its unit of length."""
+        parts = np.split(self.residuals(unknowns), np.cumsum(self.lengths(1.0))[:-1])
+        return np.array([s * math.sqrt(np.mean(part**2)) for part, s in zip(parts, self.sigma, strict=True)])
+
+    def silent(self, unknowns: Array) -> list[str]:
+        """Names of the free numbers that change no motion here."""
+        acts = acting(self.slopes(unknowns))
+        return [name for name, does in zip(self.free.names, acts, strict=False) if not does]
+
+    def covariance(self, unknowns: Array) -> Array:
+        """Of all unknowns, from the slopes, the scatter of each record and its correlation from sample to sample.
+
+        What an error of the gauge's zero and scale, common to all records, would do to the unknowns is added.
+        """
+        residuals, slopes = self.residuals(unknowns), self.slopes(unknowns)
+        edges = np.cumsum([0, *self.lengths(1.0)])
+        information = np.zeros((unknowns.size, unknowns.size))
+        pulls = np.zeros((unknowns.size, 2))
+        for (a, b), overlay, sigma in zip(pairwise(edges), self.overlays, self.sigma, strict=True):
+            part = residuals[a:b]
+            freedom = max(part.size - unknowns.size / len(self.overlays), 1.0)
+            excess = float(np.sum(part**2)) / freedom * correlation_time(part)
+            information += slopes[a:b].T @ slopes[a:b] / excess
+            gauge = np.stack([np.ones(b - a), overlay.displacement], axis=1) * self.gauge_error / sigma
+            pulls += slopes[a:b].T @ gauge / excess
+        if (silent := self.silent(unknowns)) or not np.diag(information).all():
+            raise InputError(
+                f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: leave it out of "
+                "the free parameters, or add records in which it acts"
+            )
+        covariance = inverse(information, self.free.names)
+        moved = covariance @ pulls
+        return np.asarray(covariance + moved @ moved.T)
+
+    def finish(self) -> Laid:
+        """The best motions with each record weighed by the scatter that is left, and how well the numbers are known.
+
+        Raises
+        ------
+        InputError
+            where no motion lies near a record.
+        """
+        unknowns = self.best[1]
+        for _ in range(2):
+            self.sigma = np.maximum(self.scatter(unknowns), 1e-12)
+            unknowns = self.down(unknowns, 1.0, 1e-4)
+        self.best = (self.best[0], unknowns)
+        scatter = self.scatter(unknowns)
+        self._refuse_far(unknowns, scatter)
+        motions = pd.DataFrame(
+            {
+                "record": [overlay.name for overlay in self.overlays],
+                "kind": [overlay.seen.kind for overlay in self.overlays],
+                "period": [overlay.seen.period for overlay in self.overlays],
+                "samples": [overlay.time.size for overlay in self.overlays],
+                "shift": unknowns[self.count :],
+                "scatter": scatter,
+                "noise": [overlay.noise for overlay in self.overlays],
+                "distance": [s / overlay.spread for s, overlay in zip(scatter, self.overlays, strict=True)],
+            }
+        )
+        notes = [
+            f"Sharpened by the agreement of the motions: they lie {distance(motions):.2g} of the displacement's standard "
+            "deviation apart, with one shift of time for each record."
+        ]
+        why = why_differences(type(self.free.law(unknowns[: self.count])))
+        if why is not None:
+            notes.append(f"Slopes of the motion are differences of orbits: {why}.")
+        notes += [
+            f"{overlay.name}: the motion of the law lies {left / overlay.noise:.2g} times the noise from the record, so the "
+            "law, or a constant of the rig, is not quite that of the record, and the intervals are too narrow."
+            for overlay, left in zip(self.overlays, scatter.tolist(), strict=True)
+            if left > LIKE_NOISE**2 * overlay.noise
+        ]
+        return Laid(unknowns[: self.count], self.covariance(unknowns), math.inf, motions, notes)
+
+    def _refuse_far(self, unknowns: Array, scatter: Array) -> None:
+        law = self.free.law(unknowns[: self.count])
+        for overlay, left in zip(self.overlays, scatter, strict=True):
+            far = left / overlay.spread
+            found, _ = overlay.landmarks(law)
+            # Close to the end of stick-slip the shortest sticks are not seen: there the word alone does not decide.
+            if far > FAR or (found.kind != overlay.seen.kind and far > CLOSE):
+                raise InputError(
+                    f"{overlay.name}: no motion of the law lies near this record (distance {far:.2f} of its standard "
+                    f"deviation; measured {overlay.seen.kind}, simulated {found.kind}); keep the fit of the branches"
+                )

@@ -1,0 +1,100 @@
+"""How the motion of a law moves with its numbers, through all events: the core's derivatives along a held event sequence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import CubicHermiteSpline
+
+from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence
+from stickslip.errors import InputError
+from stickslip.identification.law_parameters import Place, places
+from stickslip.laws import Law
+from stickslip.laws.state_law import StateLaw
+from stickslip.simulation.orbit import Orbit
+
+Array = npt.NDArray[np.float64]
+
+KNOTS = 16
+"""Knots in a natural period; between them a derivative is the cubic through its values and slopes, good to 10⁻⁴ of itself."""
+FEWEST = 6
+"""Knots in every phase: the short ones, such as a steep climb, are the quick ones."""
+BESIDE = 1e-7
+"""A knot lies on either side of each event, that part of a natural period away, as the derivative of v jumps there."""
+
+
+def why_differences(kind: type[Law]) -> str | None:
+    """Why the slopes of a law's motion are differences of orbits, None where they come from the core's derivatives.
+
+    >>> from stickslip.laws import LuGre, StaticKinetic
+    >>> why_differences(StaticKinetic), why_differences(LuGre)
+    (None, 'a law with an internal state has no events to follow')
+    """
+    if issubclass(kind, StateLaw):
+        return "a law with an internal state has no events to follow"
+    if kind.SMOOTH:
+        return "along a smooth law a derivative of the core takes five times as long as the two orbits of a difference"
+    return None
+
+
+class Tangent:
+    """The event sequence of an orbit with knots in a window of time, and what each number of the law does to it there.
+
+    Parameters
+    ----------
+    orbit : of an oscillator of one mass whose law has no inner state.
+    start : position and velocity at t = 0, the velocity None on the drive.
+    window : first and last time at which derivatives are asked for.
+    """
+
+    def __init__(self, orbit: Orbit, start: tuple[float, float | None], window: tuple[float, float]) -> None:
+        system = orbit.system
+        sequence, _, _ = EventSequence.of_run(system, orbit.t_end, *start)
+        self._places = places(system.law)
+        period = system.natural_period
+        self._sequence, self._knots, self.times = _with_knots(sequence, window, period / KNOTS, BESIDE * period)
+
+    def by(self, name: str) -> CubicHermiteSpline:
+        """The derivative of x by a number of the law at fixed time, as a function of time inside the window.
+
+        Raises
+        ------
+        InputError
+            where the law does not exist on both sides of the number, or the motion beside it takes other events.
+        """
+        rates = self._sequence.follow(_pointer(self._places[name])).rates[self._knots][:, :, -1]
+        x, v = rates[:, STATE.index("x")], rates[:, STATE.index("v")]
+        if not (np.isfinite(x).all() and np.isfinite(v).all()):
+            raise InputError(f"{name}: the motion beside this one takes other events")
+        return CubicHermiteSpline(self.times, x, v)
+
+
+def _pointer(place: Place) -> str:
+    return "/law/" + "/".join(map(str, place))
+
+
+def _with_knots(
+    sequence: EventSequence, window: tuple[float, float], spacing: float, beside: float
+) -> tuple[EventSequence, npt.NDArray[np.int_], Array]:
+    """The sequence with phases cut at knots, the phases that end at one, and the times of these."""
+    low, high = window
+    rows: list[Sequence[float]] = []
+    knots: list[int] = []
+    times: list[float] = []
+    begin = 0.0
+    for direction, hold, ending, duration in sequence.phases:
+        end = begin + duration
+        first, last = max(begin + beside, low), min(end - beside, high)
+        at = begin
+        if last > first:
+            for time in np.linspace(first, last, max(FEWEST, 2 + int((last - first) / spacing))):
+                knots.append(len(rows))
+                times.append(time)
+                rows.append((direction, hold, TIME, time - at))
+                at = time
+        rows.append((direction, hold, ending, end - at))
+        begin = end
+    return replace(sequence, phases=np.array(rows)), np.array(knots, int), np.array(times)

@@ -1,0 +1,146 @@
+"""Where a record and its rig contradict each other: refused where nothing could be measured, else said."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from stickslip.errors import InputError
+from stickslip.measurement.force import Friction, likeliest_inertia
+from stickslip.measurement.limits import BLUR, FEW
+from stickslip.measurement.noise import line_excess, mains_line
+from stickslip.measurement.pieces import Oscillator
+from stickslip.measurement.read import Record
+from stickslip.measurement.rig import Rig
+from stickslip.measurement.spectra import Line
+from stickslip.measurement.sticks import Flanks, Presmoothed, own_period
+
+Array = npt.NDArray[np.float64]
+
+MOSTLY_SLOW = 0.4
+"""Share of slow time below which the main line of a record is that of the oscillator."""
+
+LEAST_PER_PERIOD = 6
+"""Samples that the free mass must give in a period for its acceleration to be seen."""
+
+RISES = 30.0
+"""No mass that a drive drags along rises so many times faster than the drive."""
+
+
+def check_sampling(record: Record, rig: Rig) -> None:
+    """Refuse samples too far apart for the free mass of the rig, as with stamps in another unit of time."""
+    if record.step * rig.natural_frequency * LEAST_PER_PERIOD > 1:
+        raise InputError(
+            f"{record.source}: samples are {record.step:.3g} s apart, and by the rig's stiffness and mass the free mass "
+            f"swings once in {1 / rig.natural_frequency:.3g} s; at least {LEAST_PER_PERIOD} samples a swing are needed: "
+            "correct time_unit, stiffness or mass, or sample faster"
+        )
+
+
+def few_samples(record: Record, oscillator: Oscillator) -> list[str]:
+    """Whether the samples are too few for break-aways to be placed to less than a sample."""
+    period = own_period(oscillator)
+    if period >= FEW * record.step:
+        return []
+    return [
+        f"{period / record.step:.0f} samples in a period of the free mass: with fewer than {FEW} a break-away may be seen "
+        f"some {BLUR:g} samples ({BLUR * record.step:.2g} s) too early, its force too low by as much loading, and the "
+        "friction of slow slip beside it too high; the errors of the break-aways hold that; record faster"
+    ]
+
+
+def check_rise(record: Record, rig: Rig, presmoothed: Presmoothed, flanks: Flanks) -> None:
+    """Refuse an extension that rises far faster than the drive can pull it, as in another unit of length."""
+    x, time = presmoothed.extension, presmoothed.time
+    rise = max(((x[b] - x[a]) / (time[b] - time[a]) for a, b in flanks.limits), default=0.0)
+    if rise > RISES * rig.drive_velocity:
+        raise InputError(
+            f"{record.source}: column {rig.column!r} rises at {rise:.3g}{_length(rig)}/s between two falls, and the drive "
+            f"that drags the mass goes at {rig.drive_velocity:g}; correct the unit, the drive_velocity or the stiffness in "
+            "the rig"
+        )
+
+
+def without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:
+    """The signal without the mains line that the rig names; a line it does not name is noted."""
+    signal = record.signal
+    if rig.mains_frequency is not None:
+        if rig.mains_frequency * record.step > 0.4:
+            raise InputError(
+                f"{record.source}: a mains line of {rig.mains_frequency:g} Hz cannot be seen at "
+                f"{1 / record.step:g} samples per second; remove mains_frequency from the rig"
+            )
+        line = mains_line(signal, record.time, rig.mains_frequency)
+        notes.append(
+            f"a mains line at {rig.mains_frequency:g} Hz with an amplitude of {math.sqrt(2) * float(np.std(line)):.2g} "
+            f"{rig.unit} was subtracted"
+        )
+        return signal - line
+    if rig.unit != "1":  # a dimensionless record has no mains
+        for frequency in (50.0, 60.0):
+            excess = line_excess(signal, record.step, frequency)
+            if excess > 10:
+                notes.append(
+                    f"the record has a line at {frequency:g} Hz, {excess:.0f} times its neighbourhood; set "
+                    f"mains_frequency = {frequency:g} in the rig to take it out"
+                )
+    return signal
+
+
+def overtaking(friction: Friction, rate_error: float) -> list[str]:
+    """Whether the mass runs ahead of the drive by more than the noise."""
+    drive = friction.fit.oscillator.drive_velocity
+    share = float(np.mean(friction.slip_velocity < -max(0.1 * drive, 4 * rate_error)))
+    if share < 0.02:
+        return []
+    return [
+        f"the mass overtakes the drive for {100 * share:.0f} % of the time, by up to "
+        f"{-float(friction.slip_velocity.min()) / drive:.2g} V: w < 0 there, or a unit, a sign or the drive_velocity of the "
+        "rig is wrong"
+    ]
+
+
+def unlike_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[str]:
+    """Whether the samples scatter otherwise than the file says they do."""
+    if not record.error:
+        return []
+    spring = rig.instrument == "spring_force"
+    stated = record.error * rig.force_unit / (friction.fit.oscillator.stiffness if spring else 1.0)
+    if 0.5 < friction.noise / max(stated, 1e-300) < 2:
+        return []
+    return [
+        f"the record says its samples are good to {stated:.2g}{_length(rig)}, they scatter by "
+        f"{friction.noise:.2g}{_length(rig)} about the fit: the scatter was believed"
+    ]
+
+
+def inertia(friction: Friction, rig: Rig, slow: float, line: Line) -> list[str]:
+    """Whether the resonance, or the smoothness of friction, speaks for another inertia than the rig's."""
+    notes: list[str] = []
+    o = friction.fit.oscillator
+    own = math.sqrt(o.stiffness / o.mass) / (2 * math.pi)
+    nominal = math.sqrt(rig.stiffness / o.mass) / (2 * math.pi)
+    # A slider that is slow most of the time sounds at the rate of its slips, not at its resonance.
+    if slow < MOSTLY_SLOW and line.frequency > 0:
+        ratio = line.frequency / own
+        if abs(ratio - 1) > max(0.05, 3 * line.error / own):
+            notes.append(
+                f"the resonance line at {line.frequency:.3g} +- {line.error:.2g} Hz is {ratio:.2f} times sqrt(k/m)/2pi "
+                f"= {own:.3g} Hz ({line.frequency / nominal:.2f} times the {nominal:.3g} Hz of the nominal stiffness): "
+                "friction that depends on velocity shifts it, or the effective inertia is "
+                f"{1 / ratio**2:.2f} of the mass {o.mass:g}"
+            )
+    likeliest, error = likeliest_inertia(friction)
+    if math.isfinite(likeliest) and abs(likeliest - o.mass) > max(3 * error, 0.15 * o.mass):
+        notes.append(
+            f"the inertia that makes the friction force of the slips smoothest is {likeliest / o.mass:.2f} +- "
+            f"{error / o.mass:.2f} times the {o.mass:g} kg used here (a law that is steep in w shifts this; "
+            f"rig: effective_mass sets another)"
+        )
+    return notes
+
+
+def _length(rig: Rig) -> str:
+    return "" if rig.unit == "1" else " m"

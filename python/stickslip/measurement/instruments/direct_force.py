@@ -1,0 +1,350 @@
+"""An instrument in the line of the friction force: friction is its reading less inertia, over speed a loop."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from stickslip.errors import InputError
+from stickslip.measurement.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
+from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
+from stickslip.measurement.instruments.scatter import median_and_error
+from stickslip.measurement.noise import noise_level
+from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
+from stickslip.measurement.smooth import jerk_spline
+from stickslip.measurement.spectra import main_line
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+
+OSCILLATOR = ("mass", "stiffness", "damping")
+"""What the contact hangs on, where a law is to be set in motion: of a torsional record inertia, N m/rad and N m s/rad."""
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One record turned into friction."""
+
+    record: Samples
+    w: Array
+    acceleration: Array
+    force: Array
+    error: Array
+    stuck: Mask
+    unit: str
+    speed_unit: str
+    notes: list[str]
+    facts: dict[str, float | str]
+
+
+class _DirectForce(Instrument):
+    """Reads a second file on another clock where the rig names one."""
+
+    def read(self, source: Any, bench: Bench) -> Samples:
+        if not bench.companion:
+            return super().read(source, bench)
+        main = self._read_one(source, bench.channels, bench.read, bench.maybe("sampling_rate"))
+        return _join(main, self.read_companion(source, bench), bench)
+
+
+def _join(force: Samples, motion: Samples, bench: Bench) -> Samples:
+    """The force on the clock of the motion.
+
+    Where the inertia is given the offset is that under which the force is inertia and friction of the motion: where inertia
+    makes most of the force, its size has nothing of that of the speed.
+    """
+    name = "velocity" if "velocity" in motion else "displacement"
+    if name not in motion:
+        raise InputError(f"{motion.source}: the companion of a force record must hold displacement or velocity")
+    given, inertia = bench.maybe("clock_offset"), bench.number("inertia")
+    smooth = jerk_spline(motion.time, motion[name], cutoff=bench.maybe("cutoff"))
+    speed, acceleration = (smooth.x, smooth.v) if name == "velocity" else (smooth.v, smooth.a)
+    if inertia > 0:
+        found = inertia_offset(force.time, force["force"], motion.time, speed, acceleration, inertia)
+        alike = "force with inertia and friction"
+    else:
+        found = clock_offset(force.time, force["force"], motion.time, speed)
+        alike = "force and speed"
+        if given is None:
+            _check_without_inertia(found, force, motion, speed, acceleration)
+    if given is None and found.correlation < LEAST_CORRELATION:
+        raise InputError(
+            f"{force.source}: the offset between the clock of the force and that of {motion.source} cannot be told: the "
+            f"correlation of {alike} is {found.correlation:.2f} at best, and {LEAST_CORRELATION:g} is needed; give "
+            "clock_offset in the rig" + ("" if inertia > 0 else ", or the inertia between gauge and contact")
+        )
+    offset = found.value if given is None else given
+    notes = [*force.notes, *motion.notes]
+    seen = f"{found.value:.3g} +- {found.error:.1g} s by the correlation ({found.correlation:.2f}) of {alike}"
+    if given is None:
+        notes.append(f"the clock of the force is ahead of that of the motion by {seen}; this was used")
+    else:
+        notes.append(
+            f"the clock of the force is ahead of that of the motion by {given:g} s as the rig says; it is {seen}"
+        )
+        if abs(given - found.value) > 3 * found.error:
+            notes.append("the offset of the rig contradicts the records: look at both")
+    time = motion.time + offset
+    inside = (time >= force.time[0]) & (time <= force.time[-1])
+    if np.count_nonzero(inside) < 32:
+        raise InputError(
+            f"{force.source}: with a clock offset of {offset:g} s the two records have {np.count_nonzero(inside)} samples in "
+            "common; correct clock_offset"
+        )
+    channels = {key: value[inside] for key, value in motion.channels.items()}
+    for key, value in force.channels.items():
+        if key != "time":
+            channels[key] = np.interp(time[inside], force.time, value)
+    return Samples(channels, {**motion.units, **force.units}, f"{force.source}, {motion.source}", tuple(notes))
+
+
+def _check_without_inertia(found: Offset, force: Samples, motion: Samples, speed: Array, acceleration: Array) -> None:
+    """Refuse an offset that makes inertia pass for friction: a motion to and fro fits either, a part of a period apart."""
+    clocks = force.time, force["force"], motion.time, speed, acceleration
+    without, free = inertia_offset(*clocks, 0.0), inertia_offset(*clocks, None)
+    apart = abs(free.value - found.value) > 3 * math.hypot(free.error, found.error)
+    if apart and 1 - free.correlation**2 < 0.5 * (1 - without.correlation**2):
+        raise InputError(
+            f"{force.source}: the offset between the clock of the force and that of {motion.source} cannot be told: by force "
+            f"and speed it is {found.value:.3g} s, but with inertia in the force {free.value:.3g} s fits better; give "
+            "clock_offset in the rig, or the inertia between gauge and contact"
+        )
+
+
+def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+    """Friction over slip velocity, on the way up and on the way down, with the sticks where a speed for them is given.
+
+    friction = force - inertia * acceleration (over the normal force, where there is one). `steady` holds the medians in
+    bins of the slip velocity, apart for speeding up and slowing down; their errors come from the scatter over ten
+    consecutive stretches of the record.
+    """
+    runs = [_run(record, bench) for record in records]
+    tables = [_loop(run, bench) for run in runs]
+    steady = xr.concat(tables, dim="row") if len(tables) > 1 else tables[0]
+    names = ["forward_force", "forward_error", "backward_force", "backward_error", "peak_force"]
+    if all("actuator_force" in run.facts for run in runs):
+        names.append("actuator_force")
+    levels = xr.Dataset(
+        {name: ("run", np.array([float(run.facts[name]) for run in runs]), {"units": runs[0].unit}) for name in names}
+        | {"source": ("run", [run.record.source for run in runs])}
+    )
+    children = {"steady": steady, "levels": levels}
+    run = runs[0]
+    if len(runs) == 1:
+        children["break_away"] = _break_aways(run)
+    series: dict[str, tuple[npt.NDArray[Any], str]] = {}
+    if len(runs) == 1:
+        series = {
+            "time": (run.record.time, "s"),
+            "slip_velocity": (run.w, run.speed_unit),
+            "slip_acceleration": (run.acceleration, run.speed_unit + "^2"),
+            "force": (run.force, run.unit),
+            "force_error": (run.error, run.unit),
+            "stuck": (run.stuck, "1"),
+        }
+        # That of an oscillator is the extension of its spring, which this is not.
+        if "displacement" in run.record and "stiffness" not in run.facts:
+            series["displacement"] = (run.record["displacement"], run.record.units["displacement"])
+    return friction_tree(
+        series=series,
+        tables=children,
+        source="; ".join(run.record.source for run in runs),
+        rig=bench.toml,
+        notes=run.notes
+        if len(runs) == 1
+        else [f"{Path(run.record.source).name}: {note}" for run in runs for note in run.notes],
+        facts=run.facts
+        if len(runs) == 1
+        else facts_of_runs([run.record.source for run in runs], [float(run.facts["force"]) for run in runs]),
+    )
+
+
+def _run(record: Samples, bench: Bench) -> _Run:
+    time, force = record.time, record["force"]
+    notes = list(record.notes)
+    if "velocity" in record:
+        smooth = jerk_spline(time, record["velocity"], cutoff=bench.maybe("cutoff"))
+        w, acceleration, acceleration_error = smooth.x, smooth.v, smooth.v_error
+        speed_unit = record.units["velocity"]
+    elif "displacement" in record:
+        smooth = jerk_spline(time, record["displacement"], cutoff=bench.maybe("cutoff"))
+        w, acceleration, acceleration_error = smooth.v, smooth.a, smooth.a_error
+        speed_unit = "m/s" if record.units["displacement"] == "m" else "rad/s"
+    else:
+        raise InputError(f"{record.source}: a direct_force instrument needs a column of displacement or of velocity")
+    if not (np.abs(w) > 0).any():
+        raise InputError(
+            f"{record.source}: nothing moves in this record, so it holds no friction of slip; take another"
+        )
+    notes.append(f"speed and acceleration are smoothed with a cut-off of {smooth.cutoff:.3g} Hz")
+    inertia = bench.number("inertia")
+    unit = record.units["force"]
+    friction = force - inertia * acceleration
+    error = np.hypot(noise_level(force), inertia * acceleration_error)
+    if inertia == 0.0:
+        notes.append(
+            "inertia is 0: the instrument's reading is taken as friction, so what lies between instrument and contact and is "
+            f"accelerated (up to {np.quantile(np.abs(acceleration), 0.99):.3g} {speed_unit[:-2]}/s^2) is in it"
+        )
+    if "normal_force" in record:
+        normal = record["normal_force"]
+        friction, error, unit = friction / normal, error / np.abs(normal), "1"
+    level = bench.maybe("stuck_speed")
+    stuck = np.zeros(len(time), dtype=bool) if level is None else _stuck(w, level)
+    share = bench.number("fast_share")
+    fast = bench.maybe("fast_speed")
+    fast = share * float(np.max(np.abs(w))) if fast is None else fast
+    forward = median_and_error(friction[w > fast])
+    backward = median_and_error(friction[w < -fast])
+    facts: dict[str, float | str] = {
+        "forward_force": forward[0],
+        "forward_error": forward[1],
+        "backward_force": backward[0],
+        "backward_error": backward[1],
+        "peak_force": float(np.quantile(np.abs(friction), 0.99)),
+        "fast_speed": fast,
+        "lowest_speed": float(w.min()),
+        "highest_speed": float(w.max()),
+        "lowest_force": float(friction.min()),
+        "highest_force": float(friction.max()),
+        "cutoff": smooth.cutoff,
+    }
+    if not math.isnan(forward[0]) and not math.isnan(backward[0]):
+        facts["force"] = (forward[0] - backward[0]) / 2
+        facts["offset"] = (forward[0] + backward[0]) / 2
+        facts["force_error"] = math.hypot(forward[1], backward[1]) / 2
+    else:
+        facts["force"], facts["force_error"] = forward if not math.isnan(forward[0]) else backward
+    if level is not None:
+        facts["stuck_share"] = float(np.average(stuck[:-1], weights=np.diff(time)))
+        facts["slow_share"] = float(np.mean(np.abs(w) < level))
+        line = main_line(w, float(np.mean(np.diff(time))))
+        facts["main_line"], facts["main_line_error"] = line.frequency, line.error
+        facts["regime"] = "stick_slip" if float(facts["stuck_share"]) > 0.02 else "almost_harmonic"
+    actuators = [record[name] for name in ("actuator_1", "actuator_2") if name in record]
+    if actuators:
+        pull = float(np.mean(sum(actuators)))
+        facts["actuator_force"] = pull
+        notes.append(
+            f"the actuators pull with {pull:.4g} N together in the mean; friction is "
+            f"{float(facts['force']) / pull:.3g} times that"
+        )
+    for name in OSCILLATOR:
+        if bench.maybe(name):
+            facts[name] = bench.number(name)
+    if "drive_velocity" in record:
+        drive = record["drive_velocity"]
+        seen = np.isfinite(drive)
+        facts["drive_velocity"] = float(np.median(drive[seen])) if seen.any() else math.nan
+        notes.append(f"the drive's speed has drop-outs in {100 * np.mean(~seen):.1f} % of the samples; they are masked")
+    return _Run(record, w, acceleration, friction, error, stuck, unit, speed_unit, notes, facts)
+
+
+def _stuck(w: Array, level: float) -> Mask:
+    """Slower than `level`, for three samples at least, holes closed where the speed stays below twice the level."""
+    slow, near = np.abs(w) < level, np.abs(w) < 2 * level
+    stuck = slow.copy()
+    for first, last in _stretches(near):
+        inside = np.flatnonzero(slow[first:last])
+        if len(inside):
+            stuck[first + inside[0] : first + inside[-1] + 1] = True
+    for first, last in _stretches(stuck):
+        if last - first < 3:
+            stuck[first:last] = False
+    return stuck
+
+
+def _stretches(mask: Mask) -> list[tuple[int, int]]:
+    """First and one past the last index of every run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _loop(run: _Run, bench: Bench) -> xr.Dataset:
+    """Medians in bins of speed, apart for speeding up and slowing down."""
+    edges = np.linspace(run.w.min(), run.w.max(), int(bench.number("bins")) + 1)
+    speeding = run.acceleration * np.sign(run.w) > 0
+    rows: list[tuple[float, float, float, float]] = []
+    branch: list[str] = []
+    for low, high in pairwise(edges.tolist()):
+        inside = (run.w >= low) & (run.w <= high) & ~run.stuck
+        for mask, name in ((inside & speeding, "speeding_up"), (inside & ~speeding, "slowing_down")):
+            count = int(np.count_nonzero(mask))
+            if count < 10:
+                continue
+            value, error = median_and_error(run.force[mask])
+            rows.append((float(np.median(run.w[mask])), value, error, float(count)))
+            branch.append(name)
+    values = np.array(rows).reshape(-1, 4)
+    return xr.Dataset(
+        {
+            "slip_velocity": ("row", values[:, 0], {"units": run.speed_unit}),
+            "force": ("row", values[:, 1], {"units": run.unit}),
+            "force_error": ("row", values[:, 2], {"units": run.unit}),
+            "samples": ("row", values[:, 3], {"units": "1"}),
+            "branch": ("row", branch),
+            "source": ("row", [run.record.source] * len(branch)),
+        }
+    )
+
+
+def _break_aways(run: _Run) -> xr.Dataset:
+    """One row for each stick that ends inside the record: the force is its largest size in the stick."""
+    time, force = run.record.time, run.force
+    noise = float(np.median(run.error))
+    sticks = _stretches(run.stuck)
+    rows: list[list[float]] = []
+    for number, (first, last) in enumerate(sticks):
+        if last >= len(time):
+            continue
+        step = float(time[last] - time[last - 1])
+        inside = force[first : last + 1]
+        sense = 1.0 if inside[-1] >= 0 else -1.0
+        peak = float(np.max(sense * inside)) * sense
+        t, f = time[first : last + 1] - time[first], inside
+        rate = float(np.polyfit(t, f, 1)[0])
+        rest = f - np.polyval(np.polyfit(t, f, 1), t)
+        following = sticks[number + 1][0] if number + 1 < len(sticks) else len(time)
+        drop = abs(peak) - float(np.min(sense * force[last:following]))
+        force_error = math.hypot(noise, abs(rate) * step)
+        stick_time = float(time[last] - time[first]) if first > 0 else math.nan
+        spread = float(np.sqrt(np.sum(rest**2) / max(len(t) - 2, 1) / np.sum((t - t.mean()) ** 2)))
+        values = (float(time[last]), stick_time, rate, peak, drop)
+        errors = (step, math.sqrt(2) * step, spread, force_error, math.sqrt(2) * force_error)
+        rows.append([number for pair in zip(values, errors, strict=True) for number in pair])
+    return event_table(rows, run.unit)
+
+
+DIRECT_FORCE = _DirectForce(
+    name="direct_force",
+    channels={"force": ("force", "torque", "pressure", "ratio")},
+    optional={
+        "displacement": ("length", "angle"),
+        "velocity": ("speed", "angular_speed"),
+        "normal_force": ("force", "pressure"),
+        "drive_velocity": ("speed", "angular_speed"),
+        "actuator_1": ("force",),
+        "actuator_2": ("force",),
+    },
+    constants={
+        "inertia": Constant(("mass", "inertia"), 0.0),
+        "stuck_speed": Constant(("speed", "angular_speed"), positive=True),
+        "fast_speed": Constant(("speed", "angular_speed"), positive=True),
+        "fast_share": Constant(("ratio",), 0.6, share=True),
+        "bins": Constant(("ratio",), 12.0, count=True),
+        "cutoff": Constant(("ratio",), positive=True),
+        "clock_offset": Constant(("time",)),
+        "mass": Constant(("mass", "inertia"), positive=True),
+        "stiffness": Constant(("stiffness", "torsional_stiffness"), positive=True),
+        "damping": Constant(("damping", "torsional_damping"), 0.0),
+    },
+    measure=_measure,
+)

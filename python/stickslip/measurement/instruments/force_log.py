@@ -1,0 +1,191 @@
+"""A slow log of the force of a spring that pulls a block: a table of break-aways, nothing in between is resolved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from stickslip.errors import InputError
+from stickslip.measurement.clocks import LEAST_SAMPLES as LEAST_PICTURES
+from stickslip.measurement.clocks import spring_offset
+from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
+from stickslip.measurement.instruments.scatter import straight_line
+from stickslip.measurement.result import event_table, friction_tree
+from stickslip.measurement.sticks import turning_points
+
+Array = npt.NDArray[np.float64]
+
+
+class _ForceLog(Instrument):
+    """Takes along a film of the spring's two ends, on another clock."""
+
+    def read(self, source: Any, bench: Bench) -> Samples:
+        if not bench.companion:
+            return super().read(source, bench)
+        log = super().read(source, replace(bench, companion=""))
+        return replace(log, companion=self.read_companion(source, bench, LEAST_PICTURES))
+
+
+def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+    """Peaks of the force from which it falls by more than `least_drop`.
+
+    The slip is over between two samples of such a log, so a peak may have been missed by up to one sampling interval:
+    the break-away force is too low by up to rate * step, and its error says so. While the block sticks the spring's
+    force is the friction force.
+    """
+    if len(records) != 1:
+        raise InputError(f"force_log: one record at a time was expected, got {len(records)}")
+    record = records[0]
+    time, force = record.time, record["force"]
+    least = bench.number("least_drop")
+    valleys, peaks = turning_points(force, least)
+    step = float(np.median(np.diff(time)))
+    resolution = float(np.min(np.diff(np.unique(force)))) if len(np.unique(force)) > 1 else 0.0
+    rows: list[list[float]] = []
+    rates: list[float] = []
+    stuck = np.zeros(len(time), dtype=bool)
+    for peak in peaks:
+        before = [valley for valley in valleys if 0 < valley < peak]  # at 0 the stick began before the record
+        after = [valley for valley in valleys if valley > peak]
+        start = before[-1] if before else 0
+        low = after[0] if after else peak + int(np.argmin(force[peak:]))
+        drop = float(force[peak] - force[low])
+        if drop < least:
+            continue
+        stuck[start : peak + 1] = True
+        t, f = time[start : peak + 1], force[start : peak + 1]
+        rate, rate_error = straight_line(t, f)
+        rates.append(rate)
+        missed = max(rate, 0.0) * step if np.isfinite(rate) else 0.0
+        force_error = float(np.hypot(missed / np.sqrt(3), resolution / np.sqrt(12)))
+        rows.append(
+            [
+                float(time[peak]),
+                step / 2,
+                float(time[peak] - time[start]) if before else float("nan"),
+                step / np.sqrt(2),
+                rate,
+                rate_error,
+                float(force[peak]),
+                force_error,
+                drop,
+                float(np.sqrt(2)) * force_error,
+            ]
+        )
+    notes = [
+        *record.notes,
+        f"a fall of the force counts as a slip from {least:g} N on (least_drop); slips shorter than the sampling interval "
+        f"of {step:.3g} s are jumps between two samples, so friction while slipping is not measured",
+    ]
+    drive, stiffness = bench.maybe("drive_velocity"), bench.maybe("stiffness")
+    rate = float(np.nanmedian(rates)) if rates else float("nan")
+    if drive is not None and stiffness is not None and rates:
+        notes.append(
+            f"median loading rate {rate:.3g} N/s is {rate / (drive * stiffness):.2f} times stiffness x drive velocity: what "
+            "is missing is creep and small slips within a stick"
+        )
+    events = event_table(rows)
+    facts: dict[str, float | str] = {"slips": float(len(rows))}
+    if len(rows) > 2:
+        facts["regime"] = "stick_slip"
+    if rows:
+        values = np.array(rows)
+        facts |= {
+            "force": float(values[:, 6].mean()),
+            "force_error": float(values[:, 6].std(ddof=1)) if len(rows) > 1 else float("nan"),
+            "mean_drop": float(values[:, 8].mean()),
+            "recurrence": float(np.mean(np.diff(values[:, 0]))) if len(rows) > 1 else float("nan"),
+            "force_rate": rate,
+        }
+        both = np.isfinite(values[:, 2]) & (values[:, 2] > 0)
+        if np.count_nonzero(both) > 5:
+            logarithm = np.log10(values[both, 2])
+            slope, error = straight_line(logarithm, values[both, 6])
+            facts |= {"force_per_decade": slope, "force_per_decade_error": error}
+            facts["correlation"] = float(np.corrcoef(logarithm, values[both, 6])[0, 1])
+    tables = {"break_away": events}
+    if record.companion is not None:
+        tables["film"] = _join(record, record.companion, bench, events, notes, facts)
+    series: dict[str, tuple[npt.NDArray[np.generic], str]] = {
+        "time": (time, "s"),
+        "force": (force, "N"),
+        "force_error": (np.full(len(force), resolution / np.sqrt(12)), "N"),
+        "stuck": (stuck, "1"),
+    }
+    return friction_tree(
+        series=series,
+        tables=tables,
+        source=record.source,
+        rig=bench.toml,
+        notes=notes,
+        facts=facts,
+    )
+
+
+def _join(
+    log: Samples, film: Samples, bench: Bench, events: xr.Dataset, notes: list[str], facts: dict[str, float | str]
+) -> xr.Dataset:
+    """What the film shows on the clock of the log; offset, spring and common slips go to the notes and facts."""
+    if not {"displacement", "drive_displacement"} <= set(film.channels):
+        raise InputError(
+            f"{film.source}: the companion of a force_log must hold the spring's two ends; name displacement and "
+            "drive_displacement in [companion.columns]"
+        )
+    block, extension = film["displacement"], film["drive_displacement"] - film["displacement"]
+    found = spring_offset(log.time, log["force"], film.time, extension, taut=bench.maybe("taut"))
+    given = bench.maybe("clock_offset")
+    offset = found.value if given is None else given
+    notes += [
+        *film.notes,
+        f"the clock of the log is ahead of the film's by {found.value:.2f} +- {found.error:.2f} s, where force and extension "
+        f"are one spring of {found.stiffness:.4g} +- {found.stiffness_error:.2g} N/m to {found.residual:.2g} N rms; "
+        + ("this was used" if given is None else f"the rig says {given:g} s, which was used"),
+    ]
+    if given is not None and abs(given - found.value) > 3 * found.error:
+        notes.append("the offset of the rig contradicts the records: look at both")
+    time = film.time + offset
+    step = float(np.median(np.diff(log.time)))
+    for start in events["t"].to_numpy():
+        # the pictures between which the log's fall lies, their own clock being known to `found.error`
+        last = int(np.searchsorted(time, start + step / 2)) - 1
+        if 0 <= last < len(time) - 1:
+            notes.append(
+                f"the slip at {start:.4g} to {start + step:.4g} s is on the film between the pictures of {time[last]:.4g} "
+                f"and {time[last + 1]:.4g} s, in which the block moves by {block[last + 1] - block[last]:.3g} m"
+            )
+    facts |= {
+        "clock_offset": offset,
+        "clock_offset_error": found.error if given is None else 0.0,
+        "spring_stiffness": found.stiffness,
+        "spring_stiffness_error": found.stiffness_error,
+        "spring_residual": found.residual,
+    }
+    length, unit = film.units["displacement"], log.units["force"]
+    seen = np.interp(time, log.time, log["force"], np.nan, np.nan)
+    return xr.Dataset(
+        {
+            "displacement": ("picture", block, {"units": length}),
+            "extension": ("picture", extension, {"units": length}),
+            "force": ("picture", seen, {"units": unit}),
+        },
+        coords={"t": ("picture", time, {"units": "s"})},
+    )
+
+
+FORCE_LOG = _ForceLog(
+    name="force_log",
+    channels={"force": ("force", "torque")},
+    optional={"displacement": ("length", "angle"), "drive_displacement": ("length", "angle")},
+    constants={
+        "least_drop": Constant(("force",), needed=True, positive=True),
+        "stiffness": Constant(("stiffness",), positive=True),
+        "drive_velocity": Constant(("speed",), positive=True),
+        "clock_offset": Constant(("time",)),
+        "taut": Constant(("force", "torque"), positive=True),
+    },
+    measure=_measure,
+)

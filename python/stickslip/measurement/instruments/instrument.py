@@ -1,0 +1,388 @@
+"""What an instrument is: named channels, named constants, and a function from samples to friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import tomli_w
+import xarray as xr
+
+from stickslip.errors import InputError
+from stickslip.files.documents import check_keys, number
+from stickslip.measurement.formats.table import Table
+from stickslip.measurement.layout import Layout
+from stickslip.measurement.read import check_finite, check_increasing, one_segment, read_table, table_of
+from stickslip.measurement.units import find_unit, quantity, si_unit
+
+Array = npt.NDArray[np.float64]
+
+LEAST_SAMPLES = 32
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One column of a record: ``{ column = 5, unit = "mm" }`` in the table ``[columns]`` of a rig file.
+
+    Parameters
+    ----------
+    column : name or number of the column, or a list of names that are joined end to end.
+    unit : its unit; default SI.
+    sign : +1, or -1 where the instrument counts the other way.
+    zero : the reading, in its unit, that means zero.
+    valid : [lowest, highest] reading; what lies outside is a drop-out and counts as missing.
+    scale : units per count, for readings that are not calibrated yet.
+    zero_row : row, from 0, whose reading means zero; in place of `zero`.
+    resets : pairs of rows, from 0, between which the instrument was set back: the reading is held and the jump taken out.
+    sum : add the readings up, for a column of sampling periods that is to be a time.
+    """
+
+    column: str | int | tuple[str, ...]
+    unit: str = ""
+    sign: float = 1.0
+    zero: float = 0.0
+    valid: tuple[float, float] | None = None
+    scale: float = 1.0
+    zero_row: int | None = None
+    resets: tuple[tuple[int, int], ...] = ()
+    sum: bool = False
+
+    def calibrated(self, raw: Array, where: str) -> Array:
+        """Readings with the resets taken out, from zero, in the channel's unit."""
+        values = raw.copy()
+        for first, last in self.resets:
+            if not 0 <= first < last < len(values):
+                raise InputError(
+                    f"{where}: resets must be pairs of rows from 0 to {len(values) - 1}, got {[first, last]}"
+                )
+            jump = values[last] - values[first]
+            values[first:last] = values[first]
+            values[last:] -= jump
+        if self.zero_row is not None:
+            if not 0 <= self.zero_row < len(values):
+                raise InputError(f"{where}: zero_row must be 0 to {len(values) - 1}, got {self.zero_row}")
+            values -= values[self.zero_row]
+        values = self.sign * self.scale * (values - self.zero)
+        return np.cumsum(values) if self.sum else values
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A number of the rig file: its dimension, its default, and what it must be.
+
+    Attributes
+    ----------
+    pair : [lowest, highest]; needed : it has no default; positive : > 0; share : more than 0 and at most 1; count : a
+        whole number from 1.
+    """
+
+    dimensions: tuple[str, ...]
+    default: float | tuple[float, float] | None = None
+    pair: bool = False
+    needed: bool = False
+    positive: bool = False
+    share: bool = False
+    count: bool = False
+
+    def read(self, name: str, value: Any, where: str) -> float | tuple[float, float]:
+        """The number in SI, checked."""
+        if self.pair:
+            if not isinstance(value, list) or len(value) != 2:
+                raise InputError(f"{where}: {name} must be a list of two, [lowest, highest], got {value!r}")
+            low, high = (quantity(name, end, self.dimensions, where) for end in value)
+            if not low < high:
+                raise InputError(f"{where}: {name} must be [lowest, highest], got {value!r}")
+            return low, high
+        number = quantity(name, value, self.dimensions, where)
+        if self.positive and number <= 0:
+            raise InputError(f"{where}: {name} must be positive, got {value!r}")
+        if self.share and not 0 < number <= 1:
+            raise InputError(f"{where}: {name} must be a share, more than 0 and at most 1, got {value!r}")
+        if self.count and (number < 1 or number != int(number)):
+            raise InputError(f"{where}: {name} must be a whole number from 1, got {value!r}")
+        return number
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The channels of one record in SI, on one clock.
+
+    Attributes
+    ----------
+    channels : name -> (n,) values.
+    units : name -> SI unit.
+    source, notes : as in a `Record`.
+    companion : the channels of a second file, on another clock.
+    """
+
+    channels: dict[str, Array]
+    units: dict[str, str]
+    source: str
+    notes: tuple[str, ...] = ()
+    companion: Samples | None = None
+
+    def __getitem__(self, name: str) -> Array:
+        return self.channels[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.channels
+
+    @property
+    def time(self) -> Array:
+        """(n,) s."""
+        return self.channels["time"]
+
+
+def notes_of(records: Sequence[Samples]) -> list[str]:
+    """What was told while reading; by the names of the files where there are several."""
+    if len(records) == 1:
+        return list(records[0].notes)
+    return [f"{Path(record.source).name}: {note}" for record in records for note in record.notes]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A rig of any instrument but the spring's, as its file says it.
+
+    Attributes
+    ----------
+    instrument : its name in `INSTRUMENTS`.
+    channels : name -> column and unit.
+    constants : name -> number in SI; None where it is optional and not given.
+    read : layout of the file.
+    companion : file with further channels on another clock, ``{stem}`` standing for the record's name, or "".
+    companion_read, companion_channels : how that file is read.
+    toml : the document itself.
+    """
+
+    instrument: str
+    channels: dict[str, Channel]
+    constants: dict[str, Any]
+    read: Layout = field(default_factory=Layout)
+    companion: str = ""
+    companion_read: Layout = field(default_factory=Layout)
+    companion_channels: dict[str, Channel] = field(default_factory=dict)
+    toml: str = ""
+
+    def number(self, name: str) -> float:
+        """A constant that is surely there."""
+        return float(self.constants[name])
+
+    def maybe(self, name: str) -> float | None:
+        """A constant that may be absent."""
+        value = self.constants[name]
+        return None if value is None else float(value)
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """A kind of instrument.
+
+    For developers: give the channels and constants their dimensions and write `measure`; reading, units, windows,
+    missing values and error sentences are done by then.
+
+    Attributes
+    ----------
+    name : as in the rig file, ``instrument = "..."``.
+    channels, optional : name -> dimensions one of which it must have.
+    constants : name -> dimension and default.
+    measure : from the samples of one or more records and the bench to the tree.
+    """
+
+    name: str
+    channels: Mapping[str, tuple[str, ...]]
+    optional: Mapping[str, tuple[str, ...]]
+    constants: Mapping[str, Constant]
+    measure: Callable[[list[Samples], Bench], xr.DataTree]
+
+    def bench(self, table: Mapping[str, Any], where: str) -> Bench:
+        """Check the table of a rig file; `where` names it."""
+        known = ["instrument", "columns", "read", "sampling_rate", "companion", *self.constants]
+        check_keys(table, known, ["columns"], where)
+        channels = self._channels(table["columns"], where, "[columns]")
+        companion = table.get("companion", {})
+        others: dict[str, Channel] = {}
+        if companion:
+            check_keys(companion, ["file", "read", "columns"], ["file", "columns"], f"{where}: [companion]")
+            others = self._channels(companion["columns"], where, "[companion.columns]")
+        both = {**channels, **others}
+        for name in self.channels:
+            if name not in both and name != "time":
+                raise InputError(f"{where}: [columns] lacks {name}; a {self.name} instrument needs it")
+        constants: dict[str, Any] = {}
+        for name, constant in self.constants.items():
+            if name not in table:
+                if constant.needed:
+                    raise InputError(f"{where}: {name} is missing; add a line `{name} = ...`")
+                constants[name] = constant.default
+            else:
+                constants[name] = constant.read(name, table[name], where)
+        rate = table.get("sampling_rate")
+        if rate is not None:
+            rate = quantity("sampling_rate", rate, ("ratio",), where)
+            if rate <= 0:
+                raise InputError(f"{where}: sampling_rate must be a positive number, got {rate!r}")
+        elif "time" not in channels:
+            raise InputError(f"{where}: [columns] lacks time; name its column or give a sampling_rate")
+        constants["sampling_rate"] = rate
+        try:
+            document = tomli_w.dumps(dict(table))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{where}: a rig holds text, numbers, lists and tables ({error}); correct that") from None
+        return Bench(
+            self.name,
+            channels,
+            constants,
+            Layout.from_table(table.get("read", {}), where),
+            str(companion.get("file", "")) if companion else "",
+            Layout.from_table(companion.get("read", {}), where) if companion else Layout(),
+            others,
+            document,
+        )
+
+    def _channels(self, table: Any, where: str, part: str) -> dict[str, Channel]:
+        if not isinstance(table, Mapping):
+            raise InputError(f"{where}: columns must be a table {part}, got {table!r}")
+        dimensions = {"time": ("time",), **self.channels, **self.optional}
+        check_keys(table, dimensions, [], f"{where}: {part}")
+        found: dict[str, Channel] = {}
+        for name, value in table.items():
+            entry = dict(value) if isinstance(value, Mapping) else {"column": value}
+            here = f"{where}: {part} {name}"
+            check_keys(entry, [option.name for option in fields(Channel)], ["column"], here)
+            column = entry["column"]
+            if isinstance(column, list) and column and all(isinstance(c, str) for c in column):
+                entry["column"] = tuple(column)
+            elif isinstance(column, bool) or not isinstance(column, str | int):
+                raise InputError(f"{here}: column must be a name, a number or a list of names, got {column!r}")
+            found[name] = _channel(entry, dimensions[name], here)
+            twin = next((other for other in found if other != name and found[other].column == entry["column"]), None)
+            if twin is not None:
+                raise InputError(f"{here}: column {entry['column']!r} is that of {twin} already; name another")
+        return found
+
+    def read(self, source: Any, bench: Bench) -> Samples:
+        """The channels of one record in SI."""
+        samples = self._read_one(source, bench.channels, bench.read, bench.maybe("sampling_rate"))
+        if bench.companion:
+            raise InputError(f"{samples.source}: a {self.name} instrument joins no second file; remove [companion]")
+        return samples
+
+    def read_companion(self, source: Any, bench: Bench, least: int = LEAST_SAMPLES) -> Samples:
+        """The channels of the second file, on its own clock."""
+        if not isinstance(source, str | Path):
+            raise InputError("record: a rig with a [companion] needs the path of its record, got arrays")
+        path = Path(source)
+        file = path.with_name(bench.companion.replace("{stem}", path.stem))
+        return self._read_one(file, bench.companion_channels, bench.companion_read, None, least)
+
+    def _read_one(
+        self,
+        source: Any,
+        channels: Mapping[str, Channel],
+        layout: Layout,
+        rate: float | None,
+        least: int = LEAST_SAMPLES,
+    ) -> Samples:
+        wanted: list[str | int] = []
+        for channel in channels.values():
+            wanted += channel.column if isinstance(channel.column, tuple) else [channel.column]
+        table = read_table(source, layout, wanted) if isinstance(source, str | Path) else table_of(source)
+        clock = channels["time"].column if "time" in channels else None
+        table = one_segment(table, layout, None if isinstance(clock, tuple) else clock)
+        dimensions = {"time": ("time",), **self.channels, **self.optional}
+        values: dict[str, Array] = {}
+        units: dict[str, str] = {}
+        names: dict[str, str] = {}
+        for name, channel in channels.items():
+            columns = channel.column if isinstance(channel.column, tuple) else (channel.column,)
+            found = [table.name_of(column) for column in columns]
+            raw = np.concatenate([table.columns[column] for column in found])
+            if channel.valid is not None:
+                raw = np.where((raw >= channel.valid[0]) & (raw <= channel.valid[1]), raw, np.nan)
+            else:
+                check_finite(raw, found[0], table, layout.missing)
+            unit = channel.unit or table.units.get(found[0]) or si_unit(dimensions[name][0])
+            dimension, size = find_unit(unit, dimensions[name], name)
+            values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size
+            units[name], names[name] = si_unit(dimension), found[0]
+        return _on_clock(values, units, names, table, layout, rate, channels, self.optional, least)
+
+
+def _channel(entry: dict[str, Any], dimensions: tuple[str, ...], where: str) -> Channel:
+    """A channel whose options are of the right kind."""
+    for name in ("scale", "zero"):
+        if name in entry:
+            entry[name] = number(name, entry[name], where)
+    if "valid" in entry:
+        pair = entry["valid"]
+        if not isinstance(pair, list) or len(pair) != 2:
+            raise InputError(f"{where}: valid must be a list of two readings, [lowest, highest], got {pair!r}")
+        entry["valid"] = tuple(number("valid", limit, where) for limit in pair)
+    if "resets" in entry:
+        pairs = entry["resets"]
+        if not isinstance(pairs, list) or not all(
+            isinstance(p, list) and [type(i) for i in p] == [int, int] for p in pairs
+        ):
+            raise InputError(f"{where}: resets must be a list of pairs of rows, [[first, last], ...], got {pairs!r}")
+        entry["resets"] = tuple((first, last) for first, last in pairs)
+    for name, kind, what in (
+        ("zero_row", int, "the number of a row"),
+        ("sum", bool, "true or false"),
+        ("unit", str, "a text"),
+    ):
+        if name in entry and type(entry[name]) is not kind:
+            raise InputError(f"{where}: {name} must be {what}, got {entry[name]!r}")
+    if entry.get("sign", 1) not in (1, -1):
+        raise InputError(f"{where}: sign must be 1 or -1, got {entry['sign']!r}")
+    if entry.get("unit"):
+        find_unit(entry["unit"], dimensions, where)
+    return Channel(**entry)
+
+
+def _on_clock(
+    values: dict[str, Array],
+    units: dict[str, str],
+    names: dict[str, str],
+    table: Table,
+    layout: Layout,
+    rate: float | None,
+    channels: Mapping[str, Channel],
+    optional: Mapping[str, Any],
+    least: int,
+) -> Samples:
+    notes = list(table.notes)
+    lengths = {name: len(value) for name, value in values.items()}
+    n = next(iter(lengths.values()))
+    for name, length in lengths.items():
+        if length != n:
+            raise InputError(
+                f"{table.source}: column {names[name]!r} has {length} rows and {names[next(iter(names))]!r} has {n}; "
+                "they must agree"
+            )
+    if "time" not in values:
+        assert rate is not None
+        values["time"], units["time"] = np.arange(n) / rate, "s"
+    # a drop-out in a channel that is only told about does not cost the others their sample
+    core = [name for name in values if name not in optional or channels[name].valid is None]
+    good = np.all([np.isfinite(values[name]) for name in core], axis=0)
+    if not good.all():
+        missing = ", ".join(sorted(names[name] for name in core if not np.isfinite(values[name]).all()))
+        count = int(np.count_nonzero(~good))
+        what = "row with a missing value was" if count == 1 else "rows with missing values were"
+        notes.append(f"{count} {what} left out (column {missing})")
+    if layout.window is not None:
+        good &= (values["time"] >= layout.window[0]) & (values["time"] <= layout.window[1])
+    if np.count_nonzero(good) < least:
+        raise InputError(
+            f"{table.source}: {np.count_nonzero(good)} usable samples are too short a record, at least {least} are needed"
+        )
+    kept = {name: value[good] for name, value in values.items()}
+    rows = np.arange(n)[good] + table.first_row if table.rows is None else table.rows[good]
+    if "time" in names:
+        check_increasing(kept["time"], names["time"], replace(table, rows=rows))
+    return Samples(kept, units, table.source, tuple(notes))

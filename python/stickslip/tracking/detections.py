@@ -1,0 +1,60 @@
+"""What a finder hands over for one picture: possible markers with their centres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Detections:
+    """Possible markers in one picture, n of them; all lengths in px, the centre of the top left pixel is (0, 0).
+
+    Attributes
+    ----------
+    x, y : centres, x to the right, y downwards.
+    x_error, y_error : standard errors of the centres from the picture's noise.
+    size : diameter of a disc of the same area.
+    contrast : how far the marker stands out: grey levels for blobs, correlation for templates.
+    score : how much it looks like a marker; only for choosing between candidates.
+    label : identity that the marker itself carries, else -1.
+    cut_x, cut_y : whether an edge of the picture or the region cuts it off, so that the centre is not its own.
+    """
+
+    x: Array
+    y: Array
+    x_error: Array
+    y_error: Array
+    size: Array
+    contrast: Array
+    score: Array
+    label: npt.NDArray[np.int64]
+    cut_x: npt.NDArray[np.bool_]
+    cut_y: npt.NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    @classmethod
+    def of(cls, rows: list[tuple[float, ...]]) -> Detections:
+        """From rows of the attributes in their order."""
+        table = np.array(rows, float).reshape(-1, len(fields(cls)))
+        x, y, x_error, y_error, size, contrast, score, label, cut_x, cut_y = table.T.copy()
+        return cls(x, y, x_error, y_error, size, contrast, score, label.astype(np.int64), cut_x > 0, cut_y > 0)
+
+    def take(self, which: npt.NDArray[np.int64]) -> Detections:
+        """Those of the indices `which`."""
+        return Detections(*(getattr(self, item.name)[which] for item in fields(self)))
+
+    def best(self, count: int) -> Detections:
+        """The `count` of highest score."""
+        return self if len(self) <= count else self.take(np.sort(np.argsort(-self.score, kind="stable")[:count]))
+
+    def moved(self, dx: float, dy: float) -> Detections:
+        """Shifted from the corner of a region to that of the picture."""
+        columns = {item.name: getattr(self, item.name) for item in fields(self)}
+        return Detections(**(columns | {"x": self.x + dx, "y": self.y + dy}))

@@ -1,0 +1,147 @@
+"""Every page of the docs: its blocks of code run in their order, its links lead somewhere, its sentences are short."""
+
+import doctest
+import re
+import shlex
+import tomllib
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+
+from stickslip.cli.main import main
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+#: Tables made by scripts and reports for referees are not how-to pages.
+EVIDENCE = [*DOCS.glob("evidence/*.md"), DOCS / "paper.md", DOCS / "paper-law.md"]
+PAGES = [ROOT / "README.md", *sorted(set(DOCS.rglob("*.md")) - set(EVIDENCE))]
+FENCE = re.compile(r"^(`{3,}|:{3,})([^\n]*)\n(.*?)^\1\s*$", re.MULTILINE | re.DOTALL)
+#: Blocks that only a shell or a reader can run: installation, a picture of a file, a directive of the site.
+OTHER = {"sh", "bibtex", "", "text"}
+AGREES = doctest.OutputChecker()
+LOOSE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+def blocks(page):
+    """The language and the text of each fenced block; directives of the site have braces."""
+    text = page.read_text(encoding="utf-8")
+    return [(kind.strip(), body) for fence, kind, body in FENCE.findall(text) if fence[0] == "`" and "{" not in kind]
+
+
+def runnable(page):
+    """Whether a page has code, as a parameter of a test; pages that say so take longer."""
+    slow = "<!-- slow -->" in page.read_text(encoding="utf-8")
+    return pytest.param(page, id=str(page.relative_to(ROOT)), marks=[pytest.mark.slow] if slow else [])
+
+
+def has_code(page):
+    return any(kind in ("python", "console", "toml") for kind, _ in blocks(page))
+
+
+def run_console(text):
+    """Run the lines that begin with a prompt."""
+    for line in text.replace("\\\n", " ").splitlines():
+        if line.startswith("$ "):
+            words = shlex.split(line[2:])
+            assert words[0] == "stickslip", f"a console block holds commands of stickslip, got {line}"
+            assert main(words[1:]) == 0, line
+
+
+@pytest.mark.parametrize("page", [runnable(page) for page in PAGES if has_code(page)])
+def test_every_block_runs_and_prints_what_stands_below_it(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names, printed = {"__name__": "page"}, ""
+    for kind, body in blocks(page):
+        if kind == "text":
+            assert AGREES.check_output(body, printed, LOOSE), f"expected\n{body}\ngot\n{printed}"
+        if kind in ("python", "console"):
+            with redirect_stdout(StringIO()) as out:
+                if kind == "python":
+                    exec(compile(body, page.name, "exec"), names)
+                else:
+                    run_console(body)
+            printed = out.getvalue()
+        elif kind == "toml":
+            tomllib.loads(body)
+            if name := re.match(r"# ([\w-]+\.toml)\n", body):
+                Path(name[1]).write_text(body, encoding="utf-8")
+        else:
+            assert kind in OTHER, f"{page}: no rule for a block of {kind!r}"
+    plt.close("all")
+
+
+@pytest.mark.parametrize("page", [*PAGES, *EVIDENCE], ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_to_files(page):
+    text = FENCE.sub("", page.read_text(encoding="utf-8"))
+    for link in re.findall(r"\]\(([^)\s#:]+)(?:#[^)\s]*)?\)", text):
+        assert (page.parent / link).exists(), link
+
+
+def prose(page):
+    """The sentences of a page, without code, tables, headings, formulae and the addresses of links."""
+    text = FENCE.sub("\n\n", page.read_text(encoding="utf-8"))
+    text = re.sub(r"<!--.*?-->|\$\$.*?\$\$", "", text, flags=re.DOTALL)
+    text = re.sub(r"!\[[^\]]*\]\([^)]*\)", "", text)
+    text = re.sub(r"\]\([^)]*\)", "]", text)
+    text = re.sub(r"`[^`\n]*`|\$[^$\n]+\$", "x", text)
+    lines = [line for line in text.splitlines() if not re.match(r"\s*(#|\||Source:|\(.*\)=$)", line)]
+    text = re.sub(r"(?m)^\s*([-*]|\d+\.|:)\s+", "\n\n", "\n".join(lines))
+    paragraphs = [" ".join(part.split()) for part in re.split(r"\n\s*\n", text)]
+    sentences = [sentence for part in paragraphs for sentence in re.split(r"(?<=[.!?:;])\s+", part)]
+    return [sentence for sentence in sentences if len(re.findall(r"\w+", sentence)) > 1]
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if prose(page)], ids=lambda page: str(page.relative_to(ROOT)))
+def test_sentences_are_short(page):
+    sentences = prose(page)
+    mean = sum(len(sentence.split()) for sentence in sentences) / len(sentences)
+    longest = max(sentences, key=lambda sentence: len(sentence.split()))
+    assert mean < 18, longest
+
+
+#: Private words, each with the standard one beside it; those of everyday English that also have a plain use are left out.
+PRIVATE = {
+    "belt": "drive",
+    "rub": "slip",
+    "rubs": "slips",
+    "bear": "carry",
+    "bears": "carries",
+    "trail": "event sequence",
+    "border": "boundary",
+    "bend": "curvature",
+    "grip": "complementarity",
+    "settle": "contact state",
+    "foretell": "predict",
+    "sharpen": "refine",
+    "sharpened": "refined",
+    "way down": "descent",
+    "laid over": "compared",
+    "lay over": "compare",
+    "rivals": "alternatives",
+    "pulls": "influence",
+    "worth": "influence",
+    "judges": "checks",
+    "judged": "checked",
+    "sightings": "detections",
+    "habits": "linking",
+    "likeness": "response map",
+    "contradictions": "consistency check",
+    "gauge": "instrument",
+    "gauges": "instruments",
+    "told": "read",
+    "says": "states",
+    "asks": "requests",
+    "asked": "requested",
+    "back-and-forth": "reversing slip",
+    "leave map": "release map",
+}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_words_are_those_of_the_field(page):
+    text = " ".join(prose(page)).lower()
+    found = {word: better for word, better in PRIVATE.items() if re.search(rf"\b{word}\b", text)}
+    assert not found, found

@@ -1,0 +1,61 @@
+/** The core as WebAssembly: a question in JSON, words and numbers back. The only file that knows the module's memory. */
+
+interface Exports {
+  memory: WebAssembly.Memory;
+  question(len: number): number;
+  answer(verb: number): number;
+  words(): number;
+  words_len(): number;
+  numbers(): number;
+  numbers_len(): number;
+}
+
+export const Verb = { orbit: 0, states: 1, steady: 2, curve: 3, surface: 4 } as const;
+export type Verb = (typeof Verb)[keyof typeof Verb];
+
+const encoder = new TextEncoder();
+const decoder = new TextDecoder();
+
+/** A sentence of the core: what it expected and what it got. */
+export class Refused extends Error {}
+
+export class Core {
+  private exports: Exports;
+  /** Questions asked so far: what a change costs is counted in them. */
+  calls = 0;
+
+  constructor(readonly module: WebAssembly.Module) {
+    this.exports = this.instance();
+  }
+
+  private instance(): Exports {
+    return new WebAssembly.Instance(this.module, {}).exports as unknown as Exports;
+  }
+
+  ask<Words = Record<string, unknown>>(verb: Verb, question: unknown): { words: Words; numbers: Float64Array } {
+    this.calls++;
+    const bytes = encoder.encode(JSON.stringify(question));
+    let bad: number;
+    try {
+      // Both calls may grow the memory, which detaches its buffer: it is asked for after each.
+      const at = this.exports.question(bytes.length);
+      new Uint8Array(this.exports.memory.buffer, at, bytes.length).set(bytes);
+      bad = this.exports.answer(verb);
+    } catch (error) {
+      this.exports = this.instance(); // a trap costs one instance
+      throw error;
+    }
+    const { exports } = this;
+    const words = decoder.decode(new Uint8Array(exports.memory.buffer, exports.words(), exports.words_len()));
+    if (bad) throw new Refused(words);
+    const numbers = new Float64Array(exports.memory.buffer, exports.numbers(), exports.numbers_len()).slice();
+    return { words: JSON.parse(words), numbers };
+  }
+}
+
+/** The module from base64 of gzip. */
+export async function unpack(base64: string): Promise<WebAssembly.Module> {
+  const packed = Uint8Array.from(atob(base64.trim()), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return WebAssembly.compile(await new Response(stream).arrayBuffer());
+}

@@ -1,0 +1,38 @@
+/** What stands in the page beside the script: laws, presets, state, the packed core. */
+import type { Preset, State } from "./state";
+
+export interface NumberPage {
+  /** Path within the document of the law or the oscillator. */
+  path: string;
+  symbol: string;
+  name: string;
+  /** What the documentation says of it. */
+  words: string;
+  unit: string;
+  low: number;
+  high: number;
+  choices?: number[];
+}
+
+export interface LawPage {
+  sentence: string;
+  numbers: NumberPage[];
+  /** A document of this law in plain numbers. */
+  example: Record<string, any>;
+  /** Whether it has an internal state: then the page shows the law alone. */
+  state: boolean;
+}
+
+export interface Data {
+  version: string;
+  laws: Record<string, LawPage>;
+  oscillator: NumberPage[];
+  presets: Record<string, Preset>;
+}
+
+export function read<T>(id: string): T {
+  return JSON.parse(document.getElementById(id)!.textContent!) as T;
+}
+
+export const data = (): Data => read<Data>("data");
+export const savedState = (): State | null => read<State | null>("state");

@@ -1,0 +1,81 @@
+/** The orbit diagram: the sweep up strong, the sweep down pale, coloured by regime; one drags the number itself. */
+import { draggable } from "../plot";
+import { get } from "../state";
+import { type Steady } from "../sweeps";
+import { theme } from "../theme";
+import { Panel, type Scene } from "./panel";
+
+export class Diagram extends Panel {
+  change?: (value: number) => void;
+  values: number[] = [];
+  up: (Steady | undefined)[] = [];
+  down: (Steady | undefined)[] = [];
+  refused = "";
+
+  constructor(host: HTMLElement) {
+    super(host, "Orbit diagram, swept up and down; the arrow keys change the number");
+    const { canvas } = this.plot.over;
+    canvas.style.cursor = "ew-resize";
+    draggable(
+      canvas,
+      (event) => this.change?.(this.plot.xAt(event.offsetX)),
+      (dx) => this.change?.(this.at + (dx * (this.plot.x.high - this.plot.x.low)) / 200),
+    );
+  }
+  private at = 0;
+
+  draw({ state: { diagram, system } }: Scene): void {
+    const p = this.plot;
+    const g = p.base;
+    const forced = system["forcing"].length > 0;
+    if (this.refused) return p.say(this.refused);
+    p.x = { low: diagram.low, high: diagram.high };
+    const drive = (i: number): number => (diagram.over === "drive_velocity" ? this.values[i]! : system["drive_velocity"]);
+    const heights = (row: Steady, i: number): ArrayLike<number> => (forced ? row.section.map(([, v]) => drive(i) - v) : row.turns);
+    let [low, high] = [0, 0];
+    for (const rows of [this.up, this.down])
+      rows.forEach((row, i) => {
+        for (const y of row ? Array.from(heights(row, i)) : []) {
+          low = Math.min(low, y);
+          high = Math.max(high, y);
+        }
+      });
+    p.y = { low: Math.min(low * 1.05, -0.02), high: Math.max(high * 1.06, 0.1) };
+    p.labels.x = diagram.over === "drive_velocity" ? "belt speed s" : diagram.over.replace(/^law\./, "").replaceAll("_", " ");
+    p.labels.y = forced ? "w at t = 2πn/Ω" : "w where ẇ = 0";
+    p.axes();
+    const step = (p.px(diagram.high) - p.px(diagram.low)) / Math.max(1, this.values.length - 1);
+    const { regimes } = theme();
+    for (const [rows, alpha, size] of [[this.down, 0.35, 2.4], [this.up, 0.95, 1.5]] as const)
+      rows.forEach((row, i) => {
+        if (!row) return;
+        const x = p.px(this.values[i]!);
+        g.fillStyle = regimes[row.regime]!;
+        g.globalAlpha = alpha;
+        const seen = new Set<number>();
+        const ys = heights(row, i);
+        for (let k = 0; k < ys.length; k++) {
+          const y = Math.round(p.py(ys[k]!) * 2);
+          if (seen.has(y)) continue;
+          seen.add(y);
+          g.fillRect(x - size / 2, y / 2 - size / 2, size, size);
+        }
+        if (rows === this.up) g.fillRect(x - step / 2, p.height - p.pad.bottom + 1, step + 0.5, 3);
+      });
+    g.globalAlpha = 1;
+  }
+
+  override time({ state: { diagram, system } }: Scene): void {
+    const p = this.plot;
+    const g = p.over;
+    p.begin(g);
+    if (this.refused) return;
+    this.at = get(system, diagram.over);
+    const x = p.px(this.at);
+    if (x < p.pad.left - 1 || x > p.width - p.pad.right + 1) return;
+    g.strokeStyle = theme().accent;
+    g.lineWidth = 1.6;
+    p.segment(g, x, p.pad.top, x, p.height - p.pad.bottom);
+    p.dot(g, this.at, p.y.low, 6, theme().card, theme().accent);
+  }
+}

@@ -1,0 +1,113 @@
+/** What of a law can be taken by hand in the plane of slip velocity and friction, for every law of the catalogue. */
+import type { Document } from "../state";
+import type { LawPage } from "../data";
+import type { Change } from "./panel";
+
+export interface Handle {
+  /** The path of the number in the law, unique among the handles. */
+  key: string;
+  label: string;
+  w: number;
+  f: number;
+  set(w: number, f: number): Change[];
+}
+
+export interface Drawn {
+  /** The force of a slip that speeds up from rest, at some slip velocity. */
+  upper(w: number): number;
+  /** The break-away force without rest at the force rate of the drive. */
+  breakAway: number;
+  /** Corners of the loop of this motion. */
+  corner: [number, number];
+  /** The upper and the right end of the picture. */
+  top: number;
+  right: number;
+}
+
+const round = (value: number) => +value.toFixed(4);
+const degrees = (slope: number) => round((Math.atan(slope) * 180) / Math.PI);
+const slopeOf = (angle: number) => Math.tan((angle * Math.PI) / 180);
+
+/** Growth that stands on top of another force. */
+export const ABOVE: Record<string, string> = { limit: "kinetic", growth: "kinetic" };
+
+/** The handles of a law by the dimensions of its parameters: points, nodes, levels at w = 0, scales along w. */
+export function handlesOf(law: Document, page: LawPage, drawn: Drawn): Handle[] {
+  if (law["type"] === "BogaczRyczek") return paperHandles(law, drawn);
+  const handles: Handle[] = [];
+  for (const { path, symbol, unit } of page.numbers) {
+    if (path.includes(".")) continue; // of a law within: it is shown by its own name in the numbers
+    const value = law[path];
+    if (unit === "velocity, force" && Array.isArray(value))
+      value.forEach(([w, f]: [number, number], i: number) =>
+        handles.push({
+          key: `${path}.${i}`,
+          label: i ? "" : symbol,
+          w,
+          f,
+          set: (to, force) => {
+            const [before, after] = [value[i - 1]?.[0] ?? 0, value[i + 1]?.[0] ?? Infinity];
+            return [[`law.${path}.${i}`, [i ? round(Math.min(after - 0.005, Math.max(before + 0.005, to))) : 0, round(Math.max(0, force))]]];
+          },
+        }),
+      );
+    else if (typeof value !== "number") continue;
+    else if (unit === "force" || unit === "velocity, force") {
+      const below = ABOVE[path] ? law[ABOVE[path]] : 0;
+      handles.push({ key: path, label: symbol, w: 0, f: value + below, set: (_w, f) => [[`law.${path}`, round(Math.max(0, f - below))]] });
+    } else if (unit === "velocity")
+      handles.push({ key: path, label: symbol, w: value, f: drawn.upper(value), set: (w) => [[`law.${path}`, round(Math.max(0.001, w))]] });
+    else if (unit === "velocity^-1")
+      handles.push({ key: path, label: `1/${symbol}`, w: 1 / value, f: drawn.upper(1 / value), set: (w) => [[`law.${path}`, round(1 / Math.max(0.02, w))]] });
+    else if (unit === "force velocity^-1" && path === "viscous") {
+      const w = drawn.right * 0.8;
+      handles.push({ key: path, label: symbol, w, f: drawn.upper(w), set: (_w, f) => [[`law.${path}`, round(Math.max(0, value + (f - drawn.upper(w)) / w))]] });
+    }
+  }
+  return handles;
+}
+
+/** Pencils A, B, C, D, both ends of l, f_s, and the angles of the pencils at infinity. */
+function paperHandles(law: Document, { upper, breakAway, corner, top }: Drawn): Handle[] {
+  const handles: Handle[] = [];
+  for (const name of ["A", "B", "C", "D"]) {
+    const point = law[name];
+    if (!point) continue;
+    handles.push({ key: name, label: name, w: point[0], f: point[1], set: (w, f) => [[`law.${name}`, [round(name === "B" ? Math.min(0, w) : w), round(f)]]] });
+  }
+  const [slope, intercept] = law["l"];
+  const low = Math.max(0.12, (0.15 - intercept) / slope);
+  const high = Math.max(low + 0.25, Math.min(0.62, (top - 0.3 - intercept) / slope));
+  for (const [key, here, there] of [["l.0", low, high], ["l.1", high, low]] as const)
+    handles.push({
+      key,
+      label: key === "l.1" ? "l" : "",
+      w: here,
+      f: slope * here + intercept,
+      set: (w, f) => {
+        const fixed = slope * there + intercept;
+        if (Math.abs(w - there) < 0.05) return [];
+        const to = (f - fixed) / (w - there);
+        return to > 0.2 ? [["law.l", [round(to), round(fixed - to * there)]]] : [];
+      },
+    });
+  const initial: number = law["static_friction"].initial;
+  handles.push({ key: "f_s", label: "fₛ(0, δ)", w: 0, f: breakAway, set: (_w, f) => [["law.static_friction.initial", round(Math.max(0.05, initial + f - breakAway))]] });
+  if (!law["A"]) {
+    const start = law["beta"] * 1.5;
+    const w = Math.max(start + 0.06, 0.45 * corner[0]);
+    const f0 = upper(start);
+    handles.push({ key: "phi", label: "φ", w, f: f0 + slopeOf(law["phi"]) * (w - start), set: (to, f) => (to > start + 0.02 ? [["law.phi", Math.max(-88, Math.min(-1, degrees((f - f0) / (to - start))))]] : []) });
+  }
+  if (!law["C"]) {
+    const w = corner[0] + 0.22;
+    const f0 = corner[1];
+    handles.push({ key: "psi", label: "ψ", w, f: f0 + slopeOf(law["psi"]) * 0.22, set: (to, f) => (to > corner[0] + 0.02 ? [["law.psi", Math.max(-40, Math.min(85, degrees((f - f0) / (to - corner[0]))))]] : []) });
+  }
+  if (!law["D"]) {
+    const w = 0.3 * corner[0];
+    const rise = 0.35;
+    handles.push({ key: "eta", label: "η", w: w + rise / slopeOf(law["eta"]), f: upper(w) - 0.6 + rise, set: (to) => [["law.eta", Math.max(20, Math.min(89.5, degrees(rise / Math.max(0.003, to - w))))]] });
+  }
+  return handles;
+}

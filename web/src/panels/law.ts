@@ -1,0 +1,177 @@
+/** The friction law: up and down broad, the memory loop of this motion coloured by branch, handles to take it by. */
+import { Verb } from "../core";
+import type { LawPage } from "../data";
+import { indexAt, valueAt } from "../orbit";
+import { rangeOf } from "../plot";
+import { colourOf, theme } from "../theme";
+import { ABOVE, type Handle, handlesOf } from "./handles";
+import { type Change, Panel, type Scene } from "./panel";
+
+const SAMPLES = 240;
+
+export class Law extends Panel {
+  change?: (changes: Change[]) => void;
+  private held = "";
+  private readonly buttons = new Map<string, HTMLButtonElement>();
+  private handles = new Map<string, Handle>();
+
+  constructor(
+    host: HTMLElement,
+    private readonly pages: Record<string, LawPage>,
+  ) {
+    super(host, "Friction law: friction over slip velocity, with handles", { x: "slip velocity w = s − ẋ", y: "friction f" });
+  }
+
+  /** Force along a slip that speeds up from rest to `top` and slows down again; empty where the core refuses the law. */
+  private curve({ core, state: { system } }: Scene, top: number): { w: number[]; f: Float64Array } {
+    const up = Array.from({ length: SAMPLES }, (_, i) => (i * top) / (SAMPLES - 1));
+    const w = [...up, ...up.slice(0, -1).reverse()];
+    const question = {
+      law: system["law"], w, t: w.map((_, i) => i), stuck: w.map((_, i) => i === 0),
+      force_rate: w.map(() => Math.abs(system["stiffness"] * system["drive_velocity"])),
+    };
+    return { w, f: core.ask(Verb.curve, question).numbers.subarray(0, w.length) };
+  }
+
+  draw(scene: Scene): void {
+    const { orbit, steady, state: { system } } = scene;
+    const p = this.plot;
+    const g = p.base;
+    const law = system["law"];
+    const paper = law.type === "BogaczRyczek";
+    const { dark, faint, soft } = theme();
+    const points: [number, number][] = paper ? [law.A, law.B, law.C, law.D].filter(Boolean) : Object.values(law).filter(Array.isArray).flat().filter((one: any): one is [number, number] => Array.isArray(one) && one.length === 2);
+    const [w, f] = [orbit.w[0]!, orbit.force[0]!];
+    const lists = [rangeOf(w), { low: -0.05, high: paper ? 0.75 : 0.5 }, ...points.map(([x]) => ({ low: x - 0.1, high: x + 0.1 }))];
+    if (!this.held) p.x = { low: Math.min(...lists.map(({ low }) => low), -0.05), high: 1.06 * Math.max(...lists.map(({ high }) => high)) };
+    let drawn: { w: number[]; f: Float64Array } | null = null;
+    try {
+      drawn = this.curve(scene, p.x.high);
+    } catch {
+      // The sentence of the core stands on top of the page.
+    }
+    const levels = Object.entries(law).flatMap(([key, value]) => (["break_away", "kinetic", "static", "limit", "growth"].includes(key) && typeof value === "number" ? [value + (law[ABOVE[key] ?? ""] ?? 0)] : []));
+    if (!this.held) {
+      const forces = [rangeOf(f), ...(drawn ? [rangeOf(drawn.f)] : []), ...points.map(([, y]) => ({ low: y, high: y })), ...levels.map((y) => ({ low: y, high: y }))];
+      const high = Math.max(...forces.map(({ high: one }) => one));
+      const low = Math.min(0, ...forces.map(({ low: one }) => one));
+      p.y = { low: low - (low < 0 ? 0.06 * (high - low) : 0), high: high + 0.08 * (high - low) };
+    }
+    p.axes();
+    p.clip(g);
+    g.lineWidth = 1.2;
+    g.strokeStyle = faint;
+    p.segment(g, p.px(0), p.pad.top, p.px(0), p.height - p.pad.bottom);
+    if (drawn) {
+      g.lineWidth = 5;
+      g.lineCap = "butt";
+      g.strokeStyle = dark ? "#403d38" : "#e4dfd3";
+      p.line(g, drawn.w, drawn.f, 1, SAMPLES);
+      p.line(g, drawn.w, drawn.f, SAMPLES, drawn.w.length);
+      g.lineCap = "round";
+    }
+    const mode = orbit.mode[0]!;
+    const entry = (branch: number) => {
+      for (let i = steady + 1; i < mode.length; i++) if (mode[i] === branch && mode[i - 1] !== branch) return [w[i]!, f[i]!] as [number, number];
+      return null;
+    };
+    const lower = paper ? entry(3) : null;
+    if (paper) {
+      const [a, b] = law.l;
+      g.strokeStyle = soft;
+      g.lineWidth = 1.2;
+      g.setLineDash([6, 5]);
+      const [from, to] = [Math.max(p.x.low, (p.y.low - b) / a), Math.min(p.x.high, (p.y.high - b) / a)];
+      p.segment(g, p.px(from), p.py(a * from + b), p.px(to), p.py(a * to + b));
+      g.setLineDash([2, 4]);
+      for (const [pencil, through] of [[law.A, entry(1)], [law.B, lower], [law.C, entry(2)], [law.D, entry(4)]] as const)
+        if (pencil && through) p.segment(g, p.px(pencil[0]), p.py(pencil[1]), p.px(through[0]), p.py(through[1]));
+      g.setLineDash([]);
+    }
+    g.lineWidth = 1;
+    g.strokeStyle = faint;
+    p.line(g, w, f, 0, steady + 1);
+    g.lineWidth = orbit.words.events > 150 ? 1.2 : 2.6;
+    p.runs(w, f, mode, steady, (one) => colourOf(law.type, one));
+    g.restore();
+    this.place(scene, drawn, lower);
+  }
+
+  /** The handles as buttons over the picture: by hand, by finger, by the arrow keys. */
+  private place({ core, state: { system } }: Scene, drawn: { w: number[]; f: Float64Array } | null, lower: [number, number] | null): void {
+    const law = system["law"];
+    const page = this.pages[law.type];
+    if (!page || !drawn) return;
+    let breakAway = NaN;
+    try {
+      breakAway = core.ask(Verb.surface, { law, stick_times: [0], force_rates: [Math.abs(system["stiffness"] * system["drive_velocity"])] }).numbers[0]!;
+    } catch {
+      // A law with an internal state has no break-away force of its own.
+    }
+    const upper = (at: number) => drawn.f[Math.max(1, Math.min(SAMPLES - 1, Math.round((at / this.plot.x.high) * (SAMPLES - 1))))]!;
+    let corner = lower;
+    if (!corner) {
+      let least = 1;
+      for (let i = 1; i < SAMPLES; i++) if (drawn.f[i]! < drawn.f[least]!) least = i;
+      corner = [drawn.w[least]!, drawn.f[least]!];
+    }
+    const handles = handlesOf(law, page, { upper, breakAway, corner, top: this.plot.y.high, right: this.plot.x.high });
+    this.handles = new Map(handles.map((handle) => [handle.key, handle]));
+    for (const [key, button] of this.buttons)
+      if (!this.handles.has(key)) {
+        button.remove();
+        this.buttons.delete(key);
+      }
+    for (const { key, label, w, f } of handles) {
+      const button = this.buttons.get(key) ?? this.button(key);
+      const [x, y] = [this.plot.px(w), this.plot.py(f)];
+      button.style.transform = `translate(${x}px, ${y}px)`;
+      button.dataset["label"] = label;
+      button.hidden = !Number.isFinite(x + y) || x < this.plot.pad.left - 8 || x > this.plot.width + 4 || y < -4 || y > this.plot.height - this.plot.pad.bottom + 8;
+      button.setAttribute("aria-label", `${label || key}: slip velocity ${w.toPrecision(4)}, force ${f.toPrecision(4)}; arrow keys move it`);
+    }
+  }
+
+  private button(key: string): HTMLButtonElement {
+    const button = document.createElement("button");
+    button.className = "handle";
+    button.type = "button";
+    button.dataset["key"] = key;
+    const move = (w: number, f: number) => this.change?.(this.handles.get(key)?.set(w, f) ?? []);
+    button.addEventListener("pointerdown", (event) => {
+      this.held = key;
+      button.setPointerCapture(event.pointerId);
+    });
+    button.addEventListener("pointermove", (event) => {
+      if (this.held !== key) return;
+      const box = this.plot.host.getBoundingClientRect();
+      move(this.plot.xAt(event.clientX - box.left), this.plot.yAt(event.clientY - box.top));
+    });
+    for (const end of ["pointerup", "pointercancel"])
+      button.addEventListener(end, () => {
+        this.held = "";
+        this.change?.([]);
+      });
+    button.addEventListener("keydown", (event) => {
+      const [dx, dy] = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key] ?? [0, 0];
+      const handle = this.handles.get(key);
+      if ((!dx && !dy) || !handle) return;
+      event.preventDefault();
+      const size = event.shiftKey ? 0.1 : 0.01;
+      move(handle.w + dx * size, handle.f + dy * size);
+    });
+    this.buttons.set(key, button);
+    this.plot.host.append(button);
+    return button;
+  }
+
+  override time({ orbit, state: { system } }: Scene, t: number): void {
+    const p = this.plot;
+    const g = p.over;
+    p.begin(g);
+    p.clip(g);
+    const i = indexAt(orbit.t, t);
+    p.dot(g, valueAt(orbit.t, orbit.w[0]!, t), valueAt(orbit.t, orbit.force[0]!, t), 5.5, colourOf(system["law"].type, orbit.mode[0]![i]!));
+    g.restore();
+  }
+}

@@ -1,0 +1,27 @@
+/** What every panel is: a picture of the system below, of the moment above. */
+import type { Core } from "../core";
+import type { Orbit } from "../orbit";
+import { Plot } from "../plot";
+import type { State } from "../state";
+import type { Steady } from "../sweeps";
+
+export interface Scene {
+  core: Core;
+  state: State;
+  orbit: Orbit;
+  /** Index of the first sample that is shown as steady. */
+  steady: number;
+  /** The steady motion, where the core tells it. */
+  settled: Steady | null;
+}
+
+export type Change = [path: string, value: unknown];
+
+export abstract class Panel {
+  readonly plot: Plot;
+  constructor(host: HTMLElement, title: string, labels = { x: "", y: "" }) {
+    this.plot = new Plot(host, labels, title);
+  }
+  abstract draw(scene: Scene): void;
+  time(_scene: Scene, _t: number): void {}
+}

@@ -1,0 +1,159 @@
+/** What the page shows, as one value: its difference from a preset is the link. */
+
+export type Json = null | boolean | number | string | Json[] | { [key: string]: Json };
+export type Document = { [key: string]: any };
+
+export interface State {
+  preset: string;
+  /** The document of one oscillator, as `stickslip simulate` reads it; forcing is a list. */
+  system: Document;
+  /** A chain of so many equal masses, each tied to its neighbours. */
+  chain: { masses: number; coupling: number };
+  start: { x0: number[] | null; v0: number[] | null };
+  t_end: number;
+  diagram: { over: string; low: number; high: number };
+  view: { time: number; panels: string };
+}
+
+export interface Preset {
+  title: string;
+  source: string;
+  state: Partial<State>;
+}
+
+export const FRESH: State = {
+  preset: "",
+  system: {},
+  chain: { masses: 1, coupling: 1 },
+  start: { x0: null, v0: null },
+  t_end: 150,
+  diagram: { over: "drive_velocity", low: 0.02, high: 0.6 },
+  view: { time: 0, panels: "" },
+};
+
+export function presetState(name: string, presets: Record<string, Preset>): State {
+  return { ...structuredClone(FRESH), ...structuredClone(presets[name]!.state), preset: name };
+}
+
+/** The document for the core: the oscillator, or a chain of its like as `stickslip.chain` makes it. */
+export function documentOf({ system, chain }: State): Document {
+  const n = chain.masses;
+  if (n <= 1) return system;
+  const { mass, stiffness, damping, drive_velocity, law, forcing } = system;
+  const matrix = (entry: (i: number, j: number) => number) =>
+    Array.from({ length: n }, (_, i) => Array.from({ length: n }, (_, j) => entry(i, j)));
+  const degree = (i: number) => (i === 0 || i === n - 1 ? 1 : 2);
+  return {
+    mass: matrix((i, j) => (i === j ? mass : 0)),
+    stiffness: matrix((i, j) => (i === j ? stiffness + chain.coupling * degree(i) : Math.abs(i - j) === 1 ? -chain.coupling : 0)),
+    damping: matrix((i, j) => (i === j ? damping : 0)),
+    contacts: Array.from({ length: n }, (_, i) => ({ mass: i, drive_velocity, law })),
+    forcing: forcing.map((force: Document) => ({ ...force, mass: 0 })),
+  };
+}
+
+export function get(document: any, path: string): any {
+  return path.split(".").reduce((at, key) => at?.[key], document);
+}
+
+/** A copy with another value at a path. */
+export function put<T>(document: T, path: string, value: unknown): T {
+  const copy = structuredClone(document);
+  const keys = path.split(".");
+  const last = keys.pop()!;
+  const place = keys.reduce((at: any, key) => at[key], copy);
+  place[last] = value;
+  return copy;
+}
+
+function* leaves(value: unknown, path = ""): Generator<[string, Json]> {
+  if (value !== null && typeof value === "object") {
+    for (const [key, inner] of Object.entries(value)) yield* leaves(inner, path ? `${path}.${key}` : key);
+  } else yield [path, value as Json];
+}
+
+/** `#almost-harmonic&system.drive_velocity=0.31`: a preset and every number that differs; whole branches where the shape does. */
+export function toLink(state: State, presets: Record<string, Preset>): string {
+  const from = presetState(state.preset, presets) as any;
+  const changes: [string, Json][] = [];
+  for (const [key, value] of Object.entries(state)) {
+    if (key === "preset") continue;
+    const shape = (whole: unknown) => JSON.stringify([...leaves(whole)].map(([path]) => path));
+    const branches = key === "system" ? Object.keys(value as Document).map((name) => `system.${name}`) : [key];
+    for (const branch of branches) {
+      const [now, before] = [get(state, branch), get(from, branch)];
+      const law = branch === "system.law" && now.type !== before?.type;
+      if (law || shape(now) !== shape(before)) changes.push([branch, now]);
+      else for (const [path, leaf] of leaves(now, branch)) if (get(from, path) !== leaf) changes.push([path, leaf]);
+    }
+  }
+  const words = changes.map(([path, leaf]) => `${path}=${encodeURIComponent(typeof leaf === "string" ? leaf : JSON.stringify(leaf))}`);
+  return `#${[state.preset, ...words].join("&")}`;
+}
+
+/** The state of a link, and a sentence about each word in it that says nothing. */
+export function fromLink(hash: string, presets: Record<string, Preset>): { state: State; unknown: string[] } {
+  const [name = "", ...rest] = hash.replace(/^#/, "").split("&");
+  const known = Object.keys(presets);
+  const unknown = name && !(name in presets) ? [`the link names the preset “${name}”; known are ${known.join(", ")}`] : [];
+  let state = presetState(name in presets ? name : known[0]!, presets);
+  for (const pair of rest) {
+    const cut = pair.indexOf("=");
+    const path = pair.slice(0, cut);
+    let text: string;
+    try {
+      text = decodeURIComponent(pair.slice(cut + 1));
+    } catch {
+      text = pair.slice(cut + 1);
+    }
+    let value: unknown = text;
+    try {
+      value = JSON.parse(text);
+    } catch {
+      /* a word, not a number */
+    }
+    const place = get(state, path);
+    const fits = place === null || typeof place === typeof value || path === "system.law";
+    if (cut < 0 || place === undefined || !fits || path.includes("__proto__")) unknown.push(`the link has “${pair}”, which names nothing here`);
+    else state = put(state, path, value);
+  }
+  return { state, unknown };
+}
+
+/** The system file of the command line; JavaScript writes numbers so that they are read back to the bit. */
+export function toToml(state: State): string {
+  const lines: string[] = [];
+  const plain = (value: any): string => {
+    if (typeof value === "string") return JSON.stringify(value);
+    if (Array.isArray(value)) return `[${value.map(plain).join(", ")}]`;
+    if (typeof value === "object") return `{${Object.entries(value).map(([key, item]) => `${key} = ${plain(item)}`).join(", ")}}`;
+    return String(value);
+  };
+  const table = (name: string, document: Document) => {
+    lines.push("", name);
+    for (const [key, value] of Object.entries(document)) if (value !== null && value !== undefined) lines.push(`${key} = ${plain(value)}`);
+  };
+  // A pencil at infinity is said, as the law's own default of D is a point.
+  const law = (one: Document): Document => (one["type"] === "BogaczRyczek" && one["D"] === null ? { ...one, D: "infinity" } : one);
+  const { law: friction, forcing, contacts, ...numbers } = documentOf(state);
+  for (const [key, value] of Object.entries(numbers)) lines.push(`${key} = ${plain(value)}`);
+  if (friction) table("[law]", law(friction));
+  for (const contact of contacts ?? []) {
+    table("[[contacts]]", { mass: contact.mass, drive_velocity: contact.drive_velocity });
+    table("[contacts.law]", law(contact.law));
+  }
+  for (const force of forcing ?? []) table("[[forcing]]", force);
+  const { x0, v0 } = state.start;
+  const one = (values: number[] | null) => (values && values.length === 1 ? values[0] : values);
+  table("[simulation]", { t_end: state.t_end, x0: one(x0), v0: one(v0) });
+  return `${lines.join("\n")}\n`;
+}
+
+/** The numbers of the document that a number of the state moves (one of an oscillator, some of a chain), and a row of their values. */
+export function varied(state: State, path: string): { names: string[]; row(value: number): number[] } {
+  const at = (value: number): Document => documentOf(put(state, `system.${path}`, value));
+  const now = Number(get(state.system, path));
+  const here = new Map(leaves(at(now)));
+  const names = [...leaves(at(now + 1))].filter(([name, leaf]) => here.get(name) !== leaf).map(([name]) => name);
+  return { names, row: (value) => names.map((name) => get(at(value), name)) };
+}
