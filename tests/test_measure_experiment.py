@@ -12,7 +12,7 @@ from stickslip.report.experiment import Experiment, run, watch
 
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
 RIG = {
-    "gauge": "displacement", "column": "x", "unit": "1", "stiffness": 1.0, "mass": 1.0, "damping": 0.05,
+    "instrument": "displacement", "column": "x", "unit": "1", "stiffness": 1.0, "mass": 1.0, "damping": 0.05,
     "drive_velocity": 0.1,
 }  # fmt: skip
 

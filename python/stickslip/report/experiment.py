@@ -42,7 +42,7 @@ class Experiment:
 
     Examples
     --------
-    >>> Experiment(("a.csv",), {"gauge": "displacement"}, law="Coulomb").law
+    >>> Experiment(("a.csv",), {"instrument": "displacement"}, law="Coulomb").law
     'Coulomb'
     """
 
