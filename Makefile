@@ -1,7 +1,7 @@
 # Every target does its own set-up inside this folder. Wanted on the machine: Python >= 3.11, Rust, a C compiler.
 # PYTHON=... chooses the interpreter, PYTEST="..." adds options to pytest, STICKSLIP_DATA=... says where real records lie.
 
-.PHONY: help setup demo docs test test-slow test-core test-python check static format-check lint types format bench explorer explorer-test lock clean
+.PHONY: help setup demo docs wheel test test-slow test-core test-python check static format-check lint types format bench explorer explorer-test lock clean
 .DEFAULT_GOAL := help
 
 UV := .tools/uv
@@ -23,6 +23,7 @@ export PATH := $(PATH):$(HOME)/.cargo/bin
 help:
 	@echo "make demo     the whole way on what ships with the package, report in demo-report/"
 	@echo "make docs     the documentation site, in build/docs/"
+	@echo "make wheel    a wheel and a source archive in dist/, tried in a clean environment"
 	@echo "make test     tests of the core and of the Python package (test-slow: the long ones)"
 	@echo "make check    the gate: format, lint, types (these three: make static), tests"
 	@echo "make format   rewrite Rust and Python in the common format"
@@ -43,6 +44,16 @@ demo-report/report.html: .venv/.built $(PACKAGE)
 docs: .venv/.built
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --jobs auto -b html docs build/docs
 	@echo build/docs/index.html
+
+# Dependencies come as the lock has them; the wheel itself is what was just built.
+wheel: .venv/.installed .tools/.rust
+	rm -rf dist build/wheel
+	$(BIN)/maturin build --quiet --release --sdist --locked --out dist
+	$(UV) venv --quiet --no-python-downloads --python $(BIN)/python build/wheel
+	sed 's/ *\\$$//; /^ *--hash/d' requirements.lock > build/wheel/lock.txt
+	$(UV) pip install --quiet --python build/wheel/bin/python --constraint build/wheel/lock.txt dist/*.whl
+	cd build/wheel && bin/stickslip example && bin/stickslip simulate example/system.toml -o orbit.nc
+	@ls dist
 
 test: .venv/.tested
 	@echo "every test passed on these files (make check runs them again)"

@@ -17,6 +17,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "command_line",
+    "docstrings",
     "mathml",
 ]
 source_suffix = {".md": "markdown"}

@@ -33,7 +33,7 @@ def blocks(page):
 
 def runnable(page):
     """Whether a page has code, as a parameter of a test; pages that say so take longer."""
-    slow = "<!-- slow -->" in page.read_text(encoding="utf-8")
+    slow = "<!-- slow" in page.read_text(encoding="utf-8")
     return pytest.param(page, id=str(page.relative_to(ROOT)), marks=[pytest.mark.slow] if slow else [])
 
 

@@ -31,8 +31,8 @@ def save(ax: plt.Axes, name: str) -> None:
     with plt.rc_context({"svg.hashsalt": "stickslip"}):
         # A date, or a version, would change the file without changing the picture.
         plain = {"Date": None, "Creator": None} if name.endswith(".svg") else {"Software": None}
-        ax.figure.savefig(HERE / name, dpi=130, metadata=plain)
-    plt.close(ax.figure)
+        ax.get_figure(root=True).savefig(HERE / name, dpi=130, metadata=plain)
+    plt.close(ax.get_figure(root=True))
 
 
 def picture(law: type[ss.laws.Law]) -> str:
@@ -152,17 +152,14 @@ def example() -> tuple[xr.DataTree, ss.Orbit]:
 def overview() -> None:
     """The picture of the README: a record, its law, and the motions of that law."""
     friction, orbit = example()
-    block = replace(orbit.system, forcing=ss.Harmonic(3.0, 20.0))
-    panels = show.new_axes(1, 3, figsize=(11.4, 3.4), width_ratios=[1.15, 1, 1.5])
-    record(friction, panels[0], end=1.3).set_title("a record", loc="left")
-    loop(friction, orbit, panels[1]).set_title("its friction law", loc="left")
-    diagram = ss.orbit_diagram(
-        block, "forcing.frequency", np.linspace(10, 44, 681), direction="up", periods=300, keep=60
-    )
-    show.orbit_diagram_plot(
-        diagram.isel(direction=0) if "direction" in diagram.dims else diagram, panels[2], quantity="section"
-    )
-    panels[2].set_title("every motion when it is shaken", loc="left")
+    shaken = replace(orbit.system, drive_velocity=0.067, forcing=ss.Harmonic(3.0, 28.0))
+    panels = show.new_axes(1, 3, figsize=(11.4, 3.3), width_ratios=[1.1, 0.9, 1.5])
+    record(friction, panels[0], end=1.3).set_title("a record, sticks shaded")
+    loop(friction, orbit, panels[1]).set_title("its friction law")
+    frequencies = np.linspace(25.0, 36.0, 661)
+    diagram = ss.orbit_diagram(shaken, "forcing.frequency", frequencies, periods=300, keep=80)
+    show.orbit_diagram_plot(diagram, panels[2], quantity="section", name_regimes=False)
+    panels[2].set_title("every motion when the block is shaken with 3 N")
     save(panels[0], "overview.png")
 
 
@@ -181,8 +178,9 @@ def loop(friction: xr.DataTree, orbit: ss.Orbit, ax: plt.Axes) -> plt.Axes:
     slip = ~friction["stuck"].to_numpy()
     w, force = friction["slip_velocity"].to_numpy()[slip], friction["force"].to_numpy()[slip]
     ax.plot(w, force, ".", ms=2.5, color="0.55", label="measured")
-    show.friction_loop(orbit, ax, name="identified")
-    ax.legend(loc="upper right")
+    law = {"colour": show.OKABE_ITO["vermilion"], "name": "identified law", "arrows": False}
+    show.friction_loop(orbit, ax, legend=False, **law)
+    ax.legend(fontsize=8, frameon=False, loc="upper right", markerscale=3)
     return ax
 
 

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from stickslip.simulation.simulate import simulate
     from stickslip.tracking import film, track
 
+    __version__: str
+
 # Where each public name lives; it is imported when it is first asked for, so that `import stickslip` costs nothing.
 _HOME = {
     "Contact": "model.system",
@@ -120,19 +122,21 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name == "__version__":
-        from stickslip import _core
+if not TYPE_CHECKING:  # a type checker sees the imports above, and that any other name is an error
 
-        return _core.__version__
-    if name not in _HOME:
-        raise AttributeError(f"module 'stickslip' has no attribute {name!r}")
-    home = _HOME[name]
-    module = importlib.import_module(f"stickslip.{home or name}")
-    value = getattr(module, name) if home else module
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> Any:
+        if name == "__version__":
+            from stickslip import _core
+
+            return _core.__version__
+        if name not in _HOME:
+            raise AttributeError(f"module 'stickslip' has no attribute {name!r}")
+        home = _HOME[name]
+        module = importlib.import_module(f"stickslip.{home or name}")
+        value = getattr(module, name) if home else module
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from stickslip.cli import (
     basins,
+    completion,
     continue_,
     critical,
     demo,
@@ -50,7 +51,27 @@ COMMANDS = (
     reproduce,
     explore,
     demo,
+    completion,
 )
+
+
+EXAMPLES = {
+    "example": "stickslip example -o example",
+    "simulate": "stickslip simulate example/system.toml -o orbit.nc --plot orbit.png",
+    "film": "stickslip film system.toml -o film.avi",
+    "track": "stickslip track film.avi --setup film.track.toml -o motion.nc",
+    "measure": "stickslip measure example/block.csv --rig example/block.toml -o friction.nc --plot friction.png",
+    "identify": "stickslip identify friction.nc -o law.toml --report law.html",
+    "sweep": "stickslip sweep system.toml --over drive_velocity=0.05:0.6:200 --plot diagram.png",
+    "basins": "stickslip basins system.toml --x=-1:2:60 --v=-1:1:60 --plot basins.png",
+    "continue": "stickslip continue system.toml --over drive_velocity=0.1:0.5 --plot branches.png",
+    "critical": "stickslip critical system.toml",
+    "explore": "stickslip explore law.toml",
+    "reproduce": "stickslip reproduce -o report",
+    "demo": "stickslip demo -o demo-report",
+    "completion": "stickslip completion bash >> ~/.bashrc",
+}
+"""What the help of each command ends with."""
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -62,6 +83,8 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     for command in COMMANDS:
         command.add(commands)
+    for name, command_parser in commands.choices.items():
+        command_parser.epilog = f"example: {EXAMPLES[name]}"
     return parser
 
 

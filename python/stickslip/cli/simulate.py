@@ -64,7 +64,7 @@ def _plot_orbit(orbit: Any, path: str) -> None:
 
     from stickslip import show
 
-    with plt.rc_context(show.STYLE):
+    with show.styled():
         figure = plt.figure(figsize=(11, 4.4), layout="constrained")
     left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1, 1.4])[0]
     show.phase_plane(orbit, left.subplots())

@@ -116,26 +116,27 @@ class Identification:
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over slip velocity: the data of every record and the law along the same motion; returns the Axes."""
-        import matplotlib.pyplot as plt
+        from stickslip.show.canvas import ABOVE, OKABE_ITO, in_units, new_axes, verbatim
 
-        from stickslip.show.canvas import verbatim
-
-        axes = plt.subplots()[1] if ax is None else ax
+        axes = new_axes()[0] if ax is None else ax
+        shown: list[np.ndarray] = []
         for number, record in enumerate(self.records):
             frame = self.residuals(number)
             # Forces of a slip in the other sense are shown turned over; the last part is the steady motion.
             frame = frame[frame["compared"]].iloc[-6000:]
             sense = np.where(frame["slip_velocity"] < 0, -1.0, 1.0)
             w = np.abs(frame["slip_velocity"])
-            dots = axes.plot(w, sense * frame["force"], ".", ms=2, alpha=0.4, label=verbatim(record.name))
-            axes.plot(w, sense * frame["predicted"], ".", ms=1.5, color=_darker(dots[0].get_color()))
-        axes.set_xlabel("slip velocity w")
-        axes.set_ylabel("kinetic force f (light: measured, dark: law)")
-        axes.legend()
+            measured = sense * frame["force"]
+            axes.plot(w, measured, ".", ms=2, alpha=0.4, label=verbatim(record.name), rasterized=True)
+            law = "law" if number == 0 else None
+            axes.plot(w, sense * frame["predicted"], ".", ms=1.5, color=OKABE_ITO["black"], label=law)
+            shown.append(measured.to_numpy())
+        units = self.records[0].units
+        axes.set_xlabel("slip velocity w" + in_units(units.get("slip_velocity")))
+        axes.set_ylabel("kinetic force f" + in_units(units.get("force")))
+        # A few outliers must not flatten the axis: it holds the middle 99 % and a quarter of that beside.
+        low, high = np.quantile(np.concatenate(shown), (0.005, 0.995)) if sum(map(len, shown)) else (0.0, 0.0)
+        if high > low:
+            axes.set_ylim(low - 0.25 * (high - low), high + 0.25 * (high - low))
+        axes.legend(**ABOVE, ncols=2, markerscale=4)
         return axes
-
-
-def _darker(color: Any) -> Any:
-    from matplotlib.colors import to_rgb
-
-    return tuple(0.45 * part for part in to_rgb(color))

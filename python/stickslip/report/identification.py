@@ -14,8 +14,8 @@ from stickslip.identification.result import Identification
 from stickslip.identification.selection.agreement import compare_motion
 from stickslip.identification.selection.comparison import Comparison
 from stickslip.identification.trajectory.sensitivity import sensitivity
-from stickslip.report.report import Report
-from stickslip.show.canvas import new_axes
+from stickslip.report.report import Report, rounded
+from stickslip.show.canvas import ABOVE, in_units, new_axes
 
 SHOWN = 4
 """Records that are drawn one by one; of more the first ones."""
@@ -39,7 +39,7 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
     """
     name = type(result.law).__name__
     report = Report(f"{name} identified")
-    report.text(f"{name} from " + ", ".join(record.name for record in result.records) + ".")
+    report.summary(_sentence(result), _key_numbers(result))
     report.heading("Data")
     report.table(_data(result))
     report.figure(result.plot().figure, "Friction over slip velocity: measured (light), and the law along that motion.")
@@ -79,6 +79,19 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
     return report
 
 
+def _sentence(result: Identification) -> str:
+    records = ", ".join(record.name for record in result.records)
+    return f"{type(result.law).__name__} describes {records} with an rms force residual of {result.rms:.2g}."
+
+
+def _key_numbers(result: Identification) -> dict[str, str]:
+    """The three numbers of the law that are known best, in units of their own size."""
+    table = result.parameters
+    relative = (table["error"] / table["value"].abs()).sort_values(kind="stable")
+    best = [name for name in table.index if name in relative.index[:3]]
+    return {str(name): rounded(float(table.loc[name, "value"]), float(table.loc[name, "error"])) for name in best}
+
+
 def _data(result: Identification) -> pd.DataFrame:
     rows = {}
     for record in result.records:
@@ -114,6 +127,7 @@ def _correlation(result: Identification) -> Any:
 
 def _residuals(result: Identification) -> Any:
     over_time, over_speed, spread = new_axes(1, 3, figsize=(13, 3.6))
+    rests: list[np.ndarray] = []
     for number, record in enumerate(result.records):
         frame = result.residuals(number)
         frame = frame[frame["compared"]]
@@ -124,14 +138,19 @@ def _residuals(result: Identification) -> Any:
         over_time.plot(frame["time"].to_numpy()[some], rest[some], ".", ms=2, rasterized=True)
         over_speed.plot(frame["slip_velocity"].to_numpy()[some], rest[some], ".", ms=2, rasterized=True)
         label = f"{record.name.rpartition('/')[2]}: {correlation_time(rest):.0f} samples together"
+        rests.append(rest)
         spread.hist(rest, bins=60, density=True, histtype="step", label=label)
-    for axes, label in ((over_time, "time"), (over_speed, "slip velocity w")):
+    units = result.records[0].units
+    residual = "measured − predicted friction" + in_units(units.get("force"))
+    # A few outliers must not flatten the axis: it holds all but the farthest 1 %, twice as wide.
+    reach = 2 * float(np.quantile(np.abs(np.concatenate(rests)), 0.99)) if rests else 0.0
+    for axes, label, name in ((over_time, "time t", "time"), (over_speed, "slip velocity w", "slip_velocity")):
         axes.axhline(0, color="0.3", lw=0.8)
-        axes.set_xlabel(label)
-        axes.set_ylabel("measured − predicted friction")
-    spread.set_xlabel("measured − predicted friction")
-    spread.set_ylabel("density")
-    spread.legend(fontsize="small")
+        axes.set(xlabel=label + in_units(units.get(name)), ylabel=residual)
+        if reach:
+            axes.set_ylim(-reach, reach)
+    spread.set(xlabel=residual, ylabel="density")
+    spread.legend(**ABOVE)
     return over_time.figure
 
 

@@ -6,6 +6,7 @@ import base64
 import html
 import io
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,15 +16,35 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure, SubFigure
 
+UNFOLDED = 4
+"""Sentences of a list that are shown; the others are folded."""
+
 _STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
-h1, h2 { line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid #ddd; }
-figure { margin: 1.5rem 0; } figure img { max-width: 100%; } figcaption { color: #555; font-size: 0.9rem; }
+:root { color-scheme: light dark; --text: #222; --soft: #5a5a5a; --line: #ddd; --back: #fff; --card: #f5f6f8;
+  --good: #00704f; --bad: #b03a00; --link: #0072b2; }
+@media (prefers-color-scheme: dark) { :root { --text: #e6e6e6; --soft: #a8a8a8; --line: #3a3d42; --back: #16181c;
+  --card: #22252b; --good: #4cc9a0; --bad: #ff9a6b; --link: #6bb8ea; } }
+* { box-sizing: border-box; }
+body { font: 16px/1.55 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: var(--text);
+  background: var(--back); overflow-wrap: anywhere; }
+a { color: var(--link); } h1, h2 { line-height: 1.2; }
+h2 { margin-top: 2.5rem; border-bottom: 1px solid var(--line); padding-bottom: 0.2rem; }
+.summary { font-size: 1.15rem; }
+.key { display: flex; flex-wrap: wrap; gap: 0.8rem; margin: 1.2rem 0; padding: 0; }
+.key div { flex: 1 1 12rem; background: var(--card); border-radius: 8px; padding: 0.8rem 1rem; }
+.key dt { color: var(--soft); font-size: 0.85rem; }
+.key dd { margin: 0; font-size: 1.35rem; font-variant-numeric: tabular-nums; }
+nav ol { columns: 14rem; padding-left: 1.2rem; }
+figure { margin: 1.5rem 0; } figure img { max-width: 100%; border-radius: 6px; background: #fff; }
+figcaption { color: var(--soft); font-size: 0.9rem; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem; }
-th, td { padding: 0.25rem 0.8rem; border-bottom: 1px solid #ddd; text-align: left; vertical-align: top; }
-td.number { text-align: right; } .scroll { overflow-x: auto; } pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; }
-tr.reproduced td:last-child, tr.yes td:last-child { color: #00704f; }
-tr.not td:last-child, tr.no td:last-child { color: #b03a00; }
+th, td { padding: 0.25rem 0.8rem 0.25rem 0; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
+td.number { text-align: right; } .scroll { overflow-x: auto; } .scroll table { overflow-wrap: normal; }
+pre { background: var(--card); padding: 0.8rem; overflow-x: auto; border-radius: 6px; }
+details { margin: 1rem 0; } summary { cursor: pointer; color: var(--link); }
+tr.reproduced td:last-child, tr.yes td:last-child { color: var(--good); }
+tr.not td:last-child, tr.no td:last-child { color: var(--bad); }
+@media (max-width: 30rem) { body { margin: 1rem auto; font-size: 15px; } h1 { font-size: 1.5rem; } }
 """
 
 
@@ -33,27 +54,39 @@ class Report:
     >>> report = Report("A law")
     >>> report.heading("Data")
     >>> report.text("Three records.")
-    >>> "<h2>Data</h2>" in report.html()
+    >>> '<h2 id="s1">Data</h2>' in report.html()
     True
     """
 
     def __init__(self, title: str) -> None:
         self.title = title
+        self._summary = ""
+        self._headings: list[str] = []
         self._body: list[str] = []
 
+    def summary(self, sentence: str, numbers: Mapping[str, str]) -> None:
+        """Set what a reader should know first: one sentence and a few numbers, each with its name."""
+        cards = "".join(
+            f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(number)}</dd></div>" for name, number in numbers.items()
+        )
+        self._summary = f'<p class="summary">{html.escape(sentence)}</p><dl class="key">{cards}</dl>'
+
     def heading(self, text: str) -> None:
-        """Start a section."""
-        self._body.append(f"<h2>{html.escape(text)}</h2>")
+        """Start a section, which the contents name."""
+        self._headings.append(text)
+        self._body.append(f'<h2 id="s{len(self._headings)}">{html.escape(text)}</h2>')
 
     def text(self, text: str) -> None:
         """Add a paragraph."""
         self._body.append(f"<p>{html.escape(text)}</p>")
 
     def items(self, texts: list[str]) -> None:
-        """Add a list of sentences, if there are any."""
-        if not texts:
-            return
-        self._body.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in texts) + "</ul>")
+        """Add a list of sentences, if there are any; those after the first few are folded."""
+        shown, folded = texts[:UNFOLDED], texts[UNFOLDED:]
+        if shown:
+            self._body.append(_list(shown))
+        if folded:
+            self._body.append(f"<details><summary>{len(folded)} more</summary>{_list(folded)}</details>")
 
     def code(self, text: str) -> None:
         """Add a block as it is typed."""
@@ -91,14 +124,36 @@ class Report:
     def html(self) -> str:
         """The whole page."""
         title = html.escape(self.title)
-        head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{title}</title>'
-        return f"<!doctype html><html lang=en><head>{head}<style>{_STYLE}</style></head><body><h1>{title}</h1>\n" + (
-            "\n".join(self._body) + "\n</body></html>\n"
+        view = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        head = f'<meta charset="utf-8">{view}<title>{title}</title>'
+        entries = "".join(
+            f'<li><a href="#s{number}">{html.escape(text)}</a></li>' for number, text in enumerate(self._headings, 1)
         )
+        contents = f'<nav aria-label="Contents"><ol>{entries}</ol></nav>' if entries else ""
+        parts = [f"<h1>{title}</h1>", self._summary, contents, *self._body]
+        body = "\n".join(part for part in parts if part)
+        head += f"<style>{_STYLE}</style>"
+        return f"<!doctype html><html lang=en><head>{head}</head><body>{body}\n</body></html>\n"
 
     def write(self, path: str | Path) -> Path:
         """Write the page, whole or not at all."""
         return write_whole(path, lambda draft: draft.write_text(self.html(), encoding="utf-8"))
+
+
+def _list(texts: list[str]) -> str:
+    return "<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in texts) + "</ul>"
+
+
+def rounded(value: float, error: float) -> str:
+    """A value with its standard error, to the digits that the error allows.
+
+    >>> rounded(5.99883, 0.0015245), rounded(1234.5, 60.0), rounded(0.6, 0.0)
+    ('5.9988 ± 0.0015', '1234 ± 60', '0.6')
+    """
+    if not (math.isfinite(error) and error > 0):
+        return f"{value:.5g}"
+    digits = max(0, 1 - math.floor(math.log10(error)))
+    return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 
 def _cell(value: object) -> str:

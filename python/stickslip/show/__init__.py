@@ -19,6 +19,7 @@ from stickslip.show.canvas import (
     STYLE,
     new_axes,
     shade_sticks,
+    styled,
 )
 from stickslip.show.diagram import orbit_diagram_plot
 from stickslip.show.law import break_away_plot, law_plot
@@ -58,5 +59,6 @@ __all__ = [
     "section_plot",
     "shade_sticks",
     "spectra_plot",
+    "styled",
     "time_series",
 ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
@@ -96,7 +98,14 @@ STYLE: Any = {
 }
 
 #: Where a legend never lies on data: above the axes.
-ABOVE: Any = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "handletextpad": 0.4}
+ABOVE: Any = {
+    "loc": "lower left",
+    "bbox_to_anchor": (0.0, 1.0),
+    "borderaxespad": 0.2,
+    "handletextpad": 0.4,
+    "fontsize": 8,
+    "frameon": False,
+}
 
 _HYPHENATED = {"stick_slip": "stick-slip", "almost_harmonic": "almost-harmonic"}
 
@@ -128,9 +137,21 @@ def axes(ax: Axes | None = None) -> Axes:
     return new_axes()[0] if ax is None else ax
 
 
+@contextmanager
+def styled() -> Iterator[None]:
+    """What is drawn inside has our style.
+
+    The backend is loaded before: that of a notebook sets ``interactive`` when it is, which would be taken back at the end,
+    and no later picture would be shown.
+    """
+    plt.draw_if_interactive()  # type: ignore[no-untyped-call]
+    with plt.rc_context(STYLE):
+        yield
+
+
 def new_axes(rows: int = 1, columns: int = 1, **options: Any) -> list[Axes]:
     """The axes of a new figure in our style, row by row; `options` go to ``plt.subplots``."""
-    with plt.rc_context(STYLE):
+    with styled():
         _, grid = plt.subplots(rows, columns, squeeze=False, **options)
     return list(grid.flat)
 
@@ -173,8 +194,16 @@ def unit(values: xr.DataArray) -> str:
     >>> "time t" + unit(xr.DataArray(0.0, attrs={"units": "s"}))
     'time t (s)'
     """
-    name = values.attrs.get("units", "1")
-    return f" ({'dimensionless' if name == '1' else name})"
+    return in_units(values.attrs.get("units", "1"))
+
+
+def in_units(name: str | None) -> str:
+    """A unit as it stands behind the name of a quantity; nothing where it is not known.
+
+    >>> in_units("N"), in_units("1"), in_units(None)
+    (' (N)', ' (dimensionless)', '')
+    """
+    return "" if name is None else f" ({'dimensionless' if name == '1' else name})"
 
 
 def parameter_label(parameter: str, units: str) -> str:

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import OKABE_ITO, STYLE, axes, new_axes, unit
+from stickslip.show.canvas import OKABE_ITO, axes, new_axes, styled, unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,7 +128,7 @@ def motion_figure(motion: xr.Dataset) -> list[Axes]:
     -------
     The six axes of a new figure. Spectra are left out of a record with gaps or fewer than 16 samples.
     """
-    with plt.rc_context(STYLE):
+    with styled():
         figure = plt.figure(figsize=(11, 7.5))
         grid = figure.add_gridspec(1, 2, width_ratios=(1.3, 1))
         over_time = grid[0, 0].subgridspec(3, 1).subplots(sharex=True, squeeze=False).ravel()

@@ -102,9 +102,14 @@ class NetworkOrbit(Orbit):
 
         :func:`stickslip.load` gives back the same orbit to the bit.
         """
-        attrs = {"run": json.dumps([*self._network.run, self._stop])}
-        tables = {"events": self._network.events().reshape(-1, len(EVENTS)), "segments": self._rows()}
-        return self._write(path, attrs, tables, {"events": EVENTS, "segments": self._names()})
+        columns = {"events": EVENTS, "segments": self._names()}
+        return self._write(path, {"run": json.dumps(self._run())}, self._tables(), columns)
+
+    def _run(self) -> list[Any]:
+        return [*self._network.run, self._stop]
+
+    def _tables(self) -> dict[str, NDArray[np.float64]]:
+        return {"events": self._network.events().reshape(-1, len(EVENTS)), "segments": self._rows()}
 
 
 def restore(

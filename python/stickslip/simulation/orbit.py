@@ -207,12 +207,31 @@ class Orbit:
 
         The segments are exact: :func:`load` gives back the same orbit to the bit.
         """
-        tables = {
+        columns = {"events": EVENTS, "segments": [str(name) for name in self.segments]}
+        return self._write(path, {"run": json.dumps(self._run())}, self._tables(), columns)
+
+    def _tables(self) -> dict[str, NDArray[np.float64]]:
+        """All that an orbit is made from again, beside its system and its run."""
+        return {
             "events": self._core.events().reshape(-1, len(EVENTS)),
             "segments": self._core.segments().reshape(-1, 8),
         }
-        columns = {"events": EVENTS, "segments": [str(name) for name in self.segments]}
-        return self._write(path, {"run": json.dumps(self._run())}, tables, columns)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        tables = self._tables()
+        rows = [tables[name].ravel() for name in ("segments", "events")]
+        return _restore, (self.system.to_dict(), self._run(), astuple(self.work), rows)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Orbit) or type(self) is not type(other):
+            return NotImplemented
+        if self.system != other.system or self._run() != other._run():
+            return False
+        ours, theirs = self._tables(), other._tables()
+        return all(np.array_equal(ours[name], theirs[name], equal_nan=True) for name in ours)
+
+    def __hash__(self) -> int:
+        return hash((self.t_end, self.stop, astuple(self.work)))
 
     def _write(
         self,
@@ -234,7 +253,7 @@ class Orbit:
         tree = xr.DataTree.from_dict({"/": root, **{f"/{name}": group for name, group in groups.items()}})
         return write_whole(path, lambda draft: tree.to_netcdf(draft, engine="h5netcdf"))
 
-    def _run(self) -> dict[str, Any]:
+    def _run(self) -> Any:
         x0, v0, t_end, max_events = self._core.run
         return {"x0": x0, "v0": v0, "t_end": t_end, "max_events": max_events, "stop": self._stop}
 
@@ -268,20 +287,25 @@ def load(path: str | Path) -> Orbit:
         raise InputError(
             f"{path}: damaged, or saved by an older version: it is not the orbit that was saved; simulate again"
         )
-    events, evaluations, grazes, fallbacks = (int(value) for value in tree.attrs["work"])
-    run, work = json.loads(tree.attrs["run"]), (events, evaluations, grazes, fallbacks)
     if tables["events"].shape[1] < len(EVENTS):
         # One contact was not numbered by older versions.
         tables["events"] = np.insert(tables["events"], EVENTS.index("contact"), 0.0, axis=1)
+    work = tuple(int(value) for value in tree.attrs["work"])
     rows = [np.ascontiguousarray(tables[name].ravel()) for name in ("segments", "events")]
-    document = json.loads(tree.attrs["system"])
+    return _restore(json.loads(tree.attrs["system"]), json.loads(tree.attrs["run"]), work, rows)
+
+
+def _restore(document: dict[str, Any], run: Any, work: tuple[int, ...], rows: Sequence[NDArray[np.float64]]) -> Orbit:
+    """An orbit from its parts: a list as run is that of a network."""
+    events, evaluations, grazes, fallbacks = work
+    done = (events, evaluations, grazes, fallbacks)
     if isinstance(run, list):
         from stickslip.simulation.network import restore
 
-        return restore(document, run, work, rows)
+        return restore(document, run, done, rows)
     system = Oscillator.from_dict(document)
     run_of = (run["x0"], run["v0"], run["t_end"], run["max_events"])
-    return Orbit(system, _core.Orbit.restore(system.to_json(), run_of, run["stop"], work, *rows))
+    return Orbit(system, _core.Orbit.restore(system.to_json(), run_of, run["stop"], done, *rows))
 
 
 def _table(group: xr.Dataset) -> NDArray[np.float64]:

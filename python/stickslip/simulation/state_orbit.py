@@ -171,6 +171,17 @@ class StateOrbit(Orbit):
         rows = table[(table["kind"] == kind) & (table["t"] >= after) & (table["contact"] == contact)].assign(w=np.nan)
         return rows[["t", "x", "v", "w", "force", "stick_time", "force_rate"]].to_numpy(float)[-most:]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise InputError(
+            "orbit: expected one that is made of segments, got one of an integrator; keep to_xarray() or write it with save"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def __hash__(self) -> int:
+        return id(self)
+
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file with the sampled motion and the group ``events``; the steps of the integrator are not kept."""
         import xarray as xr

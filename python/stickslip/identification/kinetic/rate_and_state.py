@@ -116,9 +116,9 @@ class VelocityStepsFit:
 
     def plot(self, ax: Any = None) -> Any:
         """Friction from before each step over the path since it, over ln(V₂/V₁), measured and fitted; returns the Axes."""
-        import matplotlib.pyplot as plt
+        from stickslip.show.canvas import ABOVE, new_axes
 
-        axes = plt.subplots()[1] if ax is None else ax
+        axes = new_axes()[0] if ax is None else ax
         seen = self.curves[self.curves["path"] > 0]
         axes.plot(seen["path"], seen["measured"], ".", ms=2, alpha=0.3, color="0.5", label="measured", rasterized=True)
         for number, (_, one) in enumerate(seen.groupby("step")):
@@ -126,7 +126,7 @@ class VelocityStepsFit:
         axes.set_xscale("log")
         axes.set_xlabel("path from the step (m)")
         axes.set_ylabel("(friction − before) / ln(V₂/V₁)")
-        axes.legend()
+        axes.legend(**ABOVE, ncols=2)
         return axes
 
 

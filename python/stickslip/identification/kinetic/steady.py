@@ -239,9 +239,9 @@ class SteadyFriction:
 
     def plot(self, ax: Any = None) -> Any:
         """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes."""
-        import matplotlib.pyplot as plt
+        from stickslip.show.canvas import ABOVE, new_axes
 
-        axes = plt.subplots()[1] if ax is None else ax
+        axes = new_axes()[0] if ax is None else ax
         w, force, error = (self.rows[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
         if len(w) > 500:
             axes.plot(w, force, ".", ms=1.5, alpha=0.3, color="0.5", label="measured", rasterized=True)
@@ -259,7 +259,7 @@ class SteadyFriction:
                 axes.plot(grid, self.fits[name](grid), "--", lw=1, color=f"C{number}", label=name if label else None)
         axes.set_xlabel("slip velocity w")
         axes.set_ylabel("friction force f")
-        axes.legend()
+        axes.legend(**ABOVE, ncols=2)
         return axes
 
 

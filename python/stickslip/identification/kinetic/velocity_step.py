@@ -84,14 +84,14 @@ class VelocityStepFit:
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over displacement around the step, measured and fitted; returns the Axes."""
-        import matplotlib.pyplot as plt
+        from stickslip.show.canvas import ABOVE, new_axes
 
-        axes = plt.subplots()[1] if ax is None else ax
+        axes = new_axes()[0] if ax is None else ax
         axes.plot(self.curve["displacement"], self.curve["measured"], ".", ms=3, color="0.5", label="measured (means)")
         axes.plot(self.curve["displacement"], self.curve["fitted"], lw=1.5, color="C0", label=f"{self.law.law} law")
         axes.set_xlabel("displacement from the step (m)")
         axes.set_ylabel("friction coefficient")
-        axes.legend()
+        axes.legend(**ABOVE, ncols=2)
         return axes
 
 

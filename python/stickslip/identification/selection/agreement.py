@@ -61,26 +61,26 @@ class Agreement:
 
     def plot_phase(self, ax: Any = None) -> Any:
         """Phase portraits of both motions, spring force over velocity of the mass; returns the Axes."""
-        import matplotlib.pyplot as plt
+        from stickslip.show.canvas import ABOVE, OKABE_ITO, new_axes
 
-        axes = plt.subplots()[1] if ax is None else ax
+        axes = new_axes()[0] if ax is None else ax
         measured = _steady(_trace(self.record, self.system), self.record)
         simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
         stride = max(len(measured) // POINTS, 1)
         measured = measured.iloc[::stride]
         axes.plot(measured["v"], measured["spring"], ".", ms=3, color="0.6", label="measured")
-        axes.plot(simulated["v"], simulated["spring"], lw=1.0, color="C3", label="simulated")
+        axes.plot(simulated["v"], simulated["spring"], lw=1.0, color=OKABE_ITO["vermilion"], label="simulated")
         force, _, velocity = _units(self.record)
         axes.set_xlabel("velocity ẋ" + velocity)
         axes.set_ylabel("spring force k x" + force)
-        axes.legend(loc="best")
+        axes.legend(**ABOVE, ncols=2)
         return axes
 
     def plot_force(self, ax: Any = None, cycles: float = 6.0) -> Any:
         """Spring force over time of both motions from a break-away, or from a rise through its mean; returns the Axes."""
-        import matplotlib.pyplot as plt
+        from stickslip.show.canvas import ABOVE, OKABE_ITO, new_axes
 
-        axes = plt.subplots()[1] if ax is None else ax
+        axes = new_axes()[0] if ax is None else ax
         measured = _trace(self.record, self.system)
         simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
         cycle, length = cycle_of(self.record), float(np.ptp(self.record.time))
@@ -97,24 +97,24 @@ class Agreement:
         # Where the two lie over each other both are still seen.
         for frame, origin, color, width, label in (
             (measured, first, "0.7", 2.4, "measured"),
-            (simulated, begin, "C3", 1.0, "simulated"),
+            (simulated, begin, OKABE_ITO["vermilion"], 1.0, "simulated"),
         ):
             part = frame[(frame["time"] >= origin) & (frame["time"] <= origin + span)]
             axes.plot(part["time"] - origin, part["spring"], lw=width, color=color, label=label)
         force, time, _ = _units(self.record)
         axes.set_xlabel(("time since a break-away" if sticks else "time since a rise through the mean") + time)
         axes.set_ylabel("spring force k x" + force)
-        axes.legend(loc="best")
+        axes.legend(**ABOVE, ncols=2)
         return axes
 
     def plot(self) -> Any:
         """Both pictures side by side; returns the Figure."""
-        import matplotlib.pyplot as plt
+        from stickslip.show.canvas import new_axes
 
-        figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4.5), layout="constrained")
+        left, right = new_axes(1, 2, figsize=(9.5, 3.6))
         self.plot_phase(left)
         self.plot_force(right)
-        return figure
+        return left.figure
 
 
 def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agreement:

@@ -141,9 +141,9 @@ class StaticFriction:
 
     def plot(self, ax: Any = None) -> Any:
         """Break-away force over stick time with the fits; returns the Axes."""
-        import matplotlib.pyplot as plt
+        from stickslip.show.canvas import ABOVE, new_axes
 
-        axes = plt.subplots()[1] if ax is None else ax
+        axes = new_axes()[0] if ax is None else ax
         time, force = self.rows["stick_time"].to_numpy(), self.rows["used"].to_numpy()
         axes.plot(time, force, ".", color="0.6", label="break-aways")
         grid = np.geomspace(time.min(), time.max(), 200)
@@ -153,7 +153,7 @@ class StaticFriction:
         axes.set_xscale("log")
         axes.set_xlabel("stick time")
         axes.set_ylabel("break-away force" + (" above that of its slip" if self.relative else ""))
-        axes.legend()
+        axes.legend(**ABOVE, ncols=2)
         return axes
 
 

@@ -1,0 +1,36 @@
+"""Docstrings as Sphinx reads them: |w| is a modulus and no substitution, and prose after a section is no entry of it."""
+
+import re
+
+
+def _prepare(*given):
+    lines = given[-1]
+    lines[:] = _sections([_moduli(line) for line in lines])
+
+
+def _moduli(line):
+    if line.lstrip().startswith((">>>", "...")):
+        return line
+    parts = re.split(r"(``.*?``)", line)
+    return "".join(part if part.startswith("``") else part.replace("|", r"\|") for part in parts)
+
+
+def _sections(lines):
+    """Name the paragraphs that follow a section: examples, or notes on limits and sources."""
+    found, section = [], ""
+    for line, after in zip(lines, [*lines[1:], ""], strict=True):
+        if line and re.fullmatch(r"-{3,}", after):
+            section = line
+        elif section and line and not line[0].isspace() and found and not found[-1]:
+            title = "Examples" if line.startswith(">>>") else "Notes"
+            if title != section:
+                found += [title, "-" * len(title)]
+                section = title
+        found.append(line)
+    return found
+
+
+def setup(app):
+    """Run before napoleon, which reads the sections."""
+    app.connect("autodoc-process-docstring", _prepare, priority=100)
+    return {"parallel_read_safe": True}

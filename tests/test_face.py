@@ -1,0 +1,78 @@
+"""The first hour: names that are offered, mistakes that a type checker sees, pictures in a notebook, help, copies."""
+
+import copy
+import os
+import pickle
+import shlex
+import subprocess
+import sys
+
+import pytest
+
+import stickslip as ss
+from stickslip.cli.main import _parser, main
+
+
+def test_only_public_names_are_offered():
+    assert dir(ss) == sorted(ss.__all__)
+
+
+@pytest.mark.slow
+def test_a_type_checker_sees_a_misspelt_name(tmp_path):
+    program = tmp_path / "program.py"
+    program.write_text("import stickslip as ss\n\nss.simulate\nss.simulat\n", encoding="utf-8")
+    # The configuration of this repository is that of the package, not of its users.
+    checked = [sys.executable, "-m", "mypy", "--config-file=", f"--cache-dir={tmp_path}", str(program)]
+    found = subprocess.run(checked, capture_output=True, text=True, check=False).stdout
+    assert 'program.py:4: error: Module has no attribute "simulat"' in found
+    assert "program.py:3" not in found
+
+
+NOTEBOOK = """
+import matplotlib
+from matplotlib.backends.backend_agg import *  # noqa: F403
+
+matplotlib.interactive(True)
+"""
+
+
+def test_pictures_after_the_first_are_shown_in_a_notebook(tmp_path):
+    # The backend of notebooks makes matplotlib interactive when it is loaded, and shows only what is drawn while it is.
+    (tmp_path / "notebook.py").write_text(NOTEBOOK, encoding="utf-8")
+    program = "from stickslip import show; import matplotlib; show.new_axes(); assert matplotlib.is_interactive()"
+    environment = os.environ | {"MPLBACKEND": "module://notebook", "PYTHONPATH": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True)
+
+
+SYSTEMS = {
+    "closed form": ss.Oscillator(0.05, 0.2, ss.laws.StaticKinetic(1.0, 0.6)),
+    "Taylor series": ss.Oscillator(0.05, 0.2, ss.laws.ExponentialStribeck(1.0, 0.6, 0.2)),
+    "two masses": ss.chain(2, ss.laws.Coulomb(0.5), drive_velocity=0.2, coupling=0.8),
+}
+
+
+@pytest.mark.parametrize("system", SYSTEMS.values(), ids=SYSTEMS)
+def test_an_orbit_is_copied_and_pickled_to_the_bit(system):
+    orbit = ss.simulate(system, 20.0)
+    for again in (pickle.loads(pickle.dumps(orbit)), copy.deepcopy(orbit)):
+        assert again == orbit
+        assert again.events.equals(orbit.events)
+        assert (again.at([1.0, 19.5])[0] == orbit.at([1.0, 19.5])[0]).all()
+    assert orbit != ss.simulate(system, 21.0)
+
+
+def test_the_help_of_every_command_ends_with_an_example_that_parses():
+    commands = next(action for action in _parser()._actions if action.dest == "command").choices
+    for name, command in commands.items():
+        assert f"stickslip {name}" in (command.epilog or ""), name
+        arguments = shlex.split(command.epilog.removeprefix("example: stickslip ").partition(" >>")[0])
+        assert _parser().parse_args(arguments).command == name
+
+
+def test_the_shell_completes_commands_and_options(capsys):
+    assert main(["completion", "bash"]) == 0
+    script = capsys.readouterr().out
+    for words, wanted in ((["stickslip", "sim"], "simulate"), (["stickslip", "simulate", "--t-"], "--t-end")):
+        typed = f"COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; _stickslip; echo ${{COMPREPLY[@]}}"
+        found = subprocess.run(["bash", "-c", script + typed], capture_output=True, text=True, check=True).stdout
+        assert found.split() == [wanted]
