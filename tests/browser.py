@@ -1,5 +1,6 @@
 """A headless Chromium, driven over its own pipe: no port, no other package."""
 
+import fcntl
 import json
 import os
 import shutil
@@ -32,14 +33,19 @@ class Browser:
     def __init__(self, width: int = 1440, height: int = 900) -> None:
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         (here, to), (back, there) = os.pipe(), os.pipe()
-        # The browser reads commands on 3 and writes answers on 4.
         command = [
             chromium(), "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
             "--remote-debugging-pipe", f"--user-data-dir={self._folder.name}", f"--window-size={width},{height}",
         ]  # fmt: skip
-        launch = ["sh", "-c", f'exec 3<&{here} 4>&{there}; exec "$@"', "sh", *command]
+
+        def pipes() -> None:
+            # The browser reads commands on 3 and writes answers on 4; neither may be taken before it is copied.
+            ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (here, there)]
+            for end, number in zip(ends, (3, 4), strict=True):
+                os.dup2(end, number)
+
         self._process = subprocess.Popen(
-            launch, pass_fds=(here, there), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            command, preexec_fn=pipes, close_fds=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
         os.close(here)
         os.close(there)

@@ -4,7 +4,7 @@ import sys
 import pytest
 
 from stickslip.cli.main import main
-from stickslip.report import demo
+from stickslip.paper import demo
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ import pytest
 import stickslip as ss
 from stickslip.identification import identify
 from stickslip.identification.coverage import CASES, Case
-from stickslip.identification.estimator.parameters import value, with_values
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
 from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.law_parameters import value, with_values
 from stickslip.identification.records import read_records
 
 TWO_BRANCH = Case(

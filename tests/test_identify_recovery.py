@@ -11,11 +11,11 @@ import xarray as xr
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify
-from stickslip.identification.estimator.parameters import value
 from stickslip.identification.estimator.uncertainty import recurrence
 from stickslip.identification.guesses.evidence import Seen
 from stickslip.identification.guesses.first_guess import first_guess
 from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.law_parameters import value
 from stickslip.identification.records import read_records
 from stickslip.identification.static.break_away import break_away_rows
 from stickslip.measurement import Rig

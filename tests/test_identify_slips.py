@@ -12,7 +12,7 @@ from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_sticks, identify
 from stickslip.identification.coverage import coverage
-from stickslip.identification.estimator.parameters import Free
+from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.slip_coverage import CASES
 from stickslip.identification.trajectory.first_passage import Sticks, solve
 
@@ -82,7 +82,7 @@ def test_static_friction_is_found_from_sticks_whose_chance_lies_on_the_loading_l
         holds = 0.5 + own * -np.expm1(-0.3 * t) > begun + rate * t
         low, high = np.where(holds, t, low), np.where(holds, high, t)
     sticks = Sticks(t, np.full(count, rate), begun + rate * t)
-    free = Free(replace(law, limit=0.45, rate=0.36), ["limit", "rate"])
+    free = LawParameters(replace(law, limit=0.45, rate=0.36), ["limit", "rate"])
     found = free.law(solve(sticks, free, np.zeros(2), [0, 1]))
     assert found.limit == pytest.approx(0.5, abs=0.01)
     assert found.rate == pytest.approx(0.3, abs=0.02)

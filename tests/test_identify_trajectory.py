@@ -13,7 +13,7 @@ from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify, sensitivity
 from stickslip.identification.coverage import CASES, coverage
-from stickslip.identification.estimator.parameters import Free, places, value
+from stickslip.identification.law_parameters import LawParameters, places, value
 from stickslip.identification.records import read_records
 from stickslip.identification.trajectory.motion_misfit import Landmarks, Overlay
 from stickslip.identification.trajectory.single_shooting import SingleShooting
@@ -105,7 +105,7 @@ def test_slopes_through_events_are_those_of_differences(name, monkeypatch):
     overlays = [Overlay(item, 0.0) for item in records]
     free = case.free or [item for item in places(case.law) if item not in ("exponent", "nodes[0].slip_velocity")]
     ties = {"break_away": "kinetic"} if name == "StaticKinetic" else {}
-    fit = SingleShooting(overlays, Free(case.law, [item for item in free if item not in ties], ties))
+    fit = SingleShooting(overlays, LawParameters(case.law, [item for item in free if item not in ties], ties))
     shifts = [overlay.first_shift(case.law, overlay.time.size) for overlay in overlays]
     at = np.concatenate([np.zeros(fit.count), shifts])
     expected = np.stack([fit.differences(at, j, step=0.003) for j in range(fit.count)], axis=1)
@@ -318,7 +318,7 @@ def test_a_profile_ends_where_there_is_no_law_beyond():
 def test_numbers_that_make_no_law_are_farther_than_any_motion():
     law = ss.laws.PiecewiseLinear(nodes=[(0, 0.9), (0.25, 0.6), (1.0, 0.8)], break_away=1.0)
     overlay = Overlay(read_records(record(law, 0.2, 0.1))[0], 0.0)
-    fit = SingleShooting([overlay], Free(law, ["break_away", "nodes[1].slip_velocity"]))
+    fit = SingleShooting([overlay], LawParameters(law, ["break_away", "nodes[1].slip_velocity"]))
     here, shift = np.zeros(2), overlay.first_shift(law, overlay.time.size)
     barred, wild = np.array([-50.0, 0.0, shift]), np.array([0.0, 100.0, shift])
     assert fit.is_law(np.append(here, shift))

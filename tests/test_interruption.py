@@ -182,3 +182,22 @@ def test_ctrl_c_ends_a_run_at_once(engine, request):
     assert word == "interrupted"
     assert float(stopped) - sent < 5  # 0.05 s on an idle machine
     assert int(events) == len(ss.simulate(long_run("closed form"), 50.0).events)
+
+
+def test_sweeps_end_after_max_seconds_and_a_store_goes_on(tmp_path):
+    smooth = ss.Oscillator(0.05, 0.1, ss.laws.ExponentialStribeck(1.0, 0.6, 0.1))
+    began = time.monotonic()
+    chart = ss.regime_map(smooth, {"damping": np.linspace(0.01, 0.1, 4)}, transient=1e6, max_seconds=0.3)
+    # A run of a million periods takes minutes.
+    assert time.monotonic() - began < 20
+    assert set(chart["stop"].to_numpy()) == {"max_seconds"}
+    assert set(chart["regime"].to_numpy()) == {"unfinished"}
+    assert np.isnan(chart["x_max"]).all()
+    ask = {"x": [0.0, 0.5], "v": [0.0, 0.1], "transient": 40, "window": 8, "store": tmp_path / "basins.zarr"}
+    cut = ss.basins(smooth, **ask, max_seconds=1e-6)
+    assert (cut["label"] == -1).all()
+    whole = ss.basins(smooth, **ask)
+    assert whole["attractor_regime"].values.tolist() == ["stick_slip"]
+    assert (whole["stop"] == "t_end").all()
+    with pytest.raises(ss.InputError, match="max_seconds must be greater than 0"):
+        ss.orbit_diagram(smooth, "damping", [0.1], max_seconds=0)

@@ -44,6 +44,11 @@ over many decades, denormal numbers; systems of one to six masses with contacts 
 each other, some with negative damping. Most runs are short, for many different ones; one in a hundred is twenty times as
 long. The law of Bogacz and Ryczek is drawn for oscillators. A fifth of the oscillators runs on Taylor series although it has
 a closed form. `max_events` is 400; a run that asks 20,000 times whether to go on is told not to (`max_seconds`).
+
+Laws with an internal state (LuGre, Dahl, ElastoPlastic, BoucWen, RateState, Regularised) have no modes and no certified
+events: they are integrated step by step and are not judged here. `tests/test_state_laws.py` and `tests/test_state_systems.py`
+hold them against independent runs, the balance of energy, limits in which they become a law with events, and known critical
+stiffnesses.
 """
 
 ROWS = {

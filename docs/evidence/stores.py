@@ -82,7 +82,9 @@ def outcomes(folder: Path, seeds: range, seed: int) -> tuple[collections.Counter
         except ss.InputError as error:
             outcome = "refused" if "\n" not in str(error) else "else"
             told = str(error)
-        except Exception as error:  # noqa: BLE001 - what is no sentence of ours is counted
+        except BaseException as error:  # a panic of the core is no Exception
+            if isinstance(error, KeyboardInterrupt):
+                raise
             outcome, told = "else", repr(error)
         else:
             outcome = "repaired" if again.identical(whole) and contents(path) == kept else "else"

@@ -16,6 +16,7 @@ __all__ = [
     "Halt",
     "Network",
     "Orbit",
+    "Samples",
     "StateLaw",
     "StateSystem",
     "__version__",
@@ -49,6 +50,9 @@ SWEEP_COLUMNS: list[str]
 BORDERS: list[str]
 ENDINGS: list[str]
 
+_Start = tuple[list[float] | None, list[float] | None, float, int]
+_Table = tuple[_Floats, _Floats, _Floats, _Floats, _Floats, _Floats, _Floats]
+
 @final
 class Orbit:
     @staticmethod
@@ -67,6 +71,8 @@ class Orbit:
     def segments(self) -> _Floats: ...
     def events(self) -> _Floats: ...
     def states(self, times: _Floats) -> tuple[_Floats, _Floats, _Floats, _Floats, _Flags]: ...
+    def steady(self, look: str, period: float, surface: str) -> _Table: ...
+    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, int]: ...
     @property
     def run(self) -> tuple[float, float | None, float, int]: ...
     @property
@@ -75,8 +81,6 @@ class Orbit:
     def stop(self) -> tuple[int, str, str]: ...
     @property
     def work(self) -> tuple[int, int, int, int]: ...
-
-_Start = tuple[list[float] | None, list[float] | None, float, int]
 
 @final
 class Network:
@@ -91,6 +95,8 @@ class Network:
     def segments(self) -> _Floats: ...
     def events(self) -> _Floats: ...
     def states(self, times: _Floats) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats, _Flags]: ...
+    def steady(self, look: str, period: float, surface: str) -> _Table: ...
+    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, int]: ...
     @property
     def run(self) -> _Start: ...
     @property
@@ -121,6 +127,12 @@ class Halt:
     def set(self) -> None: ...
 
 @final
+class Samples:
+    def __new__(cls, columns: list[list[float]], stuck: list[bool], events: int) -> Samples: ...
+    def steady(self, look: str, period: float, surface: str) -> _Table: ...
+    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, int]: ...
+
+@final
 class StateLaw:
     def __new__(cls, document: str) -> StateLaw: ...
     @property
@@ -146,14 +158,21 @@ def chaos(series: _Floats) -> float: ...
 def section(
     document: str,
     surface: str,
-    run: tuple[float, float | None, float, int],
+    run: _Start,
+    contact: int,
     after: float,
     most: int,
     max_seconds: float | None,
 ) -> tuple[_Floats, int]: ...
 def sweep(
-    document: str, names: list[str], values: _Floats, look: str, chain: bool, start: list[float] | None
-) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
+    document: str,
+    names: list[str],
+    values: _Floats,
+    look: str,
+    chain: bool,
+    start: tuple[list[float], list[float], list[float]] | None,
+    max_seconds: float | None,
+) -> _Table: ...
 
 _Trail = tuple[_Floats, _Floats, list[str], str]
 

@@ -12,7 +12,7 @@ import { Phase } from "./panels/phase";
 import { Rig } from "./panels/rig";
 import { Spectrum } from "./panels/spectrum";
 import { Surface } from "./panels/surface";
-import { type State, fromLink, get, presetState, put, toLink, toToml } from "./state";
+import { type State, documentOf, fromLink, get, presetState, put, toLink, toToml, varied } from "./state";
 import { REGIMES, REGIME_NAMES, type Steady, type SweepPart, Sweeper, lookOf, steady } from "./sweeps";
 
 const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getElementById(id) as T;
@@ -21,6 +21,7 @@ const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getEl
 const COLUMNS = 300;
 /** Periods that are left out before a motion counts as steady. */
 const TRANSIENT = 80;
+const NO_SWEEP = "The orbit diagram is swept in closed form, for one mass and laws of linear pieces. For this system: stickslip sweep.";
 
 export async function start(source: string, program: string): Promise<void> {
   const module = await unpack($("core").textContent!);
@@ -146,9 +147,14 @@ class Page {
       this.refused = error.message;
     }
     this.settled = null;
-    if (!this.refused && this.orbit!.words.exact) {
-      const question = { system: state.system, names: ["x0"], values: [state.start.x0?.[0] ?? 0], look: lookOf(state.system, TRANSIENT), v0: state.start.v0?.[0] ?? null };
+    if (this.refused) return;
+    const { names, row } = varied(state, "drive_velocity");
+    const values = row(state.system["drive_velocity"]);
+    const question = { system: documentOf(state), names, values, look: lookOf(state.system, TRANSIENT), x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
+    try {
       this.settled = steady(this.core, question).rows[0] ?? null;
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
     }
   }
 
@@ -197,18 +203,16 @@ class Page {
     diagram.values = Array.from({ length: COLUMNS }, (_, i) => low + ((high - low) * i) / (COLUMNS - 1));
     [diagram.up, diagram.down, diagram.refused, this.swept] = [[], [], "", [0, 0]];
     if (this.refused) return;
-    if (!this.orbit!.words.exact) {
-      diagram.refused = "The orbit diagram is swept in closed form, for one mass and laws of linear pieces. For this system: stickslip sweep.";
-      return;
-    }
-    const question = { system: this.state.system, name: over, look: lookOf(this.state.system, 60), x0: this.state.start.x0?.[0] ?? 0 };
-    this.sweepers[0]!.ask({ ...question, values: diagram.values });
-    this.sweepers[1]!.ask({ ...question, values: diagram.values.toReversed() });
+    const { names, row } = varied(this.state, over);
+    const rows = diagram.values.map(row);
+    const question = { system: documentOf(this.state), names, look: lookOf(this.state.system, 60), x0: this.state.start.x0?.[0] ?? 0 };
+    this.sweepers[0]!.ask({ ...question, rows });
+    this.sweepers[1]!.ask({ ...question, rows: rows.toReversed() });
   }
 
   private hear(which: number, part: SweepPart): void {
     const { diagram } = this;
-    if (part.refused) diagram.refused ||= part.refused;
+    if (part.refused) diagram.refused ||= this.orbit?.words.exact ? part.refused : NO_SWEEP;
     part.rows.forEach((row, i) => {
       if (which) diagram.down[COLUMNS - 1 - part.from - i] = row;
       else diagram.up[part.from + i] = row;

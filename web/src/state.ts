@@ -148,3 +148,12 @@ export function toToml(state: State): string {
   table("[simulation]", { t_end: state.t_end, x0: one(x0), v0: one(v0) });
   return `${lines.join("\n")}\n`;
 }
+
+/** The numbers of the document that a number of the state moves (one of an oscillator, some of a chain), and a row of their values. */
+export function varied(state: State, path: string): { names: string[]; row(value: number): number[] } {
+  const at = (value: number): Document => documentOf(put(state, `system.${path}`, value));
+  const now = Number(get(state.system, path));
+  const here = new Map(leaves(at(now)));
+  const names = [...leaves(at(now + 1))].filter(([name, leaf]) => here.get(name) !== leaf).map(([name]) => name);
+  return { names, row: (value) => names.map((name) => get(at(value), name)) };
+}

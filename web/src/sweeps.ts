@@ -26,8 +26,9 @@ const PATIENCE = 20_000;
 export interface SweepAsk {
   id: number;
   system: Document;
-  name: string;
-  values: number[];
+  names: string[];
+  /** Values of the names, one row a column. */
+  rows: number[][];
   look: Document;
   x0: number;
 }
@@ -82,12 +83,12 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
       };
       channel.port2.postMessage(0);
     });
-  const sweep = async ({ id, system, name, values, look, x0 }: SweepAsk) => {
-    for (let from = 0; from < values.length && id === newest; from += PIECE) {
-      const part: SweepPart = { id, from, rows: [], done: from + PIECE >= values.length, events: 0 };
+  const sweep = async ({ id, system, names, rows, look, x0 }: SweepAsk) => {
+    for (let from = 0; from < rows.length && id === newest; from += PIECE) {
+      const part: SweepPart = { id, from, rows: [], done: from + PIECE >= rows.length, events: 0 };
       try {
-        const piece = values.slice(from, from + PIECE);
-        Object.assign(part, steady(core, { system, names: [name], values: piece, look, chain: true, go_on: from > 0, x0 }));
+        const values = rows.slice(from, from + PIECE).flat();
+        Object.assign(part, steady(core, { system, names, values, look, chain: true, go_on: from > 0, x0 }));
       } catch (error) {
         if (!(error instanceof Refused)) throw error;
         part.refused = error.message;

@@ -205,9 +205,9 @@ impl<'a> Judge<'a> {
             );
             if followed.is_none() {
                 self.verdict.left += 1;
-                // What was left cannot say in which mode it ended: the reported one is taken.
+                // What was left does not say how it ended: the state that was reported does.
                 if let Some(after) = after {
-                    self.take_over::<f64>(after);
+                    self.take_over(mark, after);
                 }
                 continue;
             }
@@ -726,11 +726,13 @@ impl<'a> Judge<'a> {
                     let tolerance = more + self.limit_slack(c, rest, rate, rate_slack);
                     let mut pull = force;
                     if bends {
-                        // Where a drive changes its acceleration the reaction jumps, and may jump over the limit.
+                        // Where a drive changes its acceleration the reaction and its rate jump, and it may jump over the limit.
                         let Some(held) = self.held::<R>(c, after) else {
                             continue;
                         };
                         pull = held.force[c][0];
+                        let adhesion = &self.problem.contacts[c].law.adhesion;
+                        let limit = limit.min(adhesion.force(rest, held.force[c][1].abs()));
                         self.find("release below the limit", t, limit - pull.abs(), tolerance);
                     } else if alone {
                         self.find("release off the limit", t, (force.abs() - limit).abs(), tolerance);
@@ -888,14 +890,20 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn take_over<R: Real>(&mut self, after: &Mark) {
+    fn take_over(&mut self, mark: &Mark, after: &Mark) {
+        let rubs: Vec<Rub> = self.modes.iter().map(|mode| mode.rub()).collect();
+        let length = after.time[0] - mark.time[0];
+        if let Some(model) = Model::<f64>::new(self.problem, &rubs, after.time, &after.state, self.floor()) {
+            self.occur::<f64>(after, &model.at_start(), length);
+            return;
+        }
         for event in &after.events {
             let c = event.contact;
             let direction = after.directions[c];
             match event.kind {
                 Kind::Capture => self.modes[c] = Mode::Stick(after.time),
                 Kind::Release | Kind::Crossing => self.modes[c] = self.leave(c, direction, event.force.abs()),
-                _ => self.enter::<R>(c, direction, after, false),
+                _ => self.enter::<f64>(c, direction, after, false),
             }
         }
     }

@@ -12,6 +12,7 @@ mod watch;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stickslip::engine::Replay;
 use stickslip::error::Error;
 use stickslip::law::{self, Friction, Law};
 use stickslip::mode::Kind;
@@ -101,7 +102,7 @@ impl Orbit {
         rows::laid_out(py, &self.0.segments)
     }
 
-    /// The events, one row of 7 numbers each: t, kind, x, v, force, stick_time, force_rate.
+    /// The events, one row of 8 numbers each: t, kind, contact, x, v, force, stick_time, force_rate.
     fn events<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
         rows::laid_out(py, &self.0.events)
     }
@@ -138,6 +139,30 @@ impl Orbit {
                 .collect::<Vec<_>>()
                 .into_pyarray(py),
         ))
+    }
+
+    /// What is steady in the orbit, as a table of one row.
+    fn steady<'py>(
+        &self,
+        py: Python<'py>,
+        look: &str,
+        period: f64,
+        surface: &str,
+    ) -> PyResult<sweep::Table<'py>> {
+        sweep::steady_of(py, &mut Replay::new(&self.0), look, period, surface)
+    }
+
+    /// The points of a section from a time on.
+    fn section<'py>(
+        &self,
+        py: Python<'py>,
+        surface: &str,
+        contact: usize,
+        after: f64,
+        most: usize,
+    ) -> PyResult<(Array<'py, f64>, usize)> {
+        let span = (after, self.0.t_last());
+        sweep::section_of(py, &mut Replay::new(&self.0), surface, contact, span, most, None)
     }
 
     /// What was asked: x0, v0, t_end, max_events.
@@ -259,6 +284,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("STOPS", Stop::ALL.map(Stop::name))?;
     module.add_class::<Orbit>()?;
     module.add_class::<watch::Halt>()?;
+    module.add_class::<sweep::Samples>()?;
     module.add_function(wrap_pyfunction!(watch::halted, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
     module.add_function(wrap_pyfunction!(regime, module)?)?;

@@ -2,6 +2,7 @@
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::prelude::*;
+use stickslip::engine::ReplaySteps;
 use stickslip::law::Law;
 use stickslip::network::{self, Run, sequence};
 use stickslip::state_law::StateLaw;
@@ -10,7 +11,7 @@ use stickslip::system::System;
 use crate::rows::{self, Counts};
 use crate::stability::Document;
 use crate::watch::watched;
-use crate::{Array, refused, state};
+use crate::{Array, refused, state, sweep};
 
 /// A whole run of a system, kept in the core.
 #[pyclass(frozen, module = "stickslip._core")]
@@ -129,6 +130,38 @@ impl Network {
             states.force.into_pyarray(py),
             states.stuck.into_pyarray(py),
         ))
+    }
+
+    /// What is steady in the orbit, as a table of one row.
+    fn steady<'py>(
+        &self,
+        py: Python<'py>,
+        look: &str,
+        period: f64,
+        surface: &str,
+    ) -> PyResult<sweep::Table<'py>> {
+        sweep::steady_of(py, &mut ReplaySteps::new(&self.0), look, period, surface)
+    }
+
+    /// The points of a section from a time on.
+    fn section<'py>(
+        &self,
+        py: Python<'py>,
+        surface: &str,
+        contact: usize,
+        after: f64,
+        most: usize,
+    ) -> PyResult<(Array<'py, f64>, usize)> {
+        let span = (after, self.0.t_last());
+        sweep::section_of(
+            py,
+            &mut ReplaySteps::new(&self.0),
+            surface,
+            contact,
+            span,
+            most,
+            None,
+        )
     }
 
     /// What was asked: x0, v0, t_end, max_events.

@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 use stickslip::drive::Clock;
 use stickslip::event::Work;
 use stickslip::mode::Kind;
+use stickslip::orbit;
 use stickslip::simulate::Stop;
-use stickslip::{network, orbit};
 
 use crate::Array;
 
@@ -104,36 +104,8 @@ impl Row<8> for orbit::Segment {
     }
 }
 
-/// t, kind, x, v, force, stick_time, force_rate.
-impl Row<7> for orbit::Event {
-    fn row(&self) -> [f64; 7] {
-        let kind = f64::from(self.kind as u8);
-        [
-            self.t,
-            kind,
-            self.x,
-            self.v,
-            self.force,
-            self.stick_time,
-            self.force_rate,
-        ]
-    }
-
-    fn read(&[t, kind, x, v, force, stick_time, force_rate]: &[f64; 7]) -> Option<Self> {
-        Some(Self {
-            t,
-            kind: *Kind::ALL.get(index(kind))?,
-            x,
-            v,
-            force,
-            stick_time,
-            force_rate,
-        })
-    }
-}
-
 /// t, kind, contact, x, v, force, stick_time, force_rate.
-impl Row<8> for network::Event {
+impl Row<8> for orbit::Event {
     fn row(&self) -> [f64; 8] {
         let kind = f64::from(self.kind as u8);
         let contact = self.contact as f64;

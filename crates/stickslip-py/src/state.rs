@@ -113,18 +113,25 @@ impl Masses {
         Ok(self.0.rates(t, y.as_slice()?).into_pyarray(py))
     }
 
-    /// Velocities and accelerations mass by mass, slip velocities and forces contact by contact, at times.
+    /// Velocities and accelerations mass by mass; slip velocities, forces, slip accelerations contact by contact; at times.
     fn states<'py>(
         &self,
         py: Python<'py>,
         t: PyReadonlyArray1<'py, f64>,
         y: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<[Array<'py, f64>; 4]> {
+    ) -> PyResult<[Array<'py, f64>; 5]> {
         let rows = y.as_slice()?.chunks_exact(self.0.width());
-        let mut columns: [Vec<f64>; 4] = Default::default();
+        let mut columns: [Vec<f64>; 5] = Default::default();
         for (&t, y) in t.as_slice()?.iter().zip(rows) {
-            let Motion { v, a, w, force, .. } = self.0.motion(t, y);
-            for (column, values) in columns.iter_mut().zip([v, a, w, force]) {
+            let Motion {
+                v,
+                a,
+                w,
+                slip_acceleration,
+                force,
+                ..
+            } = self.0.motion(t, y);
+            for (column, values) in columns.iter_mut().zip([v, a, w, force, slip_acceleration]) {
                 column.extend(values);
             }
         }

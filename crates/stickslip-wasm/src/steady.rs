@@ -2,9 +2,10 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
+use stickslip::model::Start;
 use stickslip::regime::Regime;
 use stickslip::rows::Rows;
-use stickslip::sweep::{Begin, Look, Sweep};
+use stickslip::sweep::{Look, Sweep};
 
 use crate::Desk;
 use crate::ask::{read, sentence};
@@ -43,11 +44,14 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
         },
         look: ask.look,
     };
-    let start = Some(Begin::State(ask.x0, ask.v0));
     let mut begin = if ask.go_on {
-        desk.onward.map(Begin::Onward)
+        desk.onward.take().unwrap_or_default()
     } else {
-        start
+        Start {
+            x: vec![ask.x0],
+            v: ask.v0.into_iter().collect(),
+            onward: None,
+        }
     };
     let mut events = 0;
     for index in 0..sweep.rows.len() {
@@ -56,7 +60,7 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
             left = left.saturating_sub(1);
             left > 0
         };
-        let row = sweep.row(index, begin, &mut go_on).map_err(sentence)?;
+        let row = sweep.row(index, &begin, &mut go_on).map_err(sentence)?;
         events += row.events;
         desk.numbers.extend([
             f64::from(row.regime as u8),
@@ -74,9 +78,11 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
             .extend(row.section.iter().flat_map(|point| [point.x, point.v]));
         desk.numbers.extend(&row.turning_w);
         if ask.chain {
-            desk.onward = row.onward;
-            begin = row.onward.map(Begin::Onward);
+            begin = row.end.as_ref().map(Start::after).unwrap_or_default();
         }
+    }
+    if ask.chain {
+        desk.onward = Some(begin);
     }
     Ok(json!({"events": events, "regimes": Regime::ALL.map(Regime::name)}))
 }

@@ -149,3 +149,8 @@ pub(crate) fn not_negative(name: &'static str, value: f64) -> Result<f64, Error>
         Err(Error::Negative { name, value })
     }
 }
+
+/// A request that is refused for this reason.
+pub(crate) fn wrong<T>(reason: String) -> Result<T, Error> {
+    Err(Error::Document { reason })
+}

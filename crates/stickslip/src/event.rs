@@ -77,6 +77,11 @@ trait Motion<const H: usize> {
     /// The largest of its exponents and frequencies.
     fn fastest(&self) -> f64;
 
+    /// The size of the terms that its rate is the sum of; they may cancel but for rounding.
+    fn terms_of_rate(&self) -> f64 {
+        0.0
+    }
+
     /// Its derivatives, two from two of each part.
     fn derivatives(&self, sample: &Sample<H>) -> [f64; DEGREE + 1];
 }
@@ -163,11 +168,15 @@ impl Guard {
         ]
     }
 
-    /// How large a margin may come from rounding.
-    fn rounding<const H: usize>(&self, sample: &Sample<H>) -> f64 {
+    /// How large a margin may come from rounding; `rate` is the size of the terms that the rate is the sum of.
+    fn rounding<const H: usize>(&self, sample: &Sample<H>, rate: f64) -> f64 {
         let [size, sixth, seventh] = sample.bound;
-        let unit = if self.order == 0 { 1.0 } else { seventh / sixth };
-        ROUNDING * (size * unit + self.target.abs())
+        let terms = if self.order == 0 {
+            size + self.target.abs()
+        } else {
+            (size * (seventh / sixth)).max(rate)
+        };
+        ROUNDING * terms
     }
 
     /// The step to the root, by Householder's method of the third order.
@@ -250,6 +259,8 @@ struct Search<'a, 'w, M, const H: usize> {
     ends: Ends,
     /// The ends that can be reached first: both, or one and a turn.
     guards: [Guard; 2],
+    /// The terms of the rate of the motion.
+    rate: f64,
     work: &'a mut Watched<'w>,
 }
 
@@ -294,12 +305,12 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
             let n = guard.order;
             let bound = left.bound[1 + n].max(right.bound[1 + n]);
             let (from, to) = (guard.margin(left), guard.margin(right));
-            if to[0] <= 0.0 && root != Some(guard.end) && beyond(to, guard.rounding(right)) {
+            if to[0] <= 0.0 && root != Some(guard.end) && beyond(to, guard.rounding(right, self.rate)) {
                 return Verdict::Crossed(*guard);
             }
             let low = span.least(from, to, bound);
             if low < 0.0 {
-                if low < -guard.rounding(left) {
+                if low < -guard.rounding(left, self.rate) {
                     verdict = Verdict::Doubtful(*guard);
                 } else if matches!(verdict, Verdict::Clear) {
                     verdict = Verdict::Grazed;
@@ -376,7 +387,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
         if end.t <= left.t {
             return None;
         }
-        let (rounding, [left_over, slope, bend]) = (guard.rounding(sample), guard.margin(&end));
+        let (rounding, [left_over, slope, bend]) = (guard.rounding(sample, self.rate), guard.margin(&end));
         if left_over.is_nan() || left_over.abs() > rounding {
             self.work.fallbacks += 1;
             return None;
@@ -565,6 +576,7 @@ fn first_exit<const H: usize>(
         motion,
         ends,
         guards,
+        rate: motion.terms_of_rate(),
         work,
     };
     search.first(start, horizon).filter(|exit| exit.t < horizon)

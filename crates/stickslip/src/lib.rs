@@ -11,6 +11,9 @@
 //! | [`simulate`] | the loop, and why it stopped |
 //! | [`place`] | where a motion goes on: mode and memory |
 //! | [`orbit`] | what a run returns, evaluable at any time |
+//! | [`model`] | an oscillator or a system of masses, with the engine that its motion needs |
+//! | [`engine`] | a motion that is followed further and further: closed form, Taylor steps, samples, a kept orbit |
+//! | [`observer`] | what a run is asked for while it runs: write one, and it works for every engine |
 //! | [`rows`] | many runs of one document, a row of values for each |
 //! | [`batch`] | many runs over parameters and starts, on all cores |
 //! | [`section`] | the states in which a motion meets a surface |
@@ -48,13 +51,16 @@ pub mod batch;
 pub mod drive;
 pub mod dual;
 pub mod elementary;
+pub mod engine;
 pub mod error;
 pub mod event;
 pub mod flow;
 pub mod law;
 mod matrix;
 pub mod mode;
+pub mod model;
 pub mod network;
+pub mod observer;
 pub mod orbit;
 pub mod place;
 pub mod regime;

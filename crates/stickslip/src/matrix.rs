@@ -36,6 +36,12 @@ impl Matrix {
         self.entries[i * self.size + j] = value;
     }
 
+    pub(crate) fn scale(&mut self, factor: f64) {
+        for entry in &mut self.entries {
+            *entry *= factor;
+        }
+    }
+
     pub(crate) fn times(&self, other: &Self) -> Self {
         let mut product = Self::zero(self.size);
         for i in 0..self.size {

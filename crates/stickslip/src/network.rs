@@ -8,22 +8,25 @@
 
 mod grip;
 mod guards;
-mod orbit;
+pub(crate) mod orbit;
 mod release;
 pub mod sequence;
 mod settle;
 mod transition;
 
-pub use orbit::{Event, Orbit, States};
+pub use orbit::{Orbit, States};
 
 use settle::Passage;
 
 use crate::drive::Clock;
+use crate::engine::steps::Step;
 use crate::error::{Error, finite, positive};
 use crate::event::Work;
 use crate::flow::taylor::{Frame, Held, Motion, Rub};
 use crate::law::{End, Law, Memory, Piece};
 use crate::mode::Kind;
+use crate::observer::Observer;
+use crate::orbit::Event;
 use crate::series::at;
 use crate::simulate::{MOST_BYTES, Stop, lost};
 use crate::system::System;
@@ -66,41 +69,26 @@ pub fn simulate(system: &System, run: Run) -> Result<Orbit, Error> {
 ///
 /// # Errors
 /// The first value of the system or the run that makes no sense.
-pub fn simulate_while(system: &System, run: Run, mut go_on: impl FnMut() -> bool) -> Result<Orbit, Error> {
-    check(system, &run)?;
-    let mut state = Loop::new(system, &run);
-    state.start();
-    let mut events = Vec::new();
-    let stop = state.go(&run, true, &mut |event| events.push(event), &mut go_on);
-    Ok(Orbit {
-        system: system.clone(),
-        run,
-        steps: state.steps,
-        events,
-        stop,
-        work: state.work,
-    })
+pub fn simulate_while(system: &System, run: Run, go_on: impl FnMut() -> bool) -> Result<Orbit, Error> {
+    Ok(Loop::started(system, &run)?.orbit(system, run, go_on))
 }
 
-/// Simulate as long as `go_on` says so and keep nothing: `tell` is told of every event. Returns positions and velocities at
-/// the end, and why it ended.
-///
-/// # Errors
-/// The first value of the system or the run that makes no sense.
-pub fn observe(
-    system: &System,
-    run: &Run,
-    mut tell: impl FnMut(Event),
-    mut go_on: impl FnMut() -> bool,
-) -> Result<(Vec<f64>, Vec<f64>, Stop), Error> {
-    check(system, run)?;
-    let mut state = Loop::new(system, run);
-    state.start();
-    let stop = state.go(run, false, &mut tell, &mut go_on);
-    if stop == Stop::End {
-        state.advance(state.clock.until(run.t_end));
+/// Keeps all events.
+struct Events<F> {
+    events: Vec<Event>,
+    go_on: F,
+}
+
+impl<F: FnMut() -> bool> Observer for Events<F> {
+    const PASSES: bool = false;
+
+    fn event(&mut self, event: &Event) {
+        self.events.push(*event);
     }
-    Ok((state.x, state.v, stop))
+
+    fn go_on(&mut self) -> bool {
+        (self.go_on)()
+    }
 }
 
 fn check(system: &System, run: &Run) -> Result<(), Error> {
@@ -130,7 +118,7 @@ const GROWN: f64 = 1e6;
 /// So many steps pass between two questions whether to go on.
 const ASKED: u64 = 64;
 /// Slip speeds below this share of the largest speed of the run are zero within rounding.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
+pub(crate) const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// What a contact does and remembers.
 #[derive(Clone, Copy, Debug)]
@@ -169,7 +157,8 @@ impl Contact {
     }
 }
 
-struct Loop<'a> {
+/// A run: the state, the modes of all contacts, and the Taylor series from here on.
+pub(crate) struct Loop<'a> {
     laws: Vec<&'a Law>,
     mass_of: Vec<usize>,
     frame: Frame,
@@ -184,10 +173,18 @@ struct Loop<'a> {
     scale: f64,
     steps: Vec<f64>,
     events: Vec<Event>,
-    work: Work,
+    pub(crate) work: Work,
 }
 
 impl<'a> Loop<'a> {
+    /// At the start of a run.
+    pub(crate) fn started(system: &'a System, run: &Run) -> Result<Self, Error> {
+        check(system, run)?;
+        let mut state = Self::new(system, run);
+        state.start();
+        Ok(state)
+    }
+
     fn new(system: &'a System, run: &Run) -> Self {
         let frame = Frame::of(system);
         let n = system.masses();
@@ -219,13 +216,30 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// Move to the end of the run; without `keep` no step is kept but the last.
-    fn go(
+    /// Move to the end of the run and keep all of it.
+    fn orbit(mut self, system: &System, run: Run, go_on: impl FnMut() -> bool) -> Orbit {
+        let mut kept = Events {
+            events: Vec::new(),
+            go_on,
+        };
+        let stop = self.follow(&run, true, f64::NEG_INFINITY, &mut kept);
+        Orbit {
+            system: system.clone(),
+            run,
+            steps: self.steps,
+            events: kept.events,
+            stop,
+            work: self.work,
+        }
+    }
+
+    /// Move to the end of the run and show what happens from the time `after` on; without `keep` no step is kept.
+    pub(crate) fn follow<O: Observer>(
         &mut self,
         run: &Run,
         keep: bool,
-        tell: &mut dyn FnMut(Event),
-        go_on: &mut dyn FnMut() -> bool,
+        after: f64,
+        observer: &mut O,
     ) -> Stop {
         let (mut asked, mut began) = (None, None);
         let (mut mark, mut counted) = (self.clock, 0);
@@ -233,7 +247,7 @@ impl<'a> Loop<'a> {
         let short = 1e-6 / self.frame.rate;
         loop {
             self.expand();
-            self.events.drain(..).for_each(&mut *tell);
+            self.tell_events(after, observer);
             if self.work.evaluations >= stepped + STIFF {
                 let passed = stage.until(self.clock.high);
                 if passed < 1.0 / self.frame.rate {
@@ -260,11 +274,11 @@ impl<'a> Loop<'a> {
                 return stop;
             }
             if asked.is_none_or(|asked| self.work.evaluations >= asked + ASKED) {
-                if !go_on() {
+                if !observer.go_on() {
                     self.record_step();
                     return Stop::MaxSeconds;
                 }
-                if size_of_val(&*self.steps) > MOST_BYTES {
+                if size_of_val(&*self.steps) > MOST_BYTES || observer.full() {
                     return Stop::Memory;
                 }
                 asked = Some(self.work.evaluations);
@@ -293,8 +307,11 @@ impl<'a> Loop<'a> {
                 if horizon == end {
                     let parts = self.motion.x.iter().chain(&self.motion.v);
                     let last: Vec<f64> = parts.map(|series| at(series, end)).collect();
-                    return lost(&last).unwrap_or(Stop::End);
+                    let stop = lost(&last).unwrap_or(Stop::End);
+                    self.show(after, end, stop == Stop::End, observer);
+                    return stop;
                 }
+                self.show(after, horizon, false, observer);
                 self.advance(horizon);
                 for contact in &mut self.contacts {
                     contact.turning = false;
@@ -313,10 +330,11 @@ impl<'a> Loop<'a> {
                 }
                 continue;
             };
+            self.show(after, h, false, observer);
             self.occur(h, contact, cause);
             if self.work.events >= run.max_events {
                 self.expand();
-                self.events.drain(..).for_each(&mut *tell);
+                self.tell_events(after, observer);
                 self.record_step();
                 return Stop::MaxEvents;
             }
@@ -326,6 +344,33 @@ impl<'a> Loop<'a> {
                 }
                 (mark, counted) = (self.clock, self.work.events);
             }
+        }
+    }
+
+    /// Show the step that begins here, up to `until`.
+    fn show<O: Observer>(&self, after: f64, until: f64, last: bool, observer: &mut O) {
+        let from = self.clock.until(after).max(0.0);
+        if O::PASSES && (from < until || last) {
+            observer.pass(&self.step(), (from, until), last);
+        }
+    }
+
+    fn tell_events(&mut self, after: f64, observer: &mut impl Observer) {
+        for event in self.events.drain(..) {
+            if event.t >= after {
+                observer.event(&event);
+            }
+        }
+    }
+
+    /// The step that begins here.
+    pub(crate) fn step(&self) -> Step<'_> {
+        Step {
+            clock: self.clock,
+            frame: &self.frame,
+            motion: &self.motion,
+            rubs: &self.rubs,
+            rounding: ROUNDING * self.scale,
         }
     }
 

@@ -6,8 +6,9 @@ use crate::flow::exact::Frame;
 use crate::law::Piece;
 use crate::mode::{Kind, Mode};
 use crate::place::Place;
+use crate::section::Point;
 use crate::simulate::{MOST_BYTES, Run, Stop};
-use crate::structure::Oscillator;
+use crate::structure::{Oscillator, with_harmonics};
 
 /// One event.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,16 +17,32 @@ pub struct Event {
     pub t: f64,
     /// What happened.
     pub kind: Kind,
-    /// Position.
+    /// At which contact.
+    pub contact: usize,
+    /// Position of its mass.
     pub x: f64,
-    /// Velocity.
+    /// Velocity of its mass.
     pub v: f64,
-    /// Friction force on the mass just before the event.
+    /// Friction force on its mass just before the event.
     pub force: f64,
     /// Time of adhesion before a release; not a number elsewhere.
     pub stick_time: f64,
     /// d|F|/dt at a release; not a number elsewhere.
     pub force_rate: f64,
+}
+
+impl Event {
+    /// The state there. The slip velocity is known where it is zero.
+    #[must_use]
+    pub fn point(&self) -> Point {
+        let zero = matches!(self.kind, Kind::Release | Kind::Capture | Kind::Crossing);
+        Point {
+            t: self.t,
+            x: self.x,
+            v: self.v,
+            w: if zero { 0.0 } else { f64::NAN },
+        }
+    }
 }
 
 /// The state at the start of a mode and the line of friction in it: enough to evaluate the motion.
@@ -228,13 +245,7 @@ impl Orbit {
     /// The states at `times`, in any order.
     #[must_use]
     pub fn states(&self, times: &[f64]) -> Vec<State> {
-        match self.oscillator.forcing.len() {
-            0 => self.evaluate::<0>(times),
-            1 => self.evaluate::<1>(times),
-            2 => self.evaluate::<2>(times),
-            3 => self.evaluate::<3>(times),
-            _ => self.evaluate::<4>(times),
-        }
+        with_harmonics!(self.oscillator, H, self.evaluate::<H>(times))
     }
 
     fn evaluate<const H: usize>(&self, times: &[f64]) -> Vec<State> {

@@ -118,3 +118,57 @@ impl Place {
         Some(Self { clock, mode, memory })
     }
 }
+
+/// How a motion goes on under another drive or forcing: its position and its slip velocity, so that what sticks sticks on,
+/// and what the contact does and remembers. Forcing begins anew.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Onward {
+    /// Position.
+    pub x: f64,
+    /// Slip velocity.
+    pub w: f64,
+    /// How long a stick has lasted; 0 in slip.
+    pub stuck_for: f64,
+    /// Mode and memory.
+    pub place: Place,
+}
+
+impl Onward {
+    /// How many numbers that is.
+    pub const NUMBERS: usize = Place::NUMBERS + 3;
+
+    /// As numbers, to be kept in a table.
+    #[must_use]
+    pub fn numbers(&self) -> [f64; Self::NUMBERS] {
+        let mut numbers = [self.x; Self::NUMBERS];
+        numbers[1..3].copy_from_slice(&[self.w, self.stuck_for]);
+        numbers[3..].copy_from_slice(&self.place.numbers());
+        numbers
+    }
+
+    /// What [`Onward::numbers`] gave.
+    #[must_use]
+    pub fn read(numbers: &[f64]) -> Option<Self> {
+        let (&[x, w, stuck_for], place) = numbers.split_first_chunk()?;
+        let place = Place::read(place, Clock::default())?;
+        Some(Self {
+            x,
+            w,
+            stuck_for,
+            place,
+        })
+    }
+
+    /// The place, at the time `now`, and x and v there: those of the begin of a stick.
+    pub(crate) fn place(&self, drive_velocity: f64, now: Clock) -> (f64, f64, Place) {
+        let place = Place {
+            clock: now.after(-self.stuck_for),
+            ..self.place
+        };
+        (
+            self.x - drive_velocity * self.stuck_for,
+            drive_velocity - self.w,
+            place,
+        )
+    }
+}

@@ -1,11 +1,9 @@
 //! Many runs of one document: a row of values for each, in the places of some of its numbers.
 
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::error::Error;
-use crate::simulate::Run;
-use crate::structure::Oscillator;
+use crate::model::{Model, Start};
 
 /// A document, and what is varied in it.
 #[derive(Clone, Debug)]
@@ -36,40 +34,35 @@ impl Rows {
         self.names.iter().map(String::as_str).zip(values.copied())
     }
 
-    /// The oscillator or system of a row; `start` takes the values that are not of the document and says whether it did.
+    /// The model of a row, and its start: `begin` but for what the row says.
     ///
     /// # Errors
     /// A name that is no number of the document, and what makes no sense in the document.
-    pub(crate) fn system<T: DeserializeOwned>(
-        &self,
-        index: usize,
-        mut start: impl FnMut(&str, f64) -> bool,
-    ) -> Result<T, Error> {
+    pub fn model(&self, index: usize, begin: &Start) -> Result<(Model, Start), Error> {
         let mut document = self.document.clone();
+        let mut starts = Vec::new();
         for (name, value) in self.row(index) {
-            if !start(name, value) {
+            let (head, mass) = name.split_once('.').unwrap_or((name, ""));
+            if matches!(head, "x0" | "v0") {
+                starts.push((head, mass, value));
+            } else {
                 *number(&mut document, name)? = value.into();
             }
         }
-        serde_json::from_value(document).map_err(|error| Error::Document {
-            reason: error.to_string(),
-        })
-    }
-
-    /// The oscillator of a row, and its run.
-    ///
-    /// # Errors
-    /// As [`Rows::system`].
-    pub(crate) fn oscillator(&self, index: usize, mut run: Run) -> Result<(Oscillator, Run), Error> {
-        let oscillator = self.system(index, |name, value| {
-            match name {
-                "x0" => run.x0 = value,
-                "v0" => run.v0 = Some(value),
-                _ => return false,
-            }
-            true
-        })?;
-        Ok((oscillator, run))
+        let model = Model::read(document)?;
+        let mut start = begin.clone();
+        for (head, mass, value) in starts {
+            let of = if head == "x0" { &mut start.x } else { &mut start.v };
+            of.resize(model.masses(), f64::NAN);
+            let place = match mass {
+                "" if model.masses() == 1 => of.first_mut(),
+                _ => mass.parse().ok().and_then(|mass: usize| of.get_mut(mass)),
+            };
+            *place.ok_or_else(|| Error::Document {
+                reason: format!("{head} must name a mass, such as {head}.0, got {mass:?}"),
+            })? = value;
+        }
+        Ok((model, start))
     }
 
     /// An error with the run it belongs to.

@@ -8,7 +8,7 @@ use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::orbit::{Event, Orbit, Record, Segment, While};
 use crate::place::Place;
-use crate::structure::Oscillator;
+use crate::structure::{Oscillator, with_harmonics};
 use crate::watch::Watched;
 
 /// Why a run ended. Ending is a value, not an error.
@@ -159,13 +159,11 @@ pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> R
             reason: "a smooth law has no closed form: simulate it as a system of one mass".into(),
         });
     }
-    match oscillator.forcing.len() {
-        0 => Loop::<0>::new(oscillator, run, Clock::default()).go(run, record),
-        1 => Loop::<1>::new(oscillator, run, Clock::default()).go(run, record),
-        2 => Loop::<2>::new(oscillator, run, Clock::default()).go(run, record),
-        3 => Loop::<3>::new(oscillator, run, Clock::default()).go(run, record),
-        _ => Loop::<4>::new(oscillator, run, Clock::default()).go(run, record),
-    }
+    with_harmonics!(
+        oscillator,
+        H,
+        Loop::<H>::new(oscillator, run, Clock::default()).go(run, record)
+    )
 }
 
 /// Go on from a place, with x and v of the run, until `run.t_end`, a time on the clock of the place, and tell `record`.
@@ -188,13 +186,7 @@ pub fn resume(
         state.memory = place.memory;
         state.go_from(place.mode, run, record)
     }
-    match oscillator.forcing.len() {
-        0 => go_on::<0>(oscillator, run, place, record),
-        1 => go_on::<1>(oscillator, run, place, record),
-        2 => go_on::<2>(oscillator, run, place, record),
-        3 => go_on::<3>(oscillator, run, place, record),
-        _ => go_on::<4>(oscillator, run, place, record),
-    }
+    with_harmonics!(oscillator, H, go_on::<H>(oscillator, run, place, record))
 }
 
 /// So many events pass between two questions whether to go on; in less than a millionth of the natural time √(m/k) they are an
@@ -469,6 +461,7 @@ impl<'a, const H: usize> Loop<'a, H> {
         Event {
             t: self.clock.high,
             kind,
+            contact: 0,
             x: self.x,
             v: self.v,
             force,

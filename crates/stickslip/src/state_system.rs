@@ -38,6 +38,8 @@ pub struct Motion {
     pub a: Vec<f64>,
     /// Slip velocities, contact by contact.
     pub w: Vec<f64>,
+    /// Slip accelerations, contact by contact.
+    pub slip_acceleration: Vec<f64>,
     /// Friction forces, contact by contact.
     pub force: Vec<f64>,
     /// dz/dt, contact by contact.
@@ -94,10 +96,16 @@ impl StateSystem {
     #[must_use]
     pub fn rates(&self, t: f64, y: &[f64]) -> Vec<f64> {
         let drives = self.drives(t);
-        let Motion { v, a, rate, .. } = self.motion_on(&drives, t, y);
+        let Motion {
+            v,
+            a,
+            slip_acceleration,
+            rate,
+            ..
+        } = self.motion_on(&drives, t, y);
         let q = self.links.iter().map(|link| match *link {
             Link::Mass(mass) => a[mass],
-            Link::Forward(c) | Link::Backward(c) => self.across(c, drives[c][1], &a),
+            Link::Forward(c) | Link::Backward(c) => slip_acceleration[c],
         });
         v.iter().copied().chain(q).chain(rate).collect()
     }
@@ -152,8 +160,16 @@ impl StateSystem {
         for (i, load) in load.iter_mut().enumerate() {
             *load -= dot(&self.system.damping[i], &v) + dot(&self.system.stiffness[i], x);
         }
-        let a = (0..n).map(|i| dot(self.inverse.row(i), &load)).collect();
-        Motion { v, a, w, force, rate }
+        let a: Vec<f64> = (0..n).map(|i| dot(self.inverse.row(i), &load)).collect();
+        let slip_acceleration = (0..contacts.len()).map(|c| self.across(c, drives[c][1], &a));
+        Motion {
+            slip_acceleration: slip_acceleration.collect(),
+            v,
+            a,
+            w,
+            force,
+            rate,
+        }
     }
 
     /// Value and slope of the drive velocities.

@@ -7,6 +7,35 @@ use crate::drive::{Harmonic, MOST_HARMONICS};
 use crate::error::{Error, finite, not_negative, positive, read};
 use crate::law::{Checked, End, Friction, Law, Memory};
 
+/// `$work` with the number of harmonic forces of an oscillator as the constant `$count`: each is a slot of the flow.
+macro_rules! with_harmonics {
+    ($oscillator:expr, $count:ident, $work:expr) => {
+        match $oscillator.forcing.len() {
+            0 => {
+                const $count: usize = 0;
+                $work
+            }
+            1 => {
+                const $count: usize = 1;
+                $work
+            }
+            2 => {
+                const $count: usize = 2;
+                $work
+            }
+            3 => {
+                const $count: usize = 3;
+                $work
+            }
+            _ => {
+                const $count: usize = 4;
+                $work
+            }
+        }
+    };
+}
+pub(crate) use with_harmonics;
+
 /// The closed form of a response loses as many digits as this is small.
 const FAINT: f64 = 1e-3;
 
@@ -75,6 +104,10 @@ impl Oscillator {
         let tuned = |harmonic: &Harmonic| self.detuning(-self.damping, harmonic.frequency) < FAINT;
         if self.law.smooth() || !self.forcing.iter().any(tuned) {
             return false;
+        }
+        // Its first slip falls by as much as adhesion held, which may be nothing.
+        if matches!(self.law, Law::BogaczRyczek(_)) && met(0.0) {
+            return true;
         }
         [f64::INFINITY, f64::NEG_INFINITY].into_iter().any(|balance| {
             let mut memory = Memory::default();

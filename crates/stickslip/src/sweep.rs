@@ -4,22 +4,21 @@
 //! returns to the section it repeats. Rows may stand alone, or follow each other, each starting where the one before ended.
 
 use std::collections::VecDeque;
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 use serde::Deserialize;
 
-use crate::drive::Clock;
-use crate::error::{Error, positive};
+use crate::engine::{Engine, Reached};
+use crate::error::{Error, positive, wrong};
 use crate::event::Work;
 use crate::mode::Kind;
+use crate::model::{Model, Start};
+use crate::observer::{Course, Observer};
 use crate::orbit::Event;
-use crate::place::Place;
 use crate::regime::Regime;
 use crate::rows::Rows;
-use crate::section::{Course, Cut, Passing, Point, Surface, View, follow, keep};
-use crate::simulate::{Run, Stop};
-use crate::structure::Oscillator;
+use crate::section::{Cut, Passing, Point, Surface, keep};
+use crate::simulate::Stop;
 use crate::watch::Watched;
 use crate::zero_one;
 
@@ -42,6 +41,9 @@ pub struct Look {
     pub points: usize,
     /// Most events of each run.
     pub max_events: u64,
+    /// The contact that is looked at, with its mass.
+    #[serde(default)]
+    pub contact: usize,
 }
 
 /// Returns to the section that are compared with each other, at most.
@@ -69,10 +71,8 @@ pub struct Steady {
     pub mean: (f64, f64),
     /// The share of the time in which the mass sticks.
     pub stuck_share: f64,
-    /// Where it ended: position, and velocity unless stuck.
-    pub end: (f64, Option<f64>),
-    /// How the motion goes on there, if it reached the end.
-    pub onward: Option<Onward>,
+    /// Where it ended, if it reached the end.
+    pub end: Option<Reached>,
     /// Events of the whole run.
     pub events: u64,
     /// Why it ended.
@@ -85,69 +85,6 @@ pub struct Steady {
     pub section: VecDeque<Point>,
 }
 
-/// How a motion goes on under another drive or forcing: its position and its slip velocity, so that what sticks sticks on,
-/// and what the contact does and remembers. Forcing begins anew.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Onward {
-    /// Position.
-    pub x: f64,
-    /// Slip velocity.
-    pub w: f64,
-    /// How long a stick has lasted; 0 in slip.
-    pub stuck_for: f64,
-    /// Mode and memory.
-    pub place: Place,
-}
-
-impl Onward {
-    /// How many numbers that is.
-    pub const NUMBERS: usize = Place::NUMBERS + 3;
-
-    /// As numbers, to be kept in a table.
-    #[must_use]
-    pub fn numbers(&self) -> [f64; Self::NUMBERS] {
-        let mut numbers = [self.x; Self::NUMBERS];
-        numbers[1..3].copy_from_slice(&[self.w, self.stuck_for]);
-        numbers[3..].copy_from_slice(&self.place.numbers());
-        numbers
-    }
-
-    /// What [`Onward::numbers`] gave.
-    #[must_use]
-    pub fn read(numbers: &[f64]) -> Option<Self> {
-        let (&[x, w, stuck_for], place) = numbers.split_first_chunk()?;
-        let place = Place::read(place, Clock::default())?;
-        Some(Self {
-            x,
-            w,
-            stuck_for,
-            place,
-        })
-    }
-
-    /// The place, at the time `now`, and x and v there: those of the begin of a stick.
-    fn place(&self, drive_velocity: f64, now: Clock) -> (f64, f64, Place) {
-        let place = Place {
-            clock: now.after(-self.stuck_for),
-            ..self.place
-        };
-        (
-            self.x - drive_velocity * self.stuck_for,
-            drive_velocity - self.w,
-            place,
-        )
-    }
-}
-
-/// Where a run begins.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Begin {
-    /// At a position, with a velocity or with that of the drive; what a law remembers begins anew.
-    State(f64, Option<f64>),
-    /// Where another motion ended.
-    Onward(Onward),
-}
-
 /// Many runs of one oscillator.
 #[derive(Clone, Debug)]
 pub struct Sweep {
@@ -158,36 +95,30 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// One run, from `begin` unless the row says otherwise (none: stuck at x = 0), as long as `go_on` says so.
+    /// One run, from `begin` unless the row says otherwise, as long as `go_on` says so.
     ///
     /// # Errors
     /// Values that make no sense.
-    pub fn row(
-        &self,
-        index: usize,
-        begin: Option<Begin>,
-        go_on: &mut dyn FnMut() -> bool,
-    ) -> Result<Steady, Error> {
-        let mut run = Run {
-            max_events: self.look.max_events,
-            ..Run::stuck(1.0)
-        };
-        if let Some(Begin::State(x0, v0)) = begin {
-            (run.x0, run.v0) = (x0, v0);
-        }
+    pub fn row(&self, index: usize, begin: &Start, go_on: &mut dyn FnMut() -> bool) -> Result<Steady, Error> {
         let mut row = || {
-            let (oscillator, mut run) = self.rows.oscillator(index, run)?;
-            let Some(Begin::Onward(onward)) = begin else {
-                return steady(&oscillator, run, None, &self.look, go_on);
-            };
-            if self.varies_law() {
+            let (model, mut start) = self.rows.model(index, begin)?;
+            if let Some(onward) = start.onward.filter(|_| self.varies_law()) {
                 // Lines and memory of one law say nothing under another.
-                (run.x0, run.v0) = (onward.x, Some(oscillator.drive_velocity - onward.w));
-                return steady(&oscillator, run, None, &self.look, go_on);
+                start.onward = None;
+                if let Model::Closed(oscillator) = &model {
+                    start.v = vec![oscillator.drive_velocity - onward.w];
+                }
             }
-            let (x0, v0, place) = onward.place(oscillator.drive_velocity, Clock::default());
-            (run.x0, run.v0) = (x0, Some(v0));
-            steady(&oscillator, run, Some(place), &self.look, go_on)
+            let mut engine = model.run(&start, self.look.max_events)?;
+            if self.look.contact >= model.contacts() {
+                return wrong(format!(
+                    "contact must be less than {}, got {}",
+                    model.contacts(),
+                    self.look.contact
+                ));
+            }
+            let surface = self.look.surface.unwrap_or_else(|| Surface::usual(&model));
+            steady(&mut engine, model.period(), &surface, &self.look, go_on)
         };
         row().map_err(|error| self.rows.error(index, &error))
     }
@@ -204,92 +135,46 @@ impl Sweep {
     pub fn chain(
         &self,
         range: Range<usize>,
-        mut begin: Option<Begin>,
+        mut begin: Start,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Result<Vec<Steady>, Error> {
         let mut rows = Vec::with_capacity(range.len());
         for index in range {
-            let row = self.row(index, begin, go_on)?;
+            let row = self.row(index, &begin, go_on)?;
             // What ran away or got stuck in time is no start for its neighbour.
-            begin = row.onward.map(Begin::Onward);
+            begin = row.end.as_ref().map(Start::after).unwrap_or_default();
             rows.push(row);
         }
         Ok(rows)
     }
 }
 
-/// The steady motion of an oscillator from the start of `run`, or from a place with its x and v; the time of `run` is that
-/// of the look. It ends early once `go_on` says no.
+/// The steady motion of an engine, as long as `go_on` says so; `period` is the unit of the transient and of what follows.
 ///
 /// # Errors
-/// The first value of the oscillator, the run or the look that makes no sense.
+/// The first value of the system, the surface or the look that makes no sense.
 pub fn steady(
-    oscillator: &Oscillator,
-    run: Run,
-    from: Option<Place>,
+    engine: &mut impl Engine,
+    period: f64,
+    surface: &Surface,
     look: &Look,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Steady, Error> {
-    match oscillator.forcing.len() {
-        0 => look_at::<0>(oscillator, run, from, look, go_on),
-        1 => look_at::<1>(oscillator, run, from, look, go_on),
-        2 => look_at::<2>(oscillator, run, from, look, go_on),
-        3 => look_at::<3>(oscillator, run, from, look, go_on),
-        _ => look_at::<4>(oscillator, run, from, look, go_on),
-    }
-}
-
-fn look_at<const H: usize>(
-    oscillator: &Oscillator,
-    run: Run,
-    from: Option<Place>,
-    look: &Look,
-    go_on: &mut dyn FnMut() -> bool,
-) -> Result<Steady, Error> {
-    oscillator.validate()?;
-    let period = match oscillator.forcing.first() {
-        Some(harmonic) => TAU / harmonic.frequency,
-        None => TAU * (oscillator.mass / oscillator.stiffness).sqrt(),
-    };
-    let surface = look.surface.unwrap_or_else(|| Surface::usual(oscillator));
     surface.validate()?;
     positive("tolerance", look.tolerance)?;
-    let after = look.transient * period;
-    let run = Run {
-        t_end: (look.transient + look.window) * period,
-        ..run
-    };
-    let mut watch = Watch::new(oscillator.drive_velocity, look.points, &surface, RETURNS, go_on);
-    watch.end = (run.x0, run.v0);
-    let (stop, events) = follow::<H>(oscillator, run, from, after, &mut watch)?;
+    let (after, end) = (look.transient * period, (look.transient + look.window) * period);
+    let mut watch = Watch::new(look, surface, RETURNS, go_on);
+    let stop = engine.go(end, after, &mut watch)?;
     let compared = watch.returns.len();
-    let row = watch.summary(look, stop, events, compared);
-    let Some(onward) = row.onward.filter(|_| row.period == 0 && look.decide > 0) else {
+    let row = watch.summary(look, stop, engine, compared);
+    if stop != Stop::End || row.period > 0 || look.decide == 0 {
         return Ok(row);
-    };
+    }
     // The motion goes on for longer: a slow one may still settle, and the 0–1 test wants a long series.
-    let after = run.t_end;
-    let now = Clock {
-        high: after,
-        low: 0.0,
-    };
-    let (x0, v0, place) = onward.place(oscillator.drive_velocity, now);
-    let run = Run {
-        x0,
-        v0: Some(v0),
-        t_end: after + look.decide as f64 * period,
-        ..run
-    };
-    let mut watch = Watch::new(
-        oscillator.drive_velocity,
-        look.points,
-        &surface,
-        RETURNS.max(look.decide),
-        go_on,
-    );
-    let (stop, more) = follow::<H>(oscillator, run, Some(place), after, &mut watch)?;
+    let mut watch = Watch::new(look, surface, RETURNS.max(look.decide), go_on);
+    let stop = engine.go(end + look.decide as f64 * period, end, &mut watch)?;
     let series: Vec<f64> = watch.returns.iter().map(|(point, _)| point.x).collect();
-    let mut row = watch.summary(look, stop, events + more, compared);
+    let mut row = watch.summary(look, stop, engine, compared);
     if row.period == 0 {
         row.chaos = zero_one::growth(&series);
     }
@@ -298,13 +183,13 @@ fn look_at<const H: usize>(
 
 /// A motion as it passes.
 struct Watch<'a> {
-    drive_velocity: f64,
+    contact: usize,
     points: usize,
     passing: Passing,
     turns_x: Cut,
     turns_w: Cut,
     x: [f64; 2],
-    v: [f64; 2],
+    w: [f64; 2],
     sticks: bool,
     stuck: f64,
     total: f64,
@@ -318,9 +203,8 @@ struct Watch<'a> {
     turning_w: VecDeque<f64>,
     /// The most returns that are kept.
     most: usize,
-    end: (f64, Option<f64>),
-    place: Option<Place>,
-    stuck_for: f64,
+    /// Where it ended, if it did.
+    end: Option<Point>,
     go_on: &'a mut dyn FnMut() -> bool,
 }
 
@@ -328,12 +212,13 @@ fn widen(range: &mut [f64; 2], value: f64) {
     *range = [range[0].min(value), range[1].max(value)];
 }
 
-impl<const H: usize> View<H> for Watch<'_> {
-    fn pass(&mut self, course: &Course<H>, span: (f64, f64), last: bool) {
+impl Observer for Watch<'_> {
+    fn pass(&mut self, course: &impl Course, span: (f64, f64), last: bool) {
         let Self {
+            contact,
             points,
             x,
-            v,
+            w,
             loops,
             rises,
             most,
@@ -344,17 +229,20 @@ impl<const H: usize> View<H> for Watch<'_> {
             go_on,
             ..
         } = self;
+        let (contact, sticks) = (*contact, course.sticks(*contact));
         let mut work = Work::default();
         let watched = &mut Watched::new(&mut work, go_on);
         self.passing
-            .pass(course, span, last, watched, &mut |point| met.push_back(point));
-        let first = course.point(span.0);
+            .pass(course, contact, span, last, watched, &mut |point| {
+                met.push_back(point);
+            });
+        let first = course.point(contact, span.0);
         if x[0] > x[1] {
             *rises = first.v > 0.0;
         }
         widen(x, first.x);
-        widen(v, first.v);
-        self.turns_x.pass(course, span, watched, &mut |point| {
+        widen(w, first.w);
+        course.cross(contact, &mut self.turns_x, span, watched, &mut |point| {
             widen(x, point.x);
             keep(turning_x, *points, point.x);
             // Returns and maxima in the order of time.
@@ -365,59 +253,51 @@ impl<const H: usize> View<H> for Watch<'_> {
             *loops += u32::from(*rises);
             *rises = !*rises;
         });
-        self.turns_w.pass(course, span, watched, &mut |point| {
-            widen(v, point.v);
-            keep(turning_w, *points, self.drive_velocity - point.v);
+        course.cross(contact, &mut self.turns_w, span, watched, &mut |point| {
+            widen(w, point.w);
+            keep(turning_w, *points, point.w);
         });
         for point in met.drain(..) {
             keep(returns, *most, (point, *loops));
         }
         self.total += span.1 - span.0;
-        if course.direction == 0.0 {
+        if sticks {
             self.sticks = true;
             self.stuck += span.1 - span.0;
         }
         if last {
-            let end = course.point(span.1);
+            let end = course.point(contact, span.1);
             widen(&mut self.x, end.x);
-            widen(&mut self.v, end.v);
-            let sticks = course.direction == 0.0;
-            self.end = (end.x, (!sticks).then_some(end.v));
-            self.stuck_for = if sticks { span.1 } else { 0.0 };
+            widen(&mut self.w, end.w);
+            self.end = Some(end);
         }
     }
 
-    fn event(&mut self, event: Event) {
-        self.sticks |= matches!(event.kind, Kind::Release | Kind::Capture);
-        // Told before the course that it ends has passed.
-        self.met.extend(self.passing.event(&event));
+    fn event(&mut self, event: &Event) {
+        if event.contact == self.contact {
+            self.sticks |= matches!(event.kind, Kind::Release | Kind::Capture);
+        }
+        if self.passing.takes(self.contact, event) {
+            self.met.push_back(event.point());
+        }
     }
 
     fn go_on(&mut self) -> bool {
         (self.go_on)()
     }
-
-    fn arrived(&mut self, place: Place) {
-        self.place = Some(place);
-    }
 }
 
 impl<'a> Watch<'a> {
-    fn new(
-        drive_velocity: f64,
-        points: usize,
-        surface: &Surface,
-        most: usize,
-        go_on: &'a mut dyn FnMut() -> bool,
-    ) -> Self {
+    fn new(look: &Look, surface: &Surface, most: usize, go_on: &'a mut dyn FnMut() -> bool) -> Self {
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
         Self {
-            drive_velocity,
-            points,
+            contact: look.contact,
+            points: look.points,
             passing: Passing::new(surface),
-            turns_x: Cut::new([0.0, 1.0, 0.0], 0.0, 0),
-            turns_w: Cut::new([0.0, 0.0, 1.0], 0.0, 0),
-            x: [f64::INFINITY, f64::NEG_INFINITY],
-            v: [f64::INFINITY, f64::NEG_INFINITY],
+            turns_x: Cut::new([0.0, 1.0, 0.0, 0.0], 0.0, 0),
+            turns_w: Cut::new([0.0, 0.0, 0.0, 1.0], 0.0, 0),
+            x: none,
+            w: none,
             sticks: false,
             stuck: 0.0,
             total: 0.0,
@@ -428,20 +308,17 @@ impl<'a> Watch<'a> {
             turning_x: VecDeque::new(),
             turning_w: VecDeque::new(),
             most,
-            end: (0.0, None),
-            place: None,
-            stuck_for: 0.0,
+            end: None,
             go_on,
         }
     }
 
     /// What is kept of the motion; the last `compared` returns say whether it repeats.
-    fn summary(mut self, look: &Look, stop: Stop, events: u64, compared: usize) -> Steady {
-        let w = [self.drive_velocity - self.v[1], self.drive_velocity - self.v[0]];
+    fn summary(mut self, look: &Look, stop: Stop, engine: &impl Engine, compared: usize) -> Steady {
         let stuck_share = self.stuck / self.total;
         let regime = match stop {
             Stop::Diverged => Regime::Diverged,
-            Stop::End => Regime::of(stuck_share, self.sticks, w),
+            Stop::End => Regime::of(stuck_share, self.sticks, self.w),
             _ => Regime::Unfinished,
         };
         let rests = matches!(regime, Regime::StableSlip | Regime::AtRest);
@@ -460,10 +337,10 @@ impl<'a> Watch<'a> {
             period_time = now.0.t - before.0.t;
         }
         // A motion that rests turns nowhere; its place stands for the points.
-        if rests {
-            self.turning_x = std::iter::repeat_n(self.end.0, look.points.min(1)).collect();
-            let w = self.end.1.map_or(0.0, |v| self.drive_velocity - v);
-            self.turning_w = std::iter::repeat_n(w, look.points.min(1)).collect();
+        let resting = self.end.filter(|_| rests);
+        if let Some(end) = resting {
+            self.turning_x = std::iter::repeat_n(end.x, look.points.min(1)).collect();
+            self.turning_w = std::iter::repeat_n(end.w, look.points.min(1)).collect();
         }
         let cycle = if period > 0 && !rests {
             period
@@ -474,11 +351,10 @@ impl<'a> Watch<'a> {
             let recent = self.returns.iter().rev().take(cycle);
             recent.map(|(point, _)| pick(point)).sum::<f64>() / cycle as f64
         };
-        let mean = if rests {
-            (self.end.0, self.end.1.unwrap_or(self.drive_velocity))
-        } else {
-            (mean(|point| point.x), mean(|point| point.v))
-        };
+        let mean = resting.map_or_else(
+            || (mean(|point| point.x), mean(|point| point.v)),
+            |end| (end.x, end.v),
+        );
         let skipped = self.returns.len().saturating_sub(look.points);
         Steady {
             regime,
@@ -487,17 +363,11 @@ impl<'a> Watch<'a> {
             loops,
             period_time,
             x: self.x,
-            w,
+            w: self.w,
             mean,
             stuck_share,
-            end: self.end,
-            onward: self.place.map(|place| Onward {
-                x: self.end.0,
-                w: self.end.1.map_or(0.0, |v| self.drive_velocity - v),
-                stuck_for: self.stuck_for,
-                place,
-            }),
-            events,
+            end: (stop == Stop::End).then(|| engine.end().clone()),
+            events: engine.events(),
             stop,
             turning_x: self.turning_x,
             turning_w: self.turning_w,
@@ -515,7 +385,7 @@ impl<'a> Watch<'a> {
         let count = compared.min(self.returns.len());
         let skipped = self.returns.len() - count;
         let near = |one: f64, other: f64, extent: f64| (one - other).abs() <= tolerance * extent;
-        let (wide, fast) = (self.x[1] - self.x[0], self.v[1] - self.v[0]);
+        let (wide, fast) = (self.x[1] - self.x[0], self.w[1] - self.w[0]);
         let point = |index: usize| self.returns[skipped + index].0;
         (1..=count / 2)
             .find(|&period| {

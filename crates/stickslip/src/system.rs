@@ -4,7 +4,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::drive::{Clock, Harmonic};
-use crate::error::{Error, finite, read};
+use crate::error::{Error, finite, read, wrong};
 use crate::law::{Checked, Law, Point};
 use crate::matrix::Matrix;
 use crate::series::Series;
@@ -336,8 +336,4 @@ impl<L: Checked + DeserializeOwned> System<L> {
         }
         velocity.into_iter().map(|v| v.unwrap_or(0.0)).collect()
     }
-}
-
-fn wrong<T>(reason: String) -> Result<T, Error> {
-    Err(Error::Document { reason })
 }

@@ -11,7 +11,7 @@ use crate::network::{self, sequence};
 use crate::orbit::{Orbit, Segment, While};
 use crate::place::Place;
 use crate::simulate::{self, Run, Stop};
-use crate::structure::Oscillator;
+use crate::structure::{Oscillator, with_harmonics};
 use crate::system::System;
 use crate::variation::{Arc, Ending, Phase, State, contact_of};
 
@@ -45,13 +45,7 @@ pub fn run(oscillator: &Oscillator, run: Run, go_on: impl FnMut() -> bool) -> Re
     let orbit = simulate::simulate_while(oscillator, run, go_on)?;
     let v0 = run.v0.unwrap_or(oscillator.drive_velocity);
     let mut memory = Memory::default();
-    let mode = match oscillator.forcing.len() {
-        0 => first::<0>(oscillator, (run.x0, v0), &mut memory),
-        1 => first::<1>(oscillator, (run.x0, v0), &mut memory),
-        2 => first::<2>(oscillator, (run.x0, v0), &mut memory),
-        3 => first::<3>(oscillator, (run.x0, v0), &mut memory),
-        _ => first::<4>(oscillator, (run.x0, v0), &mut memory),
-    };
+    let mode = with_harmonics!(oscillator, H, first::<H>(oscillator, (run.x0, v0), &mut memory));
     let piece = match mode {
         Mode::Slip { piece, .. } => piece,
         _ => Piece::constant(0.0),

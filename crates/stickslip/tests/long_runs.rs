@@ -5,8 +5,10 @@ mod support;
 use stickslip::drive::Harmonic;
 use stickslip::law::{BogaczRyczek, Coulomb, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
+use stickslip::model::{Model, Start};
 use stickslip::orbit::Orbit;
 use stickslip::regime::Regime;
+use stickslip::section::Surface;
 use stickslip::simulate::{Run, Stop, simulate, simulate_while};
 use stickslip::structure::Oscillator;
 use stickslip::sweep::{Look, steady};
@@ -155,13 +157,17 @@ fn a_motion_that_has_died_out_is_looked_at_in_no_time() {
             decide: 0,
             points: 16,
             max_events: 10_000,
+            contact: 0,
         };
         let mut asked = 0;
         let mut go_on = || {
             asked += 1;
             asked < 20
         };
-        let row = steady(&paper, Run::stuck(1.0), None, &look, &mut go_on).unwrap();
+        let model = Model::Closed(paper.clone());
+        let mut engine = model.run(&Start::default(), look.max_events).unwrap();
+        let surface = Surface::usual(&model);
+        let row = steady(&mut engine, model.period(), &surface, &look, &mut go_on).unwrap();
         assert_eq!(
             (row.stop, row.regime),
             (Stop::End, Regime::StableSlip),

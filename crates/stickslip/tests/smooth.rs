@@ -2,7 +2,8 @@
 
 use stickslip::law::{Cubic, ExponentialStribeck, Friction, Law, Lorentzian, Memory, Rational};
 use stickslip::mode::Kind;
-use stickslip::network::{Event, Orbit, Run, simulate};
+use stickslip::network::{Orbit, Run, simulate};
+use stickslip::orbit::Event;
 use stickslip::system::{Contact, System};
 
 fn belt(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> System {

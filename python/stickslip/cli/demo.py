@@ -16,7 +16,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Do the work."""
-    from stickslip.report.demo import demo
+    from stickslip.paper.demo import demo
 
     with Bar() as bar:
         report = demo(options.output, bar)

@@ -45,6 +45,7 @@ def basins(
     workers: int | None = None,
     cluster: str | None = None,
     progress: Progress = None,
+    max_seconds: float | None = None,
 ) -> xr.Dataset:
     """Which steady motion is reached from each start (x, ẋ), and the share of the starts that each attracts.
 
@@ -59,7 +60,7 @@ def basins(
     x, v : positions and velocities at t = 0, shape (n,) each, in increasing order; all combinations are run.
     mass : of a system of masses, the one that starts there; the others start at rest at x = 0.
     transient, window : periods that are left out and then looked at, as in :func:`regime_map`.
-    section, tolerance, contact, store, workers, cluster, progress : as in :func:`orbit_diagram`.
+    section, tolerance, contact, store, workers, cluster, progress, max_seconds : as in :func:`orbit_diagram`.
     same : how far two motions may differ to be the same, > 0.
 
     Returns
@@ -99,12 +100,12 @@ def basins(
         section=section,
         tolerance=tolerance,
         decide=0,
-        start=(None, None),
+        start=(np.zeros(masses), np.zeros(masses)) if masses else (None, None),
         contact=contact,
         paths={"x": f"x0.{mass}", "v": f"v0.{mass}"} if masses else {"x": "x0", "v": "v0"},
     )
     plan = replace(plan, attrs={**plan.attrs, "same": same}, finish=lambda plan, arrays: _labels(plan, arrays, same))
-    return compute(plan, store=store, workers=workers, cluster=cluster, progress=progress)
+    return compute(plan, store=store, workers=workers, cluster=cluster, progress=progress, max_seconds=max_seconds)
 
 
 def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tuple[tuple[str, ...], Array]]:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.dynamics.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
-from stickslip.dynamics.sections import Surface, surface_from
+from stickslip.dynamics.sections import Surface, contact_of, surface_from
 from stickslip.dynamics.store import Plan, Progress, Variable, compute, fingerprint, words_for
 from stickslip.errors import InputError
 from stickslip.files.documents import number
@@ -46,6 +46,7 @@ def orbit_diagram(
     workers: int | None = None,
     cluster: str | None = None,
     progress: Progress = None,
+    max_seconds: float | None = None,
 ) -> xr.Dataset:
     """Turning points, returns to a section, extremes and regime of the steady motion over a parameter.
 
@@ -73,6 +74,8 @@ def orbit_diagram(
     workers : threads; default all cores. The result does not depend on it.
     cluster : address of a Dask scheduler whose workers compute instead, ``"tcp://host:8786"``.
     progress : called as ``progress(done, n)`` with runs.
+    max_seconds : time on the clock > 0 after which all runs that are not done end where they are, with the stop
+        ``"max_seconds"``; default none. In a store the same call goes on with them.
 
     Returns
     -------
@@ -91,7 +94,8 @@ def orbit_diagram(
 
     Limits: a transient that outlasts `periods` − `keep` is shown as if it were steady: near a threshold, run longer. A swept
     motion is handed on with its position and its slip velocity, at a whole period of the first forcing, and with what the
-    contact remembers unless it is the law that is varied; a system of masses and a smooth law with position and velocity.
+    contact remembers unless it is the law that is varied; a system of masses and a smooth law with position and velocity, or
+    stuck on the drive.
 
     >>> from stickslip import paper
     >>> diagram = orbit_diagram(paper.oscillator(0.3), "drive_velocity", [0.2, 0.3, 0.45])
@@ -120,6 +124,7 @@ def orbit_diagram(
         surface,
         points,
         periods_to_decide(decide, "orbit_diagram"),
+        contact=contact_of(system, contact, "orbit_diagram"),
     )
     begin = start_of(system, x0, v0, "orbit_diagram")
     text = json.dumps(document)
@@ -139,20 +144,19 @@ def orbit_diagram(
             there = low - 1 if directions[which] == "up" else high
             if arrays["stop"][which, there] == "t_end":
                 ends = [np.asarray(arrays[name][which, there]) for name in carried]
-                start = ends[0] if closed else (ends[0], ends[1])
+                start = (ends[0], ends[1], ends[2] if closed else ())
         return Chunk(
             text,
             (path,),
             axis[low:high, None],
             look,
-            contact,
             chain=directions[which] != "fresh",
             backwards=directions[which] == "down",
             start=start,
         )
 
     closed = isinstance(system, Oscillator) and system.closed_form
-    carried = ("restart",) if closed else ("x_end", "v_end")
+    carried = ("x_end", "v_end", *(["restart"] if closed else []))
     dims = ("direction", parameter)
     state = (*dims, "mass") if isinstance(system, System) else dims
     variables = {
@@ -218,7 +222,7 @@ def orbit_diagram(
             **settings,
         },
     )
-    diagram = compute(plan, store=store, workers=workers, cluster=cluster, progress=progress)
+    diagram = compute(plan, store=store, workers=workers, cluster=cluster, progress=progress, max_seconds=max_seconds)
     if store is None:
         # As many points as the busiest motion has.
         lists = ("turning_x", "turning_slip_velocity", "section_x")

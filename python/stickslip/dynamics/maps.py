@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.dynamics.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
-from stickslip.dynamics.sections import Surface, surface_from
+from stickslip.dynamics.sections import Surface, contact_of, surface_from
 from stickslip.dynamics.store import Plan, Progress, Variable, compute, fingerprint, words_for
 from stickslip.errors import InputError
 from stickslip.files.documents import number
@@ -38,6 +38,7 @@ def regime_map(
     workers: int | None = None,
     cluster: str | None = None,
     progress: Progress = None,
+    max_seconds: float | None = None,
 ) -> xr.Dataset:
     """The kind of the steady motion, its period and its extremes over parameters, each point from a fresh start.
 
@@ -49,7 +50,7 @@ def regime_map(
         (n,) in increasing order; ``"x0"`` and ``"v0"`` vary the start. All combinations are run.
     transient : periods that are left out, of the first forcing or, without one, of the natural motion.
     window : periods after them that are looked at; a period of up to half of it is found.
-    section, tolerance, decide, x0, v0, contact, store, workers, cluster, progress : as in :func:`orbit_diagram`.
+    section, tolerance, decide, x0, v0, contact, store, workers, cluster, progress, max_seconds : as in :func:`orbit_diagram`.
 
     Returns
     -------
@@ -84,7 +85,7 @@ def regime_map(
         start=(x0, v0),
         contact=contact,
     )
-    return compute(plan, store=store, workers=workers, cluster=cluster, progress=progress)
+    return compute(plan, store=store, workers=workers, cluster=cluster, progress=progress, max_seconds=max_seconds)
 
 
 def map_plan(
@@ -117,12 +118,14 @@ def map_plan(
         number("tolerance", tolerance, name),
         surface,
         decide=periods_to_decide(decide, name),
+        contact=contact_of(system, contact, name),
     )
     begin = start_of(system, *start, name)
     text = json.dumps(document)
     dims = tuple(axes)
-    # A task of about half a second: some thousand runs in closed form, a few step by step.
-    most = 2500 if isinstance(system, Oscillator) and system.closed_form else 16
+    # A task of about half a second: some thousand runs in closed form, a hundred by Taylor steps, a few integrated.
+    closed = isinstance(system, Oscillator) and system.closed_form
+    most = 2500 if closed else 16 if system.integrated else 100
     side = max(1, int(most ** (1 / len(axes))))
     chunks = {item: min(side, values.size) for item, values in axes.items()}
 
@@ -132,7 +135,7 @@ def map_plan(
             for i, (item, values) in zip(place, axes.items(), strict=True)
         ]
         rows = np.stack([mesh.ravel() for mesh in np.meshgrid(*parts, indexing="ij")], axis=1)
-        return Chunk(text, places, rows, look, contact, start=begin)
+        return Chunk(text, places, rows, look, start=begin)
 
     variables = {
         **{item: Variable(dims, float, {"long_name": MEANINGS[item]}) for item in NUMBERS},

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.dynamics.steady import sign_changes
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean, fits, number, time_limit, whole_number
+from stickslip.files.documents import did_you_mean, number, numbers, time_limit, whole_number
 from stickslip.laws.state_law import StateLaw
+from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate
@@ -172,8 +172,8 @@ def section(
     InputError
         for a surface that makes no sense.
 
-    Limits: where the motion has a closed form no crossing is missed and nothing but the points is kept in memory; else
-    crossings of a line are looked for at 200 points a natural period, and two within one of these steps are missed.
+    Limits: no crossing is missed and nothing but the points is kept in memory. Under laws with an internal state all of the
+    motion is kept, and crossings are those of a polynomial between the steps of its integration.
 
     >>> from stickslip import paper
     >>> points = section(paper.oscillator(0.2), "release", t_end=400)
@@ -189,22 +189,25 @@ def section(
     for name, count in (("most", most), ("max_events", max_events)):
         whole_number(name, count, "section")
     time_limit(max_seconds, "section")
-    if isinstance(system, Oscillator) and system.closed_form:
-        velocity = None if v0 is None else number("v0", v0, "section")
-        run = (0.0 if x0 is None else number("x0", x0, "section"), velocity, end, max_events)
+    contact_of(system, contact, "section")
+    if system.integrated:
+        orbit = simulate(system, end, x0, v0, max_events, max_seconds)
+        points, stopped = points_of(orbit, surface, transient * end, contact)[-most:], orbit.stop
+    else:
+        masses = system.masses if isinstance(system, System) else 1
+        begin, velocity = _start(x0, v0, masses)
+        run = (begin, velocity, end, max_events)
         try:
             rows, stop = _core.section(
-                system.to_json(), json.dumps(surface.to_dict()), run, transient * end, most, max_seconds
+                system.to_json(), json.dumps(surface.to_dict()), run, contact, transient * end, most, max_seconds
             )
         except ValueError as error:
             raise InputError(f"section: {error}") from None
-        points, stopped = rows.reshape(-1, 6), _core.STOPS[stop]
-    else:
-        orbit = simulate(system, end, x0, v0, max_events, max_seconds)
-        points, stopped = points_of(orbit, surface, transient * end, contact)[-most:], orbit.stop
-    t, x, v, *event = points.T
-    velocities = system.drive_velocity if isinstance(system, Oscillator) else system.contacts[contact].drive_velocity
-    slip = (velocities.at(t) if hasattr(velocities, "at") else velocities) - v
+        points, stopped = rows.reshape(-1, 7), _core.STOPS[stop]
+    t, x, v, slip, *event = points.T
+    drive = system.drive_velocity if isinstance(system, Oscillator) else system.contacts[contact].drive_velocity
+    # At events that leave a slip velocity it is that of the drive.
+    slip = np.where(np.isnan(slip), (drive.at(t) if isinstance(drive, Drive) else drive) - v, slip)
     units = _units(system)
     data: dict[str, Any] = {
         "t": ("point", t, {"units": units["t"]}),
@@ -236,46 +239,32 @@ def _units(system: Oscillator | System) -> dict[str, str]:
     return dict.fromkeys(si, "1") if dimensionless else si
 
 
-def points_of(orbit: Orbit, surface: Surface, after: float, contact: int = 0) -> Array:
-    """The points of a section of an orbit that is there already, rows t, x, v, force, stick_time, force_rate.
+def contact_of(system: Oscillator | System, contact: int, where: str) -> int:
+    """The contact that is looked at, if the system has it.
 
-    Events and stroboscopic points are exact; crossings of a line are looked for at 200 points a natural period.
+    >>> from stickslip import paper
+    >>> contact_of(paper.oscillator(0.3), 0, "example")
+    0
+    """
+    count = len(system.contacts) if isinstance(system, System) else 1
+    if isinstance(contact, bool) or not isinstance(contact, int) or not 0 <= contact < count:
+        raise InputError(f"{where}: contact must be a number from 0 to {count - 1}, got {contact!r}")
+    return contact
+
+
+def _start(x0: ArrayLike | None, v0: ArrayLike | None, masses: int) -> list[list[float] | None]:
+    pairs = (("x0", x0), ("v0", v0))
+    return [None if value is None else numbers(name, value, masses, "section", "mass") for name, value in pairs]
+
+
+def points_of(orbit: Orbit, surface: Surface, after: float, contact: int = 0) -> Array:
+    """The points of a section of an orbit that is there already, rows t, x, v, w, force, stick_time, force_rate.
 
     >>> from stickslip import paper
     >>> points_of(simulate(paper.oscillator(0.2), 40), Surface(kind="release"), 0).shape
-    (3, 6)
+    (3, 7)
     """
-    if surface.kind is not None:
-        table = orbit.events
-        rows = table[(table["kind"] == surface.kind) & (table["t"] >= after) & (table["contact"] == contact)]
-        return rows[["t", "x", "v", "force", "stick_time", "force_rate"]].to_numpy(float)
-    mass = orbit.system.contacts[contact].mass if isinstance(orbit.system, System) else None
-
-    def columns(t: Array) -> dict[str, Array]:
-        motion = orbit.to_xarray(t)
-        return {name: motion[name].to_numpy() if mass is None else motion[name].to_numpy()[:, mass] for name in "xva"}
-
-    if surface.period is not None:
-        slack = 1e-9 * surface.period
-        first = np.ceil((after - slack - surface.start) / surface.period)
-        last = np.floor((orbit.t_end + slack - surface.start) / surface.period)
-        fits(last - first, "section", "run shorter")
-        times = np.clip(surface.start + np.arange(first, last + 1) * surface.period, 0.0, orbit.t_end)
-    else:
-        normal = np.array(surface.normal)
-
-        def side(t: Array) -> Array:
-            values = columns(t)
-            return normal @ np.stack([values[name] for name in "xva"]) - surface.level
-
-        count = 200 * (orbit.t_end - after) / orbit.system.natural_period
-        # Six columns of the motion, and the slip velocities.
-        fits(10 * count, "section", "run shorter")
-        samples = np.linspace(after, orbit.t_end, max(2, int(count)))
-        times = sign_changes(side, samples, surface.direction)
-    state = columns(times)
-    missing = np.full(len(times), np.nan)
-    return np.stack([times, state["x"], state["v"], missing, missing, missing], axis=1)
+    return orbit._points(json.dumps(surface.to_dict()), surface.kind, contact, after, 2**31)
 
 
 def return_map(points: xr.Dataset, quantity: str = "x", *, lag: int = 1) -> xr.Dataset:
@@ -379,13 +368,13 @@ def release_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods:
         if side * rate <= 0:
             continue
         x = (side * limit - system.damping * s + forcing.amplitude * np.cos(theta)) / system.stiffness
-        run = (x, s, 2 * np.pi / forcing.frequency * periods, 1_000)
-        rows, _ = _core.section(json.dumps(document), json.dumps({"event": "release"}), run, 0.0, 1_000, None)
-        table = rows.reshape(-1, 6)
+        run = ([x], [s], 2 * np.pi / forcing.frequency * periods, 1_000)
+        rows, _ = _core.section(json.dumps(document), json.dumps({"event": "release"}), run, 0, 0.0, 1_000, None)
+        table = rows.reshape(-1, 7)
         # Rounding may put the first release at once or leave it out.
         later = table[table[:, 0] > 1e-9 * system.natural_period]
         if len(later):
-            lasts[index], stick_time[index], sides[index] = later[0, 0], later[0, 4], np.sign(later[0, 3])
+            lasts[index], stick_time[index], sides[index] = later[0, 0], later[0, 5], np.sign(later[0, 4])
             image[index] = np.mod(theta + forcing.frequency * later[0, 0], 2 * np.pi)
     slope = np.gradient(np.unwrap(image), angles) if angles.size > 1 else np.full(angles.size, np.nan)
     data = {"image": image, "time": lasts, "stick_time": stick_time, "side": sides, "slope": slope}

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.system import System
+from stickslip.dynamics.rows import Look, columns_of
+from stickslip.dynamics.sections import Surface
 from stickslip.simulation.orbit import Orbit
-
-_FIXED = ("stable_slip", "at_rest")
 
 
 def steady_motion(orbit: Orbit, fraction: float, contact: int = 0) -> dict[str, Any]:
@@ -25,49 +25,20 @@ def steady_motion(orbit: Orbit, fraction: float, contact: int = 0) -> dict[str, 
 
     Returns
     -------
-    ``turning_x`` where ẋ changes its sign, ``turning_slip_velocity`` where ẇ does (arrays), ``amplitude`` (half of
-    max x − min x), ``x_min``, ``x_max``, ``w_min``, ``w_max``, ``stuck_share`` (numbers), ``regime``.
-
-    Limits: two turning points within 1/200 of a natural period are missed as a pair.
+    ``turning_x`` where ẋ changes its sign, ``turning_slip_velocity`` where ẇ does (arrays, the last 100,000), ``amplitude``
+    (half of max x − min x), ``x_min``, ``x_max``, ``w_min``, ``w_max``, ``stuck_share`` (numbers), ``regime``.
 
     >>> from stickslip import paper, simulate
     >>> round(steady_motion(simulate(paper.oscillator(0.3), 600), 0.2)["amplitude"], 4)
     0.3055
     """
-    system: Any = orbit.system
-    many = isinstance(system, System)
-    words: dict[str, Any] = {"contact": contact} if many else {}
-    regime = orbit.regime(transient=1 - fraction, **words)
-    start = (1 - fraction) * orbit.t_end
-    samples = max(2, int(200 * (orbit.t_end - start) / orbit.system.natural_period))
-    times = np.linspace(start, orbit.t_end, samples)
-
-    def column(name: str, t: NDArray[np.float64]) -> NDArray[Any]:
-        values: NDArray[Any] = orbit.to_xarray(t)[name].to_numpy()
-        if not many:
-            return values
-        picked: NDArray[Any] = values[:, system.contacts[contact].mass if name in "xva" else contact]
-        return picked
-
-    x, w = column("x", times), column("slip_velocity", times)
-    if regime in _FIXED:
-        turning_x, turning_w = x[-1:], w[-1:]
-    else:
-        turning_x = column("x", sign_changes(lambda t: column("v", t), times))
-        turning_w = column("slip_velocity", sign_changes(lambda t: column("a", t), times))
-    # The extremes lie at the turning points; a sample alone would miss them by its square.
-    every_x, every_w = np.append(x, turning_x), np.append(w, turning_w)
-    return {
-        "turning_x": turning_x,
-        "turning_slip_velocity": turning_w,
-        "amplitude": float(np.ptp(every_x)) / 2,
-        "x_min": float(every_x.min()),
-        "x_max": float(every_x.max()),
-        "w_min": float(every_w.min()),
-        "w_max": float(every_w.max()),
-        "stuck_share": float(column("stuck", times).mean()),
-        "regime": regime,
-    }
+    look = Look(1 - fraction, fraction, 1e-6, points=100_000, contact=contact)
+    surface = Surface(normal=(0.0, 1.0, 0.0), direction=-1)
+    core = orbit._steady(look.to_json(), orbit.t_end, json.dumps(surface.to_dict()), contact)
+    row = {name: column[0] for name, column in columns_of(core, 1, look.points).items()}
+    motion = {name: row[name][np.isfinite(row[name])] for name in ("turning_x", "turning_slip_velocity")}
+    numbers = ("amplitude", "x_min", "x_max", "w_min", "w_max", "stuck_share")
+    return motion | {name: float(row[name]) for name in numbers} | {"regime": str(row["regime"])}
 
 
 def sign_changes(

@@ -13,12 +13,13 @@ import functools
 import json
 import math
 import os
+import time
 import warnings
 import zlib
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +29,7 @@ from numpy.typing import NDArray
 from stickslip import _core
 from stickslip.dynamics.rows import Chunk
 from stickslip.errors import InputError
-from stickslip.files.documents import draft_of, fits
+from stickslip.files.documents import draft_of, fits, time_limit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,6 +105,7 @@ def compute(
     workers: int | None,
     cluster: str | None,
     progress: Progress,
+    max_seconds: float | None = None,
 ) -> xr.Dataset:
     """Compute what is not there yet and return all of it.
 
@@ -114,6 +116,7 @@ def compute(
     workers : threads of this machine; default all cores.
     cluster : address of a Dask scheduler whose workers compute instead.
     progress : called as ``progress(done, n)`` with runs.
+    max_seconds : time on the clock after which all runs that are not done end where they are.
 
     Raises
     ------
@@ -123,13 +126,14 @@ def compute(
     """
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise InputError(f"{plan.name}: workers must be a whole number of at least 1, got {workers!r}")
+    until = None if time_limit(max_seconds, plan.name) is None else time.time() + (max_seconds or 0.0)
     # A store is filled chunk by chunk.
     sizes = plan.sizes if store is None else {**plan.sizes, **plan.chunks}
     shapes = [[sizes[dim] for dim in variable.dims] for variable in plan.variables.values()]
     fits(sum(map(math.prod, shapes)), plan.name, "lower points or take fewer values")
     sink = Memory(plan) if store is None else Store(plan, Path(store))
     with _executor(plan.name, workers, cluster) as (executor, width):
-        _work(plan, sink, executor, width, progress)
+        _work(plan, sink, executor, width, progress, until)
     if plan.finish is not None:
         sink.add(plan.finish(plan, sink.arrays))
     return sink.dataset()
@@ -186,7 +190,7 @@ async def _greeted(cluster: str) -> None:
     await comm.close()
 
 
-def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Progress) -> None:
+def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Progress, until: float | None) -> None:
     """Hand out tasks, no more than `width` at once, and keep their results as they come."""
     done = sink.done()
     runs = int(np.prod([plan.sizes[dim] for dim in plan.chunks]))
@@ -207,7 +211,8 @@ def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Pr
         while ready or running:
             while ready and len(running) < width:
                 index = ready.popleft()
-                running[executor.submit(_compute, plan.task(plan.place(index), sink.arrays))] = index
+                task = replace(plan.task(plan.place(index), sink.arrays), until=until)
+                running[executor.submit(_compute, task)] = index
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 index = running.pop(future)
                 sink.write(index, _result(plan, future))
@@ -416,9 +421,11 @@ class Store(Memory):
         return np.asarray(self._sums != 0)
 
     def write(self, index: int, rows: Mapping[str, Array]) -> None:
-        """Keep the rows of a chunk, then say so."""
+        """Keep the rows of a chunk, then say so; what ran out of time is computed again."""
         with self._refusing():
             super().write(index, rows)
+            if (rows["stop"] == "max_seconds").any():
+                return
             sums = self._sums.copy()
             sums[index] = (
                 functools.reduce(lambda check, name: _checksum(rows[name], check), sorted(self.arrays), 0) + _DONE

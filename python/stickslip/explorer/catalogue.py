@@ -80,7 +80,7 @@ def _numbers(table: Table, document: dict[str, Any], path: str = "") -> list[dic
         number = {
             "path": path + item.name,
             "symbol": _symbol(item.name, said, position),
-            "name": item.name.replace("_", " "),
+            "name": said.rstrip(".") if item.name in _GREEK else item.name.replace("_", " "),
             "words": said.rstrip("."),
             "unit": unit,
             "low": low,

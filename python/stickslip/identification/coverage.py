@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.parameters import value
+from stickslip.identification.law_parameters import value
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.identify import identify

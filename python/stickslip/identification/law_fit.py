@@ -11,12 +11,12 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean
-from stickslip.identification.estimator.parameters import check_names, places, value, with_values
 from stickslip.identification.guesses.evidence import Guess, Seen, refuse_unreadable
 from stickslip.identification.guesses.first_guess import GUESSES, first_guess
 from stickslip.identification.kinetic.branches import BranchFit, Problem, fit_branches
 from stickslip.identification.kinetic.lack_of_fit import lack_of_fit
 from stickslip.identification.kinetic.motion import WITH_MEMORY
+from stickslip.identification.law_parameters import check_names, places, value, with_values
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
 from stickslip.identification.static.break_away import (

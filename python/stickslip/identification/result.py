@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 
 from stickslip.files.documents import write_whole
-from stickslip.identification.estimator.parameters import maybe, places
 from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.law_parameters import maybe, places
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.static.break_away import StaticFriction
 from stickslip.laws import Law

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-
-if TYPE_CHECKING:
-    from stickslip.laws import PiecewiseLinear
+from stickslip.laws.piecewise_linear import PiecewiseLinear
 
 #: The share of the error that goes to sampling.
 _SHARE = 0.1
@@ -59,8 +57,6 @@ def from_function(
     55
     """
     # The laws export this function.
-    from stickslip.laws import PiecewiseLinear
-
     bound = number("error", error, "from_function")
     if bound <= 0:
         raise InputError(f"from_function: error must be greater than 0, got {bound:g}")

@@ -97,10 +97,8 @@ def simulate_many(
         "simulate_many",
         "lower keep, or run the combinations in parts",
     )
-    # What has no closed form is a system of one mass to the core.
-    whole = system.to_system() if isinstance(system, Oscillator) and not system.closed_form else system
-    document = json.loads(whole.to_json())
-    paths = [_place(name, whole is not system, document) for name in axes]
+    document = json.loads(system.to_json())
+    paths = [_path(name, document) for name in axes]
     grid = np.stack([mesh.ravel() for mesh in np.meshgrid(*axes.values(), indexing="ij")], axis=1)
     end = number("t_end", t_end, "simulate_many")
     kind = None if section is None else _core.KINDS.index(section)
@@ -141,12 +139,9 @@ def simulate_many(
     return xr.Dataset(data, coords={**axes, "kind": _core.KINDS}, attrs=attrs)
 
 
-def _place(name: str, one: bool, document: Mapping[str, Any]) -> str:
-    """The path of a name in the document; `one`: of an oscillator that is a system of one mass there."""
+def _path(name: str, document: Mapping[str, Any]) -> str:
+    """The path of a name in the document; starts stay as they are."""
     head, _, mass = name.partition(".")
-    if one:
-        heads = {"mass": "mass.0.0", "stiffness": "stiffness.0.0", "damping": "damping.0.0", "x0": "x0.0", "v0": "v0.0"}
-        name = f"contacts.0.{name}" if head in ("law", "drive_velocity") else heads.get(name, name)
-    elif head in ("x0", "v0") and "contacts" in document and not mass.isdigit():
+    if head in ("x0", "v0") and "contacts" in document and not mass.isdigit():
         raise InputError(f"simulate_many: {name!r} must name a mass of the system, such as {head}.0")
-    return name if name.split(".")[0] in ("x0", "v0") else path_in(name, document, "simulate_many")
+    return path_in(name, document, "simulate_many")

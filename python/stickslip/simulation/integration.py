@@ -206,7 +206,7 @@ def _marks(core: _core.StateSystem, solution: OdeSolution, masses: Sequence[int]
 
     def guards(t: NDArray[np.float64]) -> NDArray[np.float64]:
         """Slip velocity of each contact and velocity of its mass, shape (times, 2, contacts)."""
-        v, _, w, _ = core.states(t, np.ascontiguousarray(solution(t).T).ravel())
+        v, _, w, *_ = core.states(t, np.ascontiguousarray(solution(t).T).ravel())
         return np.stack([w.reshape(t.size, -1), v.reshape(t.size, -1)[:, masses]], axis=1)
 
     marks = []

@@ -15,12 +15,10 @@ from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import number, numbers
 from stickslip.model.system import Oscillator, System, system_from_dict
-from stickslip.simulation.orbit import Orbit, Work
+from stickslip.simulation.orbit import EVENTS, Orbit, Work
 
 if TYPE_CHECKING:
     import pandas as pd
-
-_EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
 
 
 def simulate_network(
@@ -63,15 +61,9 @@ class NetworkOrbit(Orbit):
         self.work = Work(*core.work)
         self.t_end = core.t_last
 
-    @cached_property
-    def events(self) -> pd.DataFrame:
-        """The table of events: t, kind, contact, x, v (of the contact's mass), force, stick_time, force_rate."""
-        import pandas as pd
-
-        rows = self._network.events().reshape(-1, 8)
-        frame = pd.DataFrame(rows, columns=list(_EVENTS))
-        kinds = pd.Categorical.from_codes(rows[:, 1].astype(np.int64), categories=pd.Index(_core.KINDS))
-        return frame.assign(kind=kinds, contact=rows[:, 2].astype(int))
+    @property
+    def _kept(self) -> _core.Network:
+        return self._network
 
     def _rows(self) -> NDArray[np.float64]:
         return self._network.segments().reshape(-1, 2 + 2 * self._masses + 4 * self._contacts)
@@ -110,14 +102,14 @@ class NetworkOrbit(Orbit):
 
         :func:`stickslip.load` gives back the same orbit to the bit.
         """
-        columns = {"events": _EVENTS, "segments": self._names()}
+        columns = {"events": EVENTS, "segments": self._names()}
         return self._write(path, {"run": json.dumps(self._run())}, self._tables(), columns)
 
     def _run(self) -> list[Any]:
         return [*self._network.run, self._stop]
 
     def _tables(self) -> dict[str, NDArray[np.float64]]:
-        return {"events": self._network.events().reshape(-1, 8), "segments": self._rows()}
+        return {"events": self._network.events().reshape(-1, len(EVENTS)), "segments": self._rows()}
 
 
 def restore(

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: The columns of the events in a file.
-EVENTS = ("t", "kind", "x", "v", "force", "stick_time", "force_rate")
+EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,21 @@ class Orbit:
         self.t_end = core.t_last
 
     @property
+    def _kept(self) -> _core.Orbit | _core.Network:
+        """What the core keeps of it."""
+        return self._core
+
+    def _steady(self, look: str, period: float, surface: str, contact: int) -> Any:
+        """What an observer of the core sees as steady in it, as a table of one row."""
+        del contact  # The look names it.
+        return self._kept.steady(look, period, surface)
+
+    def _points(self, surface: str, kind: str | None, contact: int, after: float, most: int) -> NDArray[np.float64]:
+        """The points of a section, rows t, x, v, w, force, stick_time, force_rate; of events of a `kind` or of a surface."""
+        del kind
+        return self._kept.section(surface, contact, after, most)[0].reshape(-1, 7)
+
+    @property
     def _masses(self) -> int:
         return self.system.masses if isinstance(self.system, System) else 1
 
@@ -82,20 +97,9 @@ class Orbit:
         """
         import pandas as pd
 
-        rows = self._core.events().reshape(-1, 7)
+        rows = self._kept.events().reshape(-1, len(EVENTS))
         kinds = pd.Categorical.from_codes(rows[:, 1].astype(np.int64), categories=pd.Index(_core.KINDS))
-        return pd.DataFrame(
-            {
-                "t": rows[:, 0],
-                "kind": kinds,
-                "contact": np.zeros(len(rows), dtype=int),
-                "x": rows[:, 2],
-                "v": rows[:, 3],
-                "force": rows[:, 4],
-                "stick_time": rows[:, 5],
-                "force_rate": rows[:, 6],
-            }
-        )
+        return pd.DataFrame(rows, columns=list(EVENTS)).assign(kind=kinds, contact=rows[:, 2].astype(int))
 
     @cached_property
     def segments(self) -> pd.DataFrame:
@@ -208,7 +212,10 @@ class Orbit:
 
     def _tables(self) -> dict[str, NDArray[np.float64]]:
         """All that an orbit is made from again, beside its system and its run."""
-        return {"events": self._core.events().reshape(-1, 7), "segments": self._core.segments().reshape(-1, 8)}
+        return {
+            "events": self._core.events().reshape(-1, len(EVENTS)),
+            "segments": self._core.segments().reshape(-1, 8),
+        }
 
     def __reduce__(self) -> tuple[Any, ...]:
         tables = self._tables()
@@ -280,6 +287,9 @@ def load(path: str | Path) -> Orbit:
         raise InputError(
             f"{path}: damaged, or saved by an older version: it is not the orbit that was saved; simulate again"
         )
+    if tables["events"].shape[1] < len(EVENTS):
+        # One contact was not numbered by older versions.
+        tables["events"] = np.insert(tables["events"], EVENTS.index("contact"), 0.0, axis=1)
     work = tuple(int(value) for value in tree.attrs["work"])
     rows = [np.ascontiguousarray(tables[name].ravel()) for name in ("segments", "events")]
     return _restore(json.loads(tree.attrs["system"]), json.loads(tree.attrs["run"]), work, rows)

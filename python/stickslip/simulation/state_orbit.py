@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +21,7 @@ from stickslip.simulation.orbit import Orbit, Work
 
 if TYPE_CHECKING:
     import pandas as pd
+    from scipy.integrate import OdeSolution
 
 #: Slip slower than this fraction of the fastest is called stuck, as these laws creep where others stick.
 CREEP = 1e-2
@@ -59,7 +61,7 @@ class StateOrbit(Orbit):
         self,
         system: Oscillator | System,
         core: _core.StateSystem,
-        solution: Callable[[Any], NDArray[np.float64]],
+        solution: OdeSolution,
         marks: Sequence[Mark],
         t_end: float,
         stop: str,
@@ -126,7 +128,7 @@ class StateOrbit(Orbit):
     def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
         n, c = self._masses, self._contacts
         y = np.ascontiguousarray(self._solution(times).T) if times.size else np.empty((0, 2 * n + c))
-        v, a, w, force = self._right_hand_side.states(times, y.ravel())
+        v, a, w, force, _ = self._right_hand_side.states(times, y.ravel())
         columns: dict[str, NDArray[Any]] = {
             "x": y[:, :n], "v": v.reshape(-1, n), "a": a.reshape(-1, n),
             "slip_velocity": (w := w.reshape(-1, c)), "force": force.reshape(-1, c),
@@ -144,6 +146,30 @@ class StateOrbit(Orbit):
         w = np.abs(late["slip_velocity"].reshape(-1, self._contacts)[:, contact])
         rests = w.max() <= 1e-6 * np.abs(late["v"]).max()
         return float(rests), bool(late["stuck"].reshape(-1, self._contacts)[:, contact].mean() > 0.01)
+
+    def _samples(self, after: float, contact: int) -> _core.Samples:
+        """The motion of a contact's mass for the observers of the core, at all steps of the integrator and in between."""
+        steps = np.asarray(self._solution.ts)
+        grid = self.times(most=10_000_000)
+        t = np.unique(np.concatenate([[after], steps[steps > after], grid[grid > after]]))
+        values = {name: column.reshape(t.size, -1) for name, column in self._columns(t).items()}
+        y = np.ascontiguousarray(self._solution(t).T)
+        slip = self._right_hand_side.states(t, y.ravel())[4].reshape(t.size, -1)[:, contact]
+        share, sticks = self._adhesion(values, after, contact)
+        stuck = np.full(t.size, True) if share == 1.0 else values["stuck"][:, contact] & sticks
+        mass = masses_of(self.system)[contact]
+        columns = [t, *(values[name][:, mass] for name in "xva"), values["slip_velocity"][:, contact], slip]
+        return _core.Samples([column.tolist() for column in columns], stuck.tolist(), self.work.events)
+
+    def _steady(self, look: str, period: float, surface: str, contact: int) -> Any:
+        return self._samples(json.loads(look)["transient"] * period, contact).steady(look, period, surface)
+
+    def _points(self, surface: str, kind: str | None, contact: int, after: float, most: int) -> NDArray[np.float64]:
+        if kind is None:
+            return self._samples(after, contact).section(surface, contact, after, most)[0].reshape(-1, 7)
+        table = self.events
+        rows = table[(table["kind"] == kind) & (table["t"] >= after) & (table["contact"] == contact)].assign(w=np.nan)
+        return rows[["t", "x", "v", "w", "force", "stick_time", "force_rate"]].to_numpy(float)[-most:]
 
     def __reduce__(self) -> tuple[Any, ...]:
         raise InputError(

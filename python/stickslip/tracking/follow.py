@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from stickslip.files.documents import check_writable
 from stickslip.tracking.blobs import find_blobs
 from stickslip.tracking.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.detections import Array, Detections
+from stickslip.tracking.doubts import CLEAR, TEXTURE, clearness, hidden, remarks, scatter
 from stickslip.tracking.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.linking import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
@@ -31,6 +33,9 @@ Progress = Callable[[str, int, int], object]
 
 CUT = ": cut off at the edge"
 """Follows the coordinates that an edge takes, in the reason why they are missing."""
+
+UNEXPLAINED = 1.3
+"""Scatter may exceed the stated errors by this factor by chance."""
 
 CROWD = 60
 """More candidates than this (and three a mass) are not looked at in one picture."""
@@ -69,8 +74,9 @@ def track(
       at one pair of edges keeps the coordinate along them;
     * ``x_px``, ``y_px``: the places in the picture, and the coordinate ``frame``, the picture's number.
 
-    The errors are those of the picture's noise at each point; a wrong scale is not in them, ``scale_error`` in the
-    attributes says how well that is known.
+    The errors are those of the picture's noise at each point, or the scatter from picture to picture where that is more (as
+    by compression); what stays for longer than some pictures is not in them. A wrong scale is not in them:
+    ``scale_error`` in the attributes says how well that is known.
 
     Raises
     ------
@@ -140,7 +146,27 @@ def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progres
             f"{film.name}: {setup.count} times a {_describe(setup)} is wanted, but only {len(tracks)} can be followed; "
             "correct masses, size, threshold or region"
         )
-    return _motion(film, setup, seen, tracks)
+    unclear = _unclear(film, setup, seen, tracks)
+    return _motion(film, setup, seen, tracks, unclear)
+
+
+def _unclear(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> list[str]:
+    """A sentence where other spots look as much like the marker; refused where it is one of many and none is asked for."""
+    if setup.finder != "blob":
+        return []
+    ratio, others = clearness(seen.pictures, tracks)
+    if ratio >= CLEAR:
+        return []
+    told = any(getattr(setup, name) is not None for name in ("size", "start", "region", "threshold", "level"))
+    like = f"{others:.0f} other spots in a picture look like a {_describe(setup)}, the best {1 / ratio:.2g} times as much as "
+    if ratio < TEXTURE and others >= 3 * setup.count and not (told or setup.moving):
+        raise InputError(
+            f"{film.name}: {like}what was found, as texture does; give size, start, region or moving, or look whether there "
+            "is a marker"
+        )
+    return [
+        f"{like[0].upper()}{like[1:]}what was taken: look whether it is the marker; size, start, region or moving decide."
+    ]
 
 
 def _describe(setup: Setup) -> str:
@@ -206,7 +232,7 @@ def _finder(setup: Setup, first: Picture, name: str) -> Callable[[Picture], Dete
     return blobs
 
 
-def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> xr.Dataset:
+def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: list[str]) -> xr.Dataset:
     shape = len(seen.times), len(tracks)
     x, y, x_error, y_error = (np.full(shape, np.nan) for _ in range(4))
     size = np.full(shape, np.nan)
@@ -220,6 +246,12 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> xr.Da
             size[frame, mass] = found.size[place]
             cut = [name for name, off in (("x", found.cut_x[place]), ("y", found.cut_y[place])) if off]
             lost[frame, mass] = " and ".join(cut) + CUT if cut else ""
+        if setup.finder == "blob":
+            _hide(lost[:, mass], x[:, mass], y[:, mass], size[:, mass])
+        doubts += remarks(mass, x[:, mass], y[:, mass], size[:, mass])
+        doubts += _widen(mass, (x[:, mass], x_error[:, mass]), (y[:, mass], y_error[:, mass]))
+    if setup.reference:
+        doubts.append(_steady(setup.reference, x, y, x_error, y_error, lost))
     calibration = PIXELS
     if setup.calibration is not None:
         calibration = read_calibration(
@@ -230,9 +262,59 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> xr.Da
     )
     if setup.names is not None:
         motion = motion.assign_coords(name=("mass", list(setup.names)))
+    if setup.reference:
+        kept = [mass for mass in range(setup.count) if mass not in setup.reference]
+        motion, size = motion.isel(mass=kept).assign_coords(mass=np.arange(len(kept))), size[:, kept]
     motion.attrs["setup"] = setup.to_toml()
-    motion.attrs["notes"] = [*film.notes, *calibration.notes, *_remarks(motion, calibration, size)]
+    motion.attrs["notes"] = [*film.notes, *calibration.notes, *_remarks(motion, calibration, size), *doubts]
     return motion
+
+
+def _hide(lost: np.ndarray, x: Array, y: Array, size: Array) -> None:
+    """Take out where something hides a part of the marker, so that its centre is not its own."""
+    partly = hidden(np.where(lost == "", size, np.nan))
+    lost[partly] = "partly hidden"
+    x[partly] = y[partly] = np.nan
+
+
+def _steady(reference: tuple[int, ...], x: Array, y: Array, x_error: Array, y_error: Array, lost: np.ndarray) -> str:
+    """Take the motion of the camera, as its resting markers show it, from all places; the sentence says how large it is.
+
+    The shift of a picture is the mean of what the markers seen in it are off their own median places.
+    """
+    fixed = list(reference)
+    unseen = (lost[:, fixed] != "").all(axis=1)
+    size = []
+    for place, error in ((x, x_error), (y, y_error)):
+        known = np.where(lost[:, fixed] == "", place[:, fixed], np.nan)
+        off = np.ma.masked_invalid(known - np.nanmedian(known, axis=0))
+        shift = off.mean(axis=1).filled(np.nan)
+        of_shift = np.ma.masked_invalid(np.where(np.isfinite(known), error[:, fixed], np.nan) ** 2).sum(axis=1)
+        place -= shift[:, None]
+        error[:] = np.hypot(error, (np.sqrt(of_shift) / np.maximum(off.count(axis=1), 1)).filled(np.nan)[:, None])
+        size.append(float(np.nanstd(shift)))
+    lost[unseen[:, None] & (lost == "")] = "no reference seen"
+    rms = math.hypot(*size)
+    return (
+        f"The camera moves by {rms:.2g} px rms as {len(fixed)} resting marker(s) show; that was taken from the places."
+    )
+
+
+def _widen(mass: int, *axes: tuple[Array, Array]) -> list[str]:
+    """Raise the errors to the scatter of the places where that is more than the picture's noise explains, and say it."""
+    told = []
+    for name, (place, error) in zip("xy", axes, strict=True):
+        seen, stated = scatter(place), float(np.nanmedian(error)) if np.isfinite(error).any() else np.nan
+        # a median of few differences scatters by itself
+        if seen > (UNEXPLAINED + 3 / math.sqrt(max(np.isfinite(place).sum(), 1))) * stated:
+            error[:] = np.hypot(error, np.sqrt(seen**2 - stated**2))
+            told.append(f"{name} {seen:.2g} px where the noise explains {stated:.2g}")
+    if not told:
+        return []
+    return [
+        f"Mass {mass} scatters from picture to picture ({', '.join(told)}): compression, flicker or a camera that shakes; "
+        "the errors hold that, and nothing that stays for longer than some pictures."
+    ]
 
 
 def _reasons(marker: Track, seen: _Seen) -> list[str]:

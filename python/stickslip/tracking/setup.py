@@ -40,6 +40,8 @@ class Setup:
     dictionary : the ArUco dictionary; for fiducials.
     ids : the numbers of the markers wanted; default the `masses` seen most.
     names : what the masses are called.
+    reference : numbers (from 0) of the masses that are marks fixed to the ground: what they move is the camera's, is taken
+        from all others, and they are left out of the motion.
     frame_rate : pictures per second of the camera; see `stickslip.tracking.source.Film`.
     times : a file with one time a line.
     calibration : a table, see `stickslip.tracking.calibration.read_calibration`; without it coordinates are pixels.
@@ -72,6 +74,7 @@ class Setup:
     dictionary: str = "4X4_50"
     ids: tuple[int, ...] | None = None
     names: tuple[str, ...] | None = None
+    reference: tuple[int, ...] | None = None
     frame_rate: float | None = None
     times: str | None = None
     calibration: Mapping[str, Any] | None = None
@@ -103,7 +106,11 @@ class Setup:
             object.__setattr__(self, "templates", tuple(_box(box, "templates") for box in boxes))
         if self.start is not None:
             object.__setattr__(self, "start", _places(self.start))
-        for name, kind, what in (("ids", int, "the numbers of markers"), ("names", str, "texts")):
+        for name, kind, what in (
+            ("ids", int, "the numbers of markers"),
+            ("names", str, "texts"),
+            ("reference", int, "numbers of masses"),
+        ):
             value = getattr(self, name)
             if value is not None:
                 if not isinstance(value, list | tuple) or not all(type(one) is kind for one in value):
@@ -122,6 +129,13 @@ class Setup:
         for name, count in counts.items():
             if count != self.masses:
                 raise InputError(f"setup: {name} has {count} entries for {self.masses} masses; give one for each")
+
+        marks = set(self.reference or ())
+        if not marks <= set(range(self.count)) or len(marks) == self.count:
+            raise InputError(
+                f"setup: reference must hold some of the masses 0 to {self.count - 1}, and leave one that moves, got "
+                f"{list(self.reference or ())}; raise masses by the number of marks"
+            )
 
     @property
     def count(self) -> int:

@@ -19,7 +19,9 @@ export interface Drawn {
   breakAway: number;
   /** Corners of the loop of this motion. */
   corner: [number, number];
+  /** The upper and the right end of the picture. */
   top: number;
+  right: number;
 }
 
 const round = (value: number) => +value.toFixed(4);
@@ -27,7 +29,7 @@ const degrees = (slope: number) => round((Math.atan(slope) * 180) / Math.PI);
 const slopeOf = (angle: number) => Math.tan((angle * Math.PI) / 180);
 
 /** Growth that stands on top of another force. */
-const ABOVE: Record<string, string> = { limit: "kinetic", growth: "kinetic" };
+export const ABOVE: Record<string, string> = { limit: "kinetic", growth: "kinetic" };
 
 /** The handles of a law by the dimensions of its parameters: points, nodes, levels at w = 0, scales along w. */
 export function handlesOf(law: Document, page: LawPage, drawn: Drawn): Handle[] {
@@ -58,7 +60,7 @@ export function handlesOf(law: Document, page: LawPage, drawn: Drawn): Handle[] 
     else if (unit === "velocity^-1")
       handles.push({ key: path, label: `1/${symbol}`, w: 1 / value, f: drawn.upper(1 / value), set: (w) => [[`law.${path}`, round(1 / Math.max(0.02, w))]] });
     else if (unit === "force velocity^-1" && path === "viscous") {
-      const w = drawn.top * 0.8;
+      const w = drawn.right * 0.8;
       handles.push({ key: path, label: symbol, w, f: drawn.upper(w), set: (_w, f) => [[`law.${path}`, round(Math.max(0, value + (f - drawn.upper(w)) / w))]] });
     }
   }

@@ -4,7 +4,7 @@ import type { LawPage } from "../data";
 import { indexAt, valueAt } from "../orbit";
 import { rangeOf } from "../plot";
 import { colourOf, theme } from "../theme";
-import { type Handle, handlesOf } from "./handles";
+import { ABOVE, type Handle, handlesOf } from "./handles";
 import { type Change, Panel, type Scene } from "./panel";
 
 const SAMPLES = 240;
@@ -50,7 +50,7 @@ export class Law extends Panel {
     } catch {
       // The sentence of the core stands on top of the page.
     }
-    const levels = Object.entries(law).flatMap(([key, value]) => (["break_away", "kinetic", "static"].includes(key) && typeof value === "number" ? [value] : []));
+    const levels = Object.entries(law).flatMap(([key, value]) => (["break_away", "kinetic", "static", "limit", "growth"].includes(key) && typeof value === "number" ? [value + (law[ABOVE[key] ?? ""] ?? 0)] : []));
     if (!this.held) {
       const forces = [rangeOf(f), ...(drawn ? [rangeOf(drawn.f)] : []), ...points.map(([, y]) => ({ low: y, high: y })), ...levels.map((y) => ({ low: y, high: y }))];
       const high = Math.max(...forces.map(({ high: one }) => one));
@@ -115,7 +115,7 @@ export class Law extends Panel {
       for (let i = 1; i < SAMPLES; i++) if (drawn.f[i]! < drawn.f[least]!) least = i;
       corner = [drawn.w[least]!, drawn.f[least]!];
     }
-    const handles = handlesOf(law, page, { upper, breakAway, corner, top: this.plot.y.high });
+    const handles = handlesOf(law, page, { upper, breakAway, corner, top: this.plot.y.high, right: this.plot.x.high });
     this.handles = new Map(handles.map((handle) => [handle.key, handle]));
     for (const [key, button] of this.buttons)
       if (!this.handles.has(key)) {

@@ -90,12 +90,14 @@ export class Surface extends Panel {
     }
     g.fillStyle = ink;
     g.font = `italic 13px ${SERIF}`;
-    g.textAlign = "center";
     g.textBaseline = "middle";
-    for (const [name, a, b] of [[`stick time tₛ to ${plain(+time.toPrecision(2))}`, 0.5, 1.16], [`force rate δ to ${plain(+rate.toPrecision(2))}`, 1.2, 0.5]] as const) {
-      const [x, y] = place(a, b, low - (rise ? 0.1 / rise : 0));
-      const half = g.measureText(name).width / 2 + 4;
-      g.fillText(name, Math.max(half, Math.min(p.width - half, x)), Math.min(p.height - 9, y));
+    const floor = low - (rise ? 0.1 / rise : 0);
+    for (const [name, a, b] of [[`stick time tₛ to ${plain(+time.toPrecision(2))}`, 0.5, 1.12], [`force rate δ to ${plain(+rate.toPrecision(2))}`, 1.1, 0.5]] as const) {
+      const [x, y] = place(a, b, floor);
+      // Words grow away from the surface.
+      g.textAlign = x > p.width / 2 ? "left" : "right";
+      const width = g.measureText(name).width + 6;
+      g.fillText(name, g.textAlign === "left" ? Math.min(x, p.width - width) : Math.max(x, width), Math.max(34, Math.min(p.height - 9, y)));
     }
     g.fillStyle = soft;
     g.textAlign = "left";

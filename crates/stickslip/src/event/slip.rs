@@ -198,6 +198,15 @@ impl<const H: usize> Motion<H> for Speed<'_, H> {
         self.fastest
     }
 
+    /// The slip acceleration is what springs, damping, friction and forcing leave of each other: near steady slip, rounding.
+    fn terms_of_rate(&self) -> f64 {
+        let (spring, damper) = (
+            self.natural * self.slip.x.constant,
+            2.0 * self.slip.decay.gamma * self.u.constant,
+        );
+        spring.abs() + damper.abs()
+    }
+
     fn derivatives(&self, sample: &Sample<H>) -> [f64; DEGREE + 1] {
         let mut derivatives = [0.0; DEGREE + 1];
         derivatives[..2].copy_from_slice(&sample.free);

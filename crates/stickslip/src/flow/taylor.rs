@@ -162,6 +162,16 @@ impl Frame {
         }
     }
 
+    /// The mass of a contact.
+    pub(crate) fn mass_of(&self, contact: usize) -> usize {
+        self.ends[contact].0
+    }
+
+    /// Whether a contact is with a drive, not with another mass.
+    pub(crate) fn driven(&self, contact: usize) -> bool {
+        self.ends[contact].1.is_none()
+    }
+
     /// b_c · a for any vector over the masses.
     pub(crate) fn across<T: Linear>(&self, contact: usize, a: impl Fn(usize) -> T) -> T {
         let (mass, other) = self.ends[contact];

@@ -4,32 +4,11 @@ use crate::drive::Clock;
 use crate::event::Work;
 use crate::flow::taylor::{Frame, Motion, Rub};
 use crate::law::Law;
-use crate::mode::Kind;
 use crate::network::Run;
+use crate::orbit::Event;
 use crate::series::{at, slope_at};
 use crate::simulate::Stop;
 use crate::system::System;
-
-/// One event.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Event {
-    /// Time.
-    pub t: f64,
-    /// What happened.
-    pub kind: Kind,
-    /// At which contact.
-    pub contact: usize,
-    /// Position of its mass.
-    pub x: f64,
-    /// Velocity of its mass.
-    pub v: f64,
-    /// Friction force on its mass just before the event.
-    pub force: f64,
-    /// Time of adhesion before a release; not a number elsewhere.
-    pub stick_time: f64,
-    /// d|F|/dt at a release; not a number elsewhere.
-    pub force_rate: f64,
-}
 
 /// The states at some times, each column mass by mass or contact by contact.
 #[derive(Clone, Debug, Default)]
@@ -84,42 +63,18 @@ impl Orbit {
     /// The states at `times`, in any order; each step is expanded again when a time lies in it.
     #[must_use]
     pub fn states(&self, times: &[f64]) -> States {
-        let frame = Frame::of(&self.system);
-        let laws: Vec<&Law> = self.system.contacts.iter().map(|contact| &contact.law).collect();
-        let mut motion = Motion::of(&frame);
-        let (n, contacts, width) = (frame.masses, laws.len(), self.width());
-        let rows: Vec<&[f64]> = self.steps.chunks_exact(width).collect();
-        let (mut last, mut rubs) = (usize::MAX, Vec::new());
+        let mut steps = Expansion::new(self);
+        let n = self.system.masses();
+        let mut last = usize::MAX;
         let mut states = States::default();
         for &t in times {
-            let clock = |row: &[f64]| Clock {
-                high: row[0],
-                low: row[1],
-            };
-            let index = rows.partition_point(|row| clock(row).until(t) >= 0.0).max(1) - 1;
-            let row = rows[index];
+            let index = steps.index(t);
             if index != last {
                 last = index;
-                rubs = row[2 + 2 * n..]
-                    .chunks_exact(4)
-                    .map(|rub| Rub {
-                        direction: rub[0],
-                        offset: rub[1],
-                        slope: rub[2],
-                    })
-                    .collect();
-                let held = frame.held((0..contacts).filter(|&c| rubs[c].holds()).collect());
-                motion.aim(&frame, clock(row));
-                motion.expand(
-                    &frame,
-                    &laws,
-                    &rubs,
-                    &held,
-                    &row[2..2 + n],
-                    &row[2 + n..2 + 2 * n],
-                );
+                steps.expand(index);
             }
-            let h = clock(row).until(t);
+            let (row, motion) = (steps.rows[index], &steps.motion);
+            let h = steps.clock(index).until(t);
             for i in 0..n {
                 let (v, a) = slope_at(&motion.v[i], h);
                 // The state at the start of a step is known and need not be added up again; that of the run is the one given,
@@ -139,7 +94,7 @@ impl Orbit {
                 });
                 states.a.push(a);
             }
-            for (c, rub) in rubs.iter().enumerate() {
+            for (c, rub) in steps.rubs.iter().enumerate() {
                 let stuck = rub.direction == 0.0;
                 let w = rub.direction * at(&motion.u[c], h);
                 states.w.push(w);
@@ -148,5 +103,69 @@ impl Orbit {
             }
         }
         states
+    }
+}
+
+/// The steps of an orbit, one of which is expanded again.
+pub(crate) struct Expansion<'a> {
+    pub(crate) frame: Frame,
+    pub(crate) motion: Motion,
+    pub(crate) rubs: Vec<Rub>,
+    laws: Vec<&'a Law>,
+    rows: Vec<&'a [f64]>,
+}
+
+impl<'a> Expansion<'a> {
+    pub(crate) fn new(orbit: &'a Orbit) -> Self {
+        let frame = Frame::of(&orbit.system);
+        Self {
+            motion: Motion::of(&frame),
+            frame,
+            rubs: Vec::new(),
+            laws: orbit.system.contacts.iter().map(|contact| &contact.law).collect(),
+            rows: orbit.steps.chunks_exact(orbit.width()).collect(),
+        }
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.rows.len()
+    }
+
+    pub(crate) fn clock(&self, index: usize) -> Clock {
+        Clock {
+            high: self.rows[index][0],
+            low: self.rows[index][1],
+        }
+    }
+
+    /// The step in which a time lies.
+    fn index(&self, t: f64) -> usize {
+        let begun = |row: &&[f64]| {
+            let clock = Clock {
+                high: row[0],
+                low: row[1],
+            };
+            clock.until(t) >= 0.0
+        };
+        self.rows.partition_point(begun).max(1) - 1
+    }
+
+    /// Expand a step again; when it begins.
+    pub(crate) fn expand(&mut self, index: usize) -> Clock {
+        let (n, row, clock) = (self.frame.masses, self.rows[index], self.clock(index));
+        let rub = |rub: &[f64]| Rub {
+            direction: rub[0],
+            offset: rub[1],
+            slope: rub[2],
+        };
+        self.rubs.clear();
+        self.rubs.extend(row[2 + 2 * n..].chunks_exact(4).map(rub));
+        let held = (0..self.rubs.len()).filter(|&c| self.rubs[c].holds()).collect();
+        let held = self.frame.held(held);
+        self.motion.aim(&self.frame, clock);
+        let (x, v) = (&row[2..2 + n], &row[2 + n..2 + 2 * n]);
+        self.motion
+            .expand(&self.frame, &self.laws, &self.rubs, &held, x, v);
+        clock
     }
 }

@@ -73,7 +73,7 @@ pub fn resume(
     phases: &[Phase],
     duration: f64,
     max_events: u64,
-    mut go_on: impl FnMut() -> bool,
+    go_on: impl FnMut() -> bool,
 ) -> Result<Orbit, Error> {
     admit(system)?;
     let layout = Layout {
@@ -132,16 +132,7 @@ pub fn resume(
     let stuck = (0..phases.len()).filter(|&c| phases[c] == Phase::Stick);
     let held = motion.frame.held(stuck.collect());
     motion.frame.stop(&held, motion.clock, &mut motion.v);
-    let mut events = Vec::new();
-    let stop = motion.go(&run, true, &mut |event| events.push(event), &mut go_on);
-    Ok(Orbit {
-        system: system.clone(),
-        run,
-        steps: motion.steps,
-        events,
-        stop,
-        work: motion.work,
-    })
+    Ok(motion.orbit(system, run, go_on))
 }
 
 fn state_of(motion: &Loop) -> State {

@@ -149,7 +149,10 @@ def one_period(closed: Return, period: float) -> Orbit:
     missing = np.full(len(kinds), np.nan)
     force = system.stiffness * states[1:, 1] * missing
     sticking = np.where(stuck, closed.durations, np.nan)
-    table = np.column_stack([states[1:, 0] - t0, kinds, states[1:, 1], states[1:, 2], force, sticking, missing])
+    contact = np.zeros(len(kinds))
+    table = np.column_stack(
+        [states[1:, 0] - t0, kinds, contact, states[1:, 1], states[1:, 2], force, sticking, missing]
+    )
     core = _core.Orbit.restore(
         system.to_json(),
         (float(sequence.start[1]), float(sequence.start[2]), period, 10_000_000),

@@ -19,7 +19,7 @@ BY_CHANCE = 0.01
 """Records whose means would lie so far apart by chance with no more than this probability differ."""
 
 
-def scatter_between(means: Sequence[float], variances: Sequence[float]) -> float:
+def record_scatter(means: Sequence[float], variances: Sequence[float]) -> float:
     """Standard deviation s from record to record of residuals that one law leaves.
 
     It makes the squared distances of the means from their weighted mean, Σ (m − m̄)² / (v + s²), as large as their number of
@@ -36,7 +36,7 @@ def scatter_between(means: Sequence[float], variances: Sequence[float]) -> float
 
     Source: Paule & Mandel, J. Res. Natl. Bur. Stand. 87 (1982) 377.
 
-    >>> round(scatter_between([-1.0, 1.0], [1e-6, 1e-6]), 2), scatter_between([-1.0, 1.0], [1.0, 1.0])
+    >>> round(record_scatter([-1.0, 1.0], [1e-6, 1e-6]), 2), record_scatter([-1.0, 1.0], [1.0, 1.0])
     (1.41, 0.0)
     """
     m, v = np.asarray(means, float), np.maximum(np.asarray(variances, float), 1e-300)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -99,28 +100,28 @@ def recurrence(motion: Array) -> int:
     return int(high[:end][np.argmax(rho[high[:end]])])
 
 
-def worth(pulls: Array, period: int) -> float:
-    """By how much the variance of a sum of pulls exceeds that of as many independent ones.
+def variance_inflation(scores: Array, period: int) -> float:
+    """By how much the variance of a sum of scores exceeds that of as many independent ones.
 
-    A pull is what one sample's residual does to a number, in the order of time. Pulls that go together over τ samples are
+    A score is what one sample's residual does to a number, in the order of time. Scores that go together over τ samples are
     one in τ (see :func:`correlation_time`). Where the motion repeats itself after `period` samples (0: never) and the
     residuals with it, so that they are the law's and not the noise's, further periods say nothing new of them: their
     share, the correlation over one period, is not averaged down.
 
     Parameters
     ----------
-    pulls : shape (n,).
+    scores : shape (n,).
     period : samples, 0 where the motion does not repeat.
     """
-    factor = correlation_time(pulls)
+    factor = correlation_time(scores)
     if period:
-        again = float(np.dot(pulls[period:], pulls[:-period]) / max(np.dot(pulls, pulls), 1e-300)) * pulls.size
-        share = min(max(again / (pulls.size - period), 0.0), 1.0)
-        factor *= 1 + share * (pulls.size / period - 1)
+        again = float(np.dot(scores[period:], scores[:-period]) / max(np.dot(scores, scores), 1e-300)) * scores.size
+        share = min(max(again / (scores.size - period), 0.0), 1.0)
+        factor *= 1 + share * (scores.size / period - 1)
     return factor
 
 
-def cluster_pulls(left: Array, residuals: Array, edges: Sequence[int]) -> Array:
+def cluster_scores(left: Array, residuals: Array, edges: Sequence[int]) -> Array:
     """What each cluster of residuals does to the numbers of a least-squares fit: summed squares are their covariance.
 
     Residuals of one cluster may go together in any way, those of two must not. The residuals r_c of a cluster that the fit
@@ -134,15 +135,15 @@ def cluster_pulls(left: Array, residuals: Array, edges: Sequence[int]) -> Array:
 
     Returns
     -------
-    pulls, shape (clusters, p), along the singular vectors; their sum of squares is unbiased for independent residuals.
+    scores, shape (clusters, p), along the singular vectors; their sum of squares is unbiased for independent residuals.
 
     Limits: what all clusters have in common is in no error.
 
     Source: Liang & Zeger, Biometrika 73 (1986) 13; Bell & McCaffrey, Survey Methodology 28 (2002) 169 (CR2).
 
     >>> column, normal = np.full((60, 1), 60**-0.5), np.random.default_rng(0).standard_normal(20)
-    >>> pulls = cluster_pulls(column, np.repeat(normal - normal.mean(), 3), range(0, 61, 3))  # twenty trios of one value
-    >>> bool(np.isclose(np.sum(pulls**2) / 60, np.var(normal, ddof=1) / 20))  # the squared error of their mean
+    >>> scores = cluster_scores(column, np.repeat(normal - normal.mean(), 3), range(0, 61, 3))  # twenty trios of one value
+    >>> bool(np.isclose(np.sum(scores**2) / 60, np.var(normal, ddof=1) / 20))  # the squared error of their mean
     True
     """
     found = []
@@ -183,3 +184,29 @@ def inverse(information: Array, names: Sequence[str]) -> Array:
             "fixed, or add records at other drive velocities"
         )
     return np.asarray(np.linalg.inv(scaled) / np.outer(length, length))
+
+
+def correlated_covariance(
+    jacobian: Array, residuals: Array, variance: float, period: int = 0, most: float = math.inf
+) -> tuple[Array, float]:
+    """Covariance of the numbers of a least-squares fit whose residuals go together from row to row, and its freedom.
+
+    C_jk = v (JᵀJ)⁻¹_jk √(τ_j τ_k), with τ_j the variance inflation of the scores of number j: what goes together counts as
+    far as it acts on a number; a slow drift hardly changes a slope that has nothing to do with time.
+
+    Parameters
+    ----------
+    jacobian, residuals : shapes (n, p) and (n,), in units of the errors, in the order of time.
+    variance : v, of one residual.
+    period, most : see :func:`variance_inflation`; inflation is at most `most`.
+
+    Returns
+    -------
+    covariance, shape (p, p), and degrees of freedom, n / max τ − p, at least 1.
+    """
+    count, free = jacobian.shape
+    inverse = np.linalg.pinv(jacobian.T @ jacobian)
+    scores = inverse @ jacobian.T * residuals
+    tau = np.array([min(variance_inflation(score, period), most) for score in scores])
+    covariance = inverse * variance * np.sqrt(np.outer(tau, tau))
+    return np.asarray(covariance), max(count / float(tau.max()) - free, 1.0)

@@ -5,25 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.optimize import least_squares
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.parameters import by_ratio, limits, value, with_values
-from stickslip.identification.estimator.record_scatter import scatter_between
+from stickslip.identification.estimator.least_squares import OUTLIER, minimize
+from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.uncertainty import (
-    cluster_pulls,
+    cluster_scores,
     correlation_time,
-    half_width,
     recurrence,
     robust_scale,
-    worth,
+    variance_inflation,
 )
 from stickslip.identification.kinetic.motion import WITH_MEMORY, Motion
+from stickslip.identification.law_parameters import by_ratio, parameters_of_law, value, with_values
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import Coulomb, Law
 from stickslip.laws.state_law import StateLaw
@@ -39,8 +39,6 @@ FEWEST_ROWS = 5
 """Rows of which a mean and its error can be told."""
 OFFSET = "offset"
 """Name of the constant in the measured force."""
-OUTLIER = 3.0
-"""Residuals beyond that many robust standard deviations lose weight."""
 
 
 @dataclass(frozen=True)
@@ -89,11 +87,10 @@ class Problem:
         self.law = law
         # A constant in the measured force is no number of the law; it stands last.
         self.free = [*free, OFFSET] if offset else list(free)
-        self.ties = dict(ties or {})
+        self.parameters = parameters_of_law(self.free, within, ties)
         self.relative = relative
         # Break-aways tell Coulomb's law nothing, but it predicts them.
         self.every_row = every_row
-        self.within = dict(within or {})
         self.motions = [Motion.of(record, type(law)) for record in records]
         self.groups: list[tuple[int, str]] = []
         self.stated: list[Array] = []
@@ -148,19 +145,13 @@ class Problem:
     # --- numbers <-> law
 
     def numbers(self, law: Law) -> Array:
-        """The free numbers, positive ones by their logarithm."""
-        values = [0.0 if name == OFFSET else value(law, name) for name in self.free]
-        return np.array([math.log(v) if by_ratio(n) else v for n, v in zip(self.free, values, strict=True)])
+        """The search vector of a law."""
+        return self.parameters.vector({name: 0.0 if name == OFFSET else value(law, name) for name in self.free})
 
     def at(self, numbers: Array) -> Law:
         """The law with these free numbers."""
-        values = {
-            name: math.exp(min(number, 700.0)) if by_ratio(name) else float(number)
-            for name, number in zip(self.free, numbers, strict=True)
-            if name != OFFSET
-        }
-        tied = {name: values[source] for name, source in self.ties.items() if source in values}
-        return with_values(self.law, values | tied)
+        values = self.parameters.values(numbers)
+        return with_values(self.law, {name: number for name, number in values.items() if name != OFFSET})
 
     def offset(self, numbers: Array) -> float:
         """The constant in the measured force."""
@@ -171,11 +162,8 @@ class Problem:
         return self._scales[name]
 
     def bounds(self) -> tuple[Array, Array]:
-        """Limits of the free numbers."""
-        pairs = np.array([self.within.get(name, limits(name)) for name in self.free], float)
-        ratios = np.array([by_ratio(name) for name in self.free])
-        pairs[ratios] = np.log(np.clip(pairs[ratios], math.exp(-50), math.exp(50)))
-        return pairs[:, 0], pairs[:, 1]
+        """Limits of the search vector."""
+        return self.parameters.bounds()
 
     # --- residuals
 
@@ -268,7 +256,7 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
     inside = 1e-6 * np.array([problem.scale(name) for name in problem.free])
     numbers = np.clip(numbers, low + inside, high - inside)
     groups = problem.groups_at(numbers)
-    between = _between(problem, groups)
+    between = _record_scatter(problem, groups)
     sigma, tau = _scales(problem, groups, between)
     weights = [np.ones_like(rest) for rest in groups]
     assumed = _assumed(problem, sigma, tau, between)
@@ -276,7 +264,7 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
         factor = np.concatenate([w / a for w, a in zip(weights, assumed, strict=True)])
         numbers = _solve(problem, numbers, factor, effort if number in (0, ROUNDS - 1) else effort // 2)
         groups = problem.groups_at(numbers)
-        between = _between(problem, groups)
+        between = _record_scatter(problem, groups)
         sigma, tau = _scales(problem, groups, between)
         weights = [
             (1 + (rest / (OUTLIER * np.hypot(s, apart))) ** 2) ** -0.25
@@ -289,34 +277,17 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
 
 
 def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Array:
-    low, high = problem.bounds()
-    start = problem.column(numbers) * factor
-    # A step to where there is no law is refused by a misfit that is worse than any seen.
-    refused = np.full_like(start, 10 * float(np.max(np.abs(start))) + 1.0)
-
     def scaled(trial: Array) -> Array:
         return problem.column(trial) * factor
 
-    def slopes(trial: Array) -> Array:
-        return problem.jacobian(trial, scaled)
-
-    def guarded(trial: Array) -> Array:
-        try:
-            return scaled(trial)
-        except InputError:
-            return refused
-
-    found = least_squares(
-        guarded,
-        numbers,
-        jac=slopes,
-        bounds=(low, high),
-        x_scale="jac",
-        max_nfev=effort,
-        xtol=1e-9,
-        ftol=1e-9,
-    )
-    return np.asarray(found.x)
+    return minimize(
+        scaled,
+        [numbers],
+        problem.bounds(),
+        partial(problem.jacobian, residuals=scaled),
+        evaluations=effort,
+        tolerance=1e-9,
+    ).vector
 
 
 def _scales(problem: Problem, groups: Sequence[Array], between: Sequence[float]) -> tuple[list[Array], list[float]]:
@@ -339,7 +310,7 @@ def _scales(problem: Problem, groups: Sequence[Array], between: Sequence[float])
     return sigma, tau
 
 
-def _between(problem: Problem, groups: Sequence[Array]) -> list[float]:
+def _record_scatter(problem: Problem, groups: Sequence[Array]) -> list[float]:
     """Standard deviation from record to record of the groups' means, for each group; 0 where its rows are no plain forces."""
     found = [0.0] * len(groups)
     for kind in ("kinetic", "break-away"):
@@ -355,7 +326,7 @@ def _between(problem: Problem, groups: Sequence[Array]) -> list[float]:
         # the variance of a median is pi / 2 times that of a mean
         variances = [0.5 * math.pi * robust_scale(rest) ** 2 * correlation_time(rest) / rest.size for rest in centred]
         for i in same:
-            found[i] = scatter_between(means, variances)
+            found[i] = record_scatter(means, variances)
     return found
 
 
@@ -424,8 +395,8 @@ def _result(
     if cycles:
         # The scatter of whole cycles sees what goes together within one, but nothing where they are few: the larger of both.
         column = np.concatenate(groups) * factor
-        pulls = np.concatenate([cluster_pulls(left, column, cuts) for cuts in cycles]) / singular @ right / length
-        scatter = np.sum(pulls**2, axis=0) / np.diag(covariance)
+        scores = np.concatenate([cluster_scores(left, column, cuts) for cuts in cycles]) / singular @ right / length
+        scatter = np.sum(scores**2, axis=0) / np.diag(covariance)
         part = np.array([np.sum(inner[a:b] * spread[a:b], axis=0) for cuts in cycles for a, b in pairwise(cuts)])
         freedom_of = np.where(scatter > 1, np.sum(part, axis=0) ** 2 / np.sum(part**2, axis=0), freedom_of)
         covariance = covariance * np.sqrt(np.outer(np.maximum(scatter, 1), np.maximum(scatter, 1)))
@@ -433,21 +404,7 @@ def _result(
     repeats = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges)
     covariance = covariance * np.sqrt(np.outer(repeats, repeats))
     freedom_of = np.maximum(freedom_of / repeats, 1.0)
-    errors = np.sqrt(np.diag(covariance))
-    columns = ["value", "error", "low", "high"]
-    table = pd.DataFrame(index=pd.Index(names, name="parameter"), columns=columns, dtype=float)
-    stretch = np.ones(len(names))
-    for j, name in enumerate(names):
-        here = problem.offset(numbers) if name == OFFSET else value(law, name)
-        half = half_width(float(errors[j]), float(freedom_of[j]))
-        if by_ratio(name):
-            stretch[j] = here
-            reach = math.exp(min(half, 600.0))
-            table.loc[name] = [here, here * errors[j], here / reach, here * reach]
-        else:
-            lowest, highest = limits(name)
-            table.loc[name] = [here, errors[j], max(here - half, lowest), min(here + half, highest)]
-    covariance = covariance * np.outer(stretch, stretch)
+    table, whole = problem.parameters.estimate(numbers, covariance, freedom_of)
     rows = [
         {
             "record": problem.motions[number].record.name,
@@ -460,7 +417,6 @@ def _result(
         for i, (number, kind) in enumerate(problem.groups)
     ]
     inner_names = [name for name in names if name != OFFSET]
-    whole = pd.DataFrame(covariance, index=names, columns=names)
     return BranchFit(
         law=law,
         parameters=table.loc[inner_names],
@@ -491,8 +447,8 @@ def _repeats(
             continue
         rows, parts = motion.shares(motion.record.force - motion.replay(law) - offset)
         weight = inner[edges[i] : edges[i + 1]] * factor[edges[i] : edges[i + 1], None]
-        pulls = weight[rows] * parts[:, None]
-        found[i] = np.maximum(found[i], [np.sum(pull**2) * worth(pull, period) for pull in pulls.T])
+        scores = weight[rows] * parts[:, None]
+        found[i] = np.maximum(found[i], [np.sum(score**2) * variance_inflation(score, period) for score in scores.T])
     return np.asarray(found.sum(axis=0) / seen.sum(axis=0))
 
 

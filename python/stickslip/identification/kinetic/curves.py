@@ -12,10 +12,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.optimize import minimize_scalar
 
-from stickslip.identification.estimator.record_scatter import scatter_between
-from stickslip.identification.estimator.uncertainty import correlation_time, half_width, recurrence, worth
+from stickslip.identification.estimator.least_squares import linear, minimize, project_out
+from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.record_scatter import record_scatter
+from stickslip.identification.estimator.uncertainty import (
+    correlated_covariance,
+    correlation_time,
+    half_width,
+    recurrence,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -168,22 +174,20 @@ class Curve:
 
             falls = tuple(term for term in self.terms if term.startswith("weakening"))
             others = replace(self, terms=tuple(term for term in self.terms if term not in falls))
-            base = np.linalg.qr(others.columns(rows) / rows.error[:, None])[0]
-            target = rows.force / rows.error
-            target = target - base @ (base.T @ target)
+            without_others = project_out(others.columns(rows) / rows.error[:, None])
+            target = without_others(rows.force / rows.error)
 
-            def misfit(log_scale: float) -> float:
-                fall = replace(self, terms=falls, scale=math.exp(log_scale)).columns(rows) / rows.error[:, None]
-                fall -= base @ (base.T @ fall)
-                along = fall.T @ target
-                return -float(along @ np.linalg.pinv(fall.T @ fall) @ along)
+            def residuals(log_scale: Array) -> Array:
+                fall = replace(self, terms=falls, scale=math.exp(log_scale[0])).columns(rows)
+                return project_out(without_others(fall / rows.error[:, None]))(target)
 
             grid = np.linspace(low, high, 13)
-            best = int(np.argmin([misfit(float(place)) for place in grid]))
-            around = (float(grid[max(best - 1, 0)]), float(grid[min(best + 1, 12)]))
-            found = minimize_scalar(misfit, bounds=around, method="bounded", options={"xatol": 1e-3})
-            curve = replace(self, scale=math.exp(float(found.x)))
-        return curve, *least_squares(curve.columns(rows), rows)
+            best = int(np.argmin([np.sum(residuals(grid[i : i + 1]) ** 2) for i in range(grid.size)]))
+            around = grid[[max(best - 1, 0)]], grid[[min(best + 1, grid.size - 1)]]
+            found = minimize(residuals, [grid[[best]]], around, tolerance=1e-6)
+            curve = replace(self, scale=math.exp(found.vector[0]))
+        numbers = linear(columns := curve.columns(rows), rows.force, rows.error)
+        return curve, numbers, rows.force - columns @ numbers
 
     def jacobian(self, rows: Rows, numbers: Array) -> Array:
         """Change of the curve with each of its numbers, the scale among them where it has one."""
@@ -224,16 +228,8 @@ class FreeCurve:
 
     def solve(self, rows: Rows) -> tuple[FreeCurve, Array, Array]:
         """Itself, its numbers, residuals."""
-        return self, *least_squares(self.columns(rows), rows)
-
-
-def least_squares(columns: Array, rows: Rows) -> tuple[Array, Array]:
-    """Numbers of the columns by weighted least squares, and the residuals."""
-    size = np.linalg.norm(columns, axis=0)
-    size[size == 0] = 1.0
-    weighted = columns / size / rows.error[:, None]
-    numbers = np.linalg.lstsq(weighted, rows.force / rows.error, rcond=None)[0] / size
-    return numbers, rows.force - columns @ numbers
+        numbers = linear(columns := self.columns(rows), rows.force, rows.error)
+        return self, numbers, rows.force - columns @ numbers
 
 
 @dataclass(frozen=True)
@@ -363,12 +359,7 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
         return None  # two of its terms are one and the same on these rows
     covariance, freedom = _covariance(rows, scaled, rest)
     covariance /= np.outer(size, size)
-    errors = np.sqrt(np.diag(covariance))
-    half = [half_width(float(error), freedom) for error in errors]
-    table = pd.DataFrame(
-        {"value": values, "error": errors, "low": np.subtract(values, half), "high": np.add(values, half)},
-        index=pd.Index(names, name="parameter"),
-    )
+    table, _ = Parameters([Parameter(name) for name in names]).estimate(np.array(values), covariance, freedom)
     losses = held_back(rows, blank)
     if losses is None:
         return None
@@ -403,7 +394,6 @@ def _falls(rows: Rows, curve: Curve, numbers: Array) -> bool:
 def _covariance(rows: Rows, scaled: Array, rest: Array) -> tuple[Array, float]:
     """Covariance of the numbers of the scaled columns, and its degrees of freedom."""
     count, free = scaled.shape
-    inverse = np.linalg.inv(scaled.T @ scaled)
     sense = np.sign(rows.w)
     levels = (
         np.stack([np.isin(np.arange(count), part) * sense for part in rows.records], axis=1) if rows.apart else None
@@ -411,25 +401,21 @@ def _covariance(rows: Rows, scaled: Array, rest: Array) -> tuple[Array, float]:
     if levels is not None:
         whole, rest = rest, rest - levels @ (levels.T @ rest / np.sum(levels**2, axis=0))
     z = rest / rows.error
-    inflate = np.ones(free)
-    if count > FEW:
-        period = recurrence(rows.w) if rows.series else 0
-        most = count / (free + 2)
-        inflate = np.array([min(worth(pulls, period), most) for pulls in (scaled @ inverse * z[:, None]).T])
-    freedom = max(count / float(inflate.max()) - free, 1.0)
     chi = float(np.sum(z**2)) / (count - free)
+    period = recurrence(rows.w) if rows.series and count > FEW else 0
     # stated errors are believed unless the scatter is larger
-    spread = np.sqrt(inflate * (max(chi, 1.0) if rows.known else chi))
-    covariance = inverse * np.outer(spread, spread)
+    covariance, freedom = correlated_covariance(
+        scaled, z, max(chi, 1.0) if rows.known else chi, period, count / (free + 2) if count > FEW else 1.0
+    )
     if levels is not None:
-        between, left = between_records(rows, whole, scaled)
-        moves = inverse @ scaled.T @ (levels / rows.error[:, None])
+        between, left = record_scatter_of(rows, whole, scaled)
+        moves = np.linalg.pinv(scaled) @ (levels / rows.error[:, None])
         covariance += between**2 * moves @ moves.T
         freedom = min(freedom, left)
-    return np.asarray(covariance), freedom
+    return covariance, freedom
 
 
-def between_records(rows: Rows, rest: Array, columns: Array) -> tuple[float, float]:
+def record_scatter_of(rows: Rows, rest: Array, columns: Array) -> tuple[float, float]:
     """Standard deviation of friction from record to record, 0 where chance makes it, and its degrees of freedom.
 
     Parameters
@@ -446,7 +432,7 @@ def between_records(rows: Rows, rest: Array, columns: Array) -> tuple[float, flo
     within = float(inner @ inner) / (len(rows) - len(parts))
     tau = np.array([correlation_time(off[part]) if rows.series else 1.0 for part in parts])
     variances = within * tau / np.array([weight[part].sum() for part in parts])
-    found = scatter_between(means.tolist(), variances.tolist())
+    found = record_scatter(means.tolist(), variances.tolist())
     base = np.linalg.qr(columns)[0]
     level = np.sign(rows.w) / rows.error
     taken = sum(float(np.sum((base[part].T @ level[part]) ** 2) / np.sum(level[part] ** 2)) for part in parts)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -12,17 +11,23 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import xarray as xr
-from scipy.integrate import solve_ivp
-from scipy.optimize import OptimizeResult, least_squares
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.uncertainty import half_width
-from stickslip.identification.kinetic.velocity_step import path_of_decay, save_rate_and_state, table_of_steps
+from stickslip.identification.estimator.least_squares import linear, minimize, project_out
+from stickslip.identification.estimator.parameters import Parameters
+from stickslip.identification.kinetic.step_response import (
+    A_MINUS_B,
+    OF_CONTACT,
+    path_of_decay,
+    save_rate_and_state,
+    step_response,
+    table_of_steps,
+)
 from stickslip.laws.rate_state import RateState
 
 Array = npt.NDArray[np.float64]
 
-NAMES = ("a", "b", "length", "stiffness")
+NAMES = tuple(parameter.name for parameter in OF_CONTACT)
 LEAST_STEPS = 4
 """Steps below which their scatter says too little of the errors."""
 BINS = (30, 120)
@@ -105,7 +110,9 @@ class VelocityStepsFit:
 
     def save(self, path: str | Path) -> Path:
         """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
-        return save_rate_and_state(path, self)
+        return save_rate_and_state(
+            path, self.law, self.parameters, self.covariance, {"rms": self.rms, "notes": self.notes}
+        )
 
     def plot(self, ax: Any = None) -> Any:
         """Friction from before each step over the path since it, over ln(V₂/V₁), measured and fitted; returns the Axes."""
@@ -253,24 +260,6 @@ def _start(table: pd.DataFrame, steps: list[_Step]) -> Array:
     return np.array([math.log(a), b, math.log(length), math.log(3 * a / length)])
 
 
-def _curve(path: Array, numbers: Array, jump: float, form: str) -> Array:
-    """Friction over the path since a step of ln(V₂/V₁) = jump, from that before it; path ascending from 0."""
-    a, b, length, stiffness = math.exp(numbers[0]), float(numbers[1]), math.exp(numbers[2]), math.exp(numbers[3])
-
-    def rates(_: float, state: Array) -> list[float]:
-        fast = min(max((state[0] - b * state[1]) / a, -60.0), 60.0)  # ln(w/V1)
-        w = math.exp(fast - jump)  # over V2
-        ageing = math.exp(min(-state[1], 60.0) - jump) - w if form == "aging" else -w * (fast + state[1])
-        return [stiffness * (1 - w), ageing / length]
-
-    span = (0.0, float(path[-1]))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # numbers at which the integration stalls are answered below
-        found = solve_ivp(rates, span, [0.0, 0.0], "LSODA", path, rtol=1e-5, atol=1e-8)
-    # no motion at these numbers: worse than any misfit
-    return np.asarray(found.y[0]) if found.success else np.ones(len(path))
-
-
 @dataclass(frozen=True)
 class _Fit:
     """Numbers common to the steps, with levels and drifts solved for at every trial of them."""
@@ -295,18 +284,15 @@ class _Fit:
         edges = self._edges
         weight = np.repeat(self.weights, np.diff(edges))
         friction = np.concatenate([step.friction for step in self.steps]) * weight
-        turned = np.linalg.qr(self._nuisance * weight[:, None])[0]
+        without_nuisance = project_out(self._nuisance * weight[:, None])
 
-        def rest(numbers: Array) -> Array:
-            off = friction - self._model(numbers) * weight
-            return np.asarray(off - turned @ (turned.T @ off))
+        def residuals(numbers: Array) -> Array:
+            return without_nuisance(friction - self._model(numbers) * weight)
 
         scale = np.array([0.1, 1e-3, 0.3, 0.3])
         reach = np.array([4.0, 0.3, 6.0, 8.0])
-        found: OptimizeResult = least_squares(
-            rest, start, bounds=(start - reach, start + reach), x_scale=scale, max_nfev=60, diff_step=np.full(4, 1e-4)
-        )
-        return replace(self, numbers=found.x, jacobian=found.jac, residuals=found.fun)
+        found = minimize(residuals, [start], (start - reach, start + reach), scale=scale, step=1e-4, evaluations=60)
+        return replace(self, numbers=found.vector, jacobian=found.jacobian, residuals=found.residuals)
 
     @property
     def _edges(self) -> npt.NDArray[np.int_]:
@@ -330,7 +316,9 @@ class _Fit:
         for jump in {step.alike for step in self.steps}:
             far = max(float(step.path[-1]) for step in self.steps if step.alike == jump)
             grid = np.concatenate([[0.0], np.geomspace(1e-4, 1.0, 200) * far])
-            curves[jump] = grid, _curve(grid, numbers, jump, self.form)
+            response = step_response(grid, numbers, jump, self.form)
+            # no motion at these numbers: worse than any misfit
+            curves[jump] = grid, np.ones(len(grid)) if response is None else response
         parts = [step.jump / step.alike * np.interp(step.path, *curves[step.alike]) for step in self.steps]
         return np.concatenate(parts)
 
@@ -363,45 +351,24 @@ class _Fit:
         weight = np.repeat(self.weights, np.diff(self._edges))
         columns = self._nuisance
         off = np.concatenate([step.friction for step in self.steps]) - self._model(self.numbers)
-        found = np.linalg.lstsq(columns * weight[:, None], off * weight, rcond=None)[0]
+        found = linear(columns, off, 1 / weight)
         sizes = [float(columns[at, number]) for number, at in enumerate(self._edges[:-1])]
         return np.asarray(found[: len(self.steps)] * sizes)
 
     def table(self) -> tuple[pd.DataFrame, pd.DataFrame, Array]:
-        """Numbers with errors from the scatter over the steps, their covariance, and what each step pulls them to."""
+        """Numbers with errors from the scatter over the steps, their covariance, and those of each step alone."""
         count = len(self.steps)
         inverse = np.linalg.pinv(self.jacobian.T @ self.jacobian)
         parts = zip(np.split(self.jacobian, self._edges[1:-1]), self._by_step(self.residuals), strict=True)
         # the minimum moves by minus this where a step counts once more; clustered errors are their squares
-        moves = np.array([-inverse @ (jacobian.T @ rest) for jacobian, rest in parts])
-        slopes = np.diag([math.exp(self.numbers[0]), 1.0, math.exp(self.numbers[2]), math.exp(self.numbers[3])])
-        slopes = np.vstack([slopes, slopes[0] - slopes[1]])
-        moves = moves @ slopes.T
-        values = np.array([*np.diag(slopes[:4])])
-        values[1] = self.numbers[1]
-        values = np.append(values, values[0] - values[1])
-        freedom = count - len(NAMES)
-        covariance = moves.T @ moves * count / max(freedom, 1)
-        errors = np.sqrt(np.diag(covariance))
-        half = np.array([half_width(float(error), max(freedom, 1)) for error in errors])
-        table = pd.DataFrame(
-            {
-                "value": values,
-                "error": errors,
-                "low": values - half,
-                "high": values + half,
-                "scatter": errors * math.sqrt(count),
-            },
-            index=pd.Index([*NAMES, "a_minus_b"], name="parameter"),
-        )
-        for i in (0, 2, 3):
-            ratio = math.exp(min(half[i] / values[i], 600.0))
-            table.loc[NAMES[i], ["low", "high"]] = values[i] / ratio, values[i] * ratio
-        return (
-            table,
-            pd.DataFrame(covariance, index=table.index, columns=table.index),
-            np.asarray(values + count * moves),
-        )
+        moves = np.array([-inverse @ (jacobian.T @ part) for jacobian, part in parts])
+        freedom = max(count - len(NAMES), 1)
+        parameters = Parameters(OF_CONTACT)
+        table, covariance = parameters.estimate(self.numbers, moves.T @ moves * count / freedom, freedom, A_MINUS_B)
+        moves = moves * parameters.units(self.numbers)
+        moves = np.column_stack([moves, moves[:, 0] - moves[:, 1]])
+        table = table.assign(scatter=table["error"] * math.sqrt(count))
+        return table, covariance, np.asarray(table["value"].to_numpy() + count * moves)
 
     def common(self) -> tuple[float, float, float]:
         """The largest misfit that the steps have in common, over ln(V₂/V₁), its standard error, and the path it is at."""

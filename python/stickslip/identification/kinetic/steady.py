@@ -17,7 +17,6 @@ from scipy.stats import chi2
 
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean, write_whole
-from stickslip.identification.estimator.parameters import places, value
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.kinetic.curves import (
     BLOCKS,
@@ -29,11 +28,12 @@ from stickslip.identification.kinetic.curves import (
     FreeCurve,
     Rows,
     SteadyFit,
-    between_records,
     fit_form,
     forms_of,
     held_back,
+    record_scatter_of,
 )
+from stickslip.identification.law_parameters import places, value
 from stickslip.identification.records import opened
 from stickslip.laws import Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
@@ -361,7 +361,7 @@ def _fits(rows: Rows, shapes: Iterable[str]) -> dict[str, SteadyFit]:
 def _between(rows: Rows, fit: SteadyFit) -> float:
     """Standard deviation of friction from record to record about this curve, 0 where chance makes it."""
     columns = fit.curve.columns(rows)
-    return between_records(rows, rows.force - columns @ fit.numbers, columns / rows.error[:, None])[0]
+    return record_scatter_of(rows, rows.force - columns @ fit.numbers, columns / rows.error[:, None])[0]
 
 
 def _rows(tree: Any, name: str) -> Rows:

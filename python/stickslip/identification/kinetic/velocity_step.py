@@ -3,31 +3,35 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import xarray as xr
-from scipy.integrate import solve_ivp
-from scipy.optimize import least_squares
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.parameters import places
-from stickslip.identification.estimator.uncertainty import correlation_time, half_width
-from stickslip.identification.records import opened
-from stickslip.laws.law import save_law
+from stickslip.identification.estimator.least_squares import Minimum, minimize
+from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.uncertainty import correlated_covariance
+from stickslip.identification.kinetic.step_response import (
+    A_MINUS_B,
+    OF_CONTACT,
+    path_of_decay,
+    save_rate_and_state,
+    step_response,
+    table_of_steps,
+)
 from stickslip.laws.rate_state import RateState
-
-if TYPE_CHECKING:
-    from stickslip.identification.kinetic.rate_and_state import VelocityStepsFit
 
 Array = npt.NDArray[np.float64]
 
-NAMES = ("a", "b", "length", "stiffness", "reference_friction", "drift", "delay")
+OF_STEP = Parameters(
+    [*OF_CONTACT, Parameter("reference_friction"), Parameter("drift", unit="1/m"), Parameter("delay", unit="s")]
+)
+NAMES = tuple(OF_STEP.names)
 BINS = (60, 240)
 """Means of samples before the step, evenly, and after it, ever wider."""
 
@@ -74,7 +78,9 @@ class VelocityStepFit:
 
     def save(self, path: str | Path) -> Path:
         """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
-        return save_rate_and_state(path, self)
+        return save_rate_and_state(
+            path, self.law, self.parameters, self.covariance, {"rms": self.rms, "notes": self.notes}
+        )
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over displacement around the step, measured and fitted; returns the Axes."""
@@ -133,22 +139,22 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     scale = np.array([0.1, 0.1 * guess_b, 0.2, 0.3, 1e-3, 1e-3 / float(np.ptp(place)), 0.2 * fade / speeds[1]])
     within = np.array([4.0, 10 * guess_a, 4.0, 5.0, 0.1, 1e3 * scale[5], 10 * fade / speeds[1]])
 
-    def fit(form: str, drifts: bool) -> Any:
+    def fit(form: str, drifts: bool) -> Minimum:
         reach = within if drifts else np.where(np.arange(len(NAMES)) == NAMES.index("drift"), 1e-12, within)
 
         def rest(numbers: Array) -> Array:
             return (measured - _model(numbers, form, t, place, speeds)) * weight
 
-        bounds = (start - reach, start + reach)
-        return least_squares(
-            rest, start, bounds=bounds, x_scale=scale, max_nfev=60, diff_step=np.full(len(start), 1e-4)
-        )
+        return minimize(rest, [start], (start - reach, start + reach), scale=scale, step=1e-4, evaluations=60)
 
     found = {form: fit(form, True) for form in ("aging", "slip")}
-    rms = {form: float(np.sqrt(np.average((one.fun / weight) ** 2, weights=weight**2))) for form, one in found.items()}
+    rms = {
+        form: float(np.sqrt(np.average((one.residuals / weight) ** 2, weights=weight**2)))
+        for form, one in found.items()
+    }
     form = min(found, key=lambda name: float(found[name].cost))
-    numbers = found[form].x
-    parameters, covariance = _table(found[form], fit(form, False).x)
+    numbers = found[form].vector
+    parameters, covariance = _table(found[form], fit(form, False).vector)
     values = parameters["value"]
     load = float(tree["normal_force"].median()) if "normal_force" in tree.variables else 1.0
     law = RateState(
@@ -173,23 +179,6 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     return VelocityStepFit(law, parameters, covariance, rms, notes, curve)
 
 
-def table_of_steps(friction: Any) -> tuple[xr.DataTree, pd.DataFrame, str]:
-    """The record, its steps of the drive's speed and its name; refused where friction is no coefficient."""
-    tree = opened(Path(friction)) if isinstance(friction, str | Path) else friction
-    if not isinstance(tree, xr.DataTree):
-        raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
-    table = tree.children["step"].to_dataset(inherit=False) if "step" in tree.children else xr.Dataset()
-    name = str(tree.attrs.get("source", "record"))
-    if table.sizes.get("step", 0) == 0:
-        raise InputError(f"{name}: holds no step of the drive's speed; measure it with the instrument velocity_steps")
-    if table["force_before"].attrs.get("units") != "1":
-        raise InputError(
-            f"{name}: rate-and-state friction is a friction coefficient, the force here is in "
-            f"{table['force_before'].attrs.get('units')}; give the rig a normal_force"
-        )
-    return tree, table.to_dataframe(), name
-
-
 def _means(tree: xr.DataTree, row: pd.Series[Any]) -> tuple[Array, Array, Array, Array]:
     """Time and displacement from the step, friction and weight, as means over stretches of samples."""
     time = tree["time"].to_numpy()
@@ -210,79 +199,25 @@ def _means(tree: xr.DataTree, row: pd.Series[Any]) -> tuple[Array, Array, Array,
     return mean(time) - at, place, mean(friction), np.sqrt(counts) / noise
 
 
-def path_of_decay(path: Array, friction: Array, level: float) -> float:
-    """Path from its peak over which friction after a step (path > 0) falls to a third of its distance from the level."""
-    later = path > 0
-    above = np.abs(friction[later] - level)
-    peak = int(np.argmax(above))
-    fallen = np.flatnonzero(above[peak:] < above[peak] / 3)
-    end = peak + (int(fallen[0]) if fallen.size else len(above) - peak - 1)
-    return max(float(path[later][end] - path[later][peak]), 1e-9)
-
-
 def _model(numbers: Array, form: str, t: Array, place: Array, speeds: tuple[float, float]) -> Array:
     """Friction coefficient at these times from the step."""
-    a, b, length, stiffness = math.exp(numbers[0]), numbers[1], math.exp(numbers[2]), math.exp(numbers[3])
     level, drift, delay = numbers[4:]
-    first, second = speeds
     since = t - delay
-
-    def rates(_: float, state: Array) -> list[float]:
-        log_speed = min(max((state[0] - b * state[1]) / a, -60.0), 60.0)
-        w = first * math.exp(log_speed)
-        if form == "aging":
-            ageing = (first * math.exp(min(-state[1], 60.0)) - w) / length
-        else:
-            ageing = -w / length * (log_speed + state[1])
-        return [stiffness * (second - w), ageing]
-
-    change = np.zeros(len(t))
     later = since > 0
+    change = np.zeros(len(t))
     if later.any():
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # numbers at which the integration stalls are answered below
-            span = (0.0, float(since[-1]))
-            found = solve_ivp(rates, span, [0.0, 0.0], method="LSODA", t_eval=since[later], rtol=1e-6, atol=1e-9)
-        if not found.success:
+        found = step_response(speeds[1] * since[later], numbers[:4], math.log(speeds[1] / speeds[0]), form)
+        if found is None:
             return np.full(len(t), level + 1.0)  # no motion at these numbers: worse than any misfit
-        change[later] = found.y[0]
+        change[later] = found
     return np.asarray(level + drift * place + change)
 
 
-def _table(found: Any, steady: Array) -> tuple[pd.DataFrame, pd.DataFrame]:
+def _table(found: Minimum, steady: Array) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Numbers with their errors: residuals that go together along the record, and whether friction drifts (`steady`: not)."""
-    numbers = found.x
-    jacobian = found.jac
-    inverse = np.linalg.pinv(jacobian.T @ jacobian)
-    pulls = inverse @ jacobian.T * found.fun
-    tau = np.array([correlation_time(pull) for pull in pulls])
-    freedom = max(len(found.fun) / float(tau.max()) - len(numbers), 1.0)
-    chi = float(np.sum(found.fun**2)) / (len(found.fun) - len(numbers))
-    covariance = inverse * max(chi, 1.0) * np.sqrt(np.outer(tau, tau))
-    values = numbers.copy()
-    slopes = np.eye(len(NAMES) + 1, len(NAMES))
-    for i in (0, 2, 3):  # fitted by their logarithm
-        values[i] = math.exp(numbers[i])
-        slopes[i, i] = values[i]
-    slopes[-1, :2] = values[0], -1.0
-    drifted = slopes @ (numbers - steady) / 2
+    freedom = len(found.residuals) - len(found.vector)
+    chi = float(np.sum(found.residuals**2)) / freedom
+    covariance, independent = correlated_covariance(found.jacobian, found.residuals, max(chi, 1.0))
+    drifted = (found.vector - steady) / 2
     drifted[NAMES.index("drift")] = 0.0
-    full = slopes @ covariance @ slopes.T + np.outer(drifted, drifted)
-    errors = np.sqrt(np.diag(full))
-    half = np.array([half_width(float(error), freedom) for error in errors])
-    everything = np.append(values, values[0] - values[1])
-    table = pd.DataFrame(
-        {"value": everything, "error": errors, "low": everything - half, "high": everything + half},
-        index=pd.Index([*NAMES, "a_minus_b"], name="parameter"),
-    )
-    for i in (0, 2, 3):
-        ratio = math.exp(min(half[i] / values[i], 600.0))
-        table.loc[NAMES[i], ["low", "high"]] = values[i] / ratio, values[i] * ratio
-    return table, pd.DataFrame(full, index=table.index, columns=table.index)
-
-
-def save_rate_and_state(path: str | Path, fit: VelocityStepFit | VelocityStepsFit) -> Path:
-    """Write the law file of a fit to steps of the speed: what the law has not, the machine's stiffness, is in its source."""
-    of_law = [name for name in fit.covariance.index if name in places(fit.law)]
-    values = {"values": fit.parameters["value"].to_dict(), "errors": fit.parameters["error"].to_dict()}
-    return save_law(path, fit.law, fit.covariance.loc[of_law, of_law], {**values, "rms": fit.rms, "notes": fit.notes})
+    return OF_STEP.estimate(found.vector, covariance + np.outer(drifted, drifted), independent, A_MINUS_B)

@@ -15,8 +15,8 @@ from scipy.optimize import nnls
 from scipy.stats import norm, qmc, t
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.parameters import with_values
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
+from stickslip.identification.law_parameters import with_values
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.agreement import CYCLES, TRANSIENT, cycle_of, measured_kind, oscillator_of

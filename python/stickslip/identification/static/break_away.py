@@ -13,11 +13,12 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import tomli_w
-from scipy.optimize import least_squares
 
 from stickslip.errors import InputError
 from stickslip.files.documents import write_whole
-from stickslip.identification.estimator.uncertainty import correlation_time, half_width, robust_scale
+from stickslip.identification.estimator.least_squares import OUTLIER, linear, minimize
+from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.uncertainty import correlated_covariance, robust_scale
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.static.forms import BY_RATIO, Form, forms
 
@@ -344,7 +345,7 @@ def drift(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
     slope, error = (float(found.parameters[column]["slope"]) for column in ("value", "error"))
     whole = found.residuals + slope * log
     columns = np.stack([np.ones(len(rows)), log, time / time.std()], axis=1)
-    numbers = np.linalg.lstsq(columns, whole, rcond=None)[0]
+    numbers = linear(columns, whole)
     if abs(numbers[1] - slope) < 2 * error:
         return []
     return [
@@ -374,65 +375,36 @@ def _fits(rows: pd.DataFrame, level: float, rates_differ: bool) -> dict[str, Sta
     return {form.name: _fit(rows, form) for form in forms(time, np.abs(rate), force, level, rates_differ)}
 
 
-@dataclass(frozen=True)
-class _Scaled:
-    """Residuals in units of their standard deviation."""
-
-    at: Callable[[Array, Array, Array], Array]
-    time: Array
-    rate: Array
-    force: Array
-    sigma: Array
-
-    def __call__(self, numbers: Array) -> Array:
-        return (self.force - self.at(numbers, self.time, self.rate)) / self.sigma
-
-
 def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     time, force = rows["stick_time"].to_numpy(), rows["used"].to_numpy()
     rate = rows["force_rate"].abs().to_numpy()
     stated = rows["force_error"].fillna(0.0).to_numpy()
     starts = [np.array(start) for start in (form.start, *form.others)]
-    sigma = np.full(len(force), max(robust_scale(force - np.median(force)), 1e-12 * float(np.abs(force).max()), 1e-300))
-    jacobian = np.zeros((len(force), len(form.names)))
+    least = 1e-12 * float(np.abs(force).max()) + 1e-300
+    sigma = np.full(len(force), max(robust_scale(force - np.median(force)), least))
     for _ in range(4):
-        misfit = _Scaled(form.at, time, rate, force, sigma)
-        ways = [least_squares(misfit, start, loss="soft_l1", f_scale=3.0, x_scale="jac") for start in starts]
-        found = min(ways, key=lambda way: float(way.cost))
-        best, jacobian = found.x, np.asarray(found.jac, dtype=float)
-        starts = [best]
-        residuals = force - form.at(best, time, rate)
+
+        def misfit(numbers: Array, sigma: Array = sigma) -> Array:
+            return (force - form.at(numbers, time, rate)) / sigma
+
+        found = minimize(misfit, starts, outlier=OUTLIER)
+        starts = [found.vector]
+        residuals = force - form.at(found.vector, time, rate)
         inner = math.sqrt(max(robust_scale(residuals) ** 2 - float(np.median(stated**2)), 0.0))
-        sigma = np.maximum(np.hypot(stated, inner), 1e-12 * float(np.abs(force).max()) + 1e-300)
+        sigma = np.maximum(np.hypot(stated, inner), least)
     count, free = len(force), len(form.names)
-    chi = robust_scale(residuals / sigma)
+    variance = robust_scale(residuals / sigma) ** 2 * count / max(count - free, 1)
     order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
-    inverse = np.linalg.pinv(jacobian.T @ jacobian)
-    # what goes together from row to row counts as far as it pulls at a number: a slow drift hardly tilts a growth with t_s
-    pulls = inverse @ jacobian.T * (residuals / sigma)
-    tau = np.array([correlation_time(pull[order]) for pull in pulls])
-    swell = max(chi, 1e-12) ** 2 * count / max(count - free, 1)
-    covariance = np.asarray(inverse * swell * np.sqrt(np.outer(tau, tau)), dtype=float)
-    freedom = max(count / float(tau.max()) - free, 1.0)
-    # A variance below zero is rounding where the form has a number too many: nothing is known of that one.
-    errors = np.sqrt(np.where(np.diag(covariance) < 0, math.inf, np.diag(covariance)))
-    columns = ["value", "error", "low", "high"]
-    table = pd.DataFrame(index=pd.Index(form.names, name="parameter"), columns=columns, dtype=float)
-    for name, value, error in zip(form.names, best, errors, strict=True):
-        half = half_width(float(error), freedom)
-        if name in BY_RATIO:
-            middle = math.exp(float(np.clip(value, -700, 700)))
-            reach = min(half, 700.0)
-            table.loc[name] = [middle, middle * error, middle * math.exp(-reach), middle * math.exp(reach)]
-        else:
-            table.loc[name] = [value, error, value - half, value + half]
+    covariance, freedom = correlated_covariance(found.jacobian[order], (residuals / sigma)[order], max(variance, 1e-24))
+    numbers = Parameters([Parameter(name, logarithmic=name in BY_RATIO) for name in form.names])
+    table, _ = numbers.estimate(found.vector, covariance, freedom)
     scatter = robust_scale(residuals)
     cut = np.minimum(residuals**2, (3 * max(scatter, 1e-300)) ** 2)
     penalty = 2 * (free + 1) * count / max(count - free - 2, 1)
     criterion = count * math.log(max(float(np.mean(cut)), 1e-300)) + penalty
     usual = float(np.nanmedian(rate)) if np.isfinite(rate).any() else math.nan
     return StaticFit(
-        form.name, form.formula, table, covariance, scatter, criterion, residuals, usual, partial(form.at, best)
+        form.name, form.formula, table, covariance, scatter, criterion, residuals, usual, partial(form.at, found.vector)
     )
 
 

@@ -20,8 +20,8 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER
-from stickslip.identification.estimator.parameters import Free, places, value, with_values
 from stickslip.identification.estimator.uncertainty import robust_scale
+from stickslip.identification.law_parameters import LawParameters, places, value, with_values
 from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
@@ -132,7 +132,7 @@ class Passage:
         return np.asarray((1 + (self.off / OUTLIER) ** 2) ** -1.5)
 
 
-def passage(sticks: Sticks, free: Free, numbers: Array, static: list[int]) -> Passage:
+def passage(sticks: Sticks, free: LawParameters, numbers: Array, static: list[int]) -> Passage:
     """The estimating equation at these numbers; `static` are those of static friction."""
     law = free.law(numbers)
     usual = value(law, own_number(law))
@@ -152,7 +152,7 @@ def passage(sticks: Sticks, free: Free, numbers: Array, static: list[int]) -> Pa
     return Passage(own, (own - usual) / sigma, instruments, by, by_force / sigma)
 
 
-def solve(sticks: Sticks, free: Free, numbers: Array, static: list[int]) -> Array:
+def solve(sticks: Sticks, free: LawParameters, numbers: Array, static: list[int]) -> Array:
     """The numbers with those of static friction set so that the sticks end around where the law ends them.
 
     Raises

@@ -13,8 +13,8 @@ from scipy.sparse import csr_array
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER, descend
-from stickslip.identification.estimator.parameters import Free, places, with_values
-from stickslip.identification.estimator.uncertainty import correlation_time, half_width, inverse, robust_scale
+from stickslip.identification.estimator.uncertainty import correlation_time, inverse, robust_scale
+from stickslip.identification.law_parameters import LawParameters, places, with_values
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.trajectory.first_passage import OWN, STEP, Passage, Sticks, own_number, passage, solve
 from stickslip.identification.trajectory.search import Laid, distance
@@ -76,7 +76,7 @@ class MultipleShooting:
         self,
         records: Sequence[FrictionRecord],
         settled_after: float,
-        free: Free,
+        free: LawParameters,
         gauge_error: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         self.records, self.free, self.gauge_error = list(records), free, np.array(gauge_error)
@@ -283,7 +283,7 @@ class MultipleShooting:
             for i, record in enumerate(self.records)
             if i not in used
         ]
-        return Laid(unknowns[: self.count], covariance, half_width(1.0, freedom), motions, notes)
+        return Laid(unknowns[: self.count], covariance, freedom, motions, notes)
 
     def _motions(self, unknowns: Array) -> pd.DataFrame:
         scatter, traces, force = self.scatter(unknowns), self._traces(unknowns), self.sticks(unknowns).force

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.parameters import Free
+from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Best, Checkpoint
 
 if TYPE_CHECKING:
@@ -35,16 +35,16 @@ class Laid:
 
     Attributes
     ----------
-    numbers : the free numbers as a vector of :class:`~stickslip.identification.estimator.parameters.Free`.
+    numbers : the free numbers as a vector of :class:`~stickslip.identification.law_parameters.LawParameters`.
     covariance : of these and of what else was unknown, in that order.
-    reach : half-width of a 95 % interval in standard errors.
+    freedom : degrees of freedom of the errors.
     motions : a row for each record.
     notes : plain sentences.
     """
 
     numbers: Array
     covariance: Array
-    reach: float
+    freedom: float
     motions: pd.DataFrame
     notes: list[str]
 
@@ -52,7 +52,7 @@ class Laid:
 class Shooting(Protocol):
     """What motions are shot at the records and how the misfit gets less; `best` is the least misfit and its unknowns."""
 
-    free: Free
+    free: LawParameters
     known: bool
     best: Best
 
@@ -118,14 +118,14 @@ def distance(motions: pd.DataFrame) -> float:
     return math.sqrt(float(np.mean(motions["distance"] ** 2)))
 
 
-def _starts(free: Free, first: Identification, count: int, random: np.random.Generator) -> Array:
+def _starts(free: LawParameters, first: Identification, count: int, random: np.random.Generator) -> Array:
     """Starting points in the vector of the free numbers: the first is that of `first`, the others lie around it.
 
     They scatter as the first identification says, correlations included: where it knows but a line on which a point lies,
     points beside that line would lead nowhere.
     """
-    plain = np.maximum(np.abs(free.values(np.zeros(len(free.names)))), 1e-12)
-    unit = free.scale * np.where(free.ratios, plain, 1.0)
+    origin = np.zeros(len(free.names))
+    plain, unit = np.maximum(np.abs(free.values(origin)), 1e-12), free.units(origin)
     known = first.covariance.reindex(index=free.names, columns=free.names).to_numpy(dtype=float)
     known = np.nan_to_num(known) / np.outer(unit, unit)
     relative = SPREAD * plain / unit

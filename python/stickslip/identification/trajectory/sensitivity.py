@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.parameters import limits, value, with_values
+from stickslip.identification.law_parameters import limits, value, with_values
 from stickslip.identification.result import Identification
 from stickslip.identification.trajectory.motion_misfit import Overlay
 from stickslip.simulation.orbit import Orbit

@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.identification.estimator.parameters import Free, check_names
+from stickslip.identification.law_parameters import LawParameters, check_names
 from stickslip.identification.trajectory.checkpoint import Checkpoint
 from stickslip.identification.trajectory.motion_misfit import Overlay
 from stickslip.identification.trajectory.multiple_shooting import MultipleShooting, scattering
@@ -98,7 +98,7 @@ def fit_trajectories(
         if number(name, size, "fit_trajectories") < 0:
             raise InputError(f"fit_trajectories: {name} must not be negative, got {size}")
     within = {**first.within, **_checked(bounds or {}, names)}
-    numbers, gauge = Free(first.law, names, first.ties, within), (zero_error, scale_error)
+    numbers, gauge = LawParameters(first.law, names, first.ties, within), (zero_error, scale_error)
     why = scattering(first, settled_after) if shooting == "auto" else None
     shots: SingleShooting | MultipleShooting
     if shooting == "slips" or why is not None:
@@ -137,7 +137,7 @@ def _result(
     first: Identification, shots: SingleShooting | MultipleShooting, laid: Laid, notes: list[str]
 ) -> Identification:
     free, count = shots.free, len(shots.free.names)
-    parameters, full = free.table(laid.numbers, laid.covariance[:count, :count], laid.reach)
+    parameters, full = free.estimate(laid.numbers, laid.covariance[:count, :count], laid.freedom)
     options = ["--trajectories", *(["--shooting slips"] if isinstance(shots, MultipleShooting) else [])]
     for name, size in zip(("zero", "scale"), shots.gauge_error.tolist(), strict=True):
         if size:

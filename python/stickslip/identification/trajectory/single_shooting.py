@@ -11,12 +11,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from scipy.optimize import least_squares
-from scipy.stats import norm
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import acting, descend, robust
-from stickslip.identification.estimator.parameters import Free
 from stickslip.identification.estimator.uncertainty import correlation_time, inverse
+from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.motion_misfit import Overlay
 from stickslip.identification.trajectory.search import LIKE_NOISE, Laid, distance
 from stickslip.identification.trajectory.tangent import why_differences
@@ -40,7 +39,9 @@ class SingleShooting:
     gauge's zero (a length) and scale (relative).
     """
 
-    def __init__(self, overlays: Sequence[Overlay], free: Free, gauge_error: tuple[float, float] = (0.0, 0.0)) -> None:
+    def __init__(
+        self, overlays: Sequence[Overlay], free: LawParameters, gauge_error: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
         self.overlays, self.free, self.gauge_error = list(overlays), free, np.array(gauge_error)
         self.count = len(free.names)
         self.known = all(math.isfinite(overlay.noise) for overlay in overlays)
@@ -95,7 +96,7 @@ class SingleShooting:
         edges = np.cumsum([0, *self.lengths(share)])
         found = np.zeros((int(edges[-1]), unknowns.size))
         together = [
-            [name, *(tied for tied, source in self.free.ties.items() if source == name)] for name in self.free.names
+            [name, *(tied for tied, source in self.free.same_as.items() if source == name)] for name in self.free.names
         ]
         missing = set()
         for i, (overlay, n, s) in enumerate(self._each(share)):
@@ -254,7 +255,7 @@ class SingleShooting:
             for overlay, left in zip(self.overlays, scatter.tolist(), strict=True)
             if left > LIKE_NOISE**2 * overlay.noise
         ]
-        return Laid(unknowns[: self.count], self.covariance(unknowns), float(norm.ppf(0.975)), motions, notes)
+        return Laid(unknowns[: self.count], self.covariance(unknowns), math.inf, motions, notes)
 
     def _refuse_far(self, unknowns: Array, scatter: Array) -> None:
         law = self.free.law(unknowns[: self.count])

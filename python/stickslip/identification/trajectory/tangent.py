@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence
 from stickslip.errors import InputError
-from stickslip.identification.estimator.parameters import Place, places
+from stickslip.identification.law_parameters import Place, places
 from stickslip.laws import Law
 from stickslip.laws.state_law import StateLaw
 from stickslip.simulation.orbit import Orbit

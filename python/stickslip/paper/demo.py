@@ -19,7 +19,7 @@ from stickslip import paper, show
 from stickslip.errors import InputError
 from stickslip.files.documents import write_whole
 from stickslip.identification import Agreement, Identification, compare_motion, identify
-from stickslip.identification.estimator.parameters import value
+from stickslip.identification.law_parameters import value
 from stickslip.identification.trajectory.shooting import fit_trajectories
 from stickslip.measurement import Rig, measure, notes
 from stickslip.measurement.read import open_motion

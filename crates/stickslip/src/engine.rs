@@ -1,0 +1,42 @@
+//! Engines: a motion that is followed further and further, and shown to an observer.
+
+mod closed;
+mod samples;
+pub(crate) mod steps;
+
+pub use closed::{Closed, Replay};
+pub use samples::Samples;
+pub use steps::{ReplaySteps, Steps};
+
+use crate::error::Error;
+use crate::observer::Observer;
+use crate::place::Onward;
+use crate::simulate::Stop;
+
+/// A motion that is followed further and further.
+pub trait Engine {
+    /// Go on to the time `t_end` and show `observer` what happens from the time `after` on.
+    ///
+    /// # Errors
+    /// What makes no sense in the system or the start.
+    fn go(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Result<Stop, Error>;
+    /// Events so far.
+    fn events(&self) -> u64;
+    /// The state that was reached.
+    fn end(&self) -> &Reached;
+}
+
+/// The state at the end of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reached {
+    /// Positions, mass by mass.
+    pub x: Vec<f64>,
+    /// Velocities, mass by mass.
+    pub v: Vec<f64>,
+    /// Which masses stick on a drive.
+    pub rides: Vec<bool>,
+    /// Slip velocities, contact by contact.
+    pub w: Vec<f64>,
+    /// How a motion in closed form goes on, if it reached the end.
+    pub onward: Option<Onward>,
+}

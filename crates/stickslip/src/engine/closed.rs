@@ -1,0 +1,411 @@
+//! The motion of one mass in closed form, segment by segment.
+
+use super::{Engine, Reached};
+use crate::drive::Clock;
+use crate::elementary::hypot;
+use crate::error::Error;
+use crate::flow::exact::{Frame, Signal, Slip};
+use crate::law::Piece;
+use crate::observer::{Course, Observer};
+use crate::orbit::{Event, Orbit, Record, Segment};
+use crate::place::{Onward, Place};
+use crate::section::{Cut, Guard, Point};
+use crate::simulate::{Run, Stop, observe, resume};
+use crate::structure::{Oscillator, with_harmonics};
+use crate::watch::Watched;
+
+/// One mass on a constant drive, under a law of linear pieces.
+#[derive(Clone, Debug)]
+pub struct Closed<'a> {
+    oscillator: &'a Oscillator,
+    run: Run,
+    place: Option<Place>,
+    events: u64,
+    end: Reached,
+}
+
+impl<'a> Closed<'a> {
+    /// From the start of `run`, or from a place with its x and v; the time of `run` does not count.
+    #[must_use]
+    pub fn new(oscillator: &'a Oscillator, run: Run, place: Option<Place>) -> Self {
+        Self {
+            oscillator,
+            run,
+            place,
+            events: 0,
+            end: Reached::default(),
+        }
+    }
+
+    /// From where another motion ended, after so many events at the most.
+    #[must_use]
+    pub fn onward(oscillator: &'a Oscillator, onward: Onward, max_events: u64) -> Self {
+        let (x0, v0, place) = onward.place(oscillator.drive_velocity, Clock::default());
+        let run = Run {
+            x0,
+            v0: Some(v0),
+            t_end: f64::INFINITY,
+            max_events,
+        };
+        Self::new(oscillator, run, Some(place))
+    }
+
+    fn follow<const H: usize>(
+        &mut self,
+        t_end: f64,
+        after: f64,
+        observer: &mut impl Observer,
+    ) -> Result<Stop, Error> {
+        let mut follower = Follower {
+            frame: Frame::<H>::of(self.oscillator),
+            after,
+            open: None,
+            place: None,
+            observer,
+        };
+        let run = Run { t_end, ..self.run };
+        let (mut stop, work) = match self.place {
+            Some(place) => resume(self.oscillator, run, place, &mut follower)?,
+            None => observe(self.oscillator, run, &mut follower)?,
+        };
+        self.events += work.events;
+        if let Some((reached, start)) = follower.finish(&mut stop, t_end) {
+            self.end = reached;
+            self.place = follower.place;
+            (self.run.x0, self.run.v0) = (start.0, Some(start.1));
+        }
+        Ok(stop)
+    }
+}
+
+impl Engine for Closed<'_> {
+    fn go(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Result<Stop, Error> {
+        with_harmonics!(self.oscillator, H, self.follow::<H>(t_end, after, observer))
+    }
+
+    fn events(&self) -> u64 {
+        self.events
+    }
+
+    fn end(&self) -> &Reached {
+        &self.end
+    }
+}
+
+/// An orbit that is there already, shown again; it is gone along once.
+#[derive(Clone, Debug)]
+pub struct Replay<'a> {
+    orbit: &'a Orbit,
+    end: Reached,
+}
+
+impl<'a> Replay<'a> {
+    /// Of the whole orbit.
+    #[must_use]
+    pub fn new(orbit: &'a Orbit) -> Self {
+        Self {
+            orbit,
+            end: Reached::default(),
+        }
+    }
+
+    fn follow<const H: usize>(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Stop {
+        let mut follower = Follower {
+            frame: Frame::<H>::of(&self.orbit.oscillator),
+            after,
+            open: None,
+            place: None,
+            observer,
+        };
+        let mut events = self.orbit.events.iter();
+        for (index, segment) in self.orbit.segments.iter().enumerate() {
+            if segment.clock.high > t_end {
+                break;
+            }
+            if index > 0 {
+                events.next().into_iter().for_each(|event| follower.event(*event));
+            }
+            follower.segment(*segment);
+        }
+        let mut stop = Stop::End;
+        self.end = follower
+            .finish(&mut stop, t_end)
+            .map_or_else(Reached::default, |(reached, _)| reached);
+        stop
+    }
+}
+
+impl Engine for Replay<'_> {
+    fn go(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Result<Stop, Error> {
+        Ok(with_harmonics!(
+            self.orbit.oscillator,
+            H,
+            self.follow::<H>(t_end, after, observer)
+        ))
+    }
+
+    fn events(&self) -> u64 {
+        self.orbit.work.events
+    }
+
+    fn end(&self) -> &Reached {
+        &self.end
+    }
+}
+
+/// Makes courses of segments.
+struct Follower<'a, const H: usize, O> {
+    frame: Frame<H>,
+    after: f64,
+    open: Option<Segment>,
+    place: Option<Place>,
+    observer: &'a mut O,
+}
+
+impl<const H: usize, O: Observer> Follower<'_, H, O> {
+    /// The state that was reached, and that from which a motion that reached its end goes on.
+    fn finish(&mut self, stop: &mut Stop, t_end: f64) -> Option<(Reached, (f64, f64))> {
+        let segment = self.open.take()?;
+        let ended = *stop == Stop::End;
+        let until = if ended { segment.clock.until(t_end) } else { 0.0 };
+        let state = segment.state(&self.frame, until);
+        let w = if state.stuck {
+            0.0
+        } else {
+            self.frame.drive_velocity - state.v
+        };
+        let place = self.place.filter(|_| ended);
+        let onward = place.map(|place| Onward {
+            x: state.x,
+            w,
+            stuck_for: if state.stuck { until } else { 0.0 },
+            place,
+        });
+        if ended {
+            self.close(&segment, until, true);
+            if !self.observer.go_on() {
+                // What the last segment has may not be all there.
+                *stop = Stop::MaxSeconds;
+            } else if self.observer.full() {
+                *stop = Stop::Memory;
+            }
+        }
+        let reached = Reached {
+            x: vec![state.x],
+            v: vec![state.v],
+            rides: vec![state.stuck],
+            w: vec![w],
+            onward,
+        };
+        // A stick is gone on with from where it began.
+        let start = if state.stuck {
+            (segment.x, segment.v)
+        } else {
+            (state.x, state.v)
+        };
+        Some((reached, start))
+    }
+
+    fn close(&mut self, segment: &Segment, until: f64, last: bool) {
+        let from = segment.clock.until(self.after).max(0.0);
+        if O::PASSES && (from < until || last) {
+            let arc = Arc::new(&self.frame, segment);
+            self.observer.pass(&arc, (from, until), last);
+        }
+    }
+}
+
+impl<const H: usize, O: Observer> Record for Follower<'_, H, O> {
+    fn segment(&mut self, segment: Segment) {
+        if let Some(before) = self.open.replace(segment) {
+            let until = before.clock.until(segment.clock.high) + segment.clock.low;
+            self.close(&before, until, false);
+        }
+    }
+
+    fn event(&mut self, event: Event) {
+        if event.t >= self.after {
+            self.observer.event(&event);
+        }
+    }
+
+    fn go_on(&mut self) -> bool {
+        self.observer.go_on()
+    }
+
+    fn full(&self) -> bool {
+        self.observer.full()
+    }
+
+    fn arrived(&mut self, place: Place) {
+        self.place = Some(place);
+    }
+}
+
+/// What the mass does during one segment.
+struct Arc<const H: usize> {
+    clock: Clock,
+    drive_velocity: f64,
+    sticks: bool,
+    motion: Motion<H>,
+}
+
+enum Motion<const H: usize> {
+    /// At constant velocity: stuck, or held between two branches of friction.
+    Steady {
+        x: f64,
+        v: f64,
+    },
+    Slip(Slip<H>),
+}
+
+impl<const H: usize> Arc<H> {
+    fn new(frame: &Frame<H>, segment: &Segment) -> Self {
+        let motion = if segment.direction == 0.0 || segment.slope.is_infinite() {
+            Motion::Steady {
+                x: segment.x,
+                v: segment.v,
+            }
+        } else {
+            let piece = Piece {
+                offset: segment.offset,
+                slope: segment.slope,
+                low: 0.0,
+                high: f64::INFINITY,
+                branch: segment.branch,
+                turns: false,
+            };
+            Motion::Slip(frame.closed(segment.clock, segment.x, segment.v, segment.direction, &piece))
+        };
+        Self {
+            clock: segment.clock,
+            drive_velocity: frame.drive_velocity,
+            sticks: segment.direction == 0.0,
+            motion,
+        }
+    }
+
+    /// A line of the phase plane at constant velocity.
+    fn cross_steady(
+        &self,
+        cut: &mut Cut,
+        (x, v): (f64, f64),
+        (from, to): (f64, f64),
+        found: &mut impl FnMut(Point),
+    ) {
+        let [along_x, along_v, ..] = cut.normal;
+        let noise = 4.0 * f64::EPSILON * ((along_x * x).abs() + (along_v * v).abs() + cut.level.abs());
+        let slope = along_x * v;
+        let value = |tau: f64| along_x * x + along_v * v - cut.level + slope * tau;
+        let (first, last) = (value(from), value(to));
+        if first.abs() > noise {
+            cut.see(first.signum(), || self.point(0, from), found);
+        } else if slope == 0.0 {
+            cut.stay(|| self.point(0, from));
+        }
+        if last.abs() > noise && last.signum() != cut.side() {
+            let root = (from - first / slope).max(from).min(to);
+            cut.see(last.signum(), || self.point(0, root), found);
+        }
+    }
+
+    /// n·(x, ẋ, ẍ, ẇ) − c is a short sum of damped sines. Its curvature is bounded, so the march to its next root jumps over
+    /// none.
+    fn cross_slip(
+        &self,
+        cut: &mut Cut,
+        slip: &Slip<H>,
+        span: (f64, f64),
+        watched: &mut Watched,
+        found: &mut impl FnMut(Point),
+    ) {
+        let a = slip.v.derivative(&slip.decay, &slip.frequency);
+        let signals = [&slip.x, &slip.v, &a];
+        let [along_x, along_v, along_a, along_slip] = cut.normal;
+        let normal = [along_x, along_v, along_a - along_slip];
+        let sum = |part: fn(&Signal<H>) -> f64| {
+            let each = normal.iter().zip(signals);
+            each.map(|(factor, signal)| factor * part(signal)).sum::<f64>()
+        };
+        let waves = |part: fn(&Signal<H>) -> &[f64; H]| {
+            std::array::from_fn::<f64, H, _>(|j| {
+                let each = normal.iter().zip(signals);
+                each.map(|(factor, signal)| factor * part(signal)[j]).sum()
+            })
+        };
+        let g = Signal {
+            constant: sum(|signal| signal.constant) - cut.level,
+            free: [sum(|signal| signal.free[0]), sum(|signal| signal.free[1])],
+            p: waves(|signal| &signal.p),
+            q: waves(|signal| &signal.q),
+        };
+        let dg = g.derivative(&slip.decay, &slip.frequency);
+        let (mut swing, mut waves) = (g.constant.abs() + cut.level.abs(), 0.0);
+        for j in 0..H {
+            let amplitude = hypot(g.p[j], g.q[j]);
+            swing += amplitude;
+            waves += slip.frequency[j] * slip.frequency[j] * amplitude;
+        }
+        // The bound of the curvature is taken anew after this long: it shrinks as the free motion decays.
+        let reach = slip.decay.time();
+        let growth = slip.decay.growth(reach);
+        let guard = |t: f64| {
+            let basis = slip.basis(t);
+            let (value, rate) = (g.at(&basis), dg.at(&basis));
+            let amplitudes = slip.decay.amplitudes(g.free(&basis), dg.free(&basis));
+            let (mut bend, mut free) = (waves, 0.0);
+            for (amplitude, exponent) in amplitudes.into_iter().zip(slip.decay.exponents()) {
+                bend += growth * amplitude * exponent * exponent;
+                free += amplitude;
+            }
+            Guard {
+                value,
+                rate,
+                bend,
+                noise: 4.0 * f64::EPSILON * (swing + free),
+                reach,
+            }
+        };
+        cut.march(span, reach, watched, &guard, &|t| self.point(0, t), found);
+    }
+}
+
+impl<const H: usize> Course for Arc<H> {
+    fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    fn point(&self, _contact: usize, tau: f64) -> Point {
+        let (x, v) = match &self.motion {
+            Motion::Steady { x, v } => (x + v * tau, *v),
+            Motion::Slip(slip) => {
+                let basis = slip.basis(tau);
+                (slip.position(tau, &basis), slip.v.at(&basis))
+            }
+        };
+        Point {
+            t: self.clock.after(tau).high,
+            x,
+            v,
+            w: if self.sticks { 0.0 } else { self.drive_velocity - v },
+        }
+    }
+
+    fn sticks(&self, _contact: usize) -> bool {
+        self.sticks
+    }
+
+    fn cross(
+        &self,
+        _contact: usize,
+        cut: &mut Cut,
+        span: (f64, f64),
+        watched: &mut Watched,
+        found: &mut impl FnMut(Point),
+    ) {
+        match &self.motion {
+            Motion::Steady { x, v } => self.cross_steady(cut, (*x, *v), span, found),
+            Motion::Slip(slip) => self.cross_slip(cut, slip, span, watched, found),
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! A smooth motion that was integrated elsewhere, between samples of it.
+
+use super::steps::Track;
+use super::{Engine, Reached};
+use crate::drive::Clock;
+use crate::error::Error;
+use crate::observer::{Course, Observer};
+use crate::section::{Cut, Point};
+use crate::series::{Series, ZERO};
+use crate::simulate::Stop;
+use crate::watch::Watched;
+
+/// Samples of the mass of one contact, by columns of one length: between two of them the motion is the polynomial of fifth
+/// order that has their values and first two derivatives.
+#[derive(Clone, Debug)]
+pub struct Samples<'a> {
+    /// Times, increasing.
+    pub t: &'a [f64],
+    /// Positions.
+    pub x: &'a [f64],
+    /// Velocities.
+    pub v: &'a [f64],
+    /// Accelerations.
+    pub a: &'a [f64],
+    /// Slip velocities.
+    pub w: &'a [f64],
+    /// Slip accelerations.
+    pub slip_acceleration: &'a [f64],
+    /// Whether the contact is as good as stuck.
+    pub stuck: &'a [bool],
+    /// Events of the run.
+    pub events: u64,
+    /// The state at the end.
+    pub end: Reached,
+}
+
+impl Engine for Samples<'_> {
+    fn go(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Result<Stop, Error> {
+        let t = self.t;
+        let last = t.partition_point(|&t| t < t_end).min(t.len().saturating_sub(1));
+        let fastest = self.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        for i in 1..=last {
+            let h = t[i] - t[i - 1];
+            let from = (after - t[i - 1]).max(0.0);
+            if from >= h && i < last {
+                continue;
+            }
+            if i.is_multiple_of(1024) && !observer.go_on() {
+                return Ok(Stop::MaxSeconds);
+            }
+            let ends = |values: &[f64]| [values[i - 1], values[i]];
+            let [x, v, a] = [self.x, self.v, self.a].map(ends);
+            let course = Between {
+                clock: Clock {
+                    high: t[i - 1],
+                    low: 0.0,
+                },
+                x: hermite(x, v, a, h),
+                v: slope(x, v, a, h),
+                u: cubic(ends(self.w), ends(self.slip_acceleration), h),
+                stuck: self.stuck[i - 1] && self.stuck[i],
+                rounding: 1e3 * f64::EPSILON * fastest,
+                rate: 1.0 / h,
+            };
+            observer.pass(&course, (from, h), i == last);
+        }
+        Ok(Stop::End)
+    }
+
+    fn events(&self) -> u64 {
+        self.events
+    }
+
+    fn end(&self) -> &Reached {
+        &self.end
+    }
+}
+
+/// The polynomial of fifth order through values, slopes and curvatures at 0 and `h`.
+fn hermite(x: [f64; 2], v: [f64; 2], a: [f64; 2], h: f64) -> Series {
+    let mut series = ZERO;
+    (series[0], series[1], series[2]) = (x[0], v[0], 0.5 * a[0]);
+    let rise = x[1] - x[0] - h * (v[0] + 0.5 * h * a[0]);
+    let slope = h * (v[1] - v[0] - h * a[0]);
+    let bend = h * h * (a[1] - a[0]);
+    series[3] = (10.0 * rise - 4.0 * slope + 0.5 * bend) / (h * h * h);
+    series[4] = (-15.0 * rise + 7.0 * slope - bend) / (h * h * h * h);
+    series[5] = (6.0 * rise - 3.0 * slope + 0.5 * bend) / (h * h * h * h * h);
+    series
+}
+
+/// Its derivative.
+fn slope(x: [f64; 2], v: [f64; 2], a: [f64; 2], h: f64) -> Series {
+    crate::series::derivative(&hermite(x, v, a, h))
+}
+
+/// The cubic through values and slopes at 0 and `h`.
+fn cubic(w: [f64; 2], rate: [f64; 2], h: f64) -> Series {
+    let mut series = ZERO;
+    (series[0], series[1]) = (w[0], rate[0]);
+    let rise = w[1] - w[0] - h * rate[0];
+    let slope = h * (rate[1] - rate[0]);
+    series[2] = (3.0 * rise - slope) / (h * h);
+    series[3] = (slope - 2.0 * rise) / (h * h * h);
+    series
+}
+
+struct Between {
+    clock: Clock,
+    x: Series,
+    v: Series,
+    u: Series,
+    stuck: bool,
+    rounding: f64,
+    rate: f64,
+}
+
+impl Between {
+    fn track(&self) -> Track<'_> {
+        Track {
+            x: &self.x,
+            v: &self.v,
+            u: &self.u,
+            // Nothing sticks truly: the slip velocity has its own sign.
+            direction: 1.0,
+            rounding: self.rounding,
+            rate: self.rate,
+        }
+    }
+}
+
+impl Course for Between {
+    fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    fn point(&self, _contact: usize, tau: f64) -> Point {
+        self.track().point(self.clock, tau)
+    }
+
+    fn sticks(&self, _contact: usize) -> bool {
+        self.stuck
+    }
+
+    fn cross(
+        &self,
+        _contact: usize,
+        cut: &mut Cut,
+        span: (f64, f64),
+        watched: &mut Watched,
+        found: &mut impl FnMut(Point),
+    ) {
+        self.track().cross(self.clock, cut, span, watched, found);
+    }
+}

@@ -1,0 +1,263 @@
+//! The motion of any number of masses by Taylor steps.
+
+use super::{Engine, Reached};
+use crate::drive::Clock;
+use crate::error::Error;
+use crate::flow::taylor::{Frame, Motion, Rub};
+use crate::network::orbit::Expansion;
+use crate::network::{Loop, Orbit, ROUNDING, Run};
+use crate::observer::{Course, Observer};
+use crate::section::{Cut, Guard, Point};
+use crate::series::{ORDER, Series, ZERO, at, curvature, derivative, free_time, slope_at};
+use crate::simulate::Stop;
+use crate::system::System;
+use crate::watch::Watched;
+
+/// Any number of masses, drives that vary, smooth laws.
+pub struct Steps<'a> {
+    state: Loop<'a>,
+    run: Run,
+    end: Reached,
+}
+
+impl<'a> Steps<'a> {
+    /// From the start of `run`; its time does not count.
+    ///
+    /// # Errors
+    /// The first value of the system or the run that makes no sense.
+    pub fn new(system: &'a System, run: Run) -> Result<Self, Error> {
+        Ok(Self {
+            state: Loop::started(system, &run)?,
+            run,
+            end: Reached::default(),
+        })
+    }
+}
+
+impl Engine for Steps<'_> {
+    fn go(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Result<Stop, Error> {
+        let run = Run {
+            t_end,
+            max_events: self.events().saturating_add(self.run.max_events),
+            ..self.run.clone()
+        };
+        let stop = self.state.follow(&run, false, after, observer);
+        let step = self.state.step();
+        let until = step.clock.until(t_end);
+        self.end = step.reached(if stop == Stop::End { until } else { 0.0 });
+        Ok(stop)
+    }
+
+    fn events(&self) -> u64 {
+        self.state.work.events
+    }
+
+    fn end(&self) -> &Reached {
+        &self.end
+    }
+}
+
+/// The polynomials of a contact and its mass along one step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Track<'a> {
+    pub(crate) x: &'a Series,
+    pub(crate) v: &'a Series,
+    /// The slip speed along `direction`.
+    pub(crate) u: &'a Series,
+    /// The sign of the slip velocity, 0 while stuck.
+    pub(crate) direction: f64,
+    /// Speeds below this are zero within rounding.
+    pub(crate) rounding: f64,
+    /// The fastest rate of the motion.
+    pub(crate) rate: f64,
+}
+
+impl Track<'_> {
+    pub(crate) fn point(&self, clock: Clock, tau: f64) -> Point {
+        Point {
+            t: clock.after(tau).high,
+            x: at(self.x, tau),
+            v: at(self.v, tau),
+            w: self.direction * at(self.u, tau),
+        }
+    }
+
+    /// n·(x, ẋ, ẍ, ẇ) − c is a polynomial, whose curvature is bounded by its coefficients.
+    pub(crate) fn cross(
+        &self,
+        clock: Clock,
+        cut: &mut Cut,
+        span: (f64, f64),
+        watched: &mut Watched,
+        found: &mut impl FnMut(Point),
+    ) {
+        let [along_x, along_v, along_a, along_slip] = cut.normal;
+        let (a, slip) = (derivative(self.v), derivative(self.u));
+        let mut g = ZERO;
+        for k in 0..=ORDER {
+            g[k] = along_x * self.x[k]
+                + along_v * self.v[k]
+                + along_a * a[k]
+                + along_slip * self.direction * slip[k];
+        }
+        g[0] -= cut.level;
+        let speed =
+            along_x.abs() / self.rate + along_v.abs() + self.rate * (along_a.abs() + along_slip.abs());
+        let sizes = (along_x * self.x[0]).abs() + (along_v * self.v[0]).abs() + cut.level.abs();
+        let noise = self.rounding * speed + 4.0 * f64::EPSILON * sizes;
+        let (_, to) = span;
+        let whole = curvature(&g, to);
+        let guard = |t: f64| {
+            let (value, rate) = slope_at(&g, t);
+            let (mut bend, mut reach) = (whole, to - t);
+            // A tighter bound, over as far as it may be used.
+            let near = 8.0 * free_time(value.abs(), -rate.abs(), whole);
+            if value.abs() > noise && near < reach {
+                (bend, reach) = (curvature(&g, t + near), near);
+            }
+            Guard {
+                value,
+                rate,
+                bend,
+                noise,
+                reach,
+            }
+        };
+        cut.march(span, to, watched, &guard, &|t| self.point(clock, t), found);
+    }
+}
+
+/// One Taylor step of all masses.
+pub(crate) struct Step<'a> {
+    pub(crate) clock: Clock,
+    pub(crate) frame: &'a Frame,
+    pub(crate) motion: &'a Motion,
+    pub(crate) rubs: &'a [Rub],
+    /// Speeds below this are zero within rounding.
+    pub(crate) rounding: f64,
+}
+
+impl Step<'_> {
+    fn track(&self, contact: usize) -> Track<'_> {
+        let mass = self.frame.mass_of(contact);
+        Track {
+            x: &self.motion.x[mass],
+            v: &self.motion.v[mass],
+            u: &self.motion.u[contact],
+            direction: self.rubs[contact].direction,
+            rounding: self.rounding,
+            rate: self.frame.rate,
+        }
+    }
+
+    /// The state `h` after its start.
+    pub(crate) fn reached(&self, h: f64) -> Reached {
+        let all = |series: &[Series]| series.iter().map(|series| at(series, h)).collect();
+        let (x, v): (Vec<f64>, Vec<f64>) = (all(&self.motion.x), all(&self.motion.v));
+        let mut rides = vec![false; x.len()];
+        for (contact, rub) in self.rubs.iter().enumerate() {
+            rides[self.frame.mass_of(contact)] |= rub.direction == 0.0 && self.frame.driven(contact);
+        }
+        let slip = self.rubs.iter().zip(&self.motion.u);
+        Reached {
+            w: slip.map(|(rub, u)| rub.direction * at(u, h)).collect(),
+            x,
+            v,
+            rides,
+            onward: None,
+        }
+    }
+}
+
+impl Course for Step<'_> {
+    fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    fn point(&self, contact: usize, tau: f64) -> Point {
+        self.track(contact).point(self.clock, tau)
+    }
+
+    fn sticks(&self, contact: usize) -> bool {
+        self.rubs[contact].direction == 0.0
+    }
+
+    fn cross(
+        &self,
+        contact: usize,
+        cut: &mut Cut,
+        span: (f64, f64),
+        watched: &mut Watched,
+        found: &mut impl FnMut(Point),
+    ) {
+        self.track(contact).cross(self.clock, cut, span, watched, found);
+    }
+}
+
+/// An orbit that is there already, shown again; it is gone along once.
+pub struct ReplaySteps<'a> {
+    orbit: &'a Orbit,
+    end: Reached,
+}
+
+impl<'a> ReplaySteps<'a> {
+    /// Of the whole orbit.
+    #[must_use]
+    pub fn new(orbit: &'a Orbit) -> Self {
+        Self {
+            orbit,
+            end: Reached::default(),
+        }
+    }
+}
+
+impl Engine for ReplaySteps<'_> {
+    fn go(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Result<Stop, Error> {
+        let mut steps = Expansion::new(self.orbit);
+        let mut events = self.orbit.events.iter().peekable();
+        let mut scale = f64::MIN_POSITIVE;
+        for index in 0..steps.count() {
+            let clock = steps.expand(index);
+            let next = (index + 1 < steps.count()).then(|| steps.clock(index + 1));
+            let next = next.filter(|next| next.until(t_end) > 0.0);
+            let until = next.map_or(clock.until(t_end), |next| clock.until(next.high) + next.low);
+            scale = steps
+                .motion
+                .v
+                .iter()
+                .fold(scale, |most: f64, v| most.max(v[0].abs()));
+            while let Some(event) = events.next_if(|event| event.t <= clock.high) {
+                if event.t >= after {
+                    observer.event(event);
+                }
+            }
+            let step = Step {
+                clock,
+                frame: &steps.frame,
+                motion: &steps.motion,
+                rubs: &steps.rubs,
+                rounding: ROUNDING * scale,
+            };
+            let from = clock.until(after).max(0.0);
+            if from < until || next.is_none() {
+                observer.pass(&step, (from, until), next.is_none());
+            }
+            if next.is_none() {
+                self.end = step.reached(until);
+                break;
+            }
+            if index.is_multiple_of(64) && !observer.go_on() {
+                return Ok(Stop::MaxSeconds);
+            }
+        }
+        Ok(Stop::End)
+    }
+
+    fn events(&self) -> u64 {
+        self.orbit.work.events
+    }
+
+    fn end(&self) -> &Reached {
+        &self.end
+    }
+}

@@ -1,0 +1,233 @@
+//! What a document describes, with the engine that its motion needs.
+
+use std::f64::consts::TAU;
+
+use serde_json::Value;
+
+use crate::drive::Harmonic;
+use crate::elementary::{exp, ln};
+use crate::engine::{Closed, Engine, Reached, Steps};
+use crate::error::{Error, wrong};
+use crate::law::Friction;
+use crate::matrix::Matrix;
+use crate::network;
+use crate::observer::Observer;
+use crate::place::Onward;
+use crate::simulate::{Run, Stop};
+use crate::structure::Oscillator;
+use crate::system::{Drive, System};
+
+/// An oscillator whose motion is in closed form, or whatever else masses may be.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Model {
+    /// One mass on a constant drive, under a law of linear pieces, away from undamped resonance.
+    Closed(Oscillator),
+    /// Any number of masses, drives that vary, smooth laws.
+    Steps(System),
+}
+
+/// Where a run begins: positions and velocities, mass by mass. What is not a number is x = 0, or the velocity of the drive.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Start {
+    /// Positions; none: x = 0.
+    pub x: Vec<f64>,
+    /// Velocities; none: those of the drives.
+    pub v: Vec<f64>,
+    /// How a motion in closed form goes on, instead.
+    pub onward: Option<Onward>,
+}
+
+impl Start {
+    /// Where another motion ended: what sticks on a drive sticks on.
+    #[must_use]
+    pub fn after(end: &Reached) -> Self {
+        let v = end.v.iter().zip(&end.rides);
+        Self {
+            x: end.x.clone(),
+            v: v.map(|(&v, &rides)| if rides { f64::NAN } else { v }).collect(),
+            onward: end.onward,
+        }
+    }
+
+    fn given(values: &[f64], default: &[f64]) -> Vec<f64> {
+        let value = |i: usize| values.get(i).copied().filter(|value| !value.is_nan());
+        let each = default.iter().enumerate();
+        each.map(|(i, &default)| value(i).unwrap_or(default)).collect()
+    }
+}
+
+impl Model {
+    /// The model of the document of an oscillator or of a system of masses.
+    ///
+    /// # Errors
+    /// What the document lacks, what it has too much, or the first value that makes no sense.
+    pub fn read(mut document: Value) -> Result<Self, Error> {
+        let refused = |error: serde_json::Error| Error::Document {
+            reason: error.to_string(),
+        };
+        if document.get("contacts").is_some() {
+            let system: System = serde_json::from_value(document).map_err(refused)?;
+            system.validate()?;
+            return Ok(Self::Steps(system));
+        }
+        let drive = match document.get_mut("drive_velocity") {
+            Some(value) if !value.is_number() => {
+                let drive: Drive = serde_json::from_value(value.take()).map_err(refused)?;
+                *value = drive.velocity.into();
+                Some(drive)
+            }
+            _ => None,
+        };
+        let oscillator: Oscillator = serde_json::from_value(document).map_err(refused)?;
+        oscillator.validate()?;
+        if drive.is_none() && !oscillator.law.smooth() && !oscillator.resonates() {
+            return Ok(Self::Closed(oscillator));
+        }
+        let mut system = System::from(&oscillator);
+        if let Some(drive) = drive {
+            system.contacts[0].drive_velocity = drive;
+        }
+        system.validate()?;
+        Ok(Self::Steps(system))
+    }
+
+    /// How many masses there are.
+    #[must_use]
+    pub fn masses(&self) -> usize {
+        match self {
+            Self::Closed(_) => 1,
+            Self::Steps(system) => system.masses(),
+        }
+    }
+
+    /// How many contacts there are.
+    #[must_use]
+    pub fn contacts(&self) -> usize {
+        match self {
+            Self::Closed(_) => 1,
+            Self::Steps(system) => system.contacts.len(),
+        }
+    }
+
+    /// The frequency of the first force or, without one, of the first harmonic of a drive.
+    #[must_use]
+    pub fn forcing_frequency(&self) -> Option<f64> {
+        let first = |harmonics: &[Harmonic]| harmonics.first().map(|harmonic| harmonic.frequency);
+        match self {
+            Self::Closed(oscillator) => first(&oscillator.forcing),
+            Self::Steps(system) => system.forcing.first().map(|force| force.frequency).or_else(|| {
+                let drives = system.contacts.iter().map(|contact| &contact.drive_velocity);
+                drives.filter_map(|drive| first(&drive.harmonics)).next()
+            }),
+        }
+    }
+
+    /// The period of the first forcing, or the natural period: of several masses that of the highest frequency.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        if let Some(frequency) = self.forcing_frequency() {
+            return TAU / frequency;
+        }
+        match self {
+            Self::Closed(oscillator) => TAU * (oscillator.mass / oscillator.stiffness).sqrt(),
+            Self::Steps(system) => TAU / system.natural_frequency(),
+        }
+    }
+
+    /// A run from a start, of so many events at the most.
+    ///
+    /// # Errors
+    /// A start that does not fit.
+    pub fn run(&self, start: &Start, max_events: u64) -> Result<Running<'_>, Error> {
+        if start.x.len().max(start.v.len()) > self.masses() {
+            return wrong(format!(
+                "the start must have one number a mass ({})",
+                self.masses()
+            ));
+        }
+        match self {
+            Self::Closed(oscillator) => {
+                if let Some(onward) = start.onward {
+                    return Ok(Running::Closed(Closed::onward(oscillator, onward, max_events)));
+                }
+                let run = Run {
+                    x0: Start::given(&start.x, &[0.0])[0],
+                    v0: Some(Start::given(&start.v, &[oscillator.drive_velocity])[0]),
+                    t_end: f64::INFINITY,
+                    max_events,
+                };
+                Ok(Running::Closed(Closed::new(oscillator, run, None)))
+            }
+            Self::Steps(system) => {
+                let driven = system.driven_velocities();
+                let run = network::Run {
+                    x0: Some(Start::given(&start.x, &vec![0.0; system.masses()])),
+                    v0: Some(Start::given(&start.v, &driven)),
+                    // That of each call counts.
+                    t_end: 1.0,
+                    max_events,
+                };
+                Ok(Running::Steps(Box::new(Steps::new(system, run)?)))
+            }
+        }
+    }
+}
+
+/// A run of a model.
+#[expect(missing_docs, reason = "as of the model")]
+pub enum Running<'a> {
+    Closed(Closed<'a>),
+    Steps(Box<Steps<'a>>),
+}
+
+impl Engine for Running<'_> {
+    fn go(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Result<Stop, Error> {
+        match self {
+            Self::Closed(engine) => engine.go(t_end, after, observer),
+            Self::Steps(engine) => engine.go(t_end, after, observer),
+        }
+    }
+
+    fn events(&self) -> u64 {
+        match self {
+            Self::Closed(engine) => engine.events(),
+            Self::Steps(engine) => engine.events(),
+        }
+    }
+
+    fn end(&self) -> &Reached {
+        match self {
+            Self::Closed(engine) => engine.end(),
+            Self::Steps(engine) => engine.end(),
+        }
+    }
+}
+
+impl System {
+    /// The highest natural frequency of the masses without damping and friction; 1 where nothing is sprung.
+    ///
+    /// The spectral radius of M⁻¹ K is the limit of |(M⁻¹ K)^n|^(1/n) (Gelfand), taken by squaring.
+    ///
+    /// # Panics
+    /// Never for a validated system.
+    #[must_use]
+    pub fn natural_frequency(&self) -> f64 {
+        let inverse = Matrix::from_rows(&self.mass)
+            .inverse()
+            .expect("a validated mass matrix");
+        let mut power = inverse.times(&Matrix::from_rows(&self.stiffness));
+        let (mut radius, mut share) = (0.0, 1.0);
+        // Of what is left the logarithm of the norm is divided by 2⁶⁰.
+        for _ in 0..60 {
+            let norm = power.norm();
+            if norm == 0.0 {
+                return 1.0;
+            }
+            radius += share * ln(norm);
+            share *= 0.5;
+            power.scale(1.0 / norm);
+            power = power.times(&power);
+        }
+        exp(0.5 * radius)
+    }
+}

@@ -1,0 +1,106 @@
+"""Steps of the drive's speed: their table, and friction after one through a spring, by the rate-and-state law."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import xarray as xr
+from scipy.integrate import solve_ivp
+
+from stickslip.errors import InputError
+from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.law_parameters import places
+from stickslip.identification.records import opened
+from stickslip.laws.law import save_law
+from stickslip.laws.rate_state import RateState
+
+Array = npt.NDArray[np.float64]
+
+OF_CONTACT = (
+    Parameter("a", logarithmic=True),
+    Parameter("b"),
+    Parameter("length", logarithmic=True, unit="m"),
+    Parameter("stiffness", logarithmic=True, unit="1/m"),
+)
+"""What a step is fitted with: the contact's numbers, and the machine's stiffness as friction per length."""
+A_MINUS_B = {"a_minus_b": {"a": 1.0, "b": -1.0}}
+
+
+def step_response(path: Array, numbers: Array, jump: float, form: str) -> Array | None:
+    """Friction since a step from V₁ to V₂, from that before it: dμ/dy = κ (1 − w/V₂) along the drive's path y.
+
+    The contact begins in steady slip at V₁. Its speed, by ln(w/V₁), and its state are integrated; friction and the rate of
+    the state are those of :class:`stickslip.laws.RateState`.
+
+    Parameters
+    ----------
+    path : y, ascending from 0 or later, shape (n,).
+    numbers : search vector of `OF_CONTACT`.
+    jump : ln(V₂/V₁).
+    form : evolution law, "aging" or "slip".
+
+    Returns
+    -------
+    μ − μ(0), shape (n,); None where the equations cannot be integrated with these numbers.
+    """
+    a, b, length, stiffness = (float(value) for value in Parameters(OF_CONTACT).plain(numbers))
+    # Time is y/V₂ and V₂ = 1, so that rates are by the path.
+    law = RateState(
+        normal_force=1.0, a=a, b=b, length=length, reference_velocity=math.exp(-jump), reference_friction=1.0, law=form
+    )
+
+    def rates(_: float, state: Array) -> list[float]:
+        w = math.exp(min(max(state[0], -60.0), 60.0) - jump)
+        aging = float(law.rates(w, max(state[1], -60.0))[1])
+        return [(stiffness * (1 - w) - b * aging) / a, aging]
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # numbers at which the integration stalls are answered by None
+        found = solve_ivp(rates, (0.0, float(path[-1])), [0.0, 0.0], "LSODA", path, rtol=1e-6, atol=1e-7)
+    if not found.success:
+        return None
+    speed = np.exp(np.clip(found.y[0], -60.0, 60.0) - jump)
+    return np.asarray(law.rates(speed, found.y[1])[0] - law.rates(math.exp(-jump), 0.0)[0])
+
+
+def table_of_steps(friction: Any) -> tuple[xr.DataTree, pd.DataFrame, str]:
+    """The record, its steps of the drive's speed and its name; refused where friction is no coefficient."""
+    tree = opened(Path(friction)) if isinstance(friction, str | Path) else friction
+    if not isinstance(tree, xr.DataTree):
+        raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
+    table = tree.children["step"].to_dataset(inherit=False) if "step" in tree.children else xr.Dataset()
+    name = str(tree.attrs.get("source", "record"))
+    if table.sizes.get("step", 0) == 0:
+        raise InputError(f"{name}: holds no step of the drive's speed; measure it with the instrument velocity_steps")
+    if table["force_before"].attrs.get("units") != "1":
+        raise InputError(
+            f"{name}: rate-and-state friction is a friction coefficient, the force here is in "
+            f"{table['force_before'].attrs.get('units')}; give the rig a normal_force"
+        )
+    return tree, table.to_dataframe(), name
+
+
+def path_of_decay(path: Array, friction: Array, level: float) -> float:
+    """Path from its peak over which friction after a step (path > 0) falls to a third of its distance from the level."""
+    later = path > 0
+    above = np.abs(friction[later] - level)
+    peak = int(np.argmax(above))
+    fallen = np.flatnonzero(above[peak:] < above[peak] / 3)
+    end = peak + (int(fallen[0]) if fallen.size else len(above) - peak - 1)
+    return max(float(path[later][end] - path[later][peak]), 1e-9)
+
+
+def save_rate_and_state(
+    path: str | Path, law: RateState, parameters: pd.DataFrame, covariance: pd.DataFrame, source: Mapping[str, Any]
+) -> Path:
+    """Write the law file of a fit to steps of the speed: what the law has not, the machine's stiffness, is in its source."""
+    of_law = [name for name in covariance.index if name in places(law)]
+    values = {"values": parameters["value"].to_dict(), "errors": parameters["error"].to_dict()}
+    return save_law(path, law, covariance.loc[of_law, of_law], {**values, **source})

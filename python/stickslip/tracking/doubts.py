@@ -1,0 +1,118 @@
+"""What makes a track doubtful: leaps, changes of size, other spots as clear, and scatter that the noise does not explain."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from stickslip.tracking.detections import Array, Detections
+from stickslip.tracking.linking import Track
+
+ORDER = 6
+"""Differences of this order hold nothing of a motion that twenty pictures a period show."""
+
+FEWEST = 30
+"""Steps from which what is usual can be told."""
+
+LEAP = 8.0
+"""A step that is so many times longer than all but one in twenty is a leap."""
+
+SHRUNK = 0.12
+"""A marker that loses so much of its diameter for some pictures is hidden in part; blur by motion does not shrink it."""
+
+GROWN = 0.3
+"""One that gains so much is blurred, or something lies beside it."""
+
+USUAL = 51
+"""Pictures over which the usual size of a marker is taken."""
+
+CLEAR = 1.3
+"""A marker has a score so many times that of the best other spot; belt texture is like itself to a tenth."""
+
+TEXTURE = 1.1
+"""Below this the marker is one of many equal spots."""
+
+
+def scatter(places: Array) -> float:
+    """Standard deviation of what changes from picture to picture in one coordinate, in its unit; NaN of too few pictures.
+
+    From the median of the differences of sixth order, whose variance is 924 times that of white noise; it is blind to
+    single pictures, and to errors that stay for longer than some pictures.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> round(scatter(50 * np.sin(np.arange(400) / 3) + 0.1 * rng.standard_normal(400)), 2)
+    0.1
+    """
+    differences = np.diff(places, ORDER)
+    differences = differences[np.isfinite(differences)]
+    if len(differences) < FEWEST:
+        return math.nan
+    return 1.4826 * float(np.median(np.abs(differences))) / math.sqrt(math.comb(2 * ORDER, ORDER))
+
+
+def hidden(size: Array) -> npt.NDArray[np.bool_]:
+    """Pictures in which a marker is markedly smaller than it usually is around then, by its sizes (NaN where unseen)."""
+    change = _change(size)
+    return np.asarray(change < -max(SHRUNK, _common(change)))
+
+
+def _change(size: Array) -> Array:
+    """Relative difference of each size from the usual one; 0 where it was not seen."""
+    from scipy.ndimage import median_filter
+
+    seen = np.flatnonzero(np.isfinite(size))
+    change = np.zeros(len(size))
+    if len(seen) >= FEWEST:
+        known = size[seen]
+        change[seen] = known / median_filter(known, min(USUAL, len(known)), mode="nearest") - 1
+    return change
+
+
+def _common(change: Array) -> float:
+    return 6 * 1.4826 * float(np.median(np.abs(change)))
+
+
+def remarks(mass: int, x: Array, y: Array, size: Array) -> list[str]:
+    """Sentences on the leaps of a track and the changes of its size; places in px, NaN where it was not seen."""
+    found = []
+    seen = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    steps = np.hypot(np.diff(x[seen]), np.diff(y[seen]))
+    if len(steps) >= FEWEST:
+        usual, width = float(np.quantile(steps, 0.95)), float(np.nanmedian(size))
+        leaps = np.flatnonzero(steps > max(LEAP * usual, 2 * width))
+        if len(leaps):
+            longest = int(leaps[np.argmax(steps[leaps])])
+            found.append(
+                f"Mass {mass} leaps {len(leaps)} times, by up to {steps[longest]:.0f} px between pictures {seen[longest]} "
+                f"and {seen[longest + 1]}, where its steps are {usual:.2g} px: another spot may have been taken for it; "
+                "give size, region or max_jump."
+            )
+    change = _change(size)
+    grown = np.flatnonzero(change > max(GROWN, _common(change)))
+    if len(grown):
+        found.append(
+            f"Mass {mass} is larger than usual in {len(grown)} pictures, by up to {100 * change.max():.0f} % (first in "
+            f"picture {grown[0]}): motion blur, or something beside it that shifts its centre."
+        )
+    return found
+
+
+def clearness(film: list[Detections], tracks: list[Track]) -> tuple[float, float]:
+    """The least score of the tracks over the best of all other spots (median over pictures), and how many those are.
+
+    (inf, 0) where there are no others.
+    """
+    chosen: dict[int, list[int]] = {}
+    for track in tracks:
+        for frame, place in zip(track.frames, track.places, strict=True):
+            chosen.setdefault(frame, []).append(place)
+    ratios, counts = [], []
+    for frame, places in chosen.items():
+        others = np.delete(film[frame].score, places)
+        counts.append(len(others))
+        ratios.append(float(film[frame].score[places].min() / others.max()) if len(others) else math.inf)
+    return float(np.median(ratios)), float(np.mean(counts))

@@ -1,0 +1,285 @@
+"""The explorer without a browser: the shipped module gives the package's bits, the page holds what it should and no more."""
+
+import gzip
+import hashlib
+import itertools
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import wasmtime
+
+import stickslip as ss
+from stickslip import _core
+from stickslip.explorer import page, state_of
+from stickslip.explorer.catalogue import full, laws, oscillator
+from stickslip.explorer.page import presets
+from stickslip.laws import Law
+from stickslip.laws.state_law import StateLaw
+
+ROOT = Path(__file__).parents[1]
+SHIPPED = ROOT / "python" / "stickslip" / "explorer"
+ORBIT, STATES, STEADY, CURVE, SURFACE = range(5)
+STALE = "the shipped core gives other numbers than this one: run make explorer"
+
+
+class Module:
+    """The shipped module outside a browser: it imports nothing."""
+
+    def __init__(self):
+        engine = wasmtime.Engine()
+        module = wasmtime.Module(engine, gzip.decompress((SHIPPED / "core.wasm.gz").read_bytes()))
+        self.store = wasmtime.Store(engine)
+        exports = wasmtime.Instance(self.store, module, []).exports(self.store)
+        self.memory = exports["memory"]
+        self.functions = exports
+
+    def call(self, name, *arguments):
+        return self.functions[name](self.store, *arguments)
+
+    def ask(self, verb, question):
+        text = json.dumps(question).encode()
+        at = self.call("question", len(text))
+        self.memory.write(self.store, text, at)
+        bad = self.call("answer", verb)
+        words = self.read("words", 1).decode()
+        if bad:
+            raise ValueError(words)
+        return json.loads(words), np.frombuffer(bytes(self.read("numbers", 8)), "<f8")
+
+    def read(self, name, width):
+        at, count = self.call(name), self.call(f"{name}_len")
+        return self.memory.read(self.store, at, at + width * count)
+
+    def events(self, system, t_end, x0):
+        """t, kind, contact, x, v, force, stick_time, force_rate of every event."""
+        question = {"t_end": t_end, "x0": [x0], "v0": None, "max_events": 10**7, "per_segment": 1, "samples": 0}
+        words, numbers = self.ask(ORBIT, {"system": json.loads(system.to_json()), **question})
+        columns = 1 + 2 * words["masses"] + 3 * words["contacts"]
+        return numbers[words["samples"] * columns :].reshape(-1, 8)
+
+
+@pytest.fixture(scope="module")
+def module():
+    return Module()
+
+
+def same_bits(one, other):
+    one, other = np.ascontiguousarray(one), np.ascontiguousarray(other)
+    # The signs and payloads of what is no number are nobody's business.
+    return np.array_equal(np.isnan(one), np.isnan(other)) and np.array_equal(
+        np.nan_to_num(one).view(np.int64), np.nan_to_num(other).view(np.int64)
+    )
+
+
+def rows(orbit):
+    kinds = orbit.events["kind"].cat.codes.to_numpy(float)
+    columns = [
+        orbit.events[name].to_numpy(float) for name in ("t", "contact", "x", "v", "force", "stick_time", "force_rate")
+    ]
+    return np.column_stack([columns[0], kinds, *columns[1:]])
+
+
+MOVING = [name for name, law in Law.ALL.items() if not issubclass(law, StateLaw)]
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_events_are_those_of_the_package_to_the_bit(module, name):
+    """Eighteen orbits of each of fourteen laws, 252 in all: slow and fast drives, free and forced, damped or not."""
+    law = Law.ALL[name].example()
+    count = 0
+    forcings = [(), ss.Harmonic(0.3, 0.7), ss.Harmonic(0.03, 1.25)]
+    for damping, speed, forcing in itertools.product([0.0, 0.15], [0.1, 0.35, 0.9], forcings):
+        system = ss.Oscillator(damping, speed, law, forcing=forcing)
+        here = rows(ss.simulate(system, 60.0, x0=0.3))
+        assert same_bits(module.events(system, 60.0, 0.3), here), STALE
+        count += len(here)
+    assert count > 50
+
+
+@pytest.mark.parametrize("name", [name for name in Law.ALL if name not in MOVING])
+def test_forces_of_laws_with_an_internal_state_are_those_of_the_package_to_the_bit(module, name):
+    law = Law.ALL[name].example()
+    t = np.arange(200) / 64
+    w = (np.abs(np.arange(200) % 64 - 32.0) - 16.0) / 64
+    question = {"law": json.loads(law.to_json()), "t": t.tolist(), "w": w.tolist(), "stuck": [], "force_rate": []}
+    _, numbers = module.ask(CURVE, question)
+    assert same_bits(numbers, np.concatenate(law.follow(t, w, law.steady_state(w[0])))), STALE
+
+
+def test_masses_in_a_row_give_the_same_bits(module):
+    system = ss.chain(3, Law.ALL["BogaczRyczek"].example(), 0.2)
+    question = {
+        "system": json.loads(system.to_json()),
+        "t_end": 30.0,
+        "max_events": 10**7,
+        "per_segment": 1,
+        "samples": 0,
+    }
+    words, numbers = module.ask(ORBIT, question)
+    events = numbers[words["samples"] * (1 + 2 * 3 + 3 * 3) :].reshape(-1, 8)
+    assert same_bits(events, rows(ss.simulate(system, 30.0))), STALE
+
+
+def test_an_orbit_diagram_is_that_of_the_package_to_the_bit(module):
+    system = ss.paper.oscillator(0.2)
+    values = np.linspace(0.1, 0.5, 9)
+    look = {
+        "transient": 60.0,
+        "window": 40.0,
+        "tolerance": 1e-6,
+        "surface": None,
+        "decide": 0,
+        "points": 24,
+        "max_events": 10**6,
+    }
+    question = {
+        "system": json.loads(system.to_json()),
+        "names": ["drive_velocity"],
+        "values": values.tolist(),
+        "look": look,
+    }
+    words, numbers = module.ask(STEADY, {**question, "chain": False, "patience": 10**6})
+    diagram = ss.orbit_diagram(system, "drive_velocity", values, direction="fresh", periods=100, keep=40, points=24)
+    regimes, at = [], 0
+    for column in range(len(values)):
+        regime, period, _, _, low, high, _, _, section, turns = numbers[at : at + 10]
+        regimes.append(words["regimes"][int(regime)])
+        assert (period, low, high) == tuple(diagram[name].values[column] for name in ("period", "x_min", "x_max")), (
+            STALE
+        )
+        at += 10 + 2 * int(section) + int(turns)
+    assert regimes == diagram["regime"].values.tolist()
+    assert at == len(numbers)
+
+
+def test_the_module_refuses_with_the_sentences_of_the_package(module):
+    system = json.loads(ss.paper.oscillator(0.2).to_json())
+    run = {"t_end": 10.0, "max_events": 1000, "per_segment": 1, "samples": 0}
+    for change in (
+        {"mass": -1.0},
+        {"damping": -0.5},
+        {"law": {"type": "StaticKinetic", "break_away": 0.5, "kinetic": 0.6}},
+    ):
+        with pytest.raises(ValueError) as here:
+            _core.check_oscillator(json.dumps(system | change))
+        with pytest.raises(ValueError, match=re.escape(str(here.value))):
+            module.ask(ORBIT, {"system": system | change, **run})
+    with pytest.raises(ValueError, match="expected the number of a question from 0 to 4, got 9"):
+        module.ask(9, {})
+    with pytest.raises(ValueError, match="internal state"):
+        module.ask(ORBIT, {"system": system | {"law": json.loads(Law.ALL["LuGre"].example().to_json())}, **run})
+    # What was refused leaves the module as it was.
+    assert module.ask(ORBIT, {"system": system, **run})[0]["stop"] == "t_end"
+
+
+def test_the_script_is_that_of_its_sources():
+    total = hashlib.sha256()
+    folder = ROOT / "web" / "src"
+    for path in sorted(folder.rglob("*.ts"), key=lambda path: path.relative_to(folder).as_posix()):
+        total.update(f"{path.relative_to(folder).as_posix()}\n".encode() + path.read_bytes())
+    stored = (SHIPPED / "explorer.js").read_text(encoding="utf-8").partition("\n")[0].split()[-1]
+    assert stored == total.hexdigest(), "web/src changed since explorer.js was made: run make explorer"
+
+
+def test_the_shipped_files_name_no_machine_and_no_network():
+    core = gzip.decompress((SHIPPED / "core.wasm.gz").read_bytes())
+    assert core.startswith(b"\0asm")
+    for word in (b"/root", b"/home", b"/Users", b"crates.io", b".cargo", str(ROOT).encode()):
+        assert word not in core
+    script = (SHIPPED / "explorer.js").read_text(encoding="utf-8")
+    for word in ("http://", "https://", "eval(", "innerHTML", "new Function"):
+        assert word not in script
+    assert "</script" not in script
+
+
+def test_the_page_is_whole_and_asks_no_network():
+    text = page()
+    assert not re.findall(r"(?:src|href)=", text.partition('<script type="application/json" id="data">')[0])
+    assert 'null</script>\n<script type="application/octet-stream"' in text  # no state: the first preset
+    assert len(text.encode()) < 560_000
+
+
+@pytest.mark.parametrize("name", Law.ALL)
+def test_every_number_of_every_law_stands_on_the_page(name):
+    law = laws()[name]
+    assert law["sentence"]
+    document = Law.ALL[name].example()
+    assert Law.from_dict({key: value for key, value in law["example"].items() if value is not None}) == document
+    for number in law["numbers"]:
+        value = law["example"]
+        for key in number["path"].split("."):
+            value = value[key]
+        assert number["symbol"]
+        assert number["words"]
+        if isinstance(value, float):
+            assert number["low"] <= value <= number["high"]
+
+
+def test_symbols_are_those_of_the_documentation():
+    symbols = {name: {row["path"]: row["symbol"] for row in law["numbers"]} for name, law in laws().items()}
+    assert symbols["DwellTime"] == {"kinetic": "fₖ", "limit": "Δ∞", "rate": "γ", "exponent": "m"}
+    assert symbols["ElastoPlastic"]["stiffness"] == symbols["LuGre"]["stiffness"] == "σ₀"
+    assert symbols["BogaczRyczek"]["static_friction.drop_scale"] == "δ₁"
+    assert [row["symbol"] for row in oscillator()] == ["s", "D", "k", "m"]
+
+
+def test_every_preset_runs(module):
+    for name, preset in presets().items():
+        state = preset["state"]
+        law = Law.from_dict({key: value for key, value in state["system"]["law"].items() if value is not None})
+        numbers = {key: state["system"][key] for key in ("damping", "drive_velocity", "mass", "stiffness")}
+        if "chain" in state:
+            system = ss.chain(state["chain"]["masses"], law, numbers["drive_velocity"], damping=numbers["damping"])
+        else:
+            system = ss.Oscillator(
+                law=law, forcing=[ss.Harmonic(**one) for one in state["system"]["forcing"]], **numbers
+            )
+        assert preset["source"], name
+        assert ss.simulate(system, state["t_end"]).stop == "t_end", name
+
+
+def test_files_become_states(tmp_path):
+    system = ss.paper.oscillator(0.3, forcing=ss.Harmonic(0.03, 1.25))
+    (tmp_path / "system.toml").write_text(system.to_toml() + "\n[simulation]\nt_end = 77.0\nx0 = 0.5\n")
+    state = state_of(tmp_path / "system.toml")
+    assert (state["t_end"], state["start"]["x0"], state["system"]["drive_velocity"]) == (77.0, [0.5], 0.3)
+    assert state["system"]["forcing"] == [{"amplitude": 0.03, "frequency": 1.25, "phase": 0.0}]
+    assert state["system"]["law"] == full(system.law)
+
+    ss.simulate(system, 50.0, x0=0.25).save(tmp_path / "orbit.nc")
+    state = state_of(tmp_path / "orbit.nc")
+    assert (state["t_end"], state["start"]["x0"], state["system"]["drive_velocity"]) == (50.0, [0.25], 0.3)
+
+    (tmp_path / "law.toml").write_text('[law]\ntype = "Coulomb"\nkinetic = 0.4\n')
+    assert state_of(tmp_path / "law.toml")["system"]["law"] == {"type": "Coulomb", "kinetic": 0.4}
+
+
+def test_files_that_the_page_cannot_show_are_refused_with_a_sentence(tmp_path):
+    law = Law.ALL["Coulomb"].example()
+    (tmp_path / "two.toml").write_text(ss.chain(2, law, 0.2).to_toml())
+    with pytest.raises(ss.InputError, match="expected a system of one mass, got 2 masses"):
+        state_of(tmp_path / "two.toml")
+    wave = ss.Drive(0.2, harmonics=[ss.Harmonic(0.1, 1.0)])
+    (tmp_path / "wave.toml").write_text(ss.Oscillator(0.1, wave, law).to_toml())
+    with pytest.raises(ss.InputError, match="expected a constant drive velocity"):
+        state_of(tmp_path / "wave.toml")
+
+
+def test_the_command_writes_the_page(tmp_path):
+    (tmp_path / "law.toml").write_text('[law]\ntype = "Coulomb"\nkinetic = 0.4\n')
+    command = [sys.executable, "-m", "stickslip", "explore", "law.toml", "-o", "page.html", "--no-browser"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    assert (
+        '"type":"Coulomb","kinetic":0.4'
+        in (tmp_path / "page.html").read_text(encoding="utf-8").partition('id="state"')[2]
+    )
+
+
+def test_a_state_cannot_end_the_element_it_stands_in():
+    text = page({"preset": "</script><script>alert(1)</script>"})
+    assert "<script>alert" not in text

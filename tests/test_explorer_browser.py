@@ -1,0 +1,262 @@
+"""The page in a headless browser, from a file, under its own strict policy: what is moved by hand, seen and taken away."""
+
+import json
+import re
+import shutil
+
+import pytest
+from browser import Browser
+
+import stickslip as ss
+from stickslip.explorer import page
+from stickslip.model.system import load_system_document
+
+FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    path = tmp_path_factory.mktemp("explorer") / "page.html"
+    path.write_text(page(), encoding="utf-8")
+    return path.as_uri()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with Browser() as browser:
+        yield browser
+
+
+@pytest.fixture
+def opened(browser, address):
+    """The page as it opens, still."""
+    browser.problems.clear()
+    browser.resize(1440, 900)
+    browser.open(address)
+    browser.run("explorer.play(false)")
+    yield browser
+    assert browser.problems == []
+
+
+def facts(browser):
+    browser.run(FRAME)
+    return browser.run("document.getElementById('facts').textContent")
+
+
+def swept(browser):
+    browser.wait("explorer.swept[0] === 300 && explorer.swept[1] === 300")
+
+
+def drawn(browser, panel):
+    """How many pixels of a panel are not empty."""
+    return browser.run(
+        f"""(() => {{ const canvas = document.querySelector('#{panel} canvas.base');
+        const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+        let count = 0; for (let i = 3; i < data.length; i += 4) count += data[i] > 0; return count; }})()"""
+    )
+
+
+def place(browser, key):
+    return browser.run(
+        f"""(() => {{ const box = document.querySelector('.handle[data-key="{key}"]').getBoundingClientRect();
+        return [box.x + box.width / 2, box.y + box.height / 2]; }})()"""
+    )
+
+
+def test_the_page_says_the_steady_motion_and_draws_every_panel(opened):
+    assert facts(opened).startswith("Stick-slip, period 10.594341, amplitude 0.65503, sticks for 5.9246")
+    swept(opened)
+    opened.run(FRAME)
+    for panel in ("law", "phase", "displacement", "diagram", "spectrum", "surface"):
+        assert drawn(opened, panel) > 2000, panel
+
+
+def test_a_slider_moves_every_panel_and_costs_few_questions(opened):
+    opened.run(FRAME)
+    opened.run("window.before = explorer.core.calls")
+    opened.run(
+        """(() => { const slider = document.querySelector('input[aria-label="belt speed s"]');
+        slider.value = 250; slider.dispatchEvent(new Event('input')); })()"""
+    )
+    assert facts(opened).startswith("Almost-harmonic")
+    assert opened.run("explorer.state.system.drive_velocity") == 0.3
+    # Orbit, steady motion, law, break-away, spectrum, surface.
+    assert opened.run("explorer.core.calls - before") <= 6
+
+
+def test_a_handle_follows_the_hand_and_the_arrow_keys(opened):
+    opened.run(FRAME)
+    x, y = place(opened, "D")
+    before = opened.run("explorer.state.system.law.D")
+    opened.drag((x, y), (x + 20, y + 30))
+    opened.run(FRAME)
+    after = opened.run("explorer.state.system.law.D")
+    assert after[0] > before[0]
+    assert after[1] < before[1]
+    opened.run("document.querySelector('.handle[data-key=\"D\"]').focus()")
+    opened.key("ArrowLeft")
+    opened.run(FRAME)
+    assert opened.run("explorer.state.system.law.D")[0] == pytest.approx(after[0] - 0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["PiecewiseLinear", "ExponentialStribeck", "TwoBranch", "ForceRate", "LuGre"])
+def test_laws_of_every_kind_can_be_taken_by_hand(opened, law):
+    opened.run(f"explorer.change([['system.law', explorer.data.laws['{law}'].example]])")
+    said = facts(opened)
+    if law == "LuGre":
+        assert "internal state" in said
+        return
+    assert "events" in said
+    keys = opened.run("[...document.querySelectorAll('.handle')].map((one) => one.dataset.key)")
+    assert keys
+    before = opened.run("JSON.stringify(explorer.state.system.law)")
+    opened.run(f"document.querySelector('.handle[data-key=\"{keys[-1]}\"]').focus()")
+    opened.key("ArrowUp")
+    opened.key("ArrowRight")
+    opened.run(FRAME)
+    assert opened.run("JSON.stringify(explorer.state.system.law)") != before
+
+
+@pytest.mark.slow
+def test_pencils_go_to_infinity_and_come_back(opened):
+    for name, angle in (("A", "phi"), ("C", "psi"), ("D", "eta")):
+        for there in (True, False):
+            box = f"[...document.querySelectorAll('label.line')].find((one) => one.textContent === 'pencil {name} at infinity').firstChild"
+            opened.run(FRAME)
+            if opened.run(f"{box}.checked") != there:
+                opened.run(f"{box}.click()")
+            opened.run(FRAME)
+            keys = opened.run("[...document.querySelectorAll('.handle')].map((one) => one.dataset.key)")
+            assert (name in keys, angle in keys) == (not there, there)
+            assert "events" in facts(opened)
+
+
+def test_a_link_gives_the_same_page_and_names_what_it_does_not_know(opened, address):
+    opened.run("explorer.change([['system.law.B', [-0.5, 1.3]], ['system.damping', 0.31], ['t_end', 120]])")
+    said, link = facts(opened), opened.run("explorer.link()")
+    assert link.startswith("#stick-slip&")
+    opened.open(address + link)
+    assert facts(opened) == said
+    opened.open(address + "#stick-slip&system.dumping=0.3")
+    assert "names nothing here" in facts(opened)
+
+
+@pytest.mark.slow
+def test_a_refused_number_is_said_in_the_words_of_the_core(opened):
+    opened.run("explorer.change([['system.mass', -1]])")
+    assert facts(opened) == "mass must be greater than 0, got -1"
+    opened.run("explorer.change([['system.mass', 1]])")
+    assert facts(opened).startswith("Stick-slip")
+
+
+@pytest.mark.parametrize("preset", ["stick-slip", "forced", "brake", "chain"])
+def test_the_exported_system_is_simulated_to_the_same_bits(opened, address, tmp_path, preset):
+    opened.open(f"{address}#{preset}")
+    opened.run("explorer.change([['system.drive_velocity', 0.1 + 0.2]])")
+    opened.run(FRAME)
+    (tmp_path / "system.toml").write_text(opened.run("explorer.toml()"), encoding="utf-8")
+    system, settings = load_system_document(tmp_path / "system.toml")
+    orbit = ss.simulate(system, **settings)
+    here = json.loads(opened.run("JSON.stringify(explorer.orbit.events.map(({ t, x, v, force }) => [t, x, v, force]))"))
+    assert here == orbit.events[["t", "x", "v", "force"]].to_numpy().tolist()
+
+
+@pytest.mark.slow
+def test_a_saved_page_opens_as_it_was_saved(opened, tmp_path):
+    opened.run("explorer.change([['system.law.D', [0.36, 2.2]], ['system.drive_velocity', 0.22]])")
+    said = facts(opened)
+    (tmp_path / "saved.html").write_text(opened.run("explorer.savedPage()"), encoding="utf-8")
+    opened.open((tmp_path / "saved.html").as_uri())
+    assert facts(opened) == said
+    assert opened.run("explorer.state.system.law.D") == [0.36, 2.2]
+
+
+@pytest.mark.slow
+def test_the_page_lives_within_another_and_asks_the_network_for_nothing(opened, tmp_path, address):
+    text = page().replace("&", "&amp;").replace('"', "&quot;")
+    (tmp_path / "outer.html").write_text(
+        f'<body data-ready="yes"><iframe width=900 height=700 srcdoc="{text}"></iframe>'
+    )
+    opened.open((tmp_path / "outer.html").as_uri())
+    opened.wait("frames[0]?.document.body?.dataset.ready === 'yes'")
+    assert (
+        opened.run(
+            "frames[0].performance.getEntriesByType('resource').filter(({ name }) => !name.startsWith('blob:')).length"
+        )
+        == 0
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [360, 768, 1440, 3840])
+def test_nothing_is_wider_than_the_window(opened, width):
+    opened.resize(width, 2160 if width > 2000 else 800, touch=width < 500)
+    opened.run(FRAME)
+    assert opened.run("document.documentElement.scrollWidth") <= width
+    if width < 500:
+        sizes = opened.run("[...document.querySelectorAll('.handle:not([hidden])')].map((one) => one.offsetWidth)")
+        assert min(sizes) >= 44
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_words_stand_out_in_both_themes(opened, theme, address):
+    opened.prefer(prefers_color_scheme=theme)
+    opened.open(address)
+    assert opened.run("document.documentElement.dataset.theme") == theme
+    colours = opened.run(
+        """(() => { const style = getComputedStyle(document.documentElement);
+        return Object.fromEntries(['paper', 'card', 'ink', 'soft', 'accent', 'bad'].map((name) => [name, style.getPropertyValue('--' + name).trim()])); })()"""
+    )
+    opened.prefer()
+
+    def light(colour):
+        parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+        red, green, blue = (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
+        return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+    for text in ("ink", "soft", "accent", "bad"):
+        for ground in ("paper", "card"):
+            low, high = sorted([light(colours[text]), light(colours[ground])])
+            assert (high + 0.05) / (low + 0.05) >= 4.5, (text, ground)
+
+
+@pytest.mark.slow
+def test_who_wants_less_motion_gets_a_still_page(opened, address):
+    opened.prefer(prefers_reduced_motion="reduce")
+    opened.open(address)
+    assert opened.run("explorer.playing") is False
+    opened.prefer()
+
+
+@pytest.mark.slow
+def test_everything_has_a_name_for_who_cannot_see_it(opened):
+    opened.run(FRAME)
+    nameless = opened.run(
+        """[...document.querySelectorAll('button, input, select, canvas.over')].filter((one) =>
+        !(one.getAttribute('aria-label') || one.textContent.trim() || one.labels?.length)).map((one) => one.outerHTML)"""
+    )
+    assert nameless == []
+
+
+@pytest.mark.slow
+def test_files_are_taken_away(opened, tmp_path):
+    shutil.rmtree(tmp_path / "down", ignore_errors=True)
+    opened.run(FRAME)
+    opened.send("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path / "down"))
+    for name, file in (
+        ("toml", "system.toml"),
+        ("csv", "orbit.csv"),
+        ("png", "stickslip.png"),
+        ("save", "explorer.html"),
+    ):
+        opened.run(f"document.getElementById('{name}').click()")
+        for _ in range(600):
+            opened.run("new Promise((done) => setTimeout(done, 50))")
+            if (tmp_path / "down" / file).exists():
+                break
+        assert (tmp_path / "down" / file).stat().st_size > 100, file
+    header, first = (tmp_path / "down" / "orbit.csv").read_text().splitlines()[:2]
+    assert header == "t,x,v,slip_velocity,force,branch"
+    assert len(re.split(",", first)) == 6

@@ -1,0 +1,104 @@
+"""Films in which the finder may take the wrong thing: it says so, leaves it out, or asks."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.errors import InputError
+from stickslip.tracking import film, track
+
+cv2 = pytest.importorskip("cv2")
+
+SMALL = {"frame_rate": 20.0, "width": 320, "height": 96, "marker": 16.0}
+
+
+def texture(step):
+    """Belt texture alone, moving `step` px a picture."""
+    rng = np.random.default_rng(0)
+    grain = cv2.GaussianBlur(rng.standard_normal((120, 400)).astype(np.float32), (0, 0), 2.5)
+    for index in range(40):
+        part = 128 + 18 * grain[:, step * index : step * index + 240] / grain.std() + rng.normal(0, 3, (120, 240))
+        yield np.clip(part, 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("step", [0, 3])
+def test_a_film_without_a_marker_is_refused(tmp_path, step):
+    for index, picture in enumerate(texture(step)):
+        cv2.imwrite(str(tmp_path / f"{index}.png"), picture)
+    with pytest.raises(InputError, match="other spots in a picture look like a dark marker"):
+        track(tmp_path, frame_rate=20.0)
+    notes = track(tmp_path, frame_rate=20.0, size=10.0).attrs["notes"]
+    assert any("look whether it is the marker" in note for note in notes)
+
+
+def filmed(path, **camera):
+    return film(ss.simulate(ss.paper.oscillator(0.15), 60.0), path, start=20.0, duration=3.0, **(SMALL | camera))
+
+
+def test_a_marker_hidden_in_part_is_left_out(tmp_path):
+    truth = filmed(tmp_path / "film")
+    x, y = (truth[name].to_numpy()[:, 0] for name in ("x_px", "y_px"))
+    for index in range(20, 30):
+        path = tmp_path / "film" / f"{index:06d}.png"
+        picture = cv2.imread(str(path))
+        picture[round(y[index]) - 12 : round(y[index]) + 12, round(x[index]) + 3 : round(x[index]) + 30] = 215
+        cv2.imwrite(str(path), picture)
+    motion = track(tmp_path / "film", frame_rate=20.0)
+    assert set(motion["lost"].to_numpy()[20:30, 0]) <= {"partly hidden", "not found"}
+    seen = motion["lost"].to_numpy()[:, 0] == ""
+    assert np.abs(motion["x_px"].to_numpy()[seen, 0] - x[seen]).max() < 0.2
+    assert seen.sum() == 50
+    assert any("10 partly hidden" in note for note in motion.attrs["notes"])
+
+
+def test_a_clear_marker_raises_no_doubt_and_its_errors_stay(tmp_path):
+    filmed(tmp_path / "film.avi")
+    assert not track(tmp_path / "film.avi").attrs["notes"]
+
+
+def test_what_compression_scatters_is_in_the_errors(tmp_path):
+    truth = filmed(tmp_path / "film", noise=0.02)
+    for path in (tmp_path / "film").iterdir():
+        picture = cv2.imread(str(path))
+        _, small = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 6])
+        cv2.imwrite(str(path), cv2.imdecode(small, cv2.IMREAD_COLOR))
+    motion = track(tmp_path / "film", frame_rate=20.0)
+    normal = ((motion["x_px"] - truth["x_px"].values) / motion["x_error"]).to_numpy()
+    assert np.std(normal) < 2
+    assert any("the errors hold that" in note for note in motion.attrs["notes"])
+
+
+def test_a_leap_is_said(tmp_path):
+    filmed(tmp_path / "film")
+    for index in range(30, 33):  # the marker is gone, and one like it stands elsewhere
+        picture = np.full((96, 320, 3), 205, np.uint8)
+        cv2.circle(picture, (300, 80), 8, (40, 40, 40), -1, cv2.LINE_AA)
+        cv2.imwrite(str(tmp_path / "film" / f"{index:06d}.png"), picture)
+    motion = track(tmp_path / "film", frame_rate=20.0, max_jump=400.0)
+    assert any("another spot may have been taken" in note for note in motion.attrs["notes"])
+
+
+def test_a_fixed_mark_takes_out_the_shake_of_the_camera(tmp_path):
+    truth = filmed(tmp_path / "film", width=400, scale=40.0)
+    shake = 1.5 * np.random.default_rng(2).standard_normal((60, 2))
+    for index, path in enumerate(sorted((tmp_path / "film").iterdir())):
+        picture = cv2.imread(str(path))
+        cv2.circle(picture, (30, 44), 16, (205, 205, 205), -1, cv2.LINE_AA)
+        cv2.circle(picture, (30, 44), 8, (40, 40, 40), -1, cv2.LINE_AA)
+        moved = np.float32([[1, 0, shake[index, 0]], [0, 1, shake[index, 1]]])
+        cv2.imwrite(str(path), cv2.warpAffine(picture, moved, (400, 96), flags=cv2.INTER_CUBIC, borderMode=1))
+    alone = track(tmp_path / "film", frame_rate=20.0, masses=2)
+    steady = track(tmp_path / "film", frame_rate=20.0, masses=2, reference=[0])
+    assert steady.sizes["mass"] == 1
+
+    def off(motion):
+        rest = motion["x_px"].to_numpy()[:, -1] - truth["x_px"].to_numpy()[:, 0]
+        return np.std(rest)
+
+    assert off(alone) > 1
+    assert off(steady) < 0.1
+    assert any("The camera moves by" in note for note in steady.attrs["notes"])
+    with pytest.raises(
+        InputError, match=r"reference must hold some of the masses 0 to 1, and leave one that moves, got \[2\]"
+    ):
+        track(tmp_path / "film", frame_rate=20.0, masses=2, reference=[2])
