@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/how-to/diagrams.md anew: python docs/figures/analysis.py (some minutes on two cores), or … maps."""
+"""Draw the pictures of docs/how-to/diagrams.md anew, all or some: python docs/figures/analysis.py maps (some minutes)."""
 
 import sys
 
