@@ -107,7 +107,11 @@ ABOVE: Any = {
     "frameon": False,
 }
 
-_HYPHENATED = {"stick_slip": "stick-slip", "almost_harmonic": "almost-harmonic"}
+_HYPHENATED = {
+    "stick_slip": "stick-slip",
+    "almost_harmonic": "almost-harmonic",
+    "back_and_forth": "reversing slip",
+}
 
 _SI = {
     "position": "m",
