@@ -1,16 +1,28 @@
 import re
 import sys
+from functools import partial
 
+import numpy as np
 import pytest
 
+from stickslip import paper
 from stickslip.cli.main import main
 from stickslip.paper import demo
 
+SCORED = ("end-of-stick-slip", "end-of-oscillation")
 
-@pytest.fixture(scope="module")
-def report(tmp_path_factory):
+
+@pytest.fixture(scope="module", params=["short", pytest.param("whole", marks=pytest.mark.slow)])
+def report(request, tmp_path_factory):
+    """The report; the short one without the refinement of the law, with two claims and few drive velocities."""
     folder = tmp_path_factory.mktemp("demo")
-    assert main(["demo", "-o", str(folder)]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "short":
+            patch.setattr(demo, "fit_trajectories", lambda branches, *_, **__: branches)
+            patch.setattr(paper, "score", partial(paper.score, only=SCORED))
+            diagram = partial(paper.figures.drive_velocity_diagram, np.linspace(0.1, 0.5, 9), periods=60)
+            patch.setattr(paper.figures, "drive_velocity_diagram", diagram)
+        assert main(["demo", "-o", str(folder)]) == 0
     return folder / "report.html"
 
 
@@ -46,7 +58,7 @@ def test_identified_stands_beside_true(report):
 
 def test_paper_thresholds_are_scored(report):
     page = report.read_text(encoding="utf-8")
-    for identifier in ("end-of-stick-slip", "end-of-oscillation"):
+    for identifier in SCORED:
         row = re.search(rf'<tr class="(\w+)"><th>{identifier}</th>', page)
         assert row is not None
         assert row.group(1) == "reproduced"

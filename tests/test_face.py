@@ -11,6 +11,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.cli.main import _parser, main
+from stickslip.report.report import Report, rounded
 
 
 def test_only_public_names_are_offered():
@@ -76,3 +77,14 @@ def test_the_shell_completes_commands_and_options(capsys):
         typed = f"COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; _stickslip; echo ${{COMPREPLY[@]}}"
         found = subprocess.run(["bash", "-c", script + typed], capture_output=True, text=True, check=True).stdout
         assert found.split() == [wanted]
+
+
+def test_a_report_begins_with_its_summary_and_folds_long_lists():
+    report = Report("A law")
+    report.heading("Notes")
+    report.items([f"note {number}" for number in range(6)])
+    report.summary("It fits.", {"kinetic": rounded(3.0004, 0.0012)})
+    page = report.html()
+    parts = ["It fits.", "3.0004 ± 0.0012", '<a href="#s1">Notes</a>', '<h2 id="s1">', "note 3", "<details>", "note 4"]
+    assert [page.index(part) for part in parts] == sorted(page.index(part) for part in parts)
+    assert "prefers-color-scheme: dark" in page

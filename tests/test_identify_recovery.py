@@ -12,7 +12,7 @@ import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify
 from stickslip.identification.estimator.uncertainty import recurrence
-from stickslip.identification.guesses.evidence import Seen
+from stickslip.identification.guesses.evidence import Evidence
 from stickslip.identification.guesses.first_guess import first_guess
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.law_parameters import value
@@ -125,7 +125,7 @@ def fall_records(*velocities):
 def test_a_fall_with_the_force_rate_is_read_off_the_motions_without_sticks():
     def guess(*velocities):
         records = read_records(fall_records(*velocities))
-        return first_guess(ss.laws.BogaczRyczek, Seen(records, break_away_rows(records), None, False, 3))
+        return first_guess(ss.laws.BogaczRyczek, Evidence(records, break_away_rows(records), None, False, 3))
 
     found = guess(0.1, 0.28, 0.32, 0.36, 0.39)
     assert "static_friction.drop_exponent" in found.free

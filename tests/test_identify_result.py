@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import tomllib
 from dataclasses import replace
 
@@ -126,3 +128,24 @@ def test_something_that_is_no_law_is_refused(friction):
 
 def test_an_oscillator_brings_its_own_constants(friction):
     assert compare_motion(friction, replace(SYSTEM, drive_velocity=0.1)).system.drive_velocity == 0.1
+
+
+def test_a_result_prints_in_a_line_and_in_a_notebook_as_one_table(found):
+    assert repr(found).startswith("<Identification: StaticKinetic from 1 record(s)")
+    row = found.parameters.loc["kinetic"]
+    assert f"kinetic = {row['value']:.5g} ± {row['error']:.2g}" in repr(found)
+    for result in (found, found.static):
+        assert len(repr(result)) < 400
+        assert "\n" not in repr(result)
+        assert result._repr_html_().count("<table") == 1
+        assert len(result._repr_html_()) < 3000
+
+
+def test_a_result_survives_a_pickle_and_a_copy_and_compares_by_content(found):
+    for result in (found, found.static):
+        for again in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result)):
+            assert again == result
+            assert again.report() == result.report()
+    assert pickle.loads(pickle.dumps(found.static)).best(1.0) == found.static.best(1.0)
+    assert replace(found, rms=2 * found.rms) != found
+    assert found != "an identification"

@@ -15,7 +15,7 @@ from stickslip.identification import fit_trajectories, friction_of_orbit, identi
 from stickslip.identification.coverage import CASES, coverage
 from stickslip.identification.law_parameters import LawParameters, places, value
 from stickslip.identification.records import read_records
-from stickslip.identification.trajectory.motion_misfit import Landmarks, Overlay
+from stickslip.identification.trajectory.motion_misfit import Landmarks, MotionMisfit
 from stickslip.identification.trajectory.single_shooting import SingleShooting
 from stickslip.measurement import Rig
 
@@ -56,6 +56,7 @@ def test_the_truth_is_found_within_its_errors_and_only_noise_is_left(sharpened):
     np.testing.assert_allclose(np.sqrt(np.diag(sharpened.covariance)), table["error"])
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_in_a_small_sample():
     # The published table has 200 repetitions of five laws. Of 12 fewer than 9 come by chance once in 400 at 95 %.
     table = coverage(CASES["StaticKinetic"], repetitions=12, fresh=12)
@@ -102,11 +103,11 @@ def test_profile_and_curvature_agree_where_the_misfit_is_a_parabola(first, sharp
 def test_slopes_through_events_are_those_of_differences(name, monkeypatch):
     case = CASES[name]
     records = read_records([record(case.law, s, case.damping) for s in case.drive_velocities])
-    overlays = [Overlay(item, 0.0) for item in records]
+    misfits = [MotionMisfit(item, 0.0) for item in records]
     free = case.free or [item for item in places(case.law) if item not in ("exponent", "nodes[0].slip_velocity")]
     ties = {"break_away": "kinetic"} if name == "StaticKinetic" else {}
-    fit = SingleShooting(overlays, LawParameters(case.law, [item for item in free if item not in ties], ties))
-    shifts = [overlay.first_shift(case.law, overlay.time.size) for overlay in overlays]
+    fit = SingleShooting(misfits, LawParameters(case.law, [item for item in free if item not in ties], ties))
+    shifts = [record_misfit.first_shift(case.law, record_misfit.time.size) for record_misfit in misfits]
     at = np.concatenate([np.zeros(fit.count), shifts])
     expected = np.stack([fit.differences(at, j, step=0.003) for j in range(fit.count)], axis=1)
     monkeypatch.setattr(SingleShooting, "differences", lambda *_: pytest.fail("no derivative of the core"))
@@ -215,8 +216,8 @@ def test_landmarks_of_a_sine_are_its_period_and_turns():
 
 
 def test_a_law_is_unlike_a_record_in_proportion_to_its_error():
-    overlay = Overlay(read_records(record())[0], 0.0)
-    errors = [np.linalg.norm(overlay.unlikeness(replace(LAW, break_away=1.0 + d))) for d in (0.0, 0.05, 0.1)]
+    record_misfit = MotionMisfit(read_records(record())[0], 0.0)
+    errors = [np.linalg.norm(record_misfit.unlikeness(replace(LAW, break_away=1.0 + d))) for d in (0.0, 0.05, 0.1)]
     assert errors[0] < 0.05
     assert errors[1] > 3 * errors[0]
     assert errors[2] == pytest.approx(2 * errors[1], rel=0.35)
@@ -317,9 +318,9 @@ def test_a_profile_ends_where_there_is_no_law_beyond():
 
 def test_numbers_that_make_no_law_are_farther_than_any_motion():
     law = ss.laws.PiecewiseLinear(nodes=[(0, 0.9), (0.25, 0.6), (1.0, 0.8)], break_away=1.0)
-    overlay = Overlay(read_records(record(law, 0.2, 0.1))[0], 0.0)
-    fit = SingleShooting([overlay], LawParameters(law, ["break_away", "nodes[1].slip_velocity"]))
-    here, shift = np.zeros(2), overlay.first_shift(law, overlay.time.size)
+    record_misfit = MotionMisfit(read_records(record(law, 0.2, 0.1))[0], 0.0)
+    fit = SingleShooting([record_misfit], LawParameters(law, ["break_away", "nodes[1].slip_velocity"]))
+    here, shift = np.zeros(2), record_misfit.first_shift(law, record_misfit.time.size)
     barred, wild = np.array([-50.0, 0.0, shift]), np.array([0.0, 100.0, shift])
     assert fit.is_law(np.append(here, shift))
     assert not fit.is_law(barred)

@@ -27,7 +27,7 @@ def files(folder, force):
 
 def rig(**more):
     return {
-        "gauge": "direct_force",
+        "instrument": "direct_force",
         "columns": {"time": "t", "force": "F"},
         "companion": {"file": "motion.csv", "columns": {"time": "t", "displacement": "x"}},
         **more,

@@ -1,5 +1,7 @@
 """The whole way on a real record, by its own commands: measure, identify, simulate, compare."""
 
+import contextlib
+import io
 import json
 from pathlib import Path
 
@@ -18,17 +20,19 @@ def run(capsys, *arguments):
 
 @pytest.fixture(scope="module")
 def slow(shared_data, tmp_path_factory):
+    """The friction file of the slow slider and what the command said of it."""
     # k = 168 N/m, V = 42 µm/s: Colas et al., Phys. Rev. E 2019; the numbers are those of the data set's own description.
     folder = tmp_path_factory.mktemp("slow")
     record, rig = shared_data / "paper_stickslip" / "k168Nm_v42.mat", RIGS / "paper_slider_k168_v42.toml"
-    friction = folder / "friction.nc"
-    assert main(["measure", str(record), "--rig", str(rig), "-o", str(friction), "--plot", str(folder / "a.png")]) == 0
-    return friction
+    friction, said = folder / "friction.nc", io.StringIO()
+    with contextlib.redirect_stdout(said):
+        command = ["measure", record, "--rig", rig, "-o", friction, "--plot", folder / "a.png", "--json"]
+        assert main([str(word) for word in command]) == 0
+    return friction, json.loads(said.getvalue())
 
 
-def test_slow_slider_slips_as_often_as_it_should(shared_data, capsys):
-    record, rig = shared_data / "paper_stickslip" / "k168Nm_v42.mat", RIGS / "paper_slider_k168_v42.toml"
-    seen = run(capsys, "measure", record, "--rig", rig)
+def test_slow_slider_slips_as_often_as_it_should(slow):
+    _, seen = slow
     assert seen["regime"] == "stick_slip"
     assert 200 <= seen["slips"] <= 230
     assert 1.6 <= seen["median_stick_time"] <= 1.7
@@ -39,7 +43,7 @@ def test_slow_slider_slips_as_often_as_it_should(shared_data, capsys):
 
 def test_law_of_the_slow_slider_sticks_as_long(slow, tmp_path, capsys):
     law = tmp_path / "law.toml"
-    seen = run(capsys, "identify", slow, "--law", "DwellTime", "-o", law, "--plot", tmp_path / "b.png")
+    seen = run(capsys, "identify", slow[0], "--law", "DwellTime", "-o", law, "--plot", tmp_path / "b.png")
     table = seen["agreement"]["table"]
     assert table["mean stick time"]["simulated"] == pytest.approx(table["mean stick time"]["measured"], rel=0.15)
     # Static friction, and with it the force drop, grows with the logarithm of the stick time.
@@ -52,7 +56,7 @@ def test_law_of_the_slow_slider_sticks_as_long(slow, tmp_path, capsys):
 def test_force_drop_of_the_slow_slider_grows_with_the_logarithm_of_the_stick_time(slow):
     import xarray as xr
 
-    with xr.open_datatree(slow, engine="h5netcdf") as tree:
+    with xr.open_datatree(slow[0], engine="h5netcdf") as tree:
         rows = tree["break_away"].to_dataset(inherit=False)
         weight = float(tree.attrs["weight"])
         rows = rows.isel(event=np.isfinite(rows["stick_time"] * rows["drop"]).to_numpy())
@@ -62,6 +66,7 @@ def test_force_drop_of_the_slow_slider_grows_with_the_logarithm_of_the_stick_tim
     assert np.corrcoef(decades, drop)[0, 1] > 0.2
 
 
+@pytest.mark.slow  # the same record is measured in test_measure_paper_slider.py
 def test_fast_slider_is_told_apart(shared_data, capsys):
     record, rig = shared_data / "paper_stickslip" / "k168Nm_v4300.mat", RIGS / "paper_slider_k168_v4300.toml"
     seen = run(capsys, "measure", record, "--rig", rig)

@@ -24,7 +24,13 @@ def cells(line):
     return [cell.strip() for cell in line.strip(" |\n").split("|")]
 
 
-@pytest.mark.parametrize("name", public_records.RECORDS)
+#: The one that is measured and identified in a second; the others take up to a minute each.
+QUICK = "robot_joint_kinova"
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name == QUICK else pytest.mark.slow) for name in public_records.RECORDS]
+)
 def test_known_numbers_lie_in_the_intervals_and_the_page_says_so(name, shared_data):
     if not list(shared_data.glob(f"{'robot_joint' if 'robot' in name else name}*")):
         pytest.skip(f"no {name} among the real records")

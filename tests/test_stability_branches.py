@@ -43,7 +43,10 @@ def test_critical_velocities_of_the_exponential_law() -> None:
         assert bool((orbit.events["t"] > 1900).any()) is sticks
 
 
-@pytest.mark.parametrize(("calibration", "bounds"), [("default", (0.2, 0.6)), ("one f_s(0)", (0.02, 0.6))])
+@pytest.mark.parametrize(
+    ("calibration", "bounds"),
+    [("default", (0.2, 0.6)), pytest.param("one f_s(0)", (0.02, 0.6), marks=pytest.mark.slow)],
+)
 def test_critical_velocities_of_the_paper(calibration: str, bounds: tuple[float, float]) -> None:
     paper = ss.paper.calibration.CALIBRATIONS[calibration]
     found = ss.critical_velocities(paper.oscillator(0.3), bounds)

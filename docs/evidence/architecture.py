@@ -48,7 +48,7 @@ ARROWS = {
             "paper",
             "report",
         ),
-        *("show", "simulation", "tracking"),
+        *("show", "simulation", "tracking", "explorer"),
     },
     "__main__": {"cli"},
 }
@@ -145,7 +145,7 @@ def picture() -> str:
     for room in ARROWS:
         level[room] = max((level[other] + 1 for other in graph[room]), default=0)
     count = {room: sum(room_of(module) == room for module in modules()) for room in graph}
-    wide, high, top = 150, 34, max(level.values())
+    wide, high, top = 180, 34, max(level.values())
     rows = {row: [room for room in ARROWS if level[room] == row] for row in range(top + 1)}
     width = max(len(rooms) for rooms in rows.values()) * (wide + 30) + 30
     place = {}

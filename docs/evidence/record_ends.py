@@ -1,4 +1,4 @@
-"""Coverage of the intervals of f_s and f_k over records cut anywhere: `python record_ends.py record_ends.md [COUNT]`.
+"""Coverage of the intervals of f_s and f_k over records cut anywhere: `python record_ends.py record-ends.md [COUNT]`.
 
 Each record is the exact motion of an oscillator under StaticKinetic with random numbers, sampled at a random rate with
 random noise, from a random moment to a random moment, with 3 to 40 break-aways (their logarithm even). It is measured with

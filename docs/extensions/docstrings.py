@@ -4,7 +4,9 @@ import re
 
 
 def _prepare(*given):
-    lines = given[-1]
+    what, lines = given[1], given[-1]
+    if what == "property":  # napoleon would take what stands before a colon for a type
+        lines[:1] = [line.replace(": ", " – ", 1) for line in lines[:1]]
     lines[:] = _sections([_moduli(line) for line in lines])
 
 

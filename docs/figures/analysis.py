@@ -1,4 +1,6 @@
-"""Draw the pictures of docs/analysis.md anew: python docs/figures/analysis.py (some minutes on two cores)."""
+"""Draw the pictures of docs/how-to/diagrams.md anew, all or some: python docs/figures/analysis.py maps (some minutes)."""
+
+import sys
 
 import matplotlib
 
@@ -25,7 +27,7 @@ def sections() -> None:
     show.section_plot(releases, panels[1], across="phase", up="stick_time")
     show.return_map_plot(ss.release_map(BELT, np.linspace(0, 2 * np.pi, 3000)), panels[2], colour=show.OKABE_ITO["sky"])
     show.return_map_plot(ss.return_map(releases, "phase"), panels[2], colour=show.OKABE_ITO["vermilion"])
-    panels[2].set_title("release map (blue), visited (red)")
+    panels[2].set_title("release map; what is visited in vermilion", fontsize=9)
     save(panels[0], "analysis-sections.png")
 
 
@@ -83,5 +85,6 @@ def paper() -> None:
 
 
 if __name__ == "__main__":
-    for draw in (sections, diagrams, maps, basins, paper):
-        draw()
+    parts = {part.__name__: part for part in (sections, diagrams, maps, basins, paper)}
+    for name in sys.argv[1:] or parts:
+        parts[name]()

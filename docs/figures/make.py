@@ -116,14 +116,12 @@ def loci() -> None:
     curves += [
         ss.locus(point, over, bounds) for point in ss.switch_branch(result, flip).special_points if point.boundary
     ]
-    show.loci_plot(curves, panels[0]).set_title("forced stick-slip of two and of four periods", fontsize=10)
+    show.loci_plot(curves, panels[0])
     belt = ss.Oscillator(damping=0.1, drive_velocity=0.43, law=ss.laws.Cubic(0.4, 0.45, 0.6))
     over, bounds = ("drive_velocity", "damping"), ((0.25, 0.5), (0.0, 0.3))
     result = ss.continuation(belt, "drive_velocity", (0.39, 0.45), seeds=0)
     curves = [ss.locus(point, over, bounds) for point in result.special_points]
-    show.loci_plot(curves, panels[1]).set_title(
-        "cubic law: between the curves slip vibration without sticks", fontsize=10
-    )
+    show.loci_plot(curves, panels[1])
     save(panels[0], "loci.png")
 
 

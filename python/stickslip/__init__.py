@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from stickslip.model.drive import Drive, Harmonic
     from stickslip.model.scaling import Scale, dimensionless
     from stickslip.model.system import Contact, Force, Oscillator, System, chain, load_system
+    from stickslip.report.experiment import run
     from stickslip.simulation.batch import simulate_many
     from stickslip.simulation.integration import integrate
     from stickslip.simulation.orbit import Orbit, load
@@ -69,6 +70,7 @@ _HOME = {
     "periodic_orbit": "dynamics.periodic.cycles",
     "regime_map": "dynamics",
     "return_map": "dynamics",
+    "run": "report.experiment",
     "section": "dynamics",
     "film": "tracking",
     "show": "",
@@ -110,6 +112,7 @@ __all__ = [
     "regime_map",
     "release_map",
     "return_map",
+    "run",
     "section",
     "show",
     "simulate",

@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean
-from stickslip.identification.guesses.evidence import Guess, Seen, refuse_unreadable
+from stickslip.identification.guesses.evidence import Evidence, Guess, refuse_unreadable
 from stickslip.identification.guesses.first_guess import GUESSES, first_guess
 from stickslip.identification.kinetic.branches import BranchFit, Problem, fit_branches
 from stickslip.identification.kinetic.lack_of_fit import lack_of_fit
@@ -85,8 +85,8 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
     rows = break_away_rows(records)
     static = fit_static_friction(records) if len(rows) >= FEWEST_ROWS and kind is not Coulomb else None
     relative, drift = is_relative(rows) if kind is not Coulomb else (False, [])
-    seen = Seen(records, rows, static, relative, count)
-    guess = _bounded(_guess(kind, start, seen, options), options.bounds)
+    evidence = Evidence(records, rows, static, relative, count)
+    guess = _bounded(_guess(kind, start, evidence, options), options.bounds)
     fits = []
     for form in _forms(guess):
         problem = Problem(
@@ -153,12 +153,12 @@ def _kind(law: str | type[Law] | Law) -> type[Law]:
     raise InputError(f"identify: unknown law {law!r}{hint}; known are {known}")
 
 
-def _guess(kind: type[Law], start: Law | None, seen: Seen, options: Options) -> Guess:
+def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Options) -> Guess:
     fixed, asked = dict(options.fixed), None if options.free is None else list(options.free)
     if start is not None and asked is not None:
         guess = Guess(start, asked)
     else:
-        guess = first_guess(kind, seen)
+        guess = first_guess(kind, evidence)
         if start is not None:
             known = places(start)
             guess = Guess(
@@ -170,7 +170,7 @@ def _guess(kind: type[Law], start: Law | None, seen: Seen, options: Options) -> 
     if not names:
         raise InputError("identify: no parameter is left to fit; give fewer in fixed, or more in free")
     laws: list[Law] = []
-    for candidate in [guess.law, *guess.rivals]:
+    for candidate in [guess.law, *guess.candidates]:
         try:
             laws.append(with_values(candidate, fixed))
         except InputError as error:
@@ -196,7 +196,7 @@ def _bounded(guess: Guess, bounds: Mapping[str, tuple[float, float]]) -> Guess:
                 f"identify: the bounds of {name} must be the lower and the higher value, got {low:g} and {high:g}"
             )
     laws: list[Law] = []
-    for law in [guess.law, *guess.rivals]:
+    for law in [guess.law, *guess.candidates]:
         inside = {name: float(np.clip(value(law, name), *bounds[name])) for name in bounds}
         try:
             laws.append(with_values(law, inside))
@@ -204,7 +204,7 @@ def _bounded(guess: Guess, bounds: Mapping[str, tuple[float, float]]) -> Guess:
             reason = error
     if not laws:
         raise InputError(f"identify: within these bounds there is no law to begin with: {reason}")
-    return replace(guess, law=laws[0], rivals=laws[1:], within=guess.within | dict(bounds))
+    return replace(guess, law=laws[0], candidates=laws[1:], within=guess.within | dict(bounds))
 
 
 def _bias(problem: Problem) -> list[str]:
@@ -227,9 +227,9 @@ def _choices(law: Law) -> dict[str, float]:
 
 def _forms(guess: Guess) -> list[Guess]:
     """A guess for each form of the law among the first guesses, as numbers that choose a form are never fitted."""
-    laws = [guess.law, *guess.rivals]
+    laws = [guess.law, *guess.candidates]
     forms = [[law for law in laws if _choices(law) == choices] for choices in map(_choices, laws)]
-    return [replace(guess, law=form[0], rivals=form[1:]) for i, form in enumerate(forms) if form not in forms[:i]]
+    return [replace(guess, law=form[0], candidates=form[1:]) for i, form in enumerate(forms) if form not in forms[:i]]
 
 
 def _chosen_form(law: Law, guess: Guess) -> list[str]:
@@ -251,10 +251,10 @@ def _at_bounds(found: BranchFit, bounds: Mapping[str, tuple[float, float]]) -> l
 
 def _best_start(problem: Problem, guess: Guess) -> Law:
     """Of the first guesses the one with the least misfit."""
-    if not guess.rivals:
+    if not guess.candidates:
         return guess.law
     usual = [np.full_like(rest, max(float(np.median(np.abs(rest))), 1e-300)) for rest in problem.residuals(guess.law)]
-    return min([guess.law, *guess.rivals], key=lambda law: problem.cost(law, usual))
+    return min([guess.law, *guess.candidates], key=lambda law: problem.cost(law, usual))
 
 
 def _what_could_not_be_told(found: BranchFit) -> list[str]:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.files.documents import write_whole
+from stickslip.identification.estimator.result import Result
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.law_parameters import maybe, places
 from stickslip.identification.records import FrictionRecord
@@ -19,8 +20,8 @@ from stickslip.laws import Law
 from stickslip.laws.law import law_file
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, repr=False, eq=False)
+class Identification(Result):
     """A law identified from friction records.
 
     Attributes
@@ -81,19 +82,19 @@ class Identification:
         names = [name for name in places(self.law) if name not in self.parameters.index]
         return {name: number for name in names if (number := maybe(self.law, name)) is not None}
 
-    def report(self) -> str:
-        """The result in words and one table."""
-        shown = self.parameters if self.offset is None else pd.concat([self.parameters, self.offset.to_frame().T])
-        table = shown.to_string(float_format=lambda number: f"{number:.5g}")
-        lines = [
-            f"{type(self.law).__name__} from {len(self.records)} record(s): " + ", ".join(r.name for r in self.records),
-            "",
-            table,
-            "",
-            f"rms of the kinetic force: {self.rms:.3g}",
-            *[f"- {note}" for note in self.notes],
-        ]
-        return "\n".join(lines)
+    def heading(self) -> list[str]:
+        """The law and its records."""
+        names = ", ".join(record.name for record in self.records)
+        return [f"{type(self.law).__name__} from {len(self.records)} record(s): {names}"]
+
+    def estimates(self) -> pd.DataFrame:
+        """The parameters, and the offset where one was fitted."""
+        return self.parameters if self.offset is None else pd.concat([self.parameters, self.offset.to_frame().T])
+
+    def tables(self) -> list[str]:
+        """The numbers and the misfit."""
+        table = self.estimates().to_string(float_format=lambda number: f"{number:.5g}")
+        return [table, f"rms of the kinetic force: {self.rms:.3g}"]
 
     def to_toml(self) -> str:
         """The law file: the tables [law], [uncertainty] (standard errors by name), [covariance] and [source]."""

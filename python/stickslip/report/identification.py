@@ -81,15 +81,17 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
 
 def _sentence(result: Identification) -> str:
     records = ", ".join(record.name for record in result.records)
-    return f"{type(result.law).__name__} describes {records} with an rms force residual of {result.rms:.2g}."
+    fitted = len(result.parameters)
+    return f"{type(result.law).__name__} with {fitted} fitted numbers describes {records}."
 
 
 def _key_numbers(result: Identification) -> dict[str, str]:
-    """The three numbers of the law that are known best, in units of their own size."""
+    """The numbers of the law that are known best, in units of their own size, three with the residual where they are few."""
     table = result.parameters
     relative = (table["error"] / table["value"].abs()).sort_values(kind="stable")
     best = [name for name in table.index if name in relative.index[:3]]
-    return {str(name): rounded(float(table.loc[name, "value"]), float(table.loc[name, "error"])) for name in best}
+    key = {str(name): rounded(float(table.loc[name, "value"]), float(table.loc[name, "error"])) for name in best}
+    return key if len(key) == 3 else key | {"rms force residual": f"{result.rms:.2g}"}
 
 
 def _data(result: Identification) -> pd.DataFrame:

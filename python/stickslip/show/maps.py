@@ -66,7 +66,8 @@ def regime_map_plot(
         shown = np.clip(amplitude, low, None) if scale else amplitude
         mesh = ax.pcolormesh(*grid, shown, shading="nearest", cmap="cividis", norm=scale, rasterized=True)
         bar = ax.figure.colorbar(mesh, ax=ax)
-        bar.set_label(label("amplitude of x", "position", which))
+        bar.set_label(label("amplitude of x", "position", which), fontsize=9)
+        bar.ax.tick_params(labelsize=8)
     else:
         raise InputError(f"regime_map_plot: quantity must be regime, period or amplitude, got {quantity!r}")
     ax.set(xlabel=parameter_label(across, which), ylabel=parameter_label(up, which))

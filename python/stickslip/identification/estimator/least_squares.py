@@ -134,7 +134,7 @@ def robust(rest: Array) -> tuple[float, Array]:
     return float(2 * OUTLIER**2 * np.sum(root - 1)), 1 / root
 
 
-def descend(
+def levenberg_marquardt(
     residuals: Callable[[Array], Array],
     slopes: Callable[[Array], Any],
     bounds: tuple[Array, Array],

@@ -25,7 +25,7 @@ CLIPPED = 0.02
 
 
 @dataclass(frozen=True)
-class Seen:
+class Evidence:
     """What a first guess may look at.
 
     Attributes
@@ -76,7 +76,7 @@ class Guess:
     free : names of the numbers that are fitted.
     ties : names of numbers that follow another.
     notes : plain sentences.
-    rivals : other first guesses, from which the one with the least misfit is taken.
+    candidates : other first guesses, from which the one with the least misfit is taken.
     within : limits that come from the records.
     """
 
@@ -84,14 +84,14 @@ class Guess:
     free: list[str]
     ties: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    rivals: list[Law] = field(default_factory=list)
+    candidates: list[Law] = field(default_factory=list)
     within: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
-def need_rows(seen: Seen, kind: str, fewest: int) -> None:
+def need_rows(evidence: Evidence, kind: str, fewest: int) -> None:
     """Refuse records with fewer break-aways than the law needs."""
-    if len(seen.rows) < fewest:
-        got = f"only {len(seen.rows)}" if len(seen.rows) else "none"
+    if len(evidence.rows) < fewest:
+        got = f"only {len(evidence.rows)}" if len(evidence.rows) else "none"
         raise InputError(
             f"identify: {kind} needs at least {fewest} break-aways with a known stick time, the records hold {got}: take "
             "a record in which the mass sticks (a lower drive velocity), or ask for Coulomb"

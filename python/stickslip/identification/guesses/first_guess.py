@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.identification.guesses.evidence import Guess, Seen, need_rows
+from stickslip.identification.guesses.evidence import Evidence, Guess, need_rows
 from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of
 from stickslip.identification.guesses.loops import bogacz_ryczek
 from stickslip.identification.guesses.state_laws import STATES
@@ -31,7 +31,7 @@ RATES = 1.5
 """Force rates (10th to 90th percentile) within this ratio say nothing about their effect."""
 
 
-def first_guess(kind: type[Law], seen: Seen) -> Guess:
+def first_guess(kind: type[Law], evidence: Evidence) -> Guess:
     """The first guess for a kind of law.
 
     For developers: a law that can be identified has one function here and a line in `GUESSES`.
@@ -47,70 +47,72 @@ def first_guess(kind: type[Law], seen: Seen) -> Guess:
             f"identify: there is no first guess for {kind.__name__}: give a law of it with numbers and the names to fit, or "
             f"choose one of {known}"
         )
-    return GUESSES[kind](seen)
+    return GUESSES[kind](evidence)
 
 
-def _coulomb(seen: Seen) -> Guess:
-    return Guess(Coulomb(kinetic=max(seen.kinetic, 0.0)), ["kinetic"])
+def _coulomb(evidence: Evidence) -> Guess:
+    return Guess(Coulomb(kinetic=max(evidence.kinetic, 0.0)), ["kinetic"])
 
 
-def _static_kinetic(seen: Seen) -> Guess:
-    need_rows(seen, "StaticKinetic", 2)
-    kinetic = max(seen.kinetic, 0.0)
-    if seen.break_away < kinetic:
+def _static_kinetic(evidence: Evidence) -> Guess:
+    need_rows(evidence, "StaticKinetic", 2)
+    kinetic = max(evidence.kinetic, 0.0)
+    if evidence.break_away < kinetic:
         raise InputError(
-            f"identify: StaticKinetic needs break-away forces above the kinetic force, got {seen.break_away:.4g} and "
+            f"identify: StaticKinetic needs break-away forces above the kinetic force, got {evidence.break_away:.4g} and "
             f"{kinetic:.4g}: check the rig's mass and stiffness, or ask for Coulomb"
         )
-    return Guess(StaticKinetic(break_away=seen.break_away, kinetic=kinetic), ["break_away", "kinetic"])
+    return Guess(StaticKinetic(break_away=evidence.break_away, kinetic=kinetic), ["break_away", "kinetic"])
 
 
-def _grown(seen: Seen, kind: str) -> tuple[float, float, float]:
+def _grown(evidence: Evidence, kind: str) -> tuple[float, float, float]:
     """Kinetic force, usual growth of static friction and usual stick time; refused where none of it is seen to differ."""
-    need_rows(seen, kind, 5)
-    time = seen.rows["stick_time"].to_numpy()
+    need_rows(evidence, kind, 5)
+    time = evidence.rows["stick_time"].to_numpy()
     low, high = np.quantile(time, [0.1, 0.9])
     if high < NARROW * low:
         raise InputError(
             f"identify: {kind} needs stick times that differ, here they lie between {low:.4g} and {high:.4g}: add records "
             "at other drive velocities, or ask for StaticKinetic"
         )
-    kinetic = max(seen.kinetic, 0.0)
-    grown = seen.break_away - kinetic
+    kinetic = max(evidence.kinetic, 0.0)
+    grown = evidence.break_away - kinetic
     if grown <= 0:
         raise InputError(
-            f"identify: {kind} needs break-away forces above the kinetic force, got {seen.break_away:.4g} and "
+            f"identify: {kind} needs break-away forces above the kinetic force, got {evidence.break_away:.4g} and "
             f"{kinetic:.4g}: check the rig's mass and stiffness, or ask for Coulomb"
         )
     return kinetic, grown, float(np.median(time))
 
 
-def _dwell_time(seen: Seen, kind: str = "DwellTime") -> Guess:
-    kinetic, grown, usual = _grown(seen, kind)
+def _dwell_time(evidence: Evidence, kind: str = "DwellTime") -> Guess:
+    kinetic, grown, usual = _grown(evidence, kind)
     rate = 1 / usual
     laws: list[Law] = [
         DwellTime(kinetic=kinetic, limit=grown / (1 - math.exp(-c)), rate=c * rate) for c in (0.3, 1.0, 3.0)
     ]
-    if seen.static is not None:
-        table = seen.static.fits["exponential"].parameters["value"]
+    if evidence.static is not None:
+        table = evidence.static.fits["exponential"].parameters["value"]
         limit, found = float(table.loc["limit"]), float(table.loc["rate"])
         if limit > 0 and 1e-3 * rate < found < 1e3 * rate:
             laws.insert(0, DwellTime(kinetic=kinetic, limit=limit, rate=found))
-    return Guess(laws[0], ["kinetic", "limit", "rate"], rivals=laws[1:], notes=["The exponent of growth is held at 1."])
+    return Guess(
+        laws[0], ["kinetic", "limit", "rate"], candidates=laws[1:], notes=["The exponent of growth is held at 1."]
+    )
 
 
-def _logarithmic_dwell(seen: Seen) -> Guess:
-    kinetic, grown, usual = _grown(seen, "LogarithmicDwell")
+def _logarithmic_dwell(evidence: Evidence) -> Guess:
+    kinetic, grown, usual = _grown(evidence, "LogarithmicDwell")
     laws: list[Law] = [
         LogarithmicDwell(kinetic, growth=grown / math.log1p(1 / share), onset=share * usual)
         for share in (0.1, 1.0, 10.0)
     ]
-    return Guess(laws[0], ["kinetic", "growth", "onset"], rivals=laws[1:])
+    return Guess(laws[0], ["kinetic", "growth", "onset"], candidates=laws[1:])
 
 
-def _force_rate(seen: Seen) -> Guess:
-    start = _dwell_time(seen, "ForceRate")
-    rate = seen.rows["force_rate"].abs().dropna().to_numpy()
+def _force_rate(evidence: Evidence) -> Guess:
+    start = _dwell_time(evidence, "ForceRate")
+    rate = evidence.rows["force_rate"].abs().dropna().to_numpy()
     if rate.size < 5:
         raise InputError(
             "identify: ForceRate needs force rates, and the break-aways have none: measure with a rig that knows its "
@@ -123,29 +125,29 @@ def _force_rate(seen: Seen) -> Guess:
             "velocity): add records at other drive velocities, or ask for DwellTime"
         )
     laws: list[Law] = []
-    for law in (start.law, *start.rivals):
+    for law in (start.law, *start.candidates):
         assert isinstance(law, DwellTime)
         for share in (0.5, 2.0, 10.0):
             scale = share * float(np.median(rate))
             limit = law.limit * (1 + 1 / share)
             laws.append(ForceRate(law.kinetic, limit, law.rate, force_rate_scale=scale))
     notes = [*start.notes, "The exponent of the force rate is held at 1."]
-    return Guess(laws[0], ["kinetic", "limit", "rate", "force_rate_scale"], rivals=laws[1:], notes=notes)
+    return Guess(laws[0], ["kinetic", "limit", "rate", "force_rate_scale"], candidates=laws[1:], notes=notes)
 
 
-def _piecewise_linear(seen: Seen) -> Guess:
-    speed, force = curve_of(seen, "PiecewiseLinear")
-    inner = np.quantile(speed, np.arange(1, seen.pieces) / seen.pieces)
+def _piecewise_linear(evidence: Evidence) -> Guess:
+    speed, force = curve_of(evidence, "PiecewiseLinear")
+    inner = np.quantile(speed, np.arange(1, evidence.pieces) / evidence.pieces)
     nodes = np.array([0.0, *inner, float(speed.max())])
     if not (np.diff(nodes) > 0).all():
-        raise InputError(f"identify: the slip velocities are too few for {seen.pieces} pieces; ask for fewer")
+        raise InputError(f"identify: the slip velocities are too few for {evidence.pieces} pieces; ask for fewer")
     hats = np.stack([np.interp(speed, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
     values = np.maximum(np.linalg.lstsq(hats, force, rcond=None)[0], 0.0)
     free = [f"nodes[{i}].force" for i in range(len(nodes))]
     free += [f"nodes[{i}].slip_velocity" for i in range(1, len(nodes) - 1)]
     notes, ties = [], {}
-    if len(seen.rows) >= 2:
-        top = max(seen.break_away, float(values[0]))
+    if len(evidence.rows) >= 2:
+        top = max(evidence.break_away, float(values[0]))
         free.append("break_away")
     else:
         top = float(values[0])
@@ -158,7 +160,7 @@ def _piecewise_linear(seen: Seen) -> Guess:
     return Guess(law, free, ties=ties, notes=notes)
 
 
-GUESSES: dict[type[Law], Callable[[Seen], Guess]] = {
+GUESSES: dict[type[Law], Callable[[Evidence], Guess]] = {
     Coulomb: _coulomb,
     StaticKinetic: _static_kinetic,
     DwellTime: _dwell_time,

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy.optimize import lsq_linear
 
 from stickslip.errors import InputError
-from stickslip.identification.guesses.evidence import Guess, Seen
+from stickslip.identification.guesses.evidence import Evidence, Guess
 from stickslip.identification.kinetic.motion import without_wiggles
 from stickslip.laws import (
     Cubic,
@@ -34,9 +34,9 @@ SHAPES = np.geomspace(0.02, 3.0, 25)
 """Slip speeds, relative to the highest, over which a curve may bend."""
 
 
-def curve_of(seen: Seen, kind: str) -> tuple[Array, Array]:
+def curve_of(evidence: Evidence, kind: str) -> tuple[Array, Array]:
     """Slip speed and kinetic force of all samples; refused where they show no curve."""
-    speed, force = seen.curve
+    speed, force = evidence.curve
     low, high = np.quantile(speed, [0.05, 0.95])
     if high - low < NARROW_RANGE * high:
         raise InputError(
@@ -61,10 +61,10 @@ def _least(
 
 
 def stribeck(
-    seen: Seen, kind: str, exponent: float, least_viscous: float = -np.inf
+    evidence: Evidence, kind: str, exponent: float, least_viscous: float = -np.inf
 ) -> tuple[float, float, float, float]:
     """Break-away, kinetic, scale and viscous of f_k + (f_s − f_k) exp(−(w/w_s)^exponent) + b w."""
-    w, force = curve_of(seen, kind)
+    w, force = curve_of(evidence, kind)
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), least_viscous]
     scale, (kinetic, drop, viscous) = _least(
         w, force, lambda s: [np.ones_like(w), np.exp(-((w / s) ** exponent)), w], low
@@ -72,58 +72,58 @@ def stribeck(
     return kinetic + drop, kinetic, scale, viscous
 
 
-def exponential(seen: Seen) -> Guess:
+def exponential(evidence: Evidence) -> Guess:
     """A fall and a line, the fall an exponential or a Gaussian."""
     choices = ExponentialStribeck.CHOICES["exponent"]
-    laws: list[Law] = [ExponentialStribeck(*stribeck(seen, "ExponentialStribeck", n), exponent=n) for n in choices]
-    return Guess(laws[0], ["break_away", "kinetic", "scale", "viscous"], rivals=laws[1:])
+    laws: list[Law] = [ExponentialStribeck(*stribeck(evidence, "ExponentialStribeck", n), exponent=n) for n in choices]
+    return Guess(laws[0], ["break_away", "kinetic", "scale", "viscous"], candidates=laws[1:])
 
 
-def _lorentzian(seen: Seen) -> Guess:
-    w, force = curve_of(seen, "Lorentzian")
+def _lorentzian(evidence: Evidence) -> Guess:
+    w, force = curve_of(evidence, "Lorentzian")
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
     scale, (kinetic, drop, viscous) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + (w / s) ** 2), w], low)
     law = Lorentzian(kinetic + drop, kinetic, scale, viscous)
     return Guess(law, ["break_away", "kinetic", "scale", "viscous"])
 
 
-def _popp_stelter(seen: Seen) -> Guess:
-    w, force = curve_of(seen, "PoppStelter")
+def _popp_stelter(evidence: Evidence) -> Guess:
+    w, force = curve_of(evidence, "PoppStelter")
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
     scale, (kinetic, drop, square) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + w / s), w**2], low)
     law = PoppStelter(kinetic + drop, kinetic, 1 / scale, square)
     return Guess(law, ["break_away", "kinetic", "weakening", "square"])
 
 
-def _rational(seen: Seen) -> Guess:
-    w, force = curve_of(seen, "Rational")
+def _rational(evidence: Evidence) -> Guess:
+    w, force = curve_of(evidence, "Rational")
     scale, (break_away,) = _least(w, force, lambda s: [1 / (1 + w / s)], [0.0])
     return Guess(Rational(break_away, 1 / scale), ["break_away", "weakening"])
 
 
-def _cubic(seen: Seen) -> Guess:
-    w, force = curve_of(seen, "Cubic")
+def _cubic(evidence: Evidence) -> Guess:
+    w, force = curve_of(evidence, "Cubic")
     columns = np.stack([np.ones_like(w), -w, w**3], axis=1)
     static, linear, cubic = (float(number) for number in np.linalg.lstsq(columns, force, rcond=None)[0])
     return Guess(Cubic(max(static, 0.0), linear, cubic), ["static", "linear", "cubic"])
 
 
-def _tabulated(seen: Seen) -> Guess:
-    w, force = curve_of(seen, "Tabulated")
-    nodes = np.linspace(0.0, float(np.quantile(w, 0.95)), seen.pieces + 1)
+def _tabulated(evidence: Evidence) -> Guess:
+    w, force = curve_of(evidence, "Tabulated")
+    nodes = np.linspace(0.0, float(np.quantile(w, 0.95)), evidence.pieces + 1)
     hats = np.stack([np.interp(w, nodes, unit) for unit in np.eye(nodes.size)], axis=1)
     values = np.maximum(np.linalg.lstsq(hats, force, rcond=None)[0], 0.0)
     kinetic = tuple((float(a), float(b)) for a, b in zip(nodes, values, strict=True))
     free = [f"kinetic[{i}].force" for i in range(nodes.size)]
-    if len(seen.rows) < 2:
+    if len(evidence.rows) < 2:
         note = "The records hold no break-away, so static friction is the kinetic force at w = 0, an extrapolation."
         law = Tabulated(kinetic, kinetic[0][1])
         return Guess(law, free, ties={"break_away": "kinetic[0].force"}, notes=[note])
-    time = seen.rows["stick_time"].to_numpy()
-    bears = seen.rows["force"].to_numpy()
+    time = evidence.rows["stick_time"].to_numpy()
+    bears = evidence.rows["force"].to_numpy()
     low, high = np.quantile(time, [0.1, 0.9])
-    if len(seen.rows) < 5 or high < NARROW_TIMES * low:
-        top = max(seen.break_away, 1.001 * kinetic[0][1])
+    if len(evidence.rows) < 5 or high < NARROW_TIMES * low:
+        top = max(evidence.break_away, 1.001 * kinetic[0][1])
         return Guess(Tabulated(kinetic, top), [*free, "break_away"])
     # A node at the middle of each third of the stick times, unless it is that of the one before; none below that.
     static = [(0.0, kinetic[0][1])]
@@ -140,19 +140,19 @@ def _tabulated(seen: Seen) -> Guess:
     )
 
 
-def _two_branch(seen: Seen) -> Guess:
-    w, _ = curve_of(seen, "TwoBranch")
+def _two_branch(evidence: Evidence) -> Guess:
+    w, _ = curve_of(evidence, "TwoBranch")
     rising: list[Array] = []
     falling: list[Array] = []
-    for record in seen.records:
+    for record in evidence.records:
         smooth = np.abs(without_wiggles(record)[0])
         force = np.copysign(1.0, record.slip_velocity) * record.force
         sense = np.gradient(smooth)
         for part, keep in ((rising, sense > 0), (falling, sense < 0)):
             part.append(np.stack([smooth, force])[:, keep & ~record.stuck])
-    nodes = np.array([0.0, *np.quantile(w, np.arange(1, seen.pieces) / seen.pieces), float(w.max())])
+    nodes = np.array([0.0, *np.quantile(w, np.arange(1, evidence.pieces) / evidence.pieces), float(w.max())])
     if not (np.diff(nodes) > 0).all():
-        raise InputError(f"identify: the slip velocities are too few for {seen.pieces} pieces; ask for fewer")
+        raise InputError(f"identify: the slip velocities are too few for {evidence.pieces} pieces; ask for fewer")
     branches = []
     for part in (rising, falling):
         speed, force = np.concatenate(part, axis=1)
@@ -168,13 +168,13 @@ def _two_branch(seen: Seen) -> Guess:
     up, down = branches
     free = [f"{name}[{i}].force" for name in ("rising", "falling") for i in range(nodes.size)]
     free += [f"{name}[{i}].slip_velocity" for name in ("rising", "falling") for i in range(1, nodes.size - 1)]
-    top = max(up[0][1], down[0][1], seen.break_away if len(seen.rows) >= 2 else 0.0)
-    if len(seen.rows) >= 2:
+    top = max(up[0][1], down[0][1], evidence.break_away if len(evidence.rows) >= 2 else 0.0)
+    if len(evidence.rows) >= 2:
         free.append("break_away")
     return Guess(TwoBranch(rising=up, falling=down, break_away=1.001 * top), free)
 
 
-CURVES: dict[type[Law], Callable[[Seen], Guess]] = {
+CURVES: dict[type[Law], Callable[[Evidence], Guess]] = {
     ExponentialStribeck: exponential,
     PoppStelter: _popp_stelter,
     Rational: _rational,

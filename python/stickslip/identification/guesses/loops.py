@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.identification.guesses.evidence import Guess, Seen
+from stickslip.identification.guesses.evidence import Evidence, Guess
 from stickslip.identification.kinetic.motion import Motion, least_climb, velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import BogaczRyczek, Law
@@ -44,16 +44,16 @@ class _Loop:
     force_rate: float
 
 
-def bogacz_ryczek(seen: Seen) -> Guess:
+def bogacz_ryczek(evidence: Evidence) -> Guess:
     """Corners, slopes and climbs of the loops at several drive velocities, and where lines of a kind meet."""
-    loops = [loop for record in seen.records if (loop := _loop(record)) is not None]
+    loops = [loop for record in evidence.records if (loop := _loop(record)) is not None]
     climbing = [loop for loop in loops if loop.turn is not None]
     if not climbing:
         raise InputError(
             "identify: BogaczRyczek needs a record without sticks (almost-harmonic motion): f_s(0), D and the climbs "
             "show only there; add one at a higher drive velocity, or ask for PiecewiseLinear"
         )
-    velocities = {round(abs(r.constants.get("drive_velocity", i)), 12) for i, r in enumerate(seen.records)}
+    velocities = {round(abs(r.constants.get("drive_velocity", i)), 12) for i, r in enumerate(evidence.records)}
     if len(velocities) < 2:
         raise InputError(
             "identify: the pencils B and D and the line l of BogaczRyczek are where lines of different drive velocities "
@@ -72,10 +72,10 @@ def bogacz_ryczek(seen: Seen) -> Guess:
     lower = float(np.median([loop.lower for loop in loops]))
     free = [*falling, "phi", "psi", "l.slope", "l.intercept", "B.w", "B.f"]
     notes = ["Held fixed: beta, eta and alpha of the law.", *fall_notes]
-    if len(seen.rows) >= 2:
-        time = seen.rows["stick_time"].to_numpy()
-        rates = seen.rows["force_rate"].abs().fillna(0.0).to_numpy()
-        grown = seen.break_away - float(np.median(_at_once(surface, rates)))
+    if len(evidence.rows) >= 2:
+        time = evidence.rows["stick_time"].to_numpy()
+        rates = evidence.rows["force_rate"].abs().fillna(0.0).to_numpy()
+        grown = evidence.break_away - float(np.median(_at_once(surface, rates)))
         typical = float(np.median(time))
         surface = replace(surface, limit=max(grown, 0.01 * initial) / (1 - math.exp(-1.0)), rate=1 / typical)
         free.append("static_friction.limit")
@@ -127,7 +127,7 @@ def bogacz_ryczek(seen: Seen) -> Guess:
     # At a turning point beyond D the climb is no longer D's; a climb too narrow to be seen says nothing of that.
     beyond = max(starts, default=min(loop.turn[0] for loop in climbing if loop.turn is not None))
     within = {"D.w": (beyond, 3 * width)}
-    return Guess(candidates[0], free, notes=notes, rivals=candidates[1:], within=within)
+    return Guess(candidates[0], free, notes=notes, candidates=candidates[1:], within=within)
 
 
 def _at_once(surface: StaticSurface, rate: Array) -> Array:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.identification.guesses.evidence import Guess, Seen
+from stickslip.identification.guesses.evidence import Evidence, Guess
 from stickslip.identification.guesses.kinetic_curves import NARROW_RANGE, curve_of, exponential, stribeck
 from stickslip.laws import BoucWen, Coulomb, Dahl, ElastoPlastic, Law, LuGre, RateState, Regularised
 
@@ -22,10 +22,10 @@ DECADES = 0.5
 """Slip speeds (5th to 95th percentile) that span less than that many decades do not show a logarithm."""
 
 
-def _bristles(seen: Seen, force: float) -> tuple[float, float, str]:
+def _bristles(evidence: Evidence, force: float) -> tuple[float, float, str]:
     """Stiffness and damping of bristles that are too stiff to be seen, and the sentence that says so."""
-    stiffness = max(force, 1e-12) / (STIFF * max(_reach(seen), 1e-12))
-    mass = float(np.median([record.constants.get("mass", 1.0) for record in seen.records]))
+    stiffness = max(force, 1e-12) / (STIFF * max(_reach(evidence), 1e-12))
+    mass = float(np.median([record.constants.get("mass", 1.0) for record in evidence.records]))
     note = (
         f"The stiffness of the bristles is held at {stiffness:.3g}, at which they bend by {STIFF:g} of the range of motion; "
         "give it as free where the record shows the rise of force at a reversal."
@@ -33,35 +33,35 @@ def _bristles(seen: Seen, force: float) -> tuple[float, float, str]:
     return stiffness, float(np.sqrt(stiffness * mass)), note
 
 
-def _reach(seen: Seen) -> float:
+def _reach(evidence: Evidence) -> float:
     """Range of the motion about its mean velocity."""
-    paths = [record.slip_velocity * record.step for record in seen.records]
+    paths = [record.slip_velocity * record.step for record in evidence.records]
     return float(np.median([np.ptp(np.cumsum(path - path.mean())) for path in paths]))
 
 
-def _dahl(seen: Seen) -> Guess:
-    kinetic = max(seen.kinetic, 1e-12)
-    stiffness, _, note = _bristles(seen, kinetic)
+def _dahl(evidence: Evidence) -> Guess:
+    kinetic = max(evidence.kinetic, 1e-12)
+    stiffness, _, note = _bristles(evidence, kinetic)
     return Guess(Dahl(stiffness=stiffness, kinetic=kinetic), ["kinetic"], notes=[note])
 
 
-def _bouc_wen(seen: Seen) -> Guess:
+def _bouc_wen(evidence: Evidence) -> Guess:
     # Steady slip has F = k/(β + γ) for n = 1 and A = 1.
-    kinetic = max(seen.kinetic, 1e-12)
-    stiffness, _, note = _bristles(seen, kinetic)
+    kinetic = max(evidence.kinetic, 1e-12)
+    stiffness, _, note = _bristles(evidence, kinetic)
     held = "The exponent is held at 1, the amplitude at 1 and gamma at 0, where steady slip has the force stiffness / beta."
     return Guess(BoucWen(stiffness=stiffness, beta=stiffness / kinetic, gamma=0.0), ["beta"], notes=[note, held])
 
 
-def _lugre(seen: Seen) -> Guess:
-    break_away, kinetic, scale, viscous = stribeck(seen, "LuGre", 2.0, least_viscous=0.0)
-    stiffness, damping, note = _bristles(seen, break_away)
+def _lugre(evidence: Evidence) -> Guess:
+    break_away, kinetic, scale, viscous = stribeck(evidence, "LuGre", 2.0, least_viscous=0.0)
+    stiffness, damping, note = _bristles(evidence, break_away)
     law = LuGre(stiffness, damping, viscous, max(kinetic, 1e-12), break_away, scale)
     return Guess(law, ["kinetic", "break_away", "scale", "viscous"], notes=[note])
 
 
-def _elasto_plastic(seen: Seen) -> Guess:
-    start = _lugre(seen)
+def _elasto_plastic(evidence: Evidence) -> Guess:
+    start = _lugre(evidence)
     law = start.law
     assert isinstance(law, LuGre)
     numbers = (law.stiffness, law.damping, law.viscous, law.kinetic, law.break_away, law.scale)
@@ -71,8 +71,8 @@ def _elasto_plastic(seen: Seen) -> Guess:
     )
 
 
-def _rate_state(seen: Seen) -> Guess:
-    speed, force = seen.curve
+def _rate_state(evidence: Evidence) -> Guess:
+    speed, force = evidence.curve
     moving = speed > 0
     low, middle, high = np.quantile(speed[moving], [0.05, 0.5, 0.95])
     if math.log10(high / low) < DECADES:
@@ -80,13 +80,13 @@ def _rate_state(seen: Seen) -> Guess:
             "identify: RateState is a logarithm of the slip velocity, and nearly all slip is between "
             f"{low:.4g} and {high:.4g}: add records at drive velocities ten times apart, or measure a step in velocity"
         )
-    weights = [record.constants["weight"] for record in seen.records if "weight" in record.constants]
+    weights = [record.constants["weight"] for record in evidence.records if "weight" in record.constants]
     normal = float(np.median(weights)) if weights else 1.0
     inside = moving & (speed > low) & (speed < high)
     slope, level = np.polyfit(np.log(speed[inside] / middle), force[inside] / normal, 1)
     level = max(float(level), 1e-6)
     direct = max(DIRECT * level, 2 * float(slope))
-    length = 0.1 * max(_reach(seen), 1e-12)
+    length = 0.1 * max(_reach(evidence), 1e-12)
     notes = [
         f"The normal force is held at {normal:.3g}"
         + ("" if weights else ", as the rig states none: friction is over it")
@@ -98,14 +98,14 @@ def _rate_state(seen: Seen) -> Guess:
     return Guess(law, ["reference_friction", "a", "b"], notes=notes)
 
 
-def _regularised(seen: Seen) -> Guess:
-    speed, _ = seen.curve
+def _regularised(evidence: Evidence) -> Guess:
+    speed, _ = evidence.curve
     low, high = np.quantile(speed, [0.05, 0.95])
     if high - low < NARROW_RANGE * high:
-        inner = Guess(Coulomb(kinetic=max(seen.kinetic, 0.0)), ["kinetic"])
+        inner = Guess(Coulomb(kinetic=max(evidence.kinetic, 0.0)), ["kinetic"])
     else:
-        curve_of(seen, "Regularised")
-        inner = exponential(seen)
+        curve_of(evidence, "Regularised")
+        inner = exponential(evidence)
     width = WIDTH * float(speed.max())
     note = (
         f"The width of the smooth sign is held at {width:.3g}, {WIDTH:g} of the highest slip speed: it is no number of the "
@@ -114,7 +114,7 @@ def _regularised(seen: Seen) -> Guess:
     return Guess(Regularised(inner.law, width), [f"law.{name}" for name in inner.free], notes=[*inner.notes, note])
 
 
-STATES: dict[type[Law], Callable[[Seen], Guess]] = {
+STATES: dict[type[Law], Callable[[Evidence], Guess]] = {
     Dahl: _dahl,
     BoucWen: _bouc_wen,
     LuGre: _lugre,

@@ -15,7 +15,7 @@ STEEPEST_FALL = 0.9
 
 
 @dataclass(frozen=True)
-class LatentMotion:
+class DisplacementError:
     """The oscillator through which an error of the displacement reaches both coordinates of friction over slip velocity.
 
     The force of the indirect method, m x'' + D x' + k x, and the slip velocity w = V − x' come from one displacement. Where
@@ -55,7 +55,7 @@ class LatentMotion:
         -------
         ε, shape (n,), and the open motions, shape (n, 2 or 3): a shift, a speed at the start, an error of the last turn.
 
-        >>> still = LatentMotion(step=0.01, mass=1.0, damping=0.0, stiffness=1.0)
+        >>> still = DisplacementError(step=0.01, mass=1.0, damping=0.0, stiffness=1.0)
         >>> t = 0.01 * np.arange(300)
         >>> found, free = still.solve(np.ones(300), np.zeros(300))
         >>> bool(np.allclose(found, 1 - np.cos(t), atol=1e-2)), bool(np.allclose(free[:, 1], np.sin(t), atol=1e-2))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.optimize import isotonic_regression
 from scipy.signal import find_peaks
 
-from stickslip.identification.kinetic.displacement_error import LatentMotion, without
+from stickslip.identification.kinetic.displacement_error import DisplacementError, without
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import (
     BogaczRyczek,
@@ -71,7 +71,7 @@ class Motion:
     turns: list[Samples]
     stretches: list[tuple[int, int]]
     law: type[Law]
-    latent: LatentMotion | None
+    latent: DisplacementError | None
 
     @classmethod
     def of(cls, record: FrictionRecord, law: type[Law]) -> Motion:
@@ -159,7 +159,7 @@ class Motion:
         """Measured minus predicted, over all stretches.
 
         An indirect force and its slip velocity have their errors from one displacement. What is compared are the gauge's
-        samples and the nearest motion that obeys the law (see :class:`LatentMotion`). A force that was measured directly is
+        samples and the nearest motion that obeys the law (see :class:`DisplacementError`). A force measured directly is
         compared as it is.
 
         For a law without a shape over w one number is compared for each slip: the difference of the work done.
@@ -375,7 +375,7 @@ def _force_rate(record: FrictionRecord, compact: FrictionRecord) -> Array:
     return rate
 
 
-def _latent(record: FrictionRecord) -> LatentMotion | None:
+def _latent(record: FrictionRecord) -> DisplacementError | None:
     """The oscillator behind an indirect force; None where the force was measured directly."""
     known = record.constants
     if not {"mass", "stiffness", "slip_cutoff"} <= set(known) or not known.get("noise", 0.0) > 0:
@@ -383,4 +383,4 @@ def _latent(record: FrictionRecord) -> LatentMotion | None:
     steps = np.concatenate([np.diff(record.time[a:b]) for a, b in record.slips])
     if steps.size == 0 or float(np.ptp(steps)) > 0.05 * record.step:
         return None
-    return LatentMotion(record.step, known["mass"], known.get("damping", 0.0), known["stiffness"])
+    return DisplacementError(record.step, known["mass"], known.get("damping", 0.0), known["stiffness"])

@@ -15,6 +15,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import linear, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameters
+from stickslip.identification.estimator.result import Result
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
     OF_CONTACT,
@@ -57,8 +58,8 @@ class _Step:
         return math.copysign(max(round(abs(self.jump) / ALIKE), 1) * ALIKE, self.jump)
 
 
-@dataclass(frozen=True)
-class VelocityStepsFit:
+@dataclass(frozen=True, repr=False, eq=False)
+class VelocityStepsFit(Result):
     """Rate-and-state friction fitted to all steps of a record.
 
     Attributes
@@ -84,18 +85,20 @@ class VelocityStepsFit:
     notes: list[str]
     curves: pd.DataFrame = field(repr=False)
 
-    def report(self) -> str:
-        """The result in words and tables."""
-
-        def text(table: pd.DataFrame) -> str:
-            return table.to_string(float_format=lambda number: f"{number:.4g}")
-
+    def heading(self) -> list[str]:
+        """The law, its steps and its misfit."""
         rms = ", ".join(f"{name} {value:.3g}" for name, value in self.rms.items())
-        lines = [f"RateState, {self.law.law} law, from {len(self.steps)} steps (rms: {rms})", "", text(self.parameters)]
-        if len(self.loads) > 1:
-            shown = ["normal_force", "steps", *NAMES, "a_minus_b", "a_minus_b_low", "a_minus_b_high"]
-            lines += ["", text(self.loads[shown])]
-        return "\n".join([*lines, "", *[f"- {note}" for note in self.notes]])
+        return [f"RateState, {self.law.law} law, from {len(self.steps)} steps (rms: {rms})"]
+
+    def estimates(self) -> pd.DataFrame:
+        """The parameters."""
+        return self.parameters
+
+    def tables(self) -> list[str]:
+        """The parameters, and those of each load where there are several."""
+        shown = ["normal_force", "steps", *NAMES, "a_minus_b", "a_minus_b_low", "a_minus_b_high"]
+        tables = [self.parameters, *([self.loads[shown]] if len(self.loads) > 1 else [])]
+        return [table.to_string(float_format=lambda number: f"{number:.4g}") for table in tables]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words."""

@@ -18,6 +18,7 @@ from scipy.stats import chi2
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean, write_whole
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
+from stickslip.identification.estimator.result import Result
 from stickslip.identification.kinetic.curves import (
     BLOCKS,
     BY_SENSE,
@@ -69,8 +70,8 @@ OF_LAW = {"Coulomb": ("Coulomb",), "ExponentialStribeck": ("Stribeck", "Gaussian
 """Shapes that are a law of the catalogue."""
 
 
-@dataclass(frozen=True)
-class SteadyFriction:
+@dataclass(frozen=True, repr=False, eq=False)
+class SteadyFriction(Result):
     """Friction over slip velocity: all forms, the chosen one, and the law in it.
 
     Attributes
@@ -175,22 +176,20 @@ class SteadyFriction:
         }
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("form")
 
-    def report(self) -> str:
-        """The result in words and two tables."""
+    def heading(self) -> list[str]:
+        """The chosen form and its formula."""
+        return [f"Friction over slip velocity: {self.chosen}", self.best.formula]
+
+    def estimates(self) -> pd.DataFrame:
+        """The numbers of the chosen form."""
+        return self.parameters
+
+    def tables(self) -> list[str]:
+        """The numbers of the chosen form, and the forms beside one another."""
         shown = self.table()
         shown = shown[shown["verdict"] != ""].iloc[:12] if len(shown) > 12 else shown
-        return "\n".join(
-            [
-                f"Friction over slip velocity: {self.chosen}",
-                self.best.formula,
-                "",
-                self.parameters.to_string(float_format=lambda number: f"{number:.5g}"),
-                "",
-                shown.to_string(float_format=lambda number: f"{number:.4g}"),
-                "",
-                *[f"- {note}" for note in self.notes],
-            ]
-        )
+        numbers = self.parameters.to_string(float_format=lambda number: f"{number:.5g}")
+        return [numbers, shown.to_string(float_format=lambda number: f"{number:.4g}")]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words: form, parameters, the table of forms, the law where there is one, notes."""

@@ -15,6 +15,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import Minimum, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.uncertainty import correlated_covariance
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
@@ -36,8 +37,8 @@ BINS = (60, 240)
 """Means of samples before the step, evenly, and after it, ever wider."""
 
 
-@dataclass(frozen=True)
-class VelocityStepFit:
+@dataclass(frozen=True, repr=False, eq=False)
+class VelocityStepFit(Result):
     """Rate-and-state friction fitted to one step of the drive's speed.
 
     Attributes
@@ -59,13 +60,19 @@ class VelocityStepFit:
     notes: list[str]
     curve: pd.DataFrame
 
-    def report(self) -> str:
-        """The result in words and a table."""
-        table = self.parameters.to_string(float_format=lambda number: f"{number:.4g}")
-        rms = ", ".join(f"{name} {value:.3g}" for name, value in self.rms.items())
-        return "\n".join(
-            [f"RateState, {self.law.law} law (rms: {rms})", "", table, "", *[f"- {note}" for note in self.notes]]
-        )
+    def heading(self) -> list[str]:
+        """The law and its misfit."""
+        return [
+            f"RateState, {self.law.law} law (rms: {', '.join(f'{name} {value:.3g}' for name, value in self.rms.items())})"
+        ]
+
+    def estimates(self) -> pd.DataFrame:
+        """The parameters."""
+        return self.parameters
+
+    def tables(self) -> list[str]:
+        """The parameters."""
+        return [self.parameters.to_string(float_format=lambda number: f"{number:.4g}")]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words."""

@@ -18,6 +18,7 @@ from stickslip.errors import InputError
 from stickslip.files.documents import write_whole
 from stickslip.identification.estimator.least_squares import OUTLIER, linear, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.uncertainty import correlated_covariance, robust_scale
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.static.forms import BY_RATIO, Form, forms
@@ -64,7 +65,7 @@ class StaticFit:
     criterion: float
     residuals: Array = field(repr=False)
     rate: float
-    _at: Callable[[Array, Array], Array] = field(repr=False)
+    _at: Callable[[Array, Array], Array] = field(repr=False, compare=False)
 
     def __call__(self, stick_time: npt.ArrayLike, force_rate: npt.ArrayLike | None = None) -> Array:
         """The fitted force at these stick times and force rates, any shape; default the usual rate."""
@@ -73,8 +74,8 @@ class StaticFit:
         return self._at(time.ravel(), rates.ravel()).reshape(time.shape)
 
 
-@dataclass(frozen=True)
-class StaticFriction:
+@dataclass(frozen=True, repr=False, eq=False)
+class StaticFriction(Result):
     """Static friction over stick time, with the fits and the choice between them.
 
     Attributes
@@ -118,16 +119,18 @@ class StaticFriction:
                 axes.set_xscale("log")
         return row
 
-    def report(self) -> str:
-        """The result in words and a table of all forms."""
+    def heading(self) -> list[str]:
+        """How many break-aways, and the chosen form."""
+        return [f"Static friction over stick time, {len(self.rows)} break-aways: {self.chosen}"]
+
+    def estimates(self) -> pd.DataFrame:
+        """The numbers of the chosen form."""
+        return self.best.parameters
+
+    def tables(self) -> list[str]:
+        """The numbers of all forms."""
         tables = pd.concat({name: fit.parameters for name, fit in self.fits.items()}, names=["form", "parameter"])
-        lines = [
-            f"Static friction over stick time, {len(self.rows)} break-aways: {self.chosen}",
-            "",
-            tables.to_string(float_format=lambda number: f"{number:.5g}"),
-            "",
-        ]
-        return "\n".join([*lines, *[f"- {note}" for note in self.notes]])
+        return [tables.to_string(float_format=lambda number: f"{number:.5g}")]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words: the chosen form, all forms with their parameters, notes."""

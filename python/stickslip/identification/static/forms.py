@@ -25,7 +25,7 @@ class Form:
     formula : written out, in t_s and delta.
     names, start : of its numbers, and where their fit begins (ratios by their logarithm).
     others : further places where it may begin; the best of all is taken.
-    at : force from the numbers, t and δ.
+    level : the kinetic force.
     from_level : whether it begins at the kinetic force.
     """
 
@@ -33,9 +33,13 @@ class Form:
     formula: str
     names: tuple[str, ...]
     start: tuple[float, ...]
-    at: Callable[[Array, Array, Array], Array]
+    level: float
     others: tuple[tuple[float, ...], ...] = ()
     from_level: bool = False
+
+    def at(self, numbers: Array, time: Array, rate: Array) -> Array:
+        """Force from the numbers, t and δ."""
+        return FORCE[self.name](numbers, time, rate) + (self.level if self.from_level else 0.0)
 
 
 def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bool) -> list[Form]:
@@ -59,20 +63,20 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
     base = f"{level:.6g}"
 
     found = [
-        Form("constant", "f0", ("f0",), (middle,), lambda p, t, _: np.full(len(t), p[0])),
+        Form("constant", "f0", ("f0",), (middle,), level),
         Form(
             "logarithmic",
             "f0 + slope * log10(t_s)",
             ("f0", "slope"),
             (middle, 0.1 * grown),
-            lambda p, t, _: p[0] + p[1] * np.log10(t),
+            level,
         ),
         Form(
             "exponential",
             f"{base} + limit * (1 - exp(-rate * t_s))",
             ("limit", "rate"),
             (1.3 * grown, start_rate),
-            lambda p, t, _: level + _growth(p, t),
+            level,
             from_level=True,
         ),
     ]
@@ -83,7 +87,7 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
                 f"{base} + growth * t_s^exponent",
                 ("growth", "exponent"),
                 (grown / typical**0.3, math.log(0.3)),
-                lambda p, t, _: level + p[0] * t ** np.exp(np.clip(p[1], -20, 3)),
+                level,
                 from_level=True,
             ),
             Form(
@@ -91,7 +95,7 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
                 f"{base} + limit * (1 - exp(-rate * t_s^exponent))",
                 ("limit", "rate", "exponent"),
                 (1.3 * grown, start_rate, 0.0),
-                lambda p, t, _: level + _growth(p, t, np.exp(np.clip(p[2], -20, 3))),
+                level,
                 from_level=True,
             ),
         ]
@@ -104,21 +108,21 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
             "f0 + rate_slope * log10(delta)",
             ("f0", "rate_slope"),
             (middle, -0.1 * grown),
-            lambda p, _, d: p[0] + p[1] * np.log10(d),
+            level,
         ),
         Form(
             "stick time and force rate",
             "f0 + slope * log10(t_s) + rate_slope * log10(delta)",
             ("f0", "slope", "rate_slope"),
             (middle, 0.1 * grown, -0.1 * grown),
-            lambda p, t, d: p[0] + p[1] * np.log10(t) + p[2] * np.log10(d),
+            level,
         ),
         Form(
             "exponential over force rate",
             f"{base} + limit * (1 - exp(-rate * t_s)) / (1 + delta / scale)",
             ("limit", "rate", "scale"),
             (2.0 * grown, start_rate, typical_rate),
-            lambda p, t, d: level + _growth(p, t) / (1 + d / np.exp(np.clip(p[2], -50, 50))),
+            level,
             from_level=True,
         ),
         *_falls(level, rate, grown, start_rate),
@@ -127,7 +131,7 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
             "f0 + a * T + b * D + aa * T^2 + ab * T * D + bb * D^2, T = log10(t_s), D = log10(delta)",
             ("f0", "a", "b", "aa", "ab", "bb"),
             (middle, 0.1 * grown, -0.1 * grown, 0.0, 0.0, 0.0),
-            _surface,
+            level,
         ),
     ]
     return [form for form in found if known or not form.from_level]
@@ -139,10 +143,6 @@ def _falls(level: float, rate: Array, grown: float, start_rate: float) -> list[F
     scales = np.log(np.quantile(rate, [0.5, 0.25, 0.75]))
     begins = [(float(scale), math.log(sharp)) for sharp in (2.0, 8.0) for scale in scales]
 
-    def fall(p: Array, d: Array) -> Array:
-        steep = np.exp(np.clip(p[2], -3, 5)) * (np.log(d) - p[1])
-        return np.asarray(p[0] / (1 + np.exp(np.clip(steep, -500, 500))))
-
     plain = [(grown, grown, *begin) for begin in begins]
     both = [(grown, *begin, grown, start_rate) for begin in begins]
     return [
@@ -151,7 +151,7 @@ def _falls(level: float, rate: Array, grown: float, start_rate: float) -> list[F
             "f0 + drop / (1 + (delta / scale)^exponent)",
             ("f0", "drop", "scale", "exponent"),
             plain[0],
-            lambda p, _, d: p[0] + fall(p[1:], d),
+            level,
             tuple(plain[1:]),
         ),
         Form(
@@ -159,7 +159,7 @@ def _falls(level: float, rate: Array, grown: float, start_rate: float) -> list[F
             f"{level:.6g} + drop / (1 + (delta / scale)^exponent) + limit * (1 - exp(-rate * t_s))",
             ("drop", "scale", "exponent", "limit", "rate"),
             both[0],
-            lambda p, t, d: level + fall(p, d) + _growth(p[3:], t),
+            level,
             tuple(both[1:]),
             from_level=True,
         ),
@@ -174,3 +174,24 @@ def _growth(p: Array, t: Array, exponent: float | Array = 1.0) -> Array:
 def _surface(p: Array, time: Array, rate: Array) -> Array:
     t, d = np.log10(time), np.log10(rate)
     return np.asarray(p[0] + p[1] * t + p[2] * d + p[3] * t**2 + p[4] * t * d + p[5] * d**2)
+
+
+def _fall(p: Array, d: Array) -> Array:
+    steep = np.exp(np.clip(p[2], -3, 5)) * (np.log(d) - p[1])
+    return np.asarray(p[0] / (1 + np.exp(np.clip(steep, -500, 500))))
+
+
+FORCE: dict[str, Callable[[Array, Array, Array], Array]] = {
+    "constant": lambda p, t, _: np.full(len(t), p[0]),
+    "logarithmic": lambda p, t, _: p[0] + p[1] * np.log10(t),
+    "exponential": lambda p, t, _: _growth(p, t),
+    "power": lambda p, t, _: p[0] * t ** np.exp(np.clip(p[1], -20, 3)),
+    "Kato": lambda p, t, _: _growth(p, t, np.exp(np.clip(p[2], -20, 3))),
+    "force rate": lambda p, _, d: p[0] + p[1] * np.log10(d),
+    "stick time and force rate": lambda p, t, d: p[0] + p[1] * np.log10(t) + p[2] * np.log10(d),
+    "exponential over force rate": lambda p, t, d: _growth(p, t) / (1 + d / np.exp(np.clip(p[2], -50, 50))),
+    "surface": _surface,
+    "fall with force rate": lambda p, _, d: p[0] + _fall(p[1:], d),
+    "exponential and fall with force rate": lambda p, t, d: _fall(p, d) + _growth(p[3:], t),
+}
+"""Force, above the kinetic force where the form begins there, from the numbers, t and δ, by the name of the form."""

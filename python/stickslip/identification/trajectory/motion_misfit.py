@@ -72,7 +72,7 @@ class Landmarks:
         return cls(kind, period, np.mean(turns, axis=0), share)
 
 
-class Overlay:
+class MotionMisfit:
     """The steady part of one record, and the oscillator that should make it.
 
     Parameters

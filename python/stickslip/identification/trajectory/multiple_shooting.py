@@ -12,12 +12,12 @@ import pandas as pd
 from scipy.sparse import csr_array
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.least_squares import OUTLIER, descend
+from stickslip.identification.estimator.least_squares import OUTLIER, levenberg_marquardt
 from stickslip.identification.estimator.uncertainty import correlation_time, inverse, robust_scale
 from stickslip.identification.law_parameters import LawParameters, places, with_values
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.trajectory.first_passage import OWN, STEP, Passage, Sticks, own_number, passage, solve
-from stickslip.identification.trajectory.search import Laid, distance
+from stickslip.identification.trajectory.search import Refined, distance
 from stickslip.identification.trajectory.slip import Slip, slips_of
 from stickslip.laws import Law
 from stickslip.laws.state_law import StateLaw
@@ -212,7 +212,7 @@ class MultipleShooting:
         return misfit
 
     def _down(self, unknowns: Array, enough: float) -> Array:
-        return descend(self.residuals, self.slopes, self.bounds(), unknowns, enough)
+        return levenberg_marquardt(self.residuals, self.slopes, self.bounds(), unknowns, enough)
 
     def _static(self, unknowns: Array) -> list[int]:
         """The free numbers that act on no slip once its beginning is given: those of static friction."""
@@ -242,7 +242,7 @@ class MultipleShooting:
             found[rows] = robust_scale(np.concatenate([self.sigma[i] * rest[i][:-1] for i in rows]))
         return found
 
-    def finish(self) -> Laid:
+    def finish(self) -> Refined:
         """The best slips with each record weighed by the scatter that is left, and how well the numbers are known.
 
         Raises
@@ -283,7 +283,7 @@ class MultipleShooting:
             for i, record in enumerate(self.records)
             if i not in used
         ]
-        return Laid(unknowns[: self.count], covariance, freedom, motions, notes)
+        return Refined(unknowns[: self.count], covariance, freedom, motions, notes)
 
     def _motions(self, unknowns: Array) -> pd.DataFrame:
         scatter, traces, force = self.scatter(unknowns), self._traces(unknowns), self.sticks(unknowns).force

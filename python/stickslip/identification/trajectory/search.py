@@ -30,7 +30,7 @@ SPREAD = 0.05
 
 
 @dataclass(frozen=True)
-class Laid:
+class Refined:
     """What a search ends with.
 
     Attributes
@@ -65,7 +65,7 @@ class Shooting(Protocol):
     def silent(self, unknowns: Array) -> list[str]:
         """Names of the free numbers that change nothing here."""
 
-    def finish(self) -> Laid:
+    def finish(self) -> Refined:
         """The best numbers with their uncertainty."""
 
 

@@ -14,7 +14,7 @@ import pandas as pd
 from stickslip.errors import InputError
 from stickslip.identification.law_parameters import limits, value, with_values
 from stickslip.identification.result import Identification
-from stickslip.identification.trajectory.motion_misfit import Overlay
+from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.simulation.orbit import Orbit
 
 STEP = 1e-3
@@ -32,11 +32,11 @@ class Sensitivity:
     table : DataFrame over the names: for 1 % of the number (of 1 where it is 0) the change of the ``period`` in %, of the
         turning points ``x low``, ``x high``, ``v low``, ``v high`` in % of the half-widths of the measured motion, and of
         the ``stuck`` share of the time in points of per cent.
-    overlay, identification : what it was computed from.
+    record_misfit, identification : what it was computed from.
     """
 
     table: pd.DataFrame
-    overlay: Overlay
+    record_misfit: MotionMisfit
     identification: Identification
 
     def plot(self, name: str, change: float = 0.1, ax: Any = None) -> Any:
@@ -49,11 +49,11 @@ class Sensitivity:
         span = change * abs(middle) if middle else change
         for number, width in ((middle - span, 1.0), (middle, 2.2), (middle + span, 1.0)):
             try:
-                orbit, settle = self.overlay.orbit(with_values(law, {name: number}), 3 * self.overlay.cycle)
+                orbit, settle = self.record_misfit.orbit(with_values(law, {name: number}), 3 * self.record_misfit.cycle)
             except InputError:
                 # Not a law there.
                 continue
-            x, v = orbit.at(_fine(orbit, settle, settle + 3 * self.overlay.cycle))
+            x, v = orbit.at(_fine(orbit, settle, settle + 3 * self.record_misfit.cycle))
             axes.plot(x, v, lw=width, label=f"{name} = {number:.4g}")
         axes.set_xlabel("displacement x")
         axes.set_ylabel("velocity ẋ")
@@ -91,7 +91,7 @@ def sensitivity(identification: Identification, record: int = 0) -> Sensitivity:
 
     Source: the paper's Section 6 and Fig. 10, in which D moves.
     """
-    overlay = Overlay(identification.records[record], 0.4)
+    record_misfit = MotionMisfit(identification.records[record], 0.4)
     names = [str(name) for name in identification.parameters.index]
     rows = {}
     for name in names:
@@ -101,7 +101,7 @@ def sensitivity(identification: Identification, record: int = 0) -> Sensitivity:
         for number in (middle + step, middle - step):
             number = min(max(number, limits(name)[0]), limits(name)[1])
             try:
-                found.append((number, overlay.landmarks(with_values(identification.law, {name: number}))[0]))
+                found.append((number, record_misfit.landmarks(with_values(identification.law, {name: number}))[0]))
             except InputError:
                 continue
         if len(found) < 2:
@@ -109,9 +109,9 @@ def sensitivity(identification: Identification, record: int = 0) -> Sensitivity:
             continue
         (a, up), (b, down) = found
         unit = (abs(middle) or 1.0) / (a - b)
-        period = (up.period - down.period) / overlay.cycle * unit
-        turns = (up.turns - down.turns) / overlay.half[[0, 0, 1, 1]] * unit
+        period = (up.period - down.period) / record_misfit.cycle * unit
+        turns = (up.turns - down.turns) / record_misfit.half[[0, 0, 1, 1]] * unit
         rows[name] = [period, *turns, (up.stuck - down.stuck) * unit]
     columns = ["period", "x low", "x high", "v low", "v high", "stuck"]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
-    return Sensitivity(table, overlay, identification)
+    return Sensitivity(table, record_misfit, identification)

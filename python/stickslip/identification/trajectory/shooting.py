@@ -13,9 +13,9 @@ from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.identification.law_parameters import LawParameters, check_names
 from stickslip.identification.trajectory.checkpoint import Checkpoint
-from stickslip.identification.trajectory.motion_misfit import Overlay
+from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.identification.trajectory.multiple_shooting import MultipleShooting, scattering
-from stickslip.identification.trajectory.search import Laid, Progress, distance, search
+from stickslip.identification.trajectory.search import Progress, Refined, distance, search
 from stickslip.identification.trajectory.single_shooting import SingleShooting
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def fit_trajectories(
             )
         shots = MultipleShooting(first.records, settled_after, numbers, gauge)
     else:
-        shots = SingleShooting([Overlay(record, settled_after) for record in first.records], numbers, gauge)
+        shots = SingleShooting([MotionMisfit(record, settled_after) for record in first.records], numbers, gauge)
     about = [names, settled_after, seed, type(shots).__name__, sorted(within.items())]
     memory = Checkpoint(checkpoint, first, about)
     search(shots, first, starts, np.random.default_rng(seed), memory, progress or (lambda *_: None))
@@ -134,7 +134,7 @@ def _checked(bounds: Mapping[str, tuple[float, float]], names: Iterable[str]) ->
 
 
 def _result(
-    first: Identification, shots: SingleShooting | MultipleShooting, laid: Laid, notes: list[str]
+    first: Identification, shots: SingleShooting | MultipleShooting, laid: Refined, notes: list[str]
 ) -> Identification:
     free, count = shots.free, len(shots.free.names)
     parameters, full = free.estimate(laid.numbers, laid.covariance[:count, :count], laid.freedom)
@@ -161,7 +161,9 @@ def _result(
     )
 
 
-def _profiled(result: Identification, shots: SingleShooting, laid: Laid, progress: Progress | None) -> Identification:
+def _profiled(
+    result: Identification, shots: SingleShooting, laid: Refined, progress: Progress | None
+) -> Identification:
     from stickslip.identification.trajectory.profile import profile_intervals
 
     ends, open_ends = profile_intervals(shots, shots.best[1], laid.covariance, progress)

@@ -13,11 +13,11 @@ import pandas as pd
 from scipy.optimize import least_squares
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.least_squares import acting, descend, robust
+from stickslip.identification.estimator.least_squares import acting, levenberg_marquardt, robust
 from stickslip.identification.estimator.uncertainty import correlation_time, inverse
 from stickslip.identification.law_parameters import LawParameters
-from stickslip.identification.trajectory.motion_misfit import Overlay
-from stickslip.identification.trajectory.search import LIKE_NOISE, Laid, distance
+from stickslip.identification.trajectory.motion_misfit import MotionMisfit
+from stickslip.identification.trajectory.search import LIKE_NOISE, Refined, distance
 from stickslip.identification.trajectory.tangent import why_differences
 
 Array = npt.NDArray[np.float64]
@@ -40,18 +40,18 @@ class SingleShooting:
     """
 
     def __init__(
-        self, overlays: Sequence[Overlay], free: LawParameters, gauge_error: tuple[float, float] = (0.0, 0.0)
+        self, misfits: Sequence[MotionMisfit], free: LawParameters, gauge_error: tuple[float, float] = (0.0, 0.0)
     ) -> None:
-        self.overlays, self.free, self.gauge_error = list(overlays), free, np.array(gauge_error)
+        self.misfits, self.free, self.gauge_error = list(misfits), free, np.array(gauge_error)
         self.count = len(free.names)
-        self.known = all(math.isfinite(overlay.noise) for overlay in overlays)
+        self.known = all(math.isfinite(misfit.noise) for misfit in misfits)
         #: Standard deviation of the residuals of each record, by which they count.
-        self.sigma = np.array([0.02 * o.spread if math.isnan(o.noise) else o.noise for o in overlays])
+        self.sigma = np.array([0.02 * o.spread if math.isnan(o.noise) else o.noise for o in misfits])
         self.best: tuple[float, Array] = (math.inf, np.zeros(0))
 
     def lengths(self, share: float) -> list[int]:
         """Samples of each record that count."""
-        return [max(20, int(share * overlay.time.size)) for overlay in self.overlays]
+        return [max(20, int(share * misfit.time.size)) for misfit in self.misfits]
 
     def residuals(self, unknowns: Array, share: float = 1.0) -> Array:
         """(simulated − measured) / σ of all records one after the other; far off where the numbers make no law."""
@@ -64,8 +64,8 @@ class SingleShooting:
         """The robust sum of squares over the whole records."""
         return robust(self.residuals(unknowns))[0]
 
-    def _each(self, share: float) -> list[tuple[Overlay, int, float]]:
-        return list(zip(self.overlays, self.lengths(share), self.sigma.tolist(), strict=True))
+    def _each(self, share: float) -> list[tuple[MotionMisfit, int, float]]:
+        return list(zip(self.misfits, self.lengths(share), self.sigma.tolist(), strict=True))
 
     def _parts(self, unknowns: Array, share: float) -> list[Array] | None:
         try:
@@ -99,9 +99,9 @@ class SingleShooting:
             [name, *(tied for tied, source in self.free.same_as.items() if source == name)] for name in self.free.names
         ]
         missing = set()
-        for i, (overlay, n, s) in enumerate(self._each(share)):
+        for i, (misfit, n, s) in enumerate(self._each(share)):
             names = [name for group in together for name in group]
-            velocity, by = overlay.tangent(law, names, float(unknowns[self.count + i]), n)
+            velocity, by = misfit.tangent(law, names, float(unknowns[self.count + i]), n)
             rows = slice(edges[i], edges[i + 1])
             found[rows, self.count + i] = velocity / s
             for j, group in enumerate(together):
@@ -129,21 +129,21 @@ class SingleShooting:
 
     def bounds(self) -> tuple[Array, Array]:
         """Limits of the unknowns."""
-        reach = np.array([overlay.reach for overlay in self.overlays])
+        reach = np.array([misfit.reach for misfit in self.misfits])
         return np.concatenate([self.free.low, -reach]), np.concatenate([self.free.high, reach])
 
     def near(self, numbers: Array) -> Array:
         """The free numbers close by whose motions have the measured landmarks, from which the way down is short.
 
-        What is minimised knows nothing of phase (see :meth:`Overlay.unlikeness`), so it leads from far away.
+        What is minimised knows nothing of phase (see :meth:`MotionMisfit.unlikeness`), so it leads from far away.
         """
 
         def unlike(trial: Array) -> Array:
             try:
                 law = self.free.law(trial)
-                return np.concatenate([overlay.unlikeness(law) for overlay in self.overlays])
+                return np.concatenate([misfit.unlikeness(law) for misfit in self.misfits])
             except InputError:
-                return np.full(8 * len(self.overlays), 2.0)
+                return np.full(8 * len(self.misfits), 2.0)
 
         low, high = self.free.low, self.free.high
         inside = np.clip(numbers, low + 1e-9, high - 1e-9)
@@ -167,7 +167,7 @@ class SingleShooting:
         for share in SHARES:
             # A few cycles first: over many a small error of the period would put the motions out of step.
             law = self.free.law(unknowns[: self.count])
-            shifts = [overlay.first_shift(law, n) for overlay, n, _ in self._each(share)]
+            shifts = [misfit.first_shift(law, n) for misfit, n, _ in self._each(share)]
             unknowns = np.concatenate([unknowns[: self.count], shifts])
             unknowns = self.down(unknowns, share, 1.0 if share < 1 else 0.01)
         misfit = float(np.mean(np.square(self.residuals(unknowns))))
@@ -178,7 +178,7 @@ class SingleShooting:
     def down(self, unknowns: Array, share: float, enough: float, held: Sequence[int] = ()) -> Array:
         """The least misfit over a share of each record, from near it; `held` numbers stay."""
         residuals, slopes = partial(self.residuals, share=share), partial(self.slopes, share=share)
-        return descend(residuals, slopes, self.bounds(), unknowns, enough, held)
+        return levenberg_marquardt(residuals, slopes, self.bounds(), unknowns, enough, held)
 
     def scatter(self, unknowns: Array) -> Array:
         """Standard deviation of each record's residuals, in its unit of length."""
@@ -199,12 +199,12 @@ class SingleShooting:
         edges = np.cumsum([0, *self.lengths(1.0)])
         information = np.zeros((unknowns.size, unknowns.size))
         pulls = np.zeros((unknowns.size, 2))
-        for (a, b), overlay, sigma in zip(pairwise(edges), self.overlays, self.sigma, strict=True):
+        for (a, b), misfit, sigma in zip(pairwise(edges), self.misfits, self.sigma, strict=True):
             part = residuals[a:b]
-            freedom = max(part.size - unknowns.size / len(self.overlays), 1.0)
+            freedom = max(part.size - unknowns.size / len(self.misfits), 1.0)
             excess = float(np.sum(part**2)) / freedom * correlation_time(part)
             information += slopes[a:b].T @ slopes[a:b] / excess
-            gauge = np.stack([np.ones(b - a), overlay.displacement], axis=1) * self.gauge_error / sigma
+            gauge = np.stack([np.ones(b - a), misfit.displacement], axis=1) * self.gauge_error / sigma
             pulls += slopes[a:b].T @ gauge / excess
         if (silent := self.silent(unknowns)) or not np.diag(information).all():
             raise InputError(
@@ -215,7 +215,7 @@ class SingleShooting:
         moved = covariance @ pulls
         return np.asarray(covariance + moved @ moved.T)
 
-    def finish(self) -> Laid:
+    def finish(self) -> Refined:
         """The best motions with each record weighed by the scatter that is left, and how well the numbers are known.
 
         Raises
@@ -232,14 +232,14 @@ class SingleShooting:
         self._refuse_far(unknowns, scatter)
         motions = pd.DataFrame(
             {
-                "record": [overlay.name for overlay in self.overlays],
-                "kind": [overlay.seen.kind for overlay in self.overlays],
-                "period": [overlay.seen.period for overlay in self.overlays],
-                "samples": [overlay.time.size for overlay in self.overlays],
+                "record": [misfit.name for misfit in self.misfits],
+                "kind": [misfit.seen.kind for misfit in self.misfits],
+                "period": [misfit.seen.period for misfit in self.misfits],
+                "samples": [misfit.time.size for misfit in self.misfits],
                 "shift": unknowns[self.count :],
                 "scatter": scatter,
-                "noise": [overlay.noise for overlay in self.overlays],
-                "distance": [s / overlay.spread for s, overlay in zip(scatter, self.overlays, strict=True)],
+                "noise": [misfit.noise for misfit in self.misfits],
+                "distance": [s / misfit.spread for s, misfit in zip(scatter, self.misfits, strict=True)],
             }
         )
         notes = [
@@ -250,21 +250,21 @@ class SingleShooting:
         if why is not None:
             notes.append(f"Slopes of the motion are differences of orbits: {why}.")
         notes += [
-            f"{overlay.name}: the motion of the law lies {left / overlay.noise:.2g} times the noise from the record, so the "
+            f"{misfit.name}: the motion of the law lies {left / misfit.noise:.2g} times the noise from the record, so the "
             "law, or a constant of the rig, is not quite that of the record, and the intervals are too narrow."
-            for overlay, left in zip(self.overlays, scatter.tolist(), strict=True)
-            if left > LIKE_NOISE**2 * overlay.noise
+            for misfit, left in zip(self.misfits, scatter.tolist(), strict=True)
+            if left > LIKE_NOISE**2 * misfit.noise
         ]
-        return Laid(unknowns[: self.count], self.covariance(unknowns), math.inf, motions, notes)
+        return Refined(unknowns[: self.count], self.covariance(unknowns), math.inf, motions, notes)
 
     def _refuse_far(self, unknowns: Array, scatter: Array) -> None:
         law = self.free.law(unknowns[: self.count])
-        for overlay, left in zip(self.overlays, scatter, strict=True):
-            far = left / overlay.spread
-            found, _ = overlay.landmarks(law)
+        for misfit, left in zip(self.misfits, scatter, strict=True):
+            far = left / misfit.spread
+            found, _ = misfit.landmarks(law)
             # Close to the end of stick-slip the shortest sticks are not seen: there the word alone does not decide.
-            if far > FAR or (found.kind != overlay.seen.kind and far > CLOSE):
+            if far > FAR or (found.kind != misfit.seen.kind and far > CLOSE):
                 raise InputError(
-                    f"{overlay.name}: no motion of the law lies near this record (distance {far:.2f} of its standard "
-                    f"deviation; measured {overlay.seen.kind}, simulated {found.kind}); keep the fit of the branches"
+                    f"{misfit.name}: no motion of the law lies near this record (distance {far:.2f} of its standard "
+                    f"deviation; measured {misfit.seen.kind}, simulated {found.kind}); keep the fit of the branches"
                 )

@@ -1,0 +1,83 @@
+"""What every result of a fit has: one report, a short form for prompts and notebooks, equality by content."""
+
+from __future__ import annotations
+
+import html
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+SHOWN = 6
+"""Numbers in the short form."""
+WIDTH = 100
+"""Characters of the heading in the short form."""
+
+
+class Result:
+    """A fit's result, a dataclass with `notes` (plain sentences); its numbers are printed by tables with value and error."""
+
+    notes: list[str]
+
+    def heading(self) -> list[str]:
+        """What was fitted to what, in a line or two."""
+        raise NotImplementedError
+
+    def tables(self) -> list[str]:
+        """The tables of the report, that of the parameters first."""
+        raise NotImplementedError
+
+    def estimates(self) -> pd.DataFrame:
+        """Value, error, low and high (95 %) by name."""
+        raise NotImplementedError
+
+    def report(self) -> str:
+        """The result in words and tables."""
+        lines = self.heading()
+        for table in self.tables():
+            lines += ["", table]
+        return "\n".join([*lines, "", *[f"- {note}" for note in self.notes]])
+
+    def _first_line(self) -> str:
+        first = self.heading()[0]
+        return first if len(first) <= WIDTH else first[: WIDTH - 1] + "…"
+
+    def __repr__(self) -> str:
+        table = self.estimates()
+        numbers = [f"{name} = {row['value']:.5g} ± {row['error']:.2g}" for name, row in table.iloc[:SHOWN].iterrows()]
+        more = [f"and {len(table) - SHOWN} more"] if len(table) > SHOWN else []
+        return f"<{type(self).__name__}: {self._first_line()}; {', '.join([*numbers, *more])}>"
+
+    def _repr_html_(self) -> str:
+        table = self.estimates().to_html(float_format=lambda number: f"{number:.5g}")
+        notes = f"<p>{len(self.notes)} notes: see report()</p>" if self.notes else ""
+        return f"<p>{html.escape(self._first_line())}</p>{table}{notes}"
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and alike(self, other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Whether two values are the same in content: tables, arrays and NaN compare as a whole.
+
+    >>> alike({"a": np.array([1.0, np.nan])}, {"a": np.array([1.0, np.nan])}), alike([1.0], [2.0])
+    (True, False)
+    """
+    if one is other:
+        return True
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, pd.DataFrame | pd.Series):
+        return bool(one.equals(other))
+    if isinstance(one, np.ndarray):
+        return one.shape == other.shape and bool(((one == other) | ((one != one) & (other != other))).all())
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)
+    if isinstance(one, list | tuple):
+        return len(one) == len(other) and all(map(alike, one, other))
+    if is_dataclass(one):
+        return all(alike(getattr(one, item.name), getattr(other, item.name)) for item in fields(one) if item.compare)
+    return bool(one == other) or (one != one and other != other)

@@ -1,0 +1,396 @@
+"""A whole experiment in one unattended run: each record to motion, friction and pictures, all to one law and one report."""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import json
+import math
+import multiprocessing
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stickslip.errors import InputError
+from stickslip.files.documents import check_keys, number, read_toml, whole_number, write_whole
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Progress = Callable[[str, int, int], object]
+
+FILMS = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".mpg", ".mpeg", ".wmv", ".webm", ".tif", ".tiff", ".trk", ".trz")
+"""Endings of what is tracked before it is measured; folders of images are too."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Records or films of one rig, and what is to be made of them.
+
+    Parameters
+    ----------
+    records : paths or patterns (``runs/*.csv``), from the folder of the document.
+    rig : path of a rig file, or its table.
+    track : path of a setup file, or its table, for films; needed for films only where the default finds nothing.
+    output : folder of the results.
+    law : name of the law that is identified from all records; ``"auto"``: what they tell; ``""``: none.
+    workers : processes; default one a core.
+
+    Examples
+    --------
+    >>> Experiment(("a.csv",), {"instrument": "displacement"}, law="Coulomb").law
+    'Coulomb'
+    """
+
+    records: tuple[str, ...]
+    rig: str | Mapping[str, Any]
+    track: str | Mapping[str, Any] | None = None
+    output: str = "results"
+    law: str = "auto"
+    workers: int | None = None
+    folder: Path = field(default=Path(), compare=False)
+
+    @classmethod
+    def of(cls, given: Experiment | Mapping[str, Any] | str | Path) -> Experiment:
+        """An experiment from one, its table, or the path of its TOML file."""
+        if isinstance(given, Experiment):
+            return given
+        where, folder = "experiment", Path()
+        if not isinstance(given, Mapping):
+            where, folder = str(given), Path(given).parent
+            given = read_toml(given, "experiment file")
+        check_keys(given, ("records", "rig", "track", "output", "law", "workers"), ("records", "rig"), where)
+        table = dict(given)
+        names = [table["records"]] if isinstance(table["records"], str) else table["records"]
+        if not isinstance(names, list | tuple) or not names or not all(isinstance(name, str | Path) for name in names):
+            raise InputError(f'{where}: records must be a list of paths or patterns, ["runs/*.csv"], got {names!r}')
+        for key, kinds, what in (
+            ("rig", (str, Path, Mapping), "the path of a rig file or its table"),
+            ("track", (str, Path, Mapping), "the path of a setup file or its table"),
+            ("output", (str, Path), "a folder"),
+            ("law", (str,), 'the name of a law, "auto" or ""'),
+        ):
+            if key in table and not isinstance(table[key], kinds):
+                raise InputError(f"{where}: {key} must be {what}, got {table[key]!r}")
+        if table.get("workers") is not None:
+            whole_number("workers", table["workers"], where)
+        table["records"] = tuple(str(name) for name in names)
+        return cls(**table, folder=folder)
+
+    @property
+    def place(self) -> Path:
+        """The folder of the results."""
+        return self.folder / self.output
+
+    def sources(self) -> dict[str, Path]:
+        """The records that are there now by the name of their results; of equal names the folder's comes before."""
+        found: list[Path] = []
+        for pattern in self.records:
+            there = sorted(glob.glob(str(self.folder / pattern)))  # noqa: PTH207 the pattern may be absolute
+            if not there and not glob.has_magic(pattern):
+                there = [str(self.folder / pattern)]  # it will be said that there is none
+            found += [Path(path) for path in there if Path(path) not in found]
+        stems = [path.stem for path in found]
+        names = [path.stem if stems.count(path.stem) == 1 else f"{path.parent.name}-{path.name}" for path in found]
+        if len(set(names)) < len(names):
+            raise InputError("run: two records would have one folder of results; rename one of them")
+        return dict(zip(names, found, strict=True))
+
+    def described(self, key: str) -> Any:
+        """What `rig` or `track` says: its table, or the path of its file."""
+        value = getattr(self, key)
+        return value if value is None or isinstance(value, Mapping) else str(self.folder / value)
+
+
+def run(
+    experiment: Experiment | Mapping[str, Any] | str | Path,
+    *,
+    again: bool = False,
+    progress: Progress | None = None,
+) -> pd.DataFrame:
+    """Measure every record of an experiment, in parallel, and identify one law from all.
+
+    Into the folder of results go, for each record, ``motion.nc`` (of a film), ``friction.nc``, ``break_away.csv``,
+    ``friction.png``, and for a spring ``motion.png`` (motion, phase plane, spectra); for all together ``records.csv`` (the
+    table returned), ``break_away.csv``, ``law.toml`` and ``report.html``. A record whose results are there, made from the
+    same file with the same rig and setup, is not measured again; one that fails is a row with its sentence, and the others
+    go on.
+
+    Parameters
+    ----------
+    experiment : an :class:`Experiment`, its table, or the path of its TOML file.
+    again : measure also what is finished.
+    progress : called with (what, records done, records in all).
+
+    Returns
+    -------
+    DataFrame over the names of the records: source, state (``"measured"``, ``"finished before"``, ``"failed"``), message, and
+    what a summary of the record prints.
+
+    Raises
+    ------
+    InputError
+        for a wrong document, where no record is found, or the folder cannot be made.
+
+    Examples
+    --------
+    >>> table = run("experiment.toml")  # doctest: +SKIP
+    """
+    import pandas as pd
+
+    plan = Experiment.of(experiment)
+    sources = plan.sources()
+    if not sources:
+        raise InputError(
+            f"run: no record matches {', '.join(plan.records)} in {plan.folder.resolve()}; correct records"
+        )
+    for key in ("rig", "track"):
+        if isinstance(path := plan.described(key), str):
+            read_toml(path, f"{key} file")
+    try:
+        plan.place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{plan.place}: the folder cannot be made ({error.strerror}); choose another output") from None
+    rows = {}
+    for done, (name, row) in enumerate(_rows(plan, sources, again), start=1):
+        rows[name] = row
+        if progress is not None:
+            progress(name, done, len(sources))
+    table = pd.DataFrame.from_dict({name: rows[name] for name in sources}, orient="index").rename_axis("record")
+    _together(plan, table)
+    return table
+
+
+def watch(
+    experiment: Experiment | Mapping[str, Any] | str | Path,
+    *,
+    every: float = 5.0,
+    stop: Callable[[], bool] = lambda: False,
+    told: Callable[[pd.DataFrame], object] | None = None,
+) -> None:
+    """Run an experiment whenever a record comes or changes, until `stop` says so.
+
+    A record counts once its size has stayed the same from one look to the next.
+
+    Parameters
+    ----------
+    every : seconds between two looks.
+    stop : asked after each look.
+    told : called with the table of each run.
+    """
+    number("every", every, "watch")
+    plan = Experiment.of(experiment)
+    before: dict[Path, str] = {}
+    measured: dict[Path, str] = {}
+    while True:
+        now = {path: _state_of(path) for path in plan.sources().values() if path.exists()}
+        settled = {path: state for path, state in now.items() if before.get(path) == state}
+        if settled and len(settled) == len(now) and settled != measured:
+            table = run(plan)
+            if told is not None:
+                told(table)
+            measured = settled
+        before = now
+        if stop():
+            return
+        time.sleep(every)
+
+
+def _state_of(path: Path) -> str:
+    """What changes when a record does: sizes and times of its files."""
+    files = sorted(file for file in path.iterdir() if file.is_file()) if path.is_dir() else [path]
+    return json.dumps([(file.name, file.stat().st_size, file.stat().st_mtime_ns) for file in files])
+
+
+def _mark(plan: Experiment, path: Path) -> str:
+    """What the results of a record hang on."""
+    parts = [_state_of(path)]
+    for key in ("rig", "track"):
+        described = plan.described(key)
+        parts.append(Path(described).read_text() if isinstance(described, str) else repr(described))
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+def _rows(plan: Experiment, sources: Mapping[str, Path], again: bool) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Each record with its row, in the order in which they are finished."""
+    waiting = {}
+    for name, path in sources.items():
+        row = {"source": str(path), "state": "failed", "message": f"{path}: no such file; correct records"}
+        if not path.exists():
+            yield name, row
+            continue
+        finished = plan.place / name / "finished.json"
+        mark = _mark(plan, path)
+        if not again and (known := _known(finished, mark)) is not None:
+            yield name, {"source": str(path), "state": "finished before", "message": "", **known}
+        else:
+            waiting[name] = (path, mark)
+    while waiting:
+        # fresh processes: threads and locks of the libraries for films and files do not survive a fork
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(plan.workers, mp_context=context) as pool:
+            jobs = {
+                pool.submit(
+                    _measured, path, plan.described("rig"), plan.described("track"), plan.place / name, mark
+                ): name
+                for name, (path, mark) in waiting.items()
+            }
+            broken = []
+            for job in as_completed(jobs):
+                name = jobs[job]
+                try:
+                    row = job.result()
+                except BrokenProcessPool:  # one has ended its process, and with it those of the others
+                    broken.append(name)
+                    continue
+                yield name, {"source": str(waiting.pop(name)[0]), **row}
+        if broken:  # each by itself from now on: the first is done alone next
+            name = broken[0]
+            path, mark = waiting.pop(name)
+            yield name, {"source": str(path), **_alone(plan, path, name, mark)}
+
+
+def _alone(plan: Experiment, path: Path, name: str, mark: str) -> dict[str, Any]:
+    """The row of a record measured in a process of its own."""
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        try:
+            return pool.submit(
+                _measured, path, plan.described("rig"), plan.described("track"), plan.place / name, mark
+            ).result()
+        except BrokenProcessPool:
+            return {"state": "failed", "message": f"{path}: the process that measured it ended; is the memory full?"}
+
+
+def _known(finished: Path, mark: str) -> dict[str, Any] | None:
+    """The facts of a record that was finished with this mark."""
+    try:
+        known = json.loads(finished.read_text())
+    except (OSError, ValueError):
+        return None
+    return known["facts"] if isinstance(known, dict) and known.get("mark") == mark else None
+
+
+def _measured(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str, Any]:
+    """Measure one record into its folder; its row. Runs in a process of its own, where nothing may stop the others."""
+    try:
+        return {"state": "measured", "message": "", **_make(path, rig, setup, folder, mark)}
+    except InputError as error:
+        return {"state": "failed", "message": str(error)}
+    except Exception as error:  # noqa: BLE001 a fault of ours in one record must not cost the other fifty-nine
+        return {"state": "failed", "message": f"{path}: {type(error).__name__}: {' '.join(str(error).split())}"}
+
+
+def _make(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str, Any]:
+    import matplotlib.pyplot as plt
+    import xarray as xr
+
+    from stickslip import show
+    from stickslip.measurement import Bench, facts, load_rig, measure, motion, notes
+    from stickslip.measurement.masses import masses_of
+    from stickslip.tracking import track
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.iterdir():
+        if old.name in RESULTS or old.name.startswith(("friction-", "motion-")):
+            old.unlink()
+    record: Any = path
+    if path.is_dir() or path.suffix.lower() in FILMS:
+        record = track(path, setup, output=folder / "motion.nc")
+    known_rig = load_rig(rig)
+    friction = measure(record, known_rig)
+    write_whole(folder / "friction.nc", lambda draft: friction.to_netcdf(draft, engine="h5netcdf"))
+    parts = {"": friction} if "notes" in friction.attrs else dict(friction.children)
+    for name, part in parts.items():
+        end = name.replace("mass_", "-")
+        figure = show.friction_record(xr.DataTree(part.to_dataset(), children=dict(part.children)))[0].figure
+        write_whole(
+            folder / f"friction{end}.png", lambda draft, figure=figure: figure.savefig(draft, format="png", dpi=110)
+        )
+        plt.close(figure)
+    if not isinstance(known_rig, Bench):
+        moved = motion(record, known_rig)
+        masses = {f"-{label}": one for label, one in (masses_of(moved) or {}).items()} or {"": moved}
+        for end, one in masses.items():
+            figure = show.motion_figure(one)[0].figure
+            write_whole(
+                folder / f"motion{end}.png", lambda draft, figure=figure: figure.savefig(draft, format="png", dpi=110)
+            )
+            plt.close(figure)
+    events = _events(parts)
+    write_whole(folder / "break_away.csv", lambda draft: events.to_csv(draft, index=False))
+    found = {**facts(friction), "notes": " ".join(notes(friction))}
+    plain = {name: value if isinstance(value, str) or math.isfinite(value) else None for name, value in found.items()}
+    write_whole(folder / "finished.json", lambda draft: draft.write_text(json.dumps({"mark": mark, "facts": plain})))
+    return plain
+
+
+RESULTS = ("motion.nc", "friction.nc", "friction.png", "motion.png", "break_away.csv", "finished.json")
+"""What lies in the folder of a record."""
+
+
+def _events(parts: Mapping[str, Any]) -> pd.DataFrame:
+    """The break-aways of all masses."""
+    import pandas as pd
+
+    tables = [
+        part["break_away"].to_dataset(inherit=False).to_dataframe().assign(mass=name.removeprefix("mass_"))
+        for name, part in parts.items()
+        if "break_away" in part.children
+    ]
+    return pd.concat(tables) if tables else pd.DataFrame()
+
+
+def _together(plan: Experiment, table: pd.DataFrame) -> None:
+    """What is made of all records: one table, one law, one report."""
+    import pandas as pd
+
+    from stickslip.identification import identify
+    from stickslip.report.identification import page
+    from stickslip.report.report import Report
+
+    place = plan.place
+    write_whole(place / "records.csv", lambda draft: table.to_csv(draft))
+    good = [str(name) for name in table.index[table["state"] != "failed"]]
+    events = []
+    for name in good:
+        try:
+            events.append(pd.read_csv(place / name / "break_away.csv").assign(record=name))
+        except pd.errors.EmptyDataError:
+            continue
+    together = pd.concat(events) if events else pd.DataFrame()
+    write_whole(place / "break_away.csv", lambda draft: together.to_csv(draft, index=False))
+    report, why = Report("Experiment"), ""
+    law = None
+    if plan.law and good:
+        try:
+            law = identify(
+                [place / name / "friction.nc" for name in good], law=None if plan.law == "auto" else plan.law
+            )
+            law.save(place / "law.toml")
+            report = page(law, simulate=False)
+        except InputError as error:
+            why = str(error)
+    if law is None:
+        (place / "law.toml").unlink(missing_ok=True)
+    report.heading("Records")
+    report.text(
+        f"{len(good)} of {len(table)} records were measured." + (f" No law was identified: {why}" if why else "")
+    )
+    report.table(table.drop(columns=["source", "notes"], errors="ignore"))
+    report.items(
+        [f"{name}: {note}" for name, note in table.get("notes", pd.Series(dtype=str)).dropna().items() if note]
+    )
+    if len(together):
+        report.heading("Break-aways")
+        report.table(together.set_index("record").drop(columns=["event"], errors="ignore").head(MOST_ROWS))
+        if len(together) > MOST_ROWS:
+            report.text(f"The first {MOST_ROWS} of {len(together)}; all are in break_away.csv.")
+    report.write(place / "report.html")
+
+
+MOST_ROWS = 500
+"""Break-aways that the report shows."""

@@ -1,0 +1,80 @@
+"""A whole experiment in one run: in parallel, resumable, each failure one line."""
+
+import json
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.cli.main import main
+from stickslip.errors import InputError
+from stickslip.report.experiment import Experiment, run, watch
+
+LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
+RIG = {
+    "instrument": "displacement", "column": "x", "unit": "1", "stiffness": 1.0, "mass": 1.0, "damping": 0.05,
+    "drive_velocity": 0.1,
+}  # fmt: skip
+
+
+def write(path, seed=0):
+    orbit = ss.simulate(ss.Oscillator(damping=0.05, drive_velocity=0.1, law=LAW), 60.0)
+    time = np.arange(0, 60, 2 * np.pi / 40)
+    x = orbit.at(time)[0] + 3e-3 * np.random.default_rng(seed).standard_normal(len(time))
+    np.savetxt(path, np.stack([time, x], axis=1), delimiter=",", header="t,x", comments="")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "runs").mkdir()
+    write(tmp_path / "runs" / "good.csv")
+    (tmp_path / "runs" / "bad.csv").write_text("t,x\n0,1\n1,oops\n")
+    text = "\n".join(f"{key} = {json.dumps(value)}" for key, value in RIG.items())
+    (tmp_path / "experiment.toml").write_text(
+        f'records = ["runs/*.csv"]\noutput = "out"\nlaw = "StaticKinetic"\nworkers = 1\n[rig]\n{text}\n'
+    )
+    return tmp_path
+
+
+def test_an_experiment_runs_past_a_bad_record_and_is_not_done_twice(folder, capsys):
+    assert main(["run", str(folder / "experiment.toml")]) == 2
+    seen = capsys.readouterr()
+    assert "measured          good" in seen.out
+    assert "bad.csv" in seen.out
+    assert "1 of 2 records could not be measured" in seen.err
+    out = folder / "out"
+    assert {path.name for path in (out / "good").iterdir()} == {
+        "friction.nc", "friction.png", "motion.png", "break_away.csv", "finished.json",
+    }  # fmt: skip
+    law = ss.load_law(out / "law.toml")
+    assert law.break_away == pytest.approx(1.2, abs=0.01)
+    assert "<h2>Break-aways</h2>" in (out / "report.html").read_text()
+    before = (out / "good" / "friction.nc").stat().st_mtime_ns
+    looks = []
+    watch(folder / "experiment.toml", every=0.01, stop=lambda: len(looks) == 1, told=looks.append)
+    assert list(looks[0]["state"]) == ["failed", "finished before"]
+    assert (out / "good" / "friction.nc").stat().st_mtime_ns == before
+    assert looks[0].loc["good", "regime"] == "stick_slip"
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"records": []}, "records must be a list of paths"),
+        ({"rigg": 1}, r"unknown key 'rigg' \(did you mean 'rig'\?\)"),
+        ({"workers": 0}, "workers must be a whole number"),
+        ({"records": ["nothing/*.csv"]}, "no record matches"),
+        ({"rig": "nothing.toml"}, "no such file"),
+    ],
+)
+def test_wrong_experiments_are_one_sentence(tmp_path, change, sentence):
+    with pytest.raises(InputError, match=sentence):
+        run({"records": [str(tmp_path / "a.csv")], "rig": RIG, "output": str(tmp_path / "out"), **change})
+
+
+def test_records_of_one_name_lie_in_folders_of_their_own(tmp_path):
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "a.csv").write_text("")
+    plan = Experiment((str(tmp_path / "*" / "a.csv"),), RIG)
+    assert set(plan.sources()) == {"one-a.csv", "two-a.csv"}
