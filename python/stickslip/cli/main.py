@@ -62,6 +62,7 @@ EXAMPLES = {
     "track": "stickslip track film.avi --setup film.track.toml -o motion.nc",
     "measure": "stickslip measure example/block.csv --rig example/block.toml -o friction.nc --plot friction.png",
     "identify": "stickslip identify friction.nc -o law.toml --report law.html",
+    "run": "stickslip run experiment.toml --watch",
     "sweep": "stickslip sweep system.toml --over drive_velocity=0.05:0.6:200 --plot diagram.png",
     "basins": "stickslip basins system.toml --x=-1:2:60 --v=-1:1:60 --plot basins.png",
     "continue": "stickslip continue system.toml --over drive_velocity=0.1:0.5 --plot branches.png",

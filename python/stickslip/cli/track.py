@@ -143,7 +143,7 @@ def _draw_many(table: pd.DataFrame, plot: str) -> list[str]:
 
     drawn = []
     for row in table[table["state"] != "failed"].to_dict("records"):
-        figure = tracks_over_film(tree_of(Path(row["motion"])).to_dataset(), row["source"]).figure
+        figure = tracks_over_film(tree_of(Path(row["motion"])).to_dataset(), row["source"]).get_figure(root=True)
         drawn.append(str(Path(plot).with_stem(f"{Path(plot).stem}-{Path(row['motion']).stem}")))
         save_figure(figure, drawn[-1])
         plt.close()

@@ -20,6 +20,7 @@ from stickslip.files.documents import check_keys, number, read_toml, whole_numbe
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
 Progress = Callable[[str, int, int], object]
 
@@ -285,7 +286,6 @@ def _measured(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict
 
 
 def _make(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str, Any]:
-    import matplotlib.pyplot as plt
     import xarray as xr
 
     from stickslip import show
@@ -306,26 +306,31 @@ def _make(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str
     parts = {"": friction} if "notes" in friction.attrs else dict(friction.children)
     for name, part in parts.items():
         end = name.replace("mass_", "-")
-        figure = show.friction_record(xr.DataTree(part.to_dataset(), children=dict(part.children)))[0].figure
-        write_whole(
-            folder / f"friction{end}.png", lambda draft, figure=figure: figure.savefig(draft, format="png", dpi=110)
+        _draw(
+            show.friction_record(xr.DataTree(part.to_dataset(), children=dict(part.children)))[0],
+            folder / f"friction{end}.png",
         )
-        plt.close(figure)
     if not isinstance(known_rig, Bench):
         moved = motion(record, known_rig)
         masses = {f"-{label}": one for label, one in (masses_of(moved) or {}).items()} or {"": moved}
         for end, one in masses.items():
-            figure = show.motion_figure(one)[0].figure
-            write_whole(
-                folder / f"motion{end}.png", lambda draft, figure=figure: figure.savefig(draft, format="png", dpi=110)
-            )
-            plt.close(figure)
+            _draw(show.motion_figure(one)[0], folder / f"motion{end}.png")
     events = _events(parts)
     write_whole(folder / "break_away.csv", lambda draft: events.to_csv(draft, index=False))
     found = {**facts(friction), "notes": " ".join(notes(friction))}
     plain = {name: value if isinstance(value, str) or math.isfinite(value) else None for name, value in found.items()}
     write_whole(folder / "finished.json", lambda draft: draft.write_text(json.dumps({"mark": mark, "facts": plain})))
     return plain
+
+
+def _draw(ax: Axes, path: Path) -> None:
+    """Write the picture that holds these axes, and close it."""
+    import matplotlib.pyplot as plt
+
+    whole = ax.get_figure(root=True)
+    assert whole is not None
+    write_whole(path, lambda draft: whole.savefig(draft, format="png", dpi=110))
+    plt.close(whole)
 
 
 RESULTS = ("motion.nc", "friction.nc", "friction.png", "motion.png", "break_away.csv", "finished.json")
