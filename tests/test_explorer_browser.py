@@ -122,7 +122,8 @@ def test_laws_of_every_kind_can_be_taken_by_hand(opened, law):
 def test_pencils_go_to_infinity_and_come_back(opened):
     for name, angle in (("A", "phi"), ("C", "psi"), ("D", "eta")):
         for there in (True, False):
-            box = f"[...document.querySelectorAll('label.line')].find((one) => one.textContent === 'pencil {name} at infinity').firstChild"
+            label = f"find((one) => one.textContent === 'pencil {name} at infinity')"
+            box = f"[...document.querySelectorAll('label.line')].{label}.firstChild"
             opened.run(FRAME)
             if opened.run(f"{box}.checked") != there:
                 opened.run(f"{box}.click()")
@@ -173,7 +174,7 @@ def test_a_saved_page_opens_as_it_was_saved(opened, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_page_lives_within_another_and_asks_the_network_for_nothing(opened, tmp_path, address):
+def test_the_page_lives_within_another_and_asks_the_network_for_nothing(opened, tmp_path):
     text = page().replace("&", "&amp;").replace('"', "&quot;")
     (tmp_path / "outer.html").write_text(
         f'<body data-ready="yes"><iframe width=900 height=700 srcdoc="{text}"></iframe>'
@@ -207,7 +208,8 @@ def test_words_stand_out_in_both_themes(opened, theme, address):
     assert opened.run("document.documentElement.dataset.theme") == theme
     colours = opened.run(
         """(() => { const style = getComputedStyle(document.documentElement);
-        return Object.fromEntries(['paper', 'card', 'ink', 'soft', 'accent', 'bad'].map((name) => [name, style.getPropertyValue('--' + name).trim()])); })()"""
+        const names = ['paper', 'card', 'ink', 'soft', 'accent', 'bad'];
+        return Object.fromEntries(names.map((name) => [name, style.getPropertyValue('--' + name).trim()])); })()"""
     )
     opened.prefer()
 
@@ -238,6 +240,17 @@ def test_everything_has_a_name_for_who_cannot_see_it(opened):
         !(one.getAttribute('aria-label') || one.textContent.trim() || one.labels?.length)).map((one) => one.outerHTML)"""
     )
     assert nameless == []
+
+
+@pytest.mark.slow
+def test_the_motion_is_heard_when_asked_and_follows_a_change(opened):
+    opened.run(FRAME)
+    assert opened.run("explorer.sound.on") is False
+    for on in (True, False):
+        opened.run("document.getElementById('listen').click()")
+        opened.run("explorer.change([['system.drive_velocity', 0.21]])")
+        opened.run(FRAME)
+        assert opened.run("explorer.sound.on") is on
 
 
 @pytest.mark.slow

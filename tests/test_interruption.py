@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -184,6 +186,22 @@ def test_ctrl_c_ends_a_run_at_once(engine, request):
     assert int(events) == len(ss.simulate(long_run("closed form"), 50.0).events)
 
 
+SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "interruption.py"
+_spec = importlib.util.spec_from_file_location("interruption_evidence", SCRIPT)
+evidence = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(evidence)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["regime_map", "basins", "lyapunov, closed form", "periodic_orbit, closed form", "continuation", "sensitivities"],
+)
+def test_ctrl_c_ends_what_is_made_of_many_runs(name):
+    _, run = evidence.runs()[name]
+    # Of the processor, whatever else the machine does.
+    assert evidence.after_a_signal(run, lead=0.05) < 1
+
+
 def test_sweeps_end_after_max_seconds_and_a_store_goes_on(tmp_path):
     smooth = ss.Oscillator(0.05, 0.1, ss.laws.ExponentialStribeck(1.0, 0.6, 0.1))
     began = time.monotonic()
@@ -201,3 +219,21 @@ def test_sweeps_end_after_max_seconds_and_a_store_goes_on(tmp_path):
     assert (whole["stop"] == "t_end").all()
     with pytest.raises(ss.InputError, match="max_seconds must be greater than 0"):
         ss.orbit_diagram(smooth, "damping", [0.1], max_seconds=0)
+
+
+def test_the_command_line_ends_sweeps_too(tmp_path, capsys):
+    system = tmp_path / "system.toml"
+    system.write_text(ss.Oscillator(0.05, 0.1, ss.laws.ExponentialStribeck(1.0, 0.6, 0.1)).to_toml())
+    ask = [
+        "sweep",
+        str(system),
+        "--over",
+        "damping=0.01,0.02",
+        "--transient",
+        "1000000",
+        "--max-seconds",
+        "0.2",
+        "--json",
+    ]
+    assert main(ask) == 0
+    assert '"unfinished": 1' in capsys.readouterr().out

@@ -27,6 +27,7 @@ ARROWS = {
     "tracking": {"_core", "errors", "files", "show"},
     "dynamics": {"_core", "errors", "files", "laws", "model", "simulation"},
     "examples": {"errors", "model", "simulation"},
+    "explorer": {"_core", "errors", "files", "laws", "model", "simulation"},
     "identification": {"dynamics", "errors", "files", "laws", "measurement", "model", "show", "simulation"},
     "report": {"errors", "files", "identification", "show"},
     "paper": {
@@ -39,6 +40,7 @@ ARROWS = {
             "dynamics",
             "errors",
             "examples",
+            "explorer",
             "files",
             "identification",
             "measurement",

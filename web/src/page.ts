@@ -12,6 +12,7 @@ import { Phase } from "./panels/phase";
 import { Rig } from "./panels/rig";
 import { Spectrum } from "./panels/spectrum";
 import { Surface } from "./panels/surface";
+import { Sound } from "./sound";
 import { type State, documentOf, fromLink, get, presetState, put, toLink, toToml, varied } from "./state";
 import { REGIMES, REGIME_NAMES, type Steady, type SweepPart, Sweeper, lookOf, steady } from "./sweeps";
 
@@ -49,6 +50,7 @@ class Page {
   private readonly diagram: Diagram;
   private readonly controls: Controls;
   private readonly sweepers: Sweeper[];
+  readonly sound = new Sound();
 
   constructor(
     private readonly data: Data,
@@ -192,6 +194,7 @@ class Page {
     for (const button of $("presets").querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.dataset["name"] === this.state.preset));
     if (this.sweepStale) this.sweep();
     for (const panel of this.panels) this.drawPanel(panel);
+    if (this.sound.on) this.listen();
     this.tell();
     document.body.classList.toggle("refused", Boolean(this.refused));
   }
@@ -302,6 +305,13 @@ class Page {
     requestAnimationFrame((next) => this.frame(next));
   }
 
+  /** Hear the motion; a change of it is heard at once. */
+  listen(): void {
+    const { mass, stiffness } = this.state.system;
+    if (!this.orbit || this.refused) return this.sound.stop();
+    this.sound.play(this.core, this.orbit, Math.sqrt(stiffness / mass), $<HTMLInputElement>("pitch").valueAsNumber);
+  }
+
   toml(): string {
     return toToml(this.state);
   }
@@ -346,6 +356,13 @@ class Page {
       };
     $("play").onclick = () => this.play(!this.playing);
     this.play(this.playing);
+    const heard = () => $("listen").setAttribute("aria-pressed", String(this.sound.on));
+    $("listen").onclick = () => {
+      if (this.sound.on) this.sound.stop();
+      else this.listen();
+      heard();
+    };
+    $("pitch").oninput = () => this.sound.on && this.listen();
     $("next").onclick = () => this.nextEvent();
     $<HTMLInputElement>("speed").oninput = ({ target }) => (this.speed = (target as HTMLInputElement).valueAsNumber);
     $("theme").onclick = () => {

@@ -114,15 +114,17 @@ pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
             simulate::simulate_while(&oscillator, run, patience()).map_err(|error| error.to_string())?;
         let mut marks = Vec::new();
         for (index, segment) in orbit.segments.iter().enumerate() {
-            let events = index.checked_sub(1).map(|index| {
-                let event = &orbit.events[index];
-                Event {
-                    kind: event.kind,
-                    contact: 0,
-                    force: event.force,
-                    stick_time: event.stick_time,
-                    force_rate: event.force_rate,
-                }
+            let event = index.checked_sub(1).map(|index| orbit.events.get(index));
+            if matches!(event, Some(None)) {
+                // Where the run was told to end.
+                break;
+            }
+            let events = event.flatten().map(|event| Event {
+                kind: event.kind,
+                contact: 0,
+                force: event.force,
+                stick_time: event.stick_time,
+                force_rate: event.force_rate,
             });
             marks.push(Mark {
                 time: [segment.clock.high, segment.clock.low],

@@ -92,6 +92,11 @@ impl Start {
     }
 }
 
+/// A time within what begins at `t`: times of the core have two parts, and what `t` leaves out may put it before the begin.
+fn inside(t: f64) -> f64 {
+    if t == 0.0 { t } else { t.next_up() }
+}
+
 /// What a path says of each sample: time; of each mass x, v; of each contact w, force and mode (−1 stuck, else the branch).
 #[derive(Default)]
 struct Path {
@@ -129,11 +134,8 @@ impl Path {
             let stuck = segment.direction == 0.0;
             let mode = if stuck { -1.0 } else { f64::from(segment.branch) };
             times.clear();
-            ask.times(
-                segment.clock.high,
-                next.map_or(orbit.t_last(), |event| event.t),
-                &mut times,
-            );
+            let to = next.map_or(orbit.t_last(), |event| event.t);
+            ask.times(inside(segment.clock.high), to, &mut times);
             for (&t, state) in times.iter().zip(orbit.states(&times)) {
                 let w = if stuck { 0.0 } else { s - state.v };
                 path.push(t, [state.x, state.v], [w, state.force, mode]);
@@ -155,8 +157,7 @@ impl Path {
         let mut branches = Vec::new();
         for (index, row) in rows.iter().enumerate() {
             let to = rows.get(index + 1).map_or(orbit.t_last(), |next| next[0]);
-            // Times have two parts, so the end of a step may lie within it or not: both ends are taken from inside.
-            let (from, to) = (row[0].next_up(), to.next_down());
+            let (from, to) = (inside(row[0]), to.next_down());
             if from < to {
                 ask.times(from, to, &mut path.t);
                 path.t.push(to);

@@ -48,6 +48,7 @@ def add_run(command: argparse.ArgumentParser, output: str) -> None:
         "-o", "--output", metavar=output, help="write a Zarr store, part by part; a killed run goes on from it"
     )
     command.add_argument("--workers", type=int, metavar="N", help="threads; default all cores")
+    command.add_argument("--max-seconds", type=float, metavar="S", help="end the runs that are not done after so long")
     command.add_argument("--cluster", metavar="ADDRESS", help="a Dask scheduler whose workers compute instead")
     command.add_argument("--plot", metavar="FILE.png", help="draw the result")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -80,7 +81,8 @@ def axis(text: str, option: str) -> tuple[str, Any]:
 
 def settings(options: argparse.Namespace, progress: Any) -> dict[str, Any]:
     """The options that all of these commands hand on."""
-    return {"store": options.output, "workers": options.workers, "cluster": options.cluster, "progress": progress}
+    names = ("workers", "cluster", "max_seconds")
+    return {"store": options.output, "progress": progress, **{name: getattr(options, name) for name in names}}
 
 
 def run(options: argparse.Namespace) -> None:

@@ -146,7 +146,7 @@ def _draw_many(table: pd.DataFrame, plot: str) -> list[str]:
         figure = tracks_over_film(tree_of(Path(row["motion"])).to_dataset(), row["source"]).figure
         drawn.append(str(Path(plot).with_stem(f"{Path(plot).stem}-{Path(row['motion']).stem}")))
         save_figure(figure, drawn[-1])
-        plt.close(figure)
+        plt.close()
     return drawn
 
 

@@ -148,7 +148,7 @@ def styled() -> Iterator[None]:
     The backend is loaded before: that of a notebook sets ``interactive`` when it is, which would be taken back at the end,
     and no later picture would be shown.
     """
-    plt.draw_if_interactive()
+    plt.draw_if_interactive()  # type: ignore[no-untyped-call]
     with plt.rc_context(STYLE):
         yield
 

@@ -1,0 +1,61 @@
+/** The steady motion as a tone: its velocity between maxima of the displacement, the natural frequency at a pitch one hears. */
+import { type Core, Verb } from "./core";
+import type { Orbit } from "./orbit";
+
+/** Seconds of a cross-fade. */
+const FADE = 0.04;
+
+/** The first and the last maximum of x in the second half; the half itself where there are none. */
+function wholePeriods({ t, v, words }: Orbit): [number, number] {
+  const times: number[] = [];
+  const speed = v[0]!;
+  for (let i = 1; i < t.length; i++)
+    if (t[i]! > 0.5 * words.t_last && speed[i - 1]! > 0 && speed[i]! <= 0) times.push(t[i - 1]! + ((t[i]! - t[i - 1]!) * speed[i - 1]!) / (speed[i - 1]! - speed[i]!));
+  return times.length > 1 ? [times[0]!, times.at(-1)!] : [0.5 * words.t_last, words.t_last];
+}
+
+/** The velocity so that 2π/`natural` lasts 1/`pitch` seconds, at most four seconds of it. */
+export function samples(core: Core, orbit: Orbit, natural: number, pitch: number, rate: number): Float32Array<ArrayBuffer> {
+  const [from, to] = wholePeriods(orbit);
+  const perSecond = (pitch * 2 * Math.PI) / natural;
+  const count = Math.max(2, Math.min(4 * rate, Math.round(((to - from) / perSecond) * rate)));
+  const v = core.ask(Verb.states, { from, to, count }).numbers.subarray(count, 2 * count);
+  const mean = v.reduce((sum, value) => sum + value, 0) / count;
+  const peak = v.reduce((most, value) => Math.max(most, Math.abs(value - mean)), 0.05);
+  return Float32Array.from(v, (value) => (0.35 * (value - mean)) / peak);
+}
+
+export class Sound {
+  private context?: AudioContext;
+  private playing: { source: AudioBufferSourceNode; gain: GainNode } | null = null;
+
+  get on(): boolean {
+    return this.playing !== null;
+  }
+
+  play(core: Core, orbit: Orbit, natural: number, pitch: number): void {
+    const context = (this.context ??= new AudioContext());
+    const tone = samples(core, orbit, natural, pitch, context.sampleRate);
+    const buffer = context.createBuffer(1, tone.length, context.sampleRate);
+    buffer.copyToChannel(tone, 0);
+    const [source, gain] = [context.createBufferSource(), context.createGain()];
+    Object.assign(source, { buffer, loop: true });
+    source.connect(gain).connect(context.destination);
+    gain.gain.setValueAtTime(0, context.currentTime);
+    gain.gain.linearRampToValueAtTime(1, context.currentTime + FADE);
+    this.stop();
+    source.start();
+    this.playing = { source, gain };
+  }
+
+  stop(): void {
+    if (!this.playing || !this.context) return;
+    const { source, gain } = this.playing;
+    const now = this.context.currentTime;
+    gain.gain.cancelScheduledValues(now);
+    gain.gain.setValueAtTime(gain.gain.value, now);
+    gain.gain.linearRampToValueAtTime(0, now + FADE);
+    source.stop(now + FADE);
+    this.playing = null;
+  }
+}
