@@ -29,7 +29,7 @@ ARROWS = {
     "examples": {"errors", "model", "simulation"},
     "explorer": {"_core", "errors", "files", "laws", "model", "simulation"},
     "identification": {"dynamics", "errors", "files", "laws", "measurement", "model", "show", "simulation"},
-    "report": {"errors", "files", "identification", "show"},
+    "report": {"_core", "errors", "files", "identification", "measurement", "show", "tracking"},
     "paper": {
         *("dynamics", "errors", "files", "identification", "laws", "measurement", "model", "report", "show"),
         *("simulation", "tracking"),
