@@ -114,10 +114,16 @@ class Parameters:
         variance = np.diag(covariance)
         spread = np.sqrt(np.where(variance < 0, math.inf, variance))
         half = quantile * spread
-        ratio = np.exp(np.minimum(half, WIDEST))
-        low = np.where(self.logarithmic, values / ratio, np.maximum(values - half, [item.low for item in self.free]))
-        high = np.where(self.logarithmic, values * ratio, np.minimum(values + half, [item.high for item in self.free]))
-        error, full = spread * units, covariance * np.outer(units, units)
+        # A ratio that ran off to where nothing is known of it has infinite errors and ends.
+        with np.errstate(over="ignore", invalid="ignore"):
+            ratio = np.exp(np.minimum(half, WIDEST))
+            low = np.where(
+                self.logarithmic, values / ratio, np.maximum(values - half, [item.low for item in self.free])
+            )
+            high = np.where(
+                self.logarithmic, values * ratio, np.minimum(values + half, [item.high for item in self.free])
+            )
+            error, full = spread * units, covariance * np.outer(units, units)
         for name, weights in (derived or {}).items():
             sums = np.vstack([np.eye(len(values)), [weights.get(each, 0.0) for each in names]])
             names, values, full = [*names, name], sums @ values, sums @ full @ sums.T
