@@ -134,7 +134,8 @@ def test_pictures_say_what_they_show():
     legend = ss.show.regime_map_plot(chart).get_legend()
     shown = {text.get_text() for text in legend.get_texts()}
     assert shown == {
-        word.replace("stick_slip", "stick-slip").replace("_", " ") for word in chart["regime"].values.ravel()
+        {"stick_slip": "stick-slip", "back_and_forth": "reversing slip"}.get(word, word.replace("_", " "))
+        for word in chart["regime"].values.ravel()
     }
     points = ss.section(forced, "release", t_end=300)
     ax = ss.show.section_plot(points, across="phase", up="x")

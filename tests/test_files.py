@@ -126,5 +126,5 @@ def test_names_with_blanks_and_dollars_are_kept_in_commands_and_pictures(inputs,
     assert shlex.split(result.command)[:3] == ["stickslip", "identify", str(path)]
     axes = result.plot()
     axes.figure.canvas.draw()
-    assert axes.get_legend().get_texts()[0].get_text().replace("\\", "") == str(path)
+    assert axes.get_legend().get_texts()[0].get_text().replace("\\", "") == path.name
     plt.close("all")

@@ -48,7 +48,7 @@ def test_an_experiment_runs_past_a_bad_record_and_is_not_done_twice(folder, caps
     }  # fmt: skip
     law = ss.load_law(out / "law.toml")
     assert law.break_away == pytest.approx(1.2, abs=0.01)
-    assert "<h2>Break-aways</h2>" in (out / "report.html").read_text()
+    assert ">Break-aways</h2>" in (out / "report.html").read_text()
     before = (out / "good" / "friction.nc").stat().st_mtime_ns
     looks = []
     watch(folder / "experiment.toml", every=0.01, stop=lambda: len(looks) == 1, told=looks.append)

@@ -128,7 +128,7 @@ class Identification(Result):
             sense = np.where(frame["slip_velocity"] < 0, -1.0, 1.0)
             w = np.abs(frame["slip_velocity"])
             measured = sense * frame["force"]
-            axes.plot(w, measured, ".", ms=2, alpha=0.4, label=verbatim(record.name), rasterized=True)
+            axes.plot(w, measured, ".", ms=2, alpha=0.4, label=verbatim(Path(record.name).name), rasterized=True)
             law = "law" if number == 0 else None
             axes.plot(w, sense * frame["predicted"], ".", ms=1.5, color=OKABE_ITO["black"], label=law)
             shown.append(measured.to_numpy())

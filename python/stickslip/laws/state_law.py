@@ -48,6 +48,7 @@ class StateLaw(Law, family=True):
         -------
         force, rate : F(w, z) with the sign it has on the mass, and dz/dt, of that shape.
 
+        >>> from stickslip.laws import LuGre
         >>> force, rate = LuGre(1e5, 316.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-3).rates(0.0, 1e-5)
         >>> float(force), float(rate)
         (1.0, 0.0)
@@ -69,6 +70,7 @@ class StateLaw(Law, family=True):
     def kinetic_force(self, w: ArrayLike) -> Any:
         """Friction in steady slip at velocity w, with the sign of w.
 
+        >>> from stickslip.laws import Dahl
         >>> Dahl(stiffness=2.0, kinetic=0.5).kinetic_force([-0.1, 0.2])
         array([-0.5,  0.5])
         """
@@ -100,6 +102,7 @@ class StateLaw(Law, family=True):
         :class:`RateState`; the error of that is of second order in the change of w between samples, and none where w is
         constant. A jump of w is two samples at one time.
 
+        >>> from stickslip.laws import Dahl
         >>> force, _ = Dahl(stiffness=2.0, kinetic=1.0).follow([0, 1], [0.25, 0.25])
         >>> bool(abs(force[1] - (1 - np.exp(-0.5))) < 1e-15)
         True

@@ -27,6 +27,7 @@ class TwoBranch(Law):
     Limits: |w| alone decides, so nothing is remembered of how far the last turn was. :func:`force_along` keeps the branch
     where the measured w stays constant.
 
+    >>> from stickslip.laws import force_along
     >>> law = TwoBranch(rising=1.0, falling=[(0, 0.8), (0.5, 1.0)], break_away=1.1)
     >>> force_along(law, range(4), [0.0, 0.25, 0.5, 0.25], [True, False, False, False])
     array([1.1, 1. , 1. , 0.9])

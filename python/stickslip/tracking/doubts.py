@@ -45,7 +45,7 @@ def scatter(places: Array) -> float:
     --------
     >>> rng = np.random.default_rng(0)
     >>> round(scatter(50 * np.sin(np.arange(400) / 3) + 0.1 * rng.standard_normal(400)), 2)
-    0.1
+    0.11
     """
     differences = np.diff(places, ORDER)
     differences = differences[np.isfinite(differences)]

@@ -152,6 +152,8 @@ impl Step<'_> {
 
     /// The state `h` after its start.
     pub(crate) fn reached(&self, h: f64) -> Reached {
+        // Where a run leaves the numbers only the start of its last step is one.
+        let at = |series: &Series, h: f64| if h == 0.0 { series[0] } else { at(series, h) };
         let all = |series: &[Series]| series.iter().map(|series| at(series, h)).collect();
         let (x, v): (Vec<f64>, Vec<f64>) = (all(&self.motion.x), all(&self.motion.v));
         let mut rides = vec![false; x.len()];

@@ -89,6 +89,7 @@ def identify(
     Source: least squares on the branches after Sections 4 to 6 of the paper; the sandwich of scale and correlation time
     is our own; clustered by cycles after Bell & McCaffrey, Survey Methodology 28 (2002) 169.
 
+    >>> import numpy as np
     >>> import stickslip as ss
     >>> import xarray as xr
     >>> system = ss.Oscillator(damping=0.05, drive_velocity=0.2, law=ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6))
