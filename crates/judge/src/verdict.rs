@@ -222,10 +222,9 @@ impl<'a> Judge<'a> {
     /// In doubles without asking how rounding grows; what fails there anew with that asked; what still fails in pairs of doubles.
     fn escalate<T>(&mut self, plain: impl Fn(&mut Self) -> T, pairs: impl Fn(&mut Self) -> T) -> T {
         let before = self.clone();
-        let steps: [(bool, &dyn Fn(&mut Self) -> T); 2] = [(false, &plain), (true, &plain)];
-        for (thorough, step) in steps {
+        for thorough in [false, true] {
             self.thorough = thorough;
-            let result = step(self);
+            let result = plain(self);
             if self.verdict.findings.is_empty() {
                 return result;
             }

@@ -116,8 +116,8 @@ impl Model {
         match self {
             Self::Closed(oscillator) => first(&oscillator.forcing),
             Self::Steps(system) => system.forcing.first().map(|force| force.frequency).or_else(|| {
-                let drives = system.contacts.iter().map(|contact| &contact.drive_velocity);
-                drives.filter_map(|drive| first(&drive.harmonics)).next()
+                let mut drives = system.contacts.iter().map(|contact| &contact.drive_velocity);
+                drives.find_map(|drive| first(&drive.harmonics))
             }),
         }
     }
@@ -148,7 +148,9 @@ impl Model {
         match self {
             Self::Closed(oscillator) => {
                 if let Some(onward) = start.onward {
-                    return Ok(Running::Closed(Closed::onward(oscillator, onward, max_events)));
+                    return Ok(Running::Closed(Box::new(Closed::onward(
+                        oscillator, onward, max_events,
+                    ))));
                 }
                 let run = Run {
                     x0: Start::given(&start.x, &[0.0])[0],
@@ -156,7 +158,7 @@ impl Model {
                     t_end: f64::INFINITY,
                     max_events,
                 };
-                Ok(Running::Closed(Closed::new(oscillator, run, None)))
+                Ok(Running::Closed(Box::new(Closed::new(oscillator, run, None))))
             }
             Self::Steps(system) => {
                 let driven = system.driven_velocities();
@@ -176,7 +178,7 @@ impl Model {
 /// A run of a model.
 #[expect(missing_docs, reason = "as of the model")]
 pub enum Running<'a> {
-    Closed(Closed<'a>),
+    Closed(Box<Closed<'a>>),
     Steps(Box<Steps<'a>>),
 }
 

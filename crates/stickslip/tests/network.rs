@@ -468,32 +468,32 @@ fn energy_is_balanced_on_random_systems() {
 #[test]
 fn slip_below_a_shaken_drive_ends_at_zero_slip_velocity() {
     let system = System {
-        mass: vec![vec![2.693569150682007]],
-        stiffness: vec![vec![0.6001409057143521]],
-        damping: vec![vec![0.21673281994658802]],
+        mass: vec![vec![2.693_569_150_682_007]],
+        stiffness: vec![vec![0.600_140_905_714_352_1]],
+        damping: vec![vec![0.216_732_819_946_588_02]],
         contacts: vec![Contact {
             mass: 0,
             other: None,
             drive_velocity: Drive {
-                velocity: -0.4250620555134085,
+                velocity: -0.425_062_055_513_408_5,
                 harmonics: vec![Harmonic {
-                    amplitude: 0.6305315139473872,
-                    frequency: 1.5224143158741168,
-                    phase: 0.8723983737267612,
+                    amplitude: 0.630_531_513_947_387_2,
+                    frequency: 1.522_414_315_874_116_8,
+                    phase: 0.872_398_373_726_761_2,
                 }],
                 nodes: Vec::new(),
             },
             law: Coulomb {
-                kinetic: 0.2809751055320562,
+                kinetic: 0.280_975_105_532_056_2,
             }
             .into(),
         }],
         forcing: Vec::new(),
     };
     let run = Run {
-        x0: Some(vec![-0.2810951550107086]),
-        v0: Some(vec![-0.37381213106393774]),
-        ..Run::driven(4.130483270392579)
+        x0: Some(vec![-0.281_095_155_010_708_6]),
+        v0: Some(vec![-0.373_812_131_063_937_74]),
+        ..Run::driven(4.130_483_270_392_579)
     };
     let orbit = network::simulate(&system, run).unwrap();
     let wave = &system.contacts[0].drive_velocity;
