@@ -75,7 +75,8 @@ def _numbers(table: Table, document: dict[str, Any], path: str = "") -> list[dic
         if is_dataclass(value) and isinstance(value, Table):
             numbers += _numbers(value, document[item.name], f"{path}{item.name}.")
             continue
-        unit = type(table).UNITS.get(item.name, "")
+        parameter = type(table).PARAMETERS[item.name]
+        unit = parameter.unit
         low, high = _range(value, unit)
         number = {
             "path": path + item.name,
@@ -86,7 +87,7 @@ def _numbers(table: Table, document: dict[str, Any], path: str = "") -> list[dic
             "low": low,
             "high": high,
         }
-        choices = getattr(type(table), "CHOICES", {}).get(item.name)
+        choices = parameter.choices
         numbers.append(number | ({"choices": list(choices)} if choices else {}))
     return numbers
 

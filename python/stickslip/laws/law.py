@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, did_you_mean, number, numbers, read_toml, write_whole
+from stickslip.laws.facts import FACTS, Parameter
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,10 +30,17 @@ FARTHEST = 1e100
 class Table:
     """A frozen dataclass of numbers, points and tables that is also a plain document."""
 
-    #: The dimension of every parameter, as in :meth:`stickslip.Scale.unit`; two with a comma for a point or for nodes.
-    UNITS: ClassVar[dict[str, str]] = {}
+    #: What the core declares of each parameter.
+    PARAMETERS: ClassVar[Mapping[str, Parameter]] = {}
 
     def __post_init__(self) -> None:
+        for name, parameter in self.PARAMETERS.items():
+            chosen = getattr(self, name)
+            if parameter.words and chosen not in parameter.words:
+                raise InputError(
+                    f"{type(self).__name__}: {name} must be one of {', '.join(parameter.words)}, got {chosen!r}"
+                    f"{did_you_mean(str(chosen), parameter.words)}"
+                )
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
             object.__setattr__(self, item.name, _tidy(item.name, value, str(item.type), type(self).__name__))
@@ -117,14 +125,12 @@ class Law(Table):
     ALL: ClassVar[dict[str, type[Law]]] = {}
     #: Whether kinetic friction is one smooth curve instead of linear pieces (a Taylor series instead of a closed form).
     SMOOTH: ClassVar[bool] = False
-    #: Numbers that choose a form of the law, with those they may be; they are never fitted.
-    CHOICES: ClassVar[dict[str, tuple[float, ...]]] = {}
-    #: The parameters of :meth:`example`.
-    EXAMPLE: ClassVar[dict[str, Any]] = {}
 
     def __init_subclass__(cls, family: bool = False) -> None:
         if not family:
             Law.ALL[cls.__name__] = cls
+            facts = FACTS[cls.__name__]
+            cls.PARAMETERS, cls.SMOOTH = facts.parameters, facts.smooth
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -143,7 +149,7 @@ class Law(Table):
         >>> StaticKinetic.example()
         StaticKinetic(break_away=1.0, kinetic=0.6)
         """
-        return cls(**cls.EXAMPLE)
+        return cls(**FACTS[cls.__name__].example)
 
     def to_dict(self) -> dict[str, Any]:
         """The document, with the law's name under ``type``."""

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.errors import InputError
 from stickslip.laws.law import Law
-from stickslip.laws.state_law import StateLaw, one_of
+from stickslip.laws.state_law import StateLaw
 
 
 @dataclass(frozen=True)
@@ -29,12 +28,6 @@ class Regularised(StateLaw):
     0.25
     """
 
-    EXAMPLE: ClassVar[dict[str, Any]] = {
-        "law": {"type": "Rational", "break_away": 1.0, "weakening": 3.0},
-        "width": 0.05,
-    }
-    UNITS: ClassVar[dict[str, str]] = {"law": "law", "width": "velocity", "shape": ""}
-
     law: Law
     width: float
     shape: str = "arctan"
@@ -46,5 +39,4 @@ class Regularised(StateLaw):
             raise InputError(
                 f"Regularised: law must be a memoryless friction law such as stickslip.laws.Coulomb, got {self.law!r}"
             )
-        one_of(self, "shape", ("arctan", "tanh"))
         super().__post_init__()
