@@ -4,7 +4,7 @@ use serde_json::Value;
 use stickslip::mode::Kind;
 
 use crate::flow::{Model, Phase, ROUNDINGS, Rub, Sample};
-use crate::law::{Kinetic, Line, piece_at};
+use crate::law::{Kinetic, Line, piece_at, spread};
 use crate::number::{Pair, Real};
 use crate::paper::Memory;
 use crate::problem::Problem;
@@ -296,6 +296,13 @@ impl<'a> Judge<'a> {
         self.problem.contacts[c].law.adhesion.force(0.0, rate.abs())
     }
 
+    /// w of contact c, as reported.
+    fn slip_velocity(&self, c: usize, mark: &Mark) -> f64 {
+        let contact = &self.problem.contacts[c];
+        let v = |mass: usize| mark.state[self.problem.n + mass];
+        contact.drive.value(mark.time) - v(contact.mass) + contact.other.map_or(0.0, v)
+    }
+
     /// Slip from zero speed in a direction, adhesion having broken at a force.
     fn leave(&mut self, c: usize, direction: f64, force: f64) -> Mode {
         match &self.problem.contacts[c].law.kinetic {
@@ -463,10 +470,12 @@ impl<'a> Judge<'a> {
                         );
                     }
                     if line.sense != 0.0 {
+                        // A speed of rounding has no sense; the wrong branch would soon make more of it.
+                        let at_rest = if w.abs() <= w_slack { f64::INFINITY } else { 0.0 };
                         guard(
                             "slip acceleration of the other branch",
                             line.sense * direction * w_rate,
-                            w_rate_slack + self.entry[c],
+                            w_rate_slack + self.entry[c] + at_rest,
                         );
                     }
                 }
@@ -479,16 +488,17 @@ impl<'a> Judge<'a> {
                 }
                 Mode::Hold(direction, u) => {
                     if let Kinetic::Branches([falling, rising]) = &self.problem.contacts[c].law.kinetic {
+                        let (down, up) = (piece_at(falling, u, false), piece_at(rising, u, true));
                         let more = slack + rate.abs() * blur;
                         guard(
                             "held below its branches",
-                            direction * force - piece_at(falling, u, false).force(u),
-                            more,
+                            direction * force - down.force(u),
+                            more + spread(falling, u, w_slack),
                         );
                         guard(
                             "held above its branches",
-                            piece_at(rising, u, true).force(u) - direction * force,
-                            more,
+                            up.force(u) - direction * force,
+                            more + spread(rising, u, w_slack),
                         );
                     }
                 }
@@ -705,11 +715,13 @@ impl<'a> Judge<'a> {
             let c = event.contact;
             if after.events[index + 1..].iter().any(|later| later.contact == c) {
                 // More happens to this contact at once: only where that leads is judged.
+                let mode = self.modes[c];
                 self.modes[c] = match event.kind {
                     Kind::Capture => Mode::Stick(after.time),
                     Kind::Release => self.leave(c, event.force.signum(), event.force.abs()),
-                    Kind::Crossing => self.leave(c, -self.modes[c].direction(), event.force.abs()),
-                    _ => self.modes[c],
+                    Kind::Crossing => self.leave(c, -mode.direction(), event.force.abs()),
+                    Kind::Reversal => self.turned::<R>(c, mode, after, sample),
+                    _ => mode,
                 };
                 continue;
             }
@@ -786,7 +798,12 @@ impl<'a> Judge<'a> {
                 (Kind::Node, Mode::Line(direction, line)) => {
                     let u = direction * w;
                     if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
-                        let high = (line.high - u).abs() < (line.low - u).abs();
+                        // A steep line may be shorter than rounding: the sense tells which of its ends is ahead.
+                        let high = if line.sense == 0.0 {
+                            (line.high - u).abs() < (line.low - u).abs()
+                        } else {
+                            line.sense > 0.0
+                        };
                         let end = if high { line.high } else { line.low };
                         let tolerance = w_slack + w_rate.abs() * blur + ROUNDINGS * end;
                         let next = paper.end(&line, high, &mut self.memories[c]);
@@ -799,9 +816,11 @@ impl<'a> Judge<'a> {
                         Kinetic::Branches(branches) => branches[usize::from(line.sense > 0.0)].clone(),
                         _ => Vec::new(),
                     };
-                    let off = |line: &Line| (line.high - u).abs();
-                    let Some(at) =
-                        (0..lines.len()).min_by(|&p, &q| off(&lines[p]).total_cmp(&off(&lines[q])))
+                    // Which one, the reported speed says: over a sensitive phase the motion does not.
+                    let off = |line: &Line, u: f64| (line.high - u).abs();
+                    let told = direction * self.slip_velocity(c, after);
+                    let nearer = |&p: &usize, &q: &usize| off(&lines[p], told).total_cmp(&off(&lines[q], told));
+                    let Some(at) = (0..lines.len()).min_by(nearer)
                     else {
                         self.find("node of a law without nodes", t, 1.0, 0.0);
                         return;
@@ -809,7 +828,7 @@ impl<'a> Judge<'a> {
                     self.find(
                         "slip speed at a node",
                         t,
-                        off(&lines[at]),
+                        off(&lines[at], u),
                         w_slack + w_rate.abs() * blur + ROUNDINGS * u.abs(),
                     );
                     let rises = direction * w_rate;
@@ -822,7 +841,7 @@ impl<'a> Judge<'a> {
                     self.modes[c] =
                         Mode::Line(direction, lines[(at + usize::from(above)).min(lines.len() - 1)]);
                 }
-                (Kind::Reversal | Kind::Hold, Mode::Line(direction, line)) => {
+                (Kind::Reversal | Kind::Hold, Mode::Line(direction, _)) => {
                     if one && !bends {
                         self.find(
                             "slip acceleration at a turn",
@@ -831,20 +850,11 @@ impl<'a> Judge<'a> {
                             w_rate_slack + sample.second[c].abs() * blur,
                         );
                     }
-                    let u = direction * w;
-                    if event.kind == Kind::Hold {
-                        self.modes[c] = Mode::Hold(direction, u);
-                    } else if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
-                        let rising =
-                            line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
-                        let top = self.top::<R>(c, after);
-                        let next = paper.turn(&line, u, rising, top, &self.memories[c]);
-                        self.modes[c] = Mode::Line(direction, next);
-                    } else if let Kinetic::Branches(branches) = &self.problem.contacts[c].law.kinetic {
-                        let rising = line.sense < 0.0;
-                        self.modes[c] =
-                            Mode::Line(direction, piece_at(&branches[usize::from(rising)], u, rising));
-                    }
+                    self.modes[c] = if event.kind == Kind::Hold {
+                        Mode::Hold(direction, direction * w)
+                    } else {
+                        self.turned::<R>(c, mode, after, sample)
+                    };
                 }
                 (Kind::Reversal, Mode::Hold(direction, u)) => {
                     if let Kinetic::Branches([falling, rising]) = &self.problem.contacts[c].law.kinetic {
@@ -853,12 +863,16 @@ impl<'a> Judge<'a> {
                             (direction * force - down.force(u)).abs(),
                             (direction * force - up.force(u)).abs(),
                         );
-                        let next = if above < below { up } else { down };
+                        let (next, branch) = if above < below {
+                            (up, rising)
+                        } else {
+                            (down, falling)
+                        };
                         self.find(
                             "reaction at the end of a hold",
                             t,
                             below.min(above),
-                            more + ROUNDINGS * force.abs(),
+                            more + ROUNDINGS * force.abs() + spread(branch, u, w_slack),
                         );
                         self.modes[c] = Mode::Line(direction, next);
                     }
@@ -887,6 +901,26 @@ impl<'a> Judge<'a> {
                 return;
             }
         }
+    }
+
+    /// The mode after a turn of the slip acceleration along a line.
+    fn turned<R: Real>(&self, c: usize, mode: Mode, after: &Mark, sample: &Sample) -> Mode {
+        let Mode::Line(direction, line) = mode else {
+            return mode;
+        };
+        let u = direction * sample.w[c][0];
+        let next = match &self.problem.contacts[c].law.kinetic {
+            Kinetic::Paper(paper) => {
+                let rising = line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
+                paper.turn(&line, u, rising, self.top::<R>(c, after), &self.memories[c])
+            }
+            Kinetic::Branches(branches) => {
+                let rising = line.sense < 0.0;
+                piece_at(&branches[usize::from(rising)], u, rising)
+            }
+            _ => line,
+        };
+        Mode::Line(direction, next)
     }
 
     fn take_over(&mut self, mark: &Mark, after: &Mark) {
