@@ -309,7 +309,11 @@ impl<'a, R: Real> Model<'a, R> {
             }
         };
         let unit = power(stiff.max(1e-3 * damped).max(waves));
-        let pace = stiff.max(damped).max(waves).max(f64::MIN_POSITIVE);
+        let pace = match stiff.max(damped).max(waves) {
+            // Held on a ramp, and nothing else goes on.
+            0.0 => 1.0,
+            pace => pace,
+        };
         self.scale = vec![1.0; dim];
         for j in 0..dim {
             if j < n {
