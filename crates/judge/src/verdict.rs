@@ -177,7 +177,7 @@ impl<'a> Judge<'a> {
                 tolerance,
             );
         }
-        self.reach();
+        self.reach(&start);
         self.measure(first);
         self.escalate(
             |judge| judge.begin::<f64>(first),
@@ -234,8 +234,9 @@ impl<'a> Judge<'a> {
         pairs(self)
     }
 
-    /// The largest speed that the forces of the document can give in the run, and how far it leads.
-    fn reach(&mut self) {
+    /// The largest speed that the forces of the document can give in the run, and how far it leads; and how far the speed of
+    /// the start leads against springs and dampers.
+    fn reach(&mut self, start: &[f64]) {
         let problem = self.problem;
         for i in 0..problem.n {
             let at = i * (problem.n + 1);
@@ -260,6 +261,18 @@ impl<'a> Judge<'a> {
                 .min(force / d);
             self.size[1] = self.size[1].max(speed);
             self.size[0] = self.size[0].max((force / k).min(speed * problem.t_end));
+            let way = start[problem.n + i].abs() * (m / k).sqrt().min(m / d).min(problem.t_end);
+            self.size[0] = self.size[0].max(way);
+            if problem.n > 1 {
+                continue;
+            }
+            // Near resonance a motion is the small difference of a forced and a free one: a few roundings of those.
+            for (_, wave) in &problem.forces {
+                let (o, a) = (wave.frequency, 0.0625 * wave.amplitude.abs());
+                let forced = a / (k - m * o * o).hypot(d * o).max(1e-3 * k);
+                self.size[0] = self.size[0].max(forced);
+                self.size[1] = self.size[1].max(o * forced);
+            }
         }
     }
 
@@ -354,10 +367,7 @@ impl<'a> Judge<'a> {
         };
         if stuck && one && !w.is_subnormal() {
             let margin = limit - force.abs();
-            // Adhesion that asks for a little more than it gets, and less a moment later: slip between has a speed of rounding.
-            let back = -margin > 0.0 && rate * force < 0.0;
-            let peak = margin * margin / (2.0 * self.problem.mass[0] * rate.abs());
-            if margin.abs() <= slack + limit_slack || back && peak <= self.floor()[1] {
+            if margin.abs() <= slack + limit_slack || margin < 0.0 && -margin <= self.relief(force, rate) {
                 self.verdict.edges += 1;
             } else {
                 let wanted = if margin > 0.0 { 0.0 } else { force.signum() };
@@ -412,6 +422,15 @@ impl<'a> Judge<'a> {
         };
     }
 
+    /// By how much a force may be beyond what adhesion bears, where it is less a moment later: slip between has a speed of
+    /// rounding, (excess)²/(2 m |rate|).
+    fn relief(&self, force: f64, rate: f64) -> f64 {
+        if self.problem.n > 1 || rate * force >= 0.0 {
+            return 0.0;
+        }
+        (2.0 * self.problem.mass[0] * rate.abs() * self.floor()[1]).sqrt()
+    }
+
     /// What a rate within its slack does to what adhesion bears.
     fn limit_slack(&self, c: usize, rest: f64, rate: f64, slack: f64) -> f64 {
         let adhesion = &self.problem.contacts[c].law.adhesion;
@@ -451,7 +470,7 @@ impl<'a> Judge<'a> {
                     guard(
                         "adhesion beyond its limit",
                         limit - force.abs(),
-                        slack + more + rate.abs() * blur,
+                        slack + more + rate.abs() * blur + self.relief(force, rate),
                     );
                 }
                 Mode::Line(direction, line) => {
