@@ -866,7 +866,7 @@ impl<'a> Judge<'a> {
                             "slip acceleration at a turn",
                             t,
                             w_rate.abs(),
-                            w_rate_slack + sample.second[c].abs() * blur,
+                            w_rate_slack + sample.second[c].abs() * blur + self.entry[c],
                         );
                     }
                     self.modes[c] = if event.kind == Kind::Hold {
