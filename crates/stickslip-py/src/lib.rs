@@ -208,6 +208,13 @@ fn check_oscillator(document: &str) -> PyResult<()> {
         .map_err(|error| refused(&error))
 }
 
+/// What is known of every law, as one JSON document.
+#[pyfunction]
+fn law_facts() -> PyResult<String> {
+    serde_json::to_string(&[Law::facts(), StateLaw::facts()].concat())
+        .map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
 /// Check the JSON document of a law.
 #[pyfunction]
 fn check_law(document: &str) -> PyResult<()> {
@@ -302,6 +309,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<state::Masses>()?;
     module.add_function(wrap_pyfunction!(check_oscillator, module)?)?;
     module.add_function(wrap_pyfunction!(resonates, module)?)?;
+    module.add_function(wrap_pyfunction!(law_facts, module)?)?;
     module.add_function(wrap_pyfunction!(check_law, module)?)?;
     module.add_function(wrap_pyfunction!(break_away, module)?)?;
     module.add_function(wrap_pyfunction!(force_along, module)?)

@@ -41,6 +41,7 @@ pub use tabulated::Tabulated;
 pub use two_branch::TwoBranch;
 
 use crate::error::Error;
+use crate::parameters::{Facts, Kind, Parameter, Value};
 use crate::series::{Grown, Series};
 
 /// A point (slip speed, friction force) of the characteristic.
@@ -151,6 +152,14 @@ pub trait Checked {
     fn check(&self) -> Result<(), Error>;
 }
 
+impl Value for Law {
+    const KIND: Kind = Kind::Law;
+
+    fn check(&self, _parameter: &Parameter) -> Result<(), Error> {
+        self.validate()
+    }
+}
+
 impl Checked for Law {
     fn check(&self) -> Result<(), Error> {
         self.validate()
@@ -243,6 +252,12 @@ macro_rules! laws {
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(tag = "type")]
         pub enum Law { $(#[doc = "See the struct of that name."] $name($name)),+ }
+
+        impl Law {
+            /// What is known of each law.
+            #[must_use]
+            pub fn facts() -> Vec<Facts> { vec![$(Facts::of(stringify!($name), $name::smooth)),+] }
+        }
 
         impl Friction for Law {
             fn validate(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.validate()),+ } }

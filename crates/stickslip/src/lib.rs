@@ -5,6 +5,7 @@
 //! | [`structure`] | the oscillator: mass, stiffness, damping, drive, law, forcing |
 //! | [`drive`] | what acts from outside, and the compensated clock |
 //! | [`law`] | friction laws: two questions, one file a law |
+//! | [`parameters`] | what is known of the parameters of a law: limits, dimensions, an example |
 //! | [`mode`] | the automaton: stick, slip, and what follows an event |
 //! | [`flow`] | closed-form motion between events |
 //! | [`event`] | the certified next event |
@@ -62,6 +63,7 @@ pub mod model;
 pub mod network;
 pub mod observer;
 pub mod orbit;
+pub mod parameters;
 pub mod place;
 pub mod regime;
 pub mod replay;

@@ -21,6 +21,7 @@ pub use regularised::{Regularised, Shape};
 
 use crate::error::Error;
 use crate::law::Checked;
+use crate::parameters::Facts;
 
 impl Checked for StateLaw {
     fn check(&self) -> Result<(), Error> {
@@ -83,6 +84,10 @@ macro_rules! laws {
         impl StateLaw {
             /// The names of these laws.
             pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),+];
+
+            /// What is known of each of them.
+            #[must_use]
+            pub fn facts() -> Vec<Facts> { vec![$(Facts::of(stringify!($name), |_: &$name| true)),+] }
         }
 
         impl StateFriction for StateLaw {
