@@ -19,19 +19,17 @@ __all__ = [
     "Samples",
     "StateLaw",
     "StateSystem",
+    "System",
     "__version__",
     "batch",
     "break_away",
     "chaos",
     "check_law",
-    "check_oscillator",
-    "check_system",
     "follow",
     "force_along",
     "halted",
     "law_facts",
     "regime",
-    "resonates",
     "section",
     "sweep",
     "trail",
@@ -53,6 +51,13 @@ ENDINGS: list[str]
 
 _Start = tuple[list[float] | None, list[float] | None, float, int]
 _Table = tuple[_Floats, _Floats, _Floats, _Floats, _Floats, _Floats, _Floats]
+
+@final
+class System:
+    def __new__(cls, document: str) -> System: ...
+    def number(self, path: str) -> float | None: ...
+    def with_number(self, path: str, value: float) -> System: ...
+    def resonates(self) -> bool: ...
 
 @final
 class Orbit:
@@ -88,7 +93,7 @@ class Network:
     @staticmethod
     def simulate(document: str, run: _Start, max_seconds: float | None) -> Network: ...
     @staticmethod
-    def resume(document: str, state: _Floats, phases: _Floats, duration: float) -> Network: ...
+    def resume(system: System, state: _Floats, phases: _Floats, duration: float) -> Network: ...
     @staticmethod
     def restore(
         document: str, run: _Start, stop: int, work: tuple[int, int, int, int], steps: _Floats, events: _Floats
@@ -107,7 +112,6 @@ class Network:
     @property
     def work(self) -> tuple[int, int, int, int]: ...
 
-def check_system(document: str) -> None: ...
 def batch(
     document: str,
     names: list[str],
@@ -149,8 +153,6 @@ class StateSystem:
     def rates(self, t: float, y: _Floats) -> _Floats: ...
     def states(self, t: _Floats, y: _Floats) -> list[_Floats]: ...
 
-def check_oscillator(document: str) -> None: ...
-def resonates(document: str) -> bool: ...
 def law_facts() -> str: ...
 def check_law(document: str) -> None: ...
 def break_away(document: str, stick_time: _Floats, force_rate: _Floats) -> _Floats: ...
@@ -158,7 +160,7 @@ def force_along(document: str, t: _Floats, w: _Floats, stuck: _Flags, force_rate
 def regime(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str: ...
 def chaos(series: _Floats) -> float: ...
 def section(
-    document: str,
+    system: System,
     surface: str,
     run: _Start,
     contact: int,
@@ -178,10 +180,10 @@ def sweep(
 
 _Trail = tuple[_Floats, _Floats, list[str], str]
 
-def trail(document: str, x0: list[float] | None, v0: list[float] | None, t_end: float, max_events: int) -> _Trail: ...
-def trail_from(document: str, state: _Floats, phases: _Floats, duration: float, max_events: int) -> _Trail: ...
+def trail(system: System, x0: list[float] | None, v0: list[float] | None, t_end: float, max_events: int) -> _Trail: ...
+def trail_from(system: System, state: _Floats, phases: _Floats, duration: float, max_events: int) -> _Trail: ...
 def follow(
-    document: str,
+    system: System,
     path: str | None,
     state: _Floats,
     arcs: _Floats,

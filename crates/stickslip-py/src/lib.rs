@@ -7,11 +7,13 @@ mod rows;
 mod stability;
 mod state;
 mod sweep;
+mod system;
 mod watch;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use serde_json::Value;
 use stickslip::engine::Replay;
 use stickslip::error::Error;
 use stickslip::law::{self, Friction, Law};
@@ -188,26 +190,6 @@ impl Orbit {
     }
 }
 
-/// Whether a forcing of an oscillator meets a resonance at which the closed form would lose digits.
-#[pyfunction]
-fn resonates(document: &str) -> PyResult<bool> {
-    let oscillator = Oscillator::from_json(document).map_err(|error| refused(&error))?;
-    Ok(oscillator.resonates())
-}
-
-/// Check the JSON document of an oscillator.
-#[pyfunction]
-fn check_oscillator(document: &str) -> PyResult<()> {
-    if state::has_state(document) {
-        return Oscillator::<StateLaw>::from_json(document)
-            .map(drop)
-            .map_err(|error| refused(&error));
-    }
-    Oscillator::<Law>::from_json(document)
-        .map(drop)
-        .map_err(|error| refused(&error))
-}
-
 /// What is known of every law, as one JSON document.
 #[pyfunction]
 fn law_facts() -> PyResult<String> {
@@ -218,7 +200,8 @@ fn law_facts() -> PyResult<String> {
 /// Check the JSON document of a law.
 #[pyfunction]
 fn check_law(document: &str) -> PyResult<()> {
-    if state::has_state(document) {
+    let table: Value = serde_json::from_str(document).unwrap_or_default();
+    if system::has_state(&table) {
         return state::Law::new(document).map(drop);
     }
     law_from(document)?.validate().map_err(|error| refused(&error))
@@ -299,7 +282,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(sweep::section, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
     module.add_class::<network::Network>()?;
-    module.add_function(wrap_pyfunction!(network::check_system, module)?)?;
+    module.add_class::<system::System>()?;
     module.add("ENDINGS", stability::ENDING_NAMES)?;
     module.add("BORDERS", stability::BORDER_NAMES)?;
     module.add_function(wrap_pyfunction!(stability::trail, module)?)?;
@@ -307,8 +290,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(stability::follow, module)?)?;
     module.add_class::<state::Law>()?;
     module.add_class::<state::Masses>()?;
-    module.add_function(wrap_pyfunction!(check_oscillator, module)?)?;
-    module.add_function(wrap_pyfunction!(resonates, module)?)?;
     module.add_function(wrap_pyfunction!(law_facts, module)?)?;
     module.add_function(wrap_pyfunction!(check_law, module)?)?;
     module.add_function(wrap_pyfunction!(break_away, module)?)?;

@@ -3,15 +3,14 @@
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::prelude::*;
 use stickslip::engine::ReplaySteps;
-use stickslip::law::Law;
 use stickslip::network::{self, Run, sequence};
-use stickslip::state_law::StateLaw;
 use stickslip::system::System;
+use stickslip::variation::Layout;
 
 use crate::rows::{self, Counts};
-use crate::stability::Document;
+use crate::stability::{phases_of, state_from};
 use crate::watch::watched;
-use crate::{Array, refused, state, sweep};
+use crate::{Array, refused, sweep, system};
 
 /// A whole run of a system, kept in the core.
 #[pyclass(frozen, module = "stickslip._core")]
@@ -49,16 +48,17 @@ impl Network {
     )]
     fn resume(
         py: Python<'_>,
-        document: &str,
+        system: &system::System,
         state: PyReadonlyArray1<'_, f64>,
         phases: PyReadonlyArray1<'_, f64>,
         duration: f64,
     ) -> PyResult<Self> {
-        let document = Document::read(document)?;
-        let state = document.state(state.as_slice()?)?;
-        let phases = document.phases(phases.as_slice()?)?;
+        let (system, _) = system.masses()?;
+        let layout = Layout::of(system);
+        let state = state_from(layout, state.as_slice()?)?;
+        let phases = phases_of(layout, phases.as_slice()?)?;
         watched(py, None, |go_on| {
-            sequence::resume(&document.system, &state, &phases, duration, 10_000_000, go_on)
+            sequence::resume(system, &state, &phases, duration, 10_000_000, go_on)
         })
         .map(Self)
     }
@@ -185,17 +185,4 @@ impl Network {
     fn work(&self) -> Counts {
         rows::work_row(self.0.work)
     }
-}
-
-/// Check the JSON document of a system.
-#[pyfunction]
-pub(crate) fn check_system(document: &str) -> PyResult<()> {
-    if state::has_state(document) {
-        return System::<StateLaw>::from_json(document)
-            .map(drop)
-            .map_err(|error| refused(&error));
-    }
-    System::<Law>::from_json(document)
-        .map(drop)
-        .map_err(|error| refused(&error))
 }

@@ -126,8 +126,7 @@ def one_period(closed: Return, period: float) -> Orbit:
     if isinstance(system, System) or not system.closed_form:
         start = sequence.start.copy()
         start[0] = 0.0
-        document = (system if isinstance(system, System) else system.to_system()).to_json()
-        moving = _core.Network.resume(document, start, np.ascontiguousarray(sequence.modes[0]), period)
+        moving = _core.Network.resume(system.core, start, np.ascontiguousarray(sequence.modes[0]), period)
         return NetworkOrbit(system, moving)
     followed = sequence.follow()
     states = np.vstack([sequence.start, followed.states])
