@@ -130,24 +130,15 @@ pub(crate) fn trail<'py>(
     max_events: u64,
 ) -> PyResult<Trailed<'py>> {
     let (masses, oscillator) = system.masses()?;
-    let one = |values: &Option<Vec<f64>>| values.as_ref().and_then(|values| values.first().copied());
-    let trail = watched(py, None, |go_on| {
-        if let Some(oscillator) = oscillator {
-            let run = Run {
-                x0: one(&x0).unwrap_or_default(),
-                v0: one(&v0),
-                t_end,
-                max_events,
-            };
-            return of_oscillator::run(oscillator, run, go_on);
-        }
-        let run = network::Run {
-            x0,
-            v0,
-            t_end,
-            max_events,
-        };
-        of_system::run(masses, run, go_on)
+    let run = network::Run {
+        x0,
+        v0,
+        t_end,
+        max_events,
+    };
+    let trail = watched(py, None, |go_on| match oscillator {
+        Some(oscillator) => of_oscillator::run(oscillator, Run::of_one(&run), go_on),
+        None => of_system::run(masses, run, go_on),
     })?;
     Ok(columns(py, &trail))
 }
