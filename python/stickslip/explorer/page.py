@@ -82,7 +82,7 @@ def state_of(path: str | Path) -> dict[str, Any]:
 
 def _start(orbit: Any) -> dict[str, Any]:
     x0, v0, _, _ = orbit._core.run
-    return {"x0": x0, "v0": v0}
+    return {"x0": x0 and x0[0], "v0": v0 and v0[0]}
 
 
 def _shown(system: Oscillator | System, settings: Mapping[str, Any], where: str) -> dict[str, Any]:
