@@ -1,9 +1,9 @@
 """The explorer without a browser: the shipped module gives the package's bits, the page holds what it should and no more."""
 
-import gzip
 import hashlib
 import itertools
 import json
+import lzma
 import re
 import subprocess
 import sys
@@ -32,7 +32,7 @@ class Module:
 
     def __init__(self):
         engine = wasmtime.Engine()
-        module = wasmtime.Module(engine, gzip.decompress((SHIPPED / "core.wasm.gz").read_bytes()))
+        module = wasmtime.Module(engine, lzma.decompress((SHIPPED / "core.wasm.lzma").read_bytes()))
         self.store = wasmtime.Store(engine)
         exports = wasmtime.Instance(self.store, module, []).exports(self.store)
         self.memory = exports["memory"]
@@ -187,7 +187,7 @@ def test_the_script_is_that_of_its_sources():
 
 
 def test_the_shipped_files_name_no_machine_and_no_network():
-    core = gzip.decompress((SHIPPED / "core.wasm.gz").read_bytes())
+    core = lzma.decompress((SHIPPED / "core.wasm.lzma").read_bytes())
     assert core.startswith(b"\0asm")
     for word in (b"/root", b"/home", b"/Users", b"crates.io", b".cargo", str(ROOT).encode()):
         assert word not in core

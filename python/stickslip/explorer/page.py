@@ -134,7 +134,7 @@ def page(state: Mapping[str, Any] | None = None) -> str:
     >>> page().startswith("<!doctype html>")
     True
     """
-    core = base64.b64encode(files("stickslip.explorer").joinpath("core.wasm.gz").read_bytes()).decode()
+    core = base64.b64encode(files("stickslip.explorer").joinpath("core.wasm.lzma").read_bytes()).decode()
     data = {
         "version": _core.__version__,
         "laws": catalogue.laws(),
