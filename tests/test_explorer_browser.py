@@ -3,12 +3,13 @@
 import json
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 from browser import Browser
 
 import stickslip as ss
-from stickslip.explorer import page
+from stickslip.explorer import content_of, page
 from stickslip.model.system import load_system_document
 
 FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
@@ -69,6 +70,25 @@ def test_the_page_says_the_steady_motion_and_draws_every_panel(opened):
     opened.run(FRAME)
     for panel in ("law", "phase", "displacement", "diagram", "spectrum", "surface"):
         assert drawn(opened, panel) > 2000, panel
+
+
+def test_panels_below_are_computed_when_they_are_seen(opened):
+    opened.run(FRAME)
+    assert not any(opened.run(f"explorer.cells('{panel}')") for panel in ("regimes", "basin"))
+    opened.run("document.getElementById('regimes').scrollIntoView({ block: 'center' })")
+    opened.wait("explorer.idle && explorer.cells('regimes') && explorer.cells('basin')")
+    opened.run(FRAME)
+    for panel in ("regimes", "basin"):
+        assert opened.run(f"explorer.cells('{panel}')") == 48**2
+        assert drawn(opened, panel) > 20_000, panel
+    box = opened.run("document.getElementById('regimes').getBoundingClientRect().toJSON()")
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+    opened.drag((x, y), (x, y))
+    opened.run(FRAME)
+    assert opened.run("explorer.state.system.damping") == pytest.approx(0.5, abs=0.1)
+    assert opened.run("explorer.state.system.drive_velocity") == pytest.approx(0.3, abs=0.1)
+    # Nothing but the place in it changed: the map stands.
+    assert opened.run("explorer.cells('regimes')") == 48**2
 
 
 def test_a_slider_moves_every_panel_and_costs_few_questions(opened):
@@ -171,6 +191,61 @@ def test_a_saved_page_opens_as_it_was_saved(opened, tmp_path):
     opened.open((tmp_path / "saved.html").as_uri())
     assert facts(opened) == said
     assert opened.run("explorer.state.system.law.D") == [0.36, 2.2]
+
+
+def fitted(browser):
+    browser.run("document.querySelector('#record-box button').click()")
+    browser.wait("!explorer.fitting")
+    browser.run(FRAME)
+    return browser.run("explorer.state.system.law")
+
+
+def test_a_record_dropped_on_the_page_gives_its_law_back(opened, address):
+    opened.open(f"{address}#forced")
+    opened.run("explorer.play(false)")
+    opened.run(FRAME)
+    opened.run("explorer.read('orbit.csv', explorer.csv())")
+    opened.run("explorer.change([['system.law.B', [-0.5, 1.4]], ['system.law.phi', -40], ['system.law.psi', 30]])")
+    opened.run(FRAME)
+    for path in opened.run("explorer.fittable()"):
+        if path not in ("B.1", "phi", "psi"):
+            opened.run(f"explorer.hold('{path}')")
+    law, true = fitted(opened), opened.run("explorer.data.presets.forced.state.system.law")
+    assert law["B"][1] == pytest.approx(true["B"][1], abs=2e-3)
+    assert law["phi"] == pytest.approx(true["phi"], abs=0.3)
+    assert law["psi"] == pytest.approx(true["psi"], abs=0.3)
+    assert law["l"] == true["l"]
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("a,b\n1,2", "expected a column named t or time, got a, b"),
+        ("t,w,force\n0,1,2\n1,x,2", "row 3, column w: expected a number, got “x”"),
+        ("t,w,force\n0,1,2", "expected at least 10 rows, got 1"),
+        ('{"t": [1', "expected a record as JSON"),
+    ],
+)
+def test_a_file_that_is_no_record_is_refused_with_a_sentence(opened, text, sentence):
+    opened.run(f"explorer.read('run.csv', {json.dumps(text)})")
+    said = opened.run("document.getElementById('facts').textContent")
+    assert said.startswith("run.csv")
+    assert sentence in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["StaticKinetic", "DwellTime", "LogarithmicDwell"])
+def test_the_fit_of_a_real_record_lies_within_the_intervals_of_identify(opened, shared_data, tmp_path, law):
+    rig = Path(__file__).parents[1] / "examples" / "rigs" / "paper_slider_k168_v42.toml"
+    friction = tmp_path / "friction.nc"
+    ss.measure(shared_data / "paper_stickslip" / "k168Nm_v42.mat", rig).to_netcdf(friction)
+    (tmp_path / "page.html").write_text(page(**content_of(friction)), encoding="utf-8")
+    opened.open((tmp_path / "page.html").as_uri())
+    opened.run(f"explorer.change([['system.law', explorer.data.laws['{law}'].example]])")
+    opened.run(FRAME)
+    found, known = fitted(opened), ss.identify(friction, law=law).parameters
+    for name, row in known.iterrows():
+        assert row["low"] < found[name] < row["high"], name
 
 
 @pytest.mark.slow

@@ -53,12 +53,13 @@ def _state(system: dict[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
     return state
 
 
-def state_of(path: str | Path) -> dict[str, Any]:
-    """The state of the page that shows a file.
+def content_of(path: str | Path) -> dict[str, Any]:
+    """What :func:`page` takes to show a file: its `state` and, of a friction file, its `record`.
 
     Parameters
     ----------
-    path : a law file, a system file of one mass with a constant drive, or an orbit of such a system (netCDF).
+    path : a law file, a system file of one mass with a constant drive, an orbit of such a system or a friction record
+        (netCDF).
 
     Raises
     ------
@@ -67,10 +68,14 @@ def state_of(path: str | Path) -> dict[str, Any]:
     """
     path = Path(path)
     if path.suffix == ".nc":
-        from stickslip.simulation.orbit import load
+        from stickslip.files.netcdf import read_tree
 
-        orbit = load(path)
-        return _shown(orbit.system, {"t_end": float(orbit.t_end), **_start(orbit)}, str(path))
+        tree = read_tree(path)
+        return _measured(path, tree) if "break_away" in tree.children else {"state": _simulated(path)}
+    return {"state": _described(path)}
+
+
+def _described(path: Path) -> dict[str, Any]:
     document = read_toml(path)
     if "damping" not in document and "law" in document:
         law = load_law(path)
@@ -78,6 +83,29 @@ def state_of(path: str | Path) -> dict[str, Any]:
         return _shown(Oscillator(_RIG["damping"], drive, law), {}, str(path))
     system, settings = load_system_document(path)
     return _shown(system, settings, str(path))
+
+
+def _simulated(path: Path) -> dict[str, Any]:
+    from stickslip.simulation.orbit import load
+
+    orbit = load(path)
+    return _shown(orbit.system, {"t_end": float(orbit.t_end), **_start(orbit)}, str(path))
+
+
+def _measured(path: Path, tree: Any) -> dict[str, Any]:
+    """The record of a friction file, on the rig it was measured with."""
+    from stickslip.explorer.record import first_law, record_of
+    from stickslip.identification.records import read_records
+
+    found = read_records(tree)[0]
+    record = record_of(found, str(path))
+    rig = {name: float(found.constants.get(name, value)) for name, value in _RIG.items()}
+    oscillator = Oscillator(
+        rig["damping"], rig["drive_velocity"], first_law(record), mass=rig["mass"], stiffness=rig["stiffness"]
+    )
+    stick = max([time for time, _, _ in record["breaks"]], default=0.0)
+    t_end = 25 * oscillator.natural_period + 8 * stick
+    return {"state": _shown(oscillator, {"t_end": t_end}, str(path)), "record": record}
 
 
 def _start(orbit: Any) -> dict[str, Any]:
@@ -124,12 +152,12 @@ def _json(document: object) -> str:
     return json.dumps(document, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def page(state: Mapping[str, Any] | None = None) -> str:
+def page(state: Mapping[str, Any] | None = None, record: Mapping[str, Any] | None = None) -> str:
     """The explorer as one HTML page.
 
     Parameters
     ----------
-    state : what it shows first, as :func:`state_of` makes it; default the first preset.
+    state, record : what it shows first, as :func:`content_of` makes them; default the first preset and no record.
 
     >>> page().startswith("<!doctype html>")
     True
@@ -145,6 +173,7 @@ def page(state: Mapping[str, Any] | None = None) -> str:
     parts = {
         'id="data">null<': f'id="data">{_json(data)}<',
         'id="state">null<': f'id="state">{_json(state)}<',
+        'id="record">null<': f'id="record">{_json(record)}<',
         'id="core"><': f'id="core">{core}<',
         'id="program"><': f'id="program">{_shipped("explorer.js")}<',
     }
