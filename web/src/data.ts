@@ -29,6 +29,8 @@ export interface Data {
   laws: Record<string, LawPage>;
   oscillator: NumberPage[];
   presets: Record<string, Preset>;
+  /** Markdown. */
+  lessons: string[];
 }
 
 export function read<T>(id: string): T {

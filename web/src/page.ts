@@ -14,6 +14,7 @@ import { Returns } from "./panels/returns";
 import { Rig } from "./panels/rig";
 import { Spectrum } from "./panels/spectrum";
 import { Surface } from "./panels/surface";
+import { Lessons } from "./lessons";
 import { type Plot, type Range, neat } from "./plot";
 import { type Measured, readRecord } from "./record";
 import { RecordBox, free } from "./recordbox";
@@ -27,6 +28,8 @@ const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getEl
 
 /** Columns of the orbit diagram. */
 const COLUMNS = 300;
+/** Returns by which a forced motion that does not repeat is told regular from chaotic. */
+const DECIDE = 400;
 /** Periods that are left out before a motion counts as steady. */
 const TRANSIENT = 80;
 
@@ -79,6 +82,7 @@ class Page {
   record: Measured | null = savedRecord();
   fitting = false;
   readonly sound = new Sound();
+  readonly lessons: Lessons;
 
   constructor(
     readonly data: Data,
@@ -123,6 +127,7 @@ class Page {
     this.side = new Sweeper(program, core.module, (part) => this.hearSide(part));
     this.jobs = this.sideJobs();
     this.box = new RecordBox($("record-box"), (paths) => this.fit(program, paths), () => this.measure(null));
+    this.lessons = new Lessons($("lesson"), data.lessons, (link) => this.open(link));
     this.controls = new Controls($("numbers"), data, (changes) => this.change(changes));
     this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.state = this.opened();
@@ -158,7 +163,7 @@ class Page {
     const { state, unknown } = fromLink(hash, this.data.presets);
     this.notes = unknown;
     this.state = state;
-    this.clock = 0;
+    this.clock = state.view.time;
     this.update();
   }
 
@@ -205,7 +210,7 @@ class Page {
     if (this.refused) return;
     const { names, row } = varied(state, "drive_velocity");
     const values = row(state.system["drive_velocity"]);
-    const question = { system: documentOf(state), names, values, look: lookOf(state, TRANSIENT), x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
+    const question = { system: documentOf(state), names, values, look: { ...lookOf(state, TRANSIENT), decide: state.system["forcing"].length ? DECIDE : 0 }, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
     try {
       this.settled = steady(this.core, question).rows[0] ?? null;
     } catch (error) {
@@ -294,7 +299,8 @@ class Page {
         panel.clear();
         const { state } = this;
         const { names, row } = prepare(state);
-        const look = { ...lookOf(state, TRANSIENT), points: 1 };
+        const look = lookOf(state, 60);
+        Object.assign(look, { window: 0.5 * look["window"], points: 1 });
         return { system: documentOf(state), names, rows: panel.rows().map((values) => row(...values)), look, chain: false, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
       },
       hear: ({ from, rows, refused }) => {
@@ -441,7 +447,11 @@ class Page {
       if (settled.periodTime > 0) {
         if (forced) say(", repeats after ", settled.period, 0, settled.period > 1 ? " forcing periods" : " forcing period");
         else say(", period ", settled.periodTime, 6);
-      } else if (settled.period === 0) host.append(", does not repeat");
+      } else if (settled.period === 0) {
+        host.append(", does not repeat");
+        const kind = settled.chaos > 0.7 ? ": chaotic" : settled.chaos < 0.3 ? ": two frequencies" : "";
+        if (!Number.isNaN(settled.chaos)) say(`${kind} (0–1 test K = `, settled.chaos, 2, ")");
+      }
       if (settled.x[1] - settled.x[0] > 1e-9) say(", amplitude ", (settled.x[1] - settled.x[0]) / 2, 5);
     }
     const last = orbit.events.findLast(({ kind, t, contact }) => kind === RELEASE && contact === 0 && t > 0.6 * orbit.words.t_last);
@@ -596,6 +606,7 @@ class Page {
       document.documentElement.dataset["theme"] = document.documentElement.dataset["theme"] === "dark" ? "light" : "dark";
       this.stale = true;
     };
+    $("lessons").onclick = () => (this.lessons.at ? this.lessons.close() : this.lessons.show(0, 0));
     $("toml").onclick = () => save("system.toml", this.toml(), "text/plain");
     $("csv").onclick = () => this.orbit && save("orbit.csv", this.csv(), "text/csv");
     $("png").onclick = async () => save("stickslip.png", await picture(this.panels.map(({ plot }) => plot), $("panels")), "image/png");

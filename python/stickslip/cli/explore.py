@@ -17,7 +17,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "file",
         nargs="?",
         metavar="FILE",
-        help="a law or system file (.toml), an orbit or a friction record (.nc) to begin with",
+        help="a law or system file (.toml), an orbit or a friction record (.nc), or a lesson (.md) to begin with",
     )
     command.add_argument(
         "-o", "--output", metavar="PAGE.html", help="where the page goes; default: a cache of the user"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.explorer import catalogue
-from stickslip.files.documents import read_toml
+from stickslip.files.documents import input_file, read_toml
 from stickslip.laws import Law, load_law
 from stickslip.model.system import Oscillator, System, load_system_document
 
@@ -59,7 +59,7 @@ def content_of(path: str | Path) -> dict[str, Any]:
     Parameters
     ----------
     path : a law file, a system file of one mass with a constant drive, an orbit of such a system or a friction record
-        (netCDF).
+        (netCDF), or a lesson (Markdown, as those in the folder ``lessons`` of this package).
 
     Raises
     ------
@@ -72,6 +72,8 @@ def content_of(path: str | Path) -> dict[str, Any]:
 
         tree = read_tree(path)
         return _measured(path, tree) if "break_away" in tree.children else {"state": _simulated(path)}
+    if path.suffix == ".md":
+        return {"lessons": [input_file(path, "lesson").read_text(encoding="utf-8")]}
     return {"state": _described(path)}
 
 
@@ -143,6 +145,17 @@ def _shown(system: Oscillator | System, settings: Mapping[str, Any], where: str)
     }
 
 
+def shipped_lessons() -> list[str]:
+    """The lessons of the package, in their order.
+
+    >>> len(shipped_lessons())
+    7
+    """
+    folder = files("stickslip.explorer").joinpath("lessons")
+    ordered = sorted((item for item in folder.iterdir() if item.name.endswith(".md")), key=lambda item: item.name)
+    return [item.read_text(encoding="utf-8") for item in ordered]
+
+
 def _shipped(name: str) -> str:
     return files("stickslip.explorer").joinpath(name).read_text(encoding="utf-8")
 
@@ -152,12 +165,17 @@ def _json(document: object) -> str:
     return json.dumps(document, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def page(state: Mapping[str, Any] | None = None, record: Mapping[str, Any] | None = None) -> str:
+def page(
+    state: Mapping[str, Any] | None = None,
+    record: Mapping[str, Any] | None = None,
+    lessons: Sequence[str] | None = None,
+) -> str:
     """The explorer as one HTML page.
 
     Parameters
     ----------
-    state, record : what it shows first, as :func:`content_of` makes them; default the first preset and no record.
+    state, record, lessons : what it shows first, as :func:`content_of` makes them; default the first preset, no record, and
+        the lessons of the package.
 
     >>> page().startswith("<!doctype html>")
     True
@@ -168,6 +186,7 @@ def page(state: Mapping[str, Any] | None = None, record: Mapping[str, Any] | Non
         "laws": catalogue.laws(),
         "oscillator": catalogue.oscillator(),
         "presets": presets(),
+        "lessons": list(lessons) if lessons else shipped_lessons(),
     }
     text = _shipped("page.html")
     parts = {

@@ -5,12 +5,12 @@ import { theme } from "../theme";
 import { Panel, type Scene } from "./panel";
 
 /** Cells a side at the finest. */
-const CELLS = 48;
+const CELLS = 40;
 
 /** The cells from coarse to fine: column, row and how many cells each stands for. */
 export const ORDER: [number, number, number][] = [];
-for (let size = 16; size >= 1; size /= 2)
-  for (let j = 0; j < CELLS; j += size) for (let i = 0; i < CELLS; i += size) if (size === 16 || i % (2 * size) || j % (2 * size)) ORDER.push([i, j, size]);
+for (let size = 8; size >= 1; size /= 2)
+  for (let j = 0; j < CELLS; j += size) for (let i = 0; i < CELLS; i += size) if (size === 8 || i % (2 * size) || j % (2 * size)) ORDER.push([i, j, size]);
 
 export class Grid extends Panel {
   pick?: (x: number, y: number) => void;

@@ -2,7 +2,7 @@
 import { Verb } from "../core";
 import type { LawPage } from "../data";
 import { indexAt, valueAt } from "../orbit";
-import { rangeOf, widen } from "../plot";
+import { type Range, rangeOf, widen } from "../plot";
 import { colourOf, theme } from "../theme";
 import { ABOVE, type Handle, handlesOf } from "./handles";
 import { type Change, Panel, type Scene } from "./panel";
@@ -159,8 +159,8 @@ export class Law extends Panel {
       const handle = this.handles.get(key);
       if ((!dx && !dy) || !handle) return;
       event.preventDefault();
-      const share = (event.shiftKey ? 10 : 1) / 100;
-      move(handle.w + dx * share * this.plot.x.high, handle.f + dy * share * this.plot.y.high);
+      const size = ({ high }: Range) => ((event.shiftKey ? 10 : 1) / 100) * 10 ** Math.round(Math.log10(high));
+      move(handle.w + dx * size(this.plot.x), handle.f + dy * size(this.plot.y));
     });
     this.buttons.set(key, button);
     this.plot.host.append(button);
