@@ -247,7 +247,7 @@ def test_a_rig_with_a_list_for_a_word_is_refused(change, words):
             {"type": "Cubic", "static": 0.4, "linear": 1e308, "cubic": 0.6},
             "linear must be 0 or lie between 1e-100 and 1e",
         ),
-        ({"type": "PiecewiseLinear", "nodes": [[0, 1], [1e-300, 2]], "break_away": 1}, "the first of node 1 .* 1e-300"),
+        ({"type": "PiecewiseLinear", "nodes": [[0, 1], [1e-300, 2]], "break_away": 1}, r"nodes\[1\]\[0\] .* 1e-300"),
         ({"type": "Lorentzian", "break_away": 1, "kinetic": 0.5, "scale": 5e-324}, "scale must be 0 or lie"),
     ],
 )

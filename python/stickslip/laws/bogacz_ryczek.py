@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
-from stickslip.errors import InputError
-from stickslip.laws.law import Law, Point, Table
+from stickslip.files.schema import Document
+from stickslip.laws.law import Law, Point
 
 
 @dataclass(frozen=True)
-class StaticFriction(Table):
+class StaticFriction(Document):
     """The surface f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
 
     Parameters
@@ -44,6 +43,9 @@ class StaticFriction(Table):
     drop: float = 0.0
     drop_scale: float = 1.0
     drop_exponent: float = 1.0
+
+
+Pencil = Annotated[Point | None, Point | Literal["infinity"] | None]
 
 
 @dataclass(frozen=True)
@@ -85,10 +87,10 @@ class BogaczRyczek(Law):
             initial=0.68, drop=1.24, drop_scale=0.3695, drop_exponent=10.0, limit=0.39, rate=0.3, force_rate_scale=0.5
         )
     )
-    A: Point | None = None
+    A: Pencil = None
     B: Point = (-0.41, 1.33)
-    C: Point | None = None
-    D: Point | None = (0.33, 2.40)
+    C: Pencil = None
+    D: Pencil = (0.33, 2.40)
     l: Point = (3.41, -0.28)
     alpha: float | tuple[Point, ...] = ((1.9, 0.0), (2.9, 1.7))
     beta: float = 0.01
@@ -97,16 +99,8 @@ class BogaczRyczek(Law):
     eta: float = 89.0
 
     def __post_init__(self) -> None:
-        if isinstance(self.static_friction, Mapping):
-            surface = StaticFriction.from_dict(self.static_friction, "static_friction")
-            object.__setattr__(self, "static_friction", surface)
-        if not isinstance(self.static_friction, StaticFriction):
-            raise InputError(
-                f"BogaczRyczek: static_friction must be a table with the keys of StaticFriction, got {self.static_friction!r}"
-            )
         for name in "ACD":
-            point = getattr(self, name)
-            if isinstance(point, str) and point == "infinity":
+            if getattr(self, name) == "infinity":
                 object.__setattr__(self, name, None)
         super().__post_init__()
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
-from stickslip.laws.state_law import StateLaw, one_of
+from stickslip.laws.state_law import StateLaw
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,9 @@ class RateState(StateLaw):
     length: float
     reference_velocity: float
     reference_friction: float = 0.6
-    law: str = "aging"
+    law: Annotated[str, Literal["aging", "slip"]] = "aging"
 
     def state_scale(self, speed: float) -> float:
         """1, as the state is a logarithm."""
         del speed
         return 1.0
-
-    def __post_init__(self) -> None:
-        one_of(self, "law", ("aging", "slip"))
-        super().__post_init__()

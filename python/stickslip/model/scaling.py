@@ -11,7 +11,8 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.laws.law import Law, Table
+from stickslip.files.schema import Document
+from stickslip.laws.law import Law
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive, Harmonic
 from stickslip.model.system import Contact, Force, Oscillator, System
@@ -169,7 +170,7 @@ class Scale:
         """A number, a point, nodes, or a law within a law; `way` is 1 to units and −1 from them."""
         if value is None or isinstance(value, str) or dimension == "":
             return value
-        if isinstance(value, Table):
+        if isinstance(value, Document):
             return self._law(value, way)
         if isinstance(value, tuple):
             if value and isinstance(value[0], tuple):
