@@ -3,7 +3,8 @@ import { Controls } from "./controls";
 import { Core, Refused, unpack } from "./core";
 import { type Data, data as readData, savedRecord, savedState } from "./data";
 import { pageWith, picture, save, toCsv } from "./export";
-import { type Orbit, RELEASE, simulate } from "./orbit";
+import { sayMotion, sceneOf, settle } from "./facts";
+import { type Orbit, simulate } from "./orbit";
 import { Diagram } from "./panels/diagram";
 import { Displacement } from "./panels/displacement";
 import { Law } from "./panels/law";
@@ -20,18 +21,14 @@ import { type Measured, readRecord } from "./record";
 import { RecordBox, free } from "./recordbox";
 import { type Fit, judge } from "./fit";
 import { Sound } from "./sound";
-import { FRESH, type State, documentOf, fromLink, get, presetState, put, toLink, toToml, varied } from "./state";
+import { type Document, FRESH, type State, documentOf, fromLink, get, presetState, put, toLink, toToml, varied } from "./state";
 import { theme } from "./theme";
-import { REGIMES, REGIME_NAMES, type Steady, type SweepAsk, type SweepPart, Sweeper, lookOf, steady } from "./sweeps";
+import { REGIMES, type Steady, type SweepAsk, type SweepPart, Sweeper, lookOf } from "./sweeps";
 
 const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getElementById(id) as T;
 
 /** Columns of the orbit diagram. */
 const COLUMNS = 300;
-/** Returns by which a forced motion that does not repeat is told regular from chaotic. */
-const DECIDE = 400;
-/** Periods that are left out before a motion counts as steady. */
-const TRANSIENT = 80;
 
 export async function start(source: string, program: string): Promise<void> {
   const module = await unpack($("core").textContent!);
@@ -208,25 +205,11 @@ class Page {
     }
     this.settled = null;
     if (this.refused) return;
-    const { names, row } = varied(state, "drive_velocity");
-    const values = row(state.system["drive_velocity"]);
-    const question = { system: documentOf(state), names, values, look: { ...lookOf(state, TRANSIENT), decide: state.system["forcing"].length ? DECIDE : 0 }, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
-    try {
-      this.settled = steady(this.core, question).rows[0] ?? null;
-    } catch (error) {
-      if (!(error instanceof Refused)) throw error;
-    }
+    this.settled = settle(this.core, state);
   }
 
   private scene(): Scene | null {
-    const { orbit, core, state, settled } = this;
-    if (!orbit) return null;
-    // The last third, at most forty natural periods of it.
-    const period = 2 * Math.PI * Math.sqrt(state.system["mass"] / state.system["stiffness"]);
-    const from = Math.max(0.6 * orbit.words.t_last, orbit.words.t_last - 40 * period);
-    let first = orbit.t.findIndex((t) => t >= from);
-    if (first < 0) first = 0;
-    return { core, state, orbit, steady: first, settled, record: this.record };
+    return this.orbit && sceneOf(this.core, this.state, this.orbit, this.settled, this.record);
   }
 
   private drawPanel(panel: Panel): void {
@@ -388,10 +371,12 @@ class Page {
     this.update(true);
   }
 
-  /** A file that was dropped: a record, or what is wrong with it. */
+  /** A file that was dropped: a record of the rig on the page, or what is wrong with it. */
   read(name: string, text: string): void {
     try {
-      this.measure(readRecord(name, text));
+      const { stiffness, drive_velocity, forcing } = this.state.system;
+      const push = (t: number) => forcing.reduce((sum: number, { amplitude, frequency, phase = 0 }: Document) => sum + amplitude * frequency * Math.sin(frequency * t + phase), 0);
+      this.measure(readRecord(name, text, (t) => stiffness * drive_velocity + push(t)));
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       this.notes = [error.message];
@@ -434,34 +419,7 @@ class Page {
       strong(this.refused, "bad");
       return;
     }
-    const { settled, orbit } = this as { settled: Steady | null; orbit: Orbit };
-    const name = settled ? REGIMES[settled.regime]! : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
-    strong(name[0]!.toUpperCase() + name.slice(1), "regime");
-    const forced = this.state.system["forcing"].length > 0;
-    const say = (before: string, value: number, digits: number, after = "") => {
-      host.append(before);
-      strong(digits < 1 || Math.abs(value) >= 0.01 ? value.toFixed(digits) : value.toPrecision(4));
-      if (after) host.append(after);
-    };
-    if (settled) {
-      if (settled.periodTime > 0) {
-        if (forced) say(", repeats after ", settled.period, 0, settled.period > 1 ? " forcing periods" : " forcing period");
-        else say(", period ", settled.periodTime, 6);
-      } else if (settled.period === 0) {
-        host.append(", does not repeat");
-        const kind = settled.chaos > 0.7 ? ": chaotic" : settled.chaos < 0.3 ? ": two frequencies" : "";
-        if (!Number.isNaN(settled.chaos)) say(`${kind} (0–1 test K = `, settled.chaos, 2, ")");
-      }
-      if (settled.x[1] - settled.x[0] > 1e-9) say(", amplitude ", (settled.x[1] - settled.x[0]) / 2, 5);
-    }
-    const last = orbit.events.findLast(({ kind, t, contact }) => kind === RELEASE && contact === 0 && t > 0.6 * orbit.words.t_last);
-    if (last) {
-      say(", sticks for ", last.stickTime, 4);
-      say(" and breaks away at ", Math.abs(last.force), 4);
-    }
-    host.append(`. ${orbit.words.events} events, ${orbit.words.exact ? "each exact" : "by Taylor series"}`);
-    if (orbit.words.stop !== "t_end") host.append(`; ${orbit.words.sentence}`);
-    host.append(".");
+    sayMotion(host, this.state, this.orbit!, this.settled);
   }
 
   private axisOptions(): void {

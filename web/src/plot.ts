@@ -58,6 +58,7 @@ export class Plot {
     public labels: { x: string; y: string },
     title: string,
   ) {
+    host.classList.add("plot");
     const canvas = (name: string) => {
       const element = document.createElement("canvas");
       element.className = name;

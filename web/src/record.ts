@@ -25,8 +25,8 @@ const NAMES: Record<string, string[]> = {
   stuck: ["stuck", "branch"],
 };
 
-/** Read a CSV file with named columns, or a record as JSON. */
-export function readRecord(name: string, text: string): Measured {
+/** Read a CSV file with named columns, or a record as JSON; `adhesion` is the force rate that the rig would put on a stick at a time. */
+export function readRecord(name: string, text: string, adhesion: (t: number) => number): Measured {
   if (/^\s*\{/.test(text)) {
     let record: Measured;
     try {
@@ -60,16 +60,17 @@ export function readRecord(name: string, text: string): Measured {
   // The page's own CSV says the branch, −1 while stuck; others may say 1 or true.
   const branch = header[at["stuck"]!] === "branch";
   const stuck = w.map((one, i) => (mark.length ? (branch ? mark[i]! < 0 : mark[i] !== 0) : Math.abs(one) < 1e-6 * fast));
-  return { name, t, w: w.map((one, i) => (stuck[i] ? 0 : one)), force, stuck, x: x.length ? x : null, ...sticks(t, force, stuck) };
+  return { name, t, // At its end a slip is as fast as rounding lets it be.
+    w: w.map((one, i) => (stuck[i] || Math.abs(one) < 1e-12 * fast ? 0 : one)), force, stuck, x: x.length ? x : null, ...sticks(t, force, stuck, adhesion) };
 }
 
-/** The rate of the force in each stick, and what broke away at its end. */
-function sticks(t: number[], force: number[], stuck: boolean[]): Pick<Measured, "rate" | "breaks"> {
-  const rate = t.map(() => 0);
+/** The rate of the force in each stick, and what broke away at its end. While it slips the rate is what adhesion would feel. */
+function sticks(t: number[], force: number[], stuck: boolean[], adhesion: (t: number) => number): Pick<Measured, "rate" | "breaks"> {
+  const rate = t.map(adhesion);
   const breaks: Measured["breaks"] = [];
   for (let i = 0; i < t.length; ) {
     let end = i;
-    while (end + 1 < t.length && stuck[end + 1]) end++;
+    while (stuck[i] && end + 1 < t.length && stuck[end + 1]) end++;
     if (stuck[i] && end > i) {
       const slope = (force[end]! - force[i]!) / (t[end]! - t[i]!);
       rate.fill(slope, i, end + 1);

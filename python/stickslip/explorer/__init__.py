@@ -5,6 +5,10 @@ here.
 """
 
 from stickslip.explorer.page import content_of as content_of
+from stickslip.explorer.page import content_of_record as content_of_record
+from stickslip.explorer.page import content_of_system as content_of_system
+from stickslip.explorer.page import live as live
 from stickslip.explorer.page import page as page
+from stickslip.explorer.page import program as program
 
-__all__ = ["content_of", "page"]
+__all__ = ["content_of", "content_of_record", "content_of_system", "live", "page", "program"]

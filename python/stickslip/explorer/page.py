@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stickslip import _core
 from stickslip.errors import InputError
@@ -15,6 +15,9 @@ from stickslip.explorer import catalogue
 from stickslip.files.documents import input_file, read_toml
 from stickslip.laws import Law, load_law
 from stickslip.model.system import Oscillator, System, load_system_document
+
+if TYPE_CHECKING:
+    from stickslip.identification.records import FrictionRecord
 
 #: Damping and drive of the rig on which a law file is shown.
 _RIG = {"mass": 1.0, "stiffness": 1.0, "damping": 0.1, "drive_velocity": 0.2}
@@ -95,19 +98,28 @@ def _simulated(path: Path) -> dict[str, Any]:
 
 
 def _measured(path: Path, tree: Any) -> dict[str, Any]:
-    """The record of a friction file, on the rig it was measured with."""
-    from stickslip.explorer.record import first_law, record_of
     from stickslip.identification.records import read_records
 
-    found = read_records(tree)[0]
-    record = record_of(found, str(path))
+    return content_of_record(read_records(tree)[0], str(path))
+
+
+def content_of_record(found: FrictionRecord, path: str, law: Law | None = None) -> dict[str, Any]:
+    """What :func:`page` takes to show a record under a law, on the rig it was measured with; default a law to begin with."""
+    from stickslip.explorer.record import first_law, record_of
+
+    record = record_of(found, path)
     rig = {name: float(found.constants.get(name, value)) for name, value in _RIG.items()}
     oscillator = Oscillator(
-        rig["damping"], rig["drive_velocity"], first_law(record), mass=rig["mass"], stiffness=rig["stiffness"]
+        rig["damping"], rig["drive_velocity"], law or first_law(record), mass=rig["mass"], stiffness=rig["stiffness"]
     )
     stick = max([time for time, _, _ in record["breaks"]], default=0.0)
     t_end = 25 * oscillator.natural_period + 8 * stick
-    return {"state": _shown(oscillator, {"t_end": t_end}, str(path)), "record": record}
+    return {"state": _shown(oscillator, {"t_end": t_end}, path), "record": record}
+
+
+def content_of_system(system: Oscillator, t_end: float) -> dict[str, Any]:
+    """What :func:`page` takes to show a system."""
+    return {"state": _shown(system, {"t_end": t_end}, "the system")}
 
 
 def _start(orbit: Any) -> dict[str, Any]:
@@ -180,22 +192,52 @@ def page(
     >>> page().startswith("<!doctype html>")
     True
     """
-    core = base64.b64encode(files("stickslip.explorer").joinpath("core.wasm.lzma").read_bytes()).decode()
-    data = {
-        "version": _core.__version__,
-        "laws": catalogue.laws(),
-        "oscillator": catalogue.oscillator(),
-        "presets": presets(),
-        "lessons": list(lessons) if lessons else shipped_lessons(),
-    }
     text = _shipped("page.html")
     parts = {
-        'id="data">null<': f'id="data">{_json(data)}<',
+        'id="data">null<': f'id="data">{_json(_data(lessons or shipped_lessons()))}<',
         'id="state">null<': f'id="state">{_json(state)}<',
         'id="record">null<': f'id="record">{_json(record)}<',
-        'id="core"><': f'id="core">{core}<',
+        'id="core"><': f'id="core">{_core_packed()}<',
         'id="program"><': f'id="program">{_shipped("explorer.js")}<',
     }
     for place, filled in parts.items():
         text = text.replace(place, filled, 1)
     return text
+
+
+def live(content: Mapping[str, Any], panels: str, still: str) -> str:
+    """A ``<stick-slip>`` element: where scripts run, a live figure in place of its still picture; see :func:`program`.
+
+    Parameters
+    ----------
+    content : what it shows, as of :func:`content_of`.
+    panels : names of panels, parted by commas: rig, law, phase, displacement, spectrum, surface.
+    still : the HTML of the picture that stands there until it is seen, and where scripts are off.
+    """
+    return (
+        f'<stick-slip panels="{panels}"><script type="application/json">{_json(content)}</script>{still}</stick-slip>'
+    )
+
+
+def program() -> str:
+    """What a page with elements of :func:`live` needs once, at its end: style, script, core and the laws."""
+    style = _shipped("page.html").partition('<style id="panel-style">')[2].partition("</style>")[0]
+    return (
+        f'<style>{style}</style><script type="application/json" id="data">{_json(_data([]))}</script>'
+        f'<script type="application/octet-stream" id="core">{_core_packed()}</script>'
+        f"<script>{_shipped('explorer.js')}</script>"
+    )
+
+
+def _data(lessons: Sequence[str]) -> dict[str, Any]:
+    return {
+        "version": _core.__version__,
+        "laws": catalogue.laws(),
+        "oscillator": catalogue.oscillator(),
+        "presets": presets(),
+        "lessons": list(lessons),
+    }
+
+
+def _core_packed() -> str:
+    return base64.b64encode(files("stickslip.explorer").joinpath("core.wasm.lzma").read_bytes()).decode()

@@ -90,7 +90,7 @@ export class Grid extends Panel {
       g.fillRect(...box);
       this.paint(cell);
       g.fillRect(...box);
-      if (cell.period || size > 1) return;
+      if (cell.period) return;
       g.fillStyle = ink;
       g.globalAlpha = 0.35;
       g.fillRect(...box);
