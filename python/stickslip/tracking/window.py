@@ -66,8 +66,8 @@ class Watch:
 
     A spot is looked for in a window around where its last velocity takes it, cut at the height that its outline had in the
     last whole picture. The whole picture is looked at in the beginning, where a followed spot is not found again as it was,
-    and every `LONGEST` pictures. Where a spot was lost, or a whole picture shows a rival of the markers that was not there, the
-    pictures since the last whole one are looked at again as a whole.
+    and every `LONGEST` pictures. Where a spot was lost, or a whole picture shows a rival of the markers that was not there,
+    the pictures since the last whole one are looked at again as a whole.
 
     Parameters
     ----------
