@@ -24,6 +24,7 @@ from stickslip.cli import (
     measure,
     reproduce,
     run,
+    schema,
     simulate,
     sweep,
     track,
@@ -51,6 +52,7 @@ COMMANDS = (
     reproduce,
     explore,
     demo,
+    schema,
     completion,
 )
 
@@ -70,6 +72,7 @@ EXAMPLES = {
     "explore": "stickslip explore law.toml",
     "reproduce": "stickslip reproduce -o report",
     "demo": "stickslip demo -o demo-report",
+    "schema": "stickslip schema rig -o rig.schema.json",
     "completion": "stickslip completion bash >> ~/.bashrc",
 }
 """What the help of each command ends with."""

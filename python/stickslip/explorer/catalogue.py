@@ -8,7 +8,7 @@ import re
 from dataclasses import fields
 from typing import Any
 
-from stickslip.files.schema import Document, described
+from stickslip.files.schema import Document, docstring_words
 from stickslip.laws import Law
 from stickslip.laws.bogacz_ryczek import StaticFriction
 from stickslip.laws.state_law import StateLaw
@@ -22,7 +22,7 @@ _GREEK = {"phi": "φ", "psi": "ψ", "eta": "η", "alpha": "α", "beta": "β", "g
 
 def _parameters(cls: type) -> dict[str, str]:
     """The words of a docstring, name by name."""
-    words = described(cls)
+    words = docstring_words(cls)
     # A law may refer to another one of its family for words.
     other = next((found[1] for said in words.values() if (found := re.match(r"as for :class:`(\w+)`", said))), None)
     return (

@@ -6,7 +6,7 @@ import inspect
 import re
 import types
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, Union
@@ -149,11 +149,16 @@ class Document:
 
     @classmethod
     def schema(cls) -> dict[str, Any]:
-        """The JSON Schema of the table, with the descriptions of the docstring."""
-        words = described(cls)
+        """The JSON Schema of the document, from which editors complete and check it."""
+        return complete(cls.described)
+
+    @classmethod
+    def described(cls, definitions: dict[str, Any]) -> dict[str, Any]:
+        """The JSON Schema of the table, with the words of the docstring; what several places share is in `definitions`."""
+        words = docstring_words(cls)
         properties: dict[str, Any] = {}
         for item in _items(cls):
-            properties[item.name] = dict(kinds(cls)[item.name].schema())
+            properties[item.name] = dict(kinds(cls)[item.name].schema(definitions))
             if item.name in words:
                 properties[item.name]["description"] = words[item.name]
             if item.default is not MISSING and item.default is not None:
@@ -179,10 +184,17 @@ def plain(value: Any) -> Any:
     return value
 
 
-def described(cls: type) -> dict[str, str]:
+def complete(described: Callable[[dict[str, Any]], dict[str, Any]]) -> dict[str, Any]:
+    """A whole JSON Schema from what describes one with the help of definitions."""
+    definitions: dict[str, Any] = {}
+    found = {"$schema": DIALECT} | described(definitions)
+    return found | ({"$defs": definitions} if definitions else {})
+
+
+def docstring_words(cls: type) -> dict[str, str]:
     """What the docstring of a class says of each parameter.
 
-    >>> described(Limits)["above"]
+    >>> docstring_words(Limits)["above"]
     'it is larger than this; `least` and `most`: or equal.'
     """
     text = inspect.getdoc(cls) or ""
@@ -213,8 +225,8 @@ class Kind:
         del name, where
         return value
 
-    def schema(self) -> dict[str, Any]:
-        """JSON Schema."""
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        """JSON Schema; what several places share goes into `definitions`."""
         raise NotImplementedError
 
     def read(self, value: Any, name: str, where: str) -> Any:
@@ -273,7 +285,8 @@ class _Number(Kind):
             raise InputError(f"{where}: {name} must be {self.range}, got {value!r}")
         return result
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        del definitions
         found: dict[str, Any] = {"type": "integer" if self.whole else "number"}
         keys = {"exclusiveMinimum": self.limits.above, "minimum": self.limits.least, "maximum": self.limits.most}
         found |= {key: value for key, value in keys.items() if value is not None}
@@ -286,7 +299,8 @@ class _Flag(Kind):
     def takes(self, value: Any) -> bool:
         return isinstance(value, bool)
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        del definitions
         return {"type": "boolean"}
 
 
@@ -296,8 +310,23 @@ class _Text(Kind):
     def takes(self, value: Any) -> bool:
         return isinstance(value, str)
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        del definitions
         return {"type": "string"}
+
+
+class _Path(_Text):
+    what, many = "a path", "paths"
+
+    def takes(self, value: Any) -> bool:
+        return isinstance(value, str | Path)
+
+    def made(self, value: Any, name: str, where: str) -> Any:
+        del name, where
+        return str(value)
+
+
+FilePath = Annotated[str, _Path()]
 
 
 class _Word(Kind):
@@ -311,7 +340,8 @@ class _Word(Kind):
     def hint(self, value: Any) -> str:
         return did_you_mean(str(value), map(str, self.words))
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        del definitions
         return {"enum": list(self.words)}
 
 
@@ -332,11 +362,11 @@ class _List(Kind):
             kind.read(item, f"{name}[{i}]", where) for i, (kind, item) in enumerate(zip(places, value, strict=True))
         )
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
         if not self.fixed:
-            return {"type": "array", "items": self.parts[0].schema()}
-        return {"type": "array", "prefixItems": [part.schema() for part in self.parts], "minItems": len(self.parts),
-                "maxItems": len(self.parts)}  # fmt: skip
+            return {"type": "array", "items": self.parts[0].schema(definitions)}
+        items = [part.schema(definitions) for part in self.parts]
+        return {"type": "array", "prefixItems": items, "minItems": len(items), "maxItems": len(items)}
 
 
 class _Table(Kind):
@@ -352,8 +382,12 @@ class _Table(Kind):
     def made(self, value: Any, name: str, where: str) -> Any:
         return value if isinstance(value, self.cls) else self.cls.from_dict(value, f"{where}: {name}")
 
-    def schema(self) -> dict[str, Any]:
-        return self.cls.schema()
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        name = self.cls.__name__
+        if name not in definitions:
+            definitions[name] = {}  # A law within a law asks for the laws again.
+            definitions[name] = self.cls.described(definitions)
+        return {"$ref": f"#/$defs/{name}"}
 
 
 class _Free(Kind):
@@ -362,7 +396,8 @@ class _Free(Kind):
     def takes(self, value: Any) -> bool:
         return isinstance(value, Mapping)
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        del definitions
         return {"type": "object"}
 
 
@@ -386,8 +421,8 @@ class _Either(Kind):
     def hint(self, value: Any) -> str:
         return "".join(kind.hint(value) for kind in self.kinds)
 
-    def schema(self) -> dict[str, Any]:
-        return {"anyOf": [kind.schema() for kind in self.kinds]}
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        return {"anyOf": [kind.schema(definitions) for kind in self.kinds]}
 
 
 class _Optional(Kind):
@@ -403,8 +438,8 @@ class _Optional(Kind):
     def hint(self, value: Any) -> str:
         return self.kind.hint(value)
 
-    def schema(self) -> dict[str, Any]:
-        return self.kind.schema()
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        return self.kind.schema(definitions)
 
 
 def kind_of(hint: Any) -> Kind:

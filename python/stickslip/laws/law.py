@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, did_you_mean, numbers, read_toml, write_whole
-from stickslip.files.schema import Document
+from stickslip.files.schema import Document, complete, kind_of
 from stickslip.files.schema import Point as Point
 from stickslip.laws.facts import FACTS, Parameter
 
@@ -92,12 +92,12 @@ class Law(Document):
         return law
 
     @classmethod
-    def schema(cls) -> dict[str, Any]:
-        """The JSON Schema of the law; of this class that of any law."""
+    def described(cls, definitions: dict[str, Any]) -> dict[str, Any]:
+        """The JSON Schema of the law's table; of this class that of any law."""
         importlib.import_module("stickslip.laws")
         if cls is Law:
-            return {"title": "Law", "anyOf": [law.schema() for law in Law.ALL.values()]}
-        found = super().schema()
+            return {"title": "Law", "anyOf": [law.described(definitions) for law in Law.ALL.values()]}
+        found = super().described(definitions)
         found["properties"] = {"type": {"const": cls.__name__}} | found["properties"]
         for name, parameter in cls.PARAMETERS.items():
             if choices := parameter.words or parameter.choices:
@@ -206,9 +206,24 @@ def load_covariance(path: str | Path) -> pd.DataFrame:
     return pd.DataFrame(np.reshape(rows, (len(names), len(names))), index=names, columns=names)
 
 
+TABLES = ("law", "uncertainty", "covariance", "source")
+"""The tables of a law file."""
+
+
+def law_schema() -> dict[str, Any]:
+    """The JSON Schema of a law file."""
+
+    def described(definitions: dict[str, Any]) -> dict[str, Any]:
+        tables: dict[str, Any] = {name: {"type": "object"} for name in TABLES}
+        tables["law"] = kind_of(Law).schema(definitions)
+        return {"title": "Law", "type": "object", "properties": tables, "required": ["law"]}
+
+    return complete(described)
+
+
 def _law_document(path: str | Path) -> dict[str, Any]:
     document = read_toml(path)
-    check_keys(document, ("law", "uncertainty", "covariance", "source"), ("law",), str(path))
+    check_keys(document, TABLES, ("law",), str(path))
     return document
 
 

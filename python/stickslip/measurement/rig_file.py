@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 from typing import Any
 
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean, read_toml
-from stickslip.measurement.chain import Chain
+from stickslip.files.schema import complete
+from stickslip.measurement.chain import EACH, Chain
 from stickslip.measurement.instruments import INSTRUMENTS as OTHERS
 from stickslip.measurement.instruments import Bench
 from stickslip.measurement.rig import INSTRUMENTS, Rig
@@ -45,3 +47,19 @@ def load_rig(rig: Rig | Chain | Bench | str | Path | dict[str, Any]) -> Rig | Ch
             f"{where}: instrument must be one of {', '.join(known)}, got {instrument!r}{did_you_mean(str(instrument), known)}"
         )
     return Chain.from_table(table, where) if Chain.describes(table) else Rig.from_dict(table, where)
+
+
+def rig_schema() -> dict[str, Any]:
+    """The JSON Schema of a rig file of any instrument; where masses pull on each other, numbers may be lists or matrices."""
+
+    def described(definitions: dict[str, Any]) -> dict[str, Any]:
+        one = Rig.described(definitions)
+        several = copy.deepcopy(one) | {"title": "Chain"}
+        row = {"type": "array", "items": {"type": "number"}}
+        for key in EACH:
+            several["properties"][key] = {"anyOf": [one["properties"][key], row]}
+        for key in ("stiffness", "damping"):
+            several["properties"][key] = {"type": "array", "items": row}
+        return {"title": "Rig", "anyOf": [one, several, *(item.described(definitions) for item in OTHERS.values())]}
+
+    return complete(described)

@@ -15,7 +15,7 @@ import numpy as np
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, read_toml
-from stickslip.files.schema import Document, Finite, Kind, Limits, Says
+from stickslip.files.schema import Count, Document, Finite, Kind, Limits, Positive, Says, complete, kind_of
 from stickslip.laws.law import Law, load_law
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive, Harmonic
@@ -216,7 +216,8 @@ class _Matrix(Kind):
             raise InputError(f"{where}: {name} must be finite numbers throughout, got {value!r}")
         return tuple(tuple(row) for row in array.tolist()) if array.ndim == 2 else array.tolist()
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        del definitions
         row = {"type": "array", "items": {"type": "number"}}
         return {"anyOf": [{"type": "number"}, row, {"type": "array", "items": row}]}
 
@@ -350,16 +351,43 @@ def chain(
     )
 
 
+#: A number, or one a mass.
+Vector = float | tuple[float, ...]
+
+
 def system_from_dict(table: Mapping[str, Any], where: str = "system") -> Oscillator | System:
     """A system of masses if the document has contacts, else an oscillator."""
     return System.from_dict(table, where) if "contacts" in table else Oscillator.from_dict(table, where)
+
+
+SIMULATION = {"t_end": Positive, "x0": Vector, "v0": Vector, "max_events": Count, "max_seconds": Positive}
+"""What the table ``[simulation]`` of a system file may hold."""
+
+
+def system_schema() -> dict[str, Any]:
+    """The JSON Schema of a system file: an oscillator, or masses where it has contacts."""
+
+    def described(definitions: dict[str, Any]) -> dict[str, Any]:
+        table = {
+            "type": "object",
+            "properties": {key: kind_of(hint).schema(definitions) for key, hint in SIMULATION.items()},
+            "additionalProperties": False,
+        }
+        systems = [cls.described(definitions) for cls in (Oscillator, System)]
+        for system in systems:
+            system["properties"]["simulation"] = table
+        # A law may stand in a file of its own.
+        definitions["Law"] = {"anyOf": [definitions["Law"], {"type": "string"}]}
+        return {"title": "System", "anyOf": systems}
+
+    return complete(described)
 
 
 def load_system_document(path: str | Path) -> tuple[Oscillator | System, dict[str, Any]]:
     """The system of a system file and its table ``[simulation]`` (t_end, x0, v0, max_events, max_seconds; may be empty)."""
     document = read_toml(path)
     simulation = document.pop("simulation", {})
-    check_keys(simulation, ("t_end", "x0", "v0", "max_events", "max_seconds"), (), f"{path}: simulation")
+    check_keys(simulation, SIMULATION, (), f"{path}: simulation")
     contacts = document.get("contacts")
     for table in [document, *(contacts if isinstance(contacts, list) else [])]:
         if isinstance(table, dict) and isinstance(table.get("law"), str):

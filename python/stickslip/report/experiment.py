@@ -11,12 +11,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, number, read_toml, whole_number, write_whole
+from stickslip.files.documents import number, read_toml, write_whole
+from stickslip.files.schema import Count, Document, FilePath, Says
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,7 +30,7 @@ FILMS = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".mpg", ".mpeg", ".wmv", ".webm
 
 
 @dataclass(frozen=True)
-class Experiment:
+class Experiment(Document):
     """Records or films of one rig, and what is to be made of them.
 
     Parameters
@@ -47,40 +48,31 @@ class Experiment:
     'Coulomb'
     """
 
-    records: tuple[str, ...]
-    rig: str | Mapping[str, Any]
-    track: str | Mapping[str, Any] | None = None
-    output: str = "results"
+    TITLE: ClassVar[str] = "experiment"
+
+    records: Annotated[tuple[FilePath, ...], FilePath | tuple[FilePath, ...]]
+    rig: Annotated[FilePath | Mapping[str, Any], Says("the path of a rig file or its table")]
+    track: Annotated[FilePath | Mapping[str, Any], Says("the path of a setup file or its table")] | None = None
+    output: FilePath = "results"
     law: str = "auto"
-    workers: int | None = None
+    workers: Count | None = None
     folder: Path = field(default=Path(), compare=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.records, str):
+            object.__setattr__(self, "records", (self.records,))
+        if not self.records:
+            self.refuse('records must be a list of paths or patterns, ["runs/*.csv"], got none')
 
     @classmethod
     def of(cls, given: Experiment | Mapping[str, Any] | str | Path) -> Experiment:
         """An experiment from one, its table, or the path of its TOML file."""
         if isinstance(given, Experiment):
             return given
-        where, folder = "experiment", Path()
-        if not isinstance(given, Mapping):
-            where, folder = str(given), Path(given).parent
-            given = read_toml(given, "experiment file")
-        check_keys(given, ("records", "rig", "track", "output", "law", "workers"), ("records", "rig"), where)
-        table = dict(given)
-        names = [table["records"]] if isinstance(table["records"], str) else table["records"]
-        if not isinstance(names, list | tuple) or not names or not all(isinstance(name, str | Path) for name in names):
-            raise InputError(f'{where}: records must be a list of paths or patterns, ["runs/*.csv"], got {names!r}')
-        for key, kinds, what in (
-            ("rig", (str, Path, Mapping), "the path of a rig file or its table"),
-            ("track", (str, Path, Mapping), "the path of a setup file or its table"),
-            ("output", (str, Path), "a folder"),
-            ("law", (str,), 'the name of a law, "auto" or ""'),
-        ):
-            if key in table and not isinstance(table[key], kinds):
-                raise InputError(f"{where}: {key} must be {what}, got {table[key]!r}")
-        if table.get("workers") is not None:
-            whole_number("workers", table["workers"], where)
-        table["records"] = tuple(str(name) for name in names)
-        return cls(**table, folder=folder)
+        if isinstance(given, Mapping):
+            return cls.from_dict(given)
+        return replace(cls.load(given), folder=Path(given).parent)
 
     @property
     def place(self) -> Path:
@@ -101,7 +93,7 @@ class Experiment:
             raise InputError("run: two records would have one folder of results; rename one of them")
         return dict(zip(names, found, strict=True))
 
-    def described(self, key: str) -> Any:
+    def said(self, key: str) -> Any:
         """What `rig` or `track` says: its table, or the path of its file."""
         value = getattr(self, key)
         return value if value is None or isinstance(value, Mapping) else str(self.folder / value)
@@ -150,7 +142,7 @@ def run(
             f"run: no record matches {', '.join(plan.records)} in {plan.folder.resolve()}; correct records"
         )
     for key in ("rig", "track"):
-        if isinstance(path := plan.described(key), str):
+        if isinstance(path := plan.said(key), str):
             read_toml(path, f"{key} file")
     try:
         plan.place.mkdir(parents=True, exist_ok=True)
@@ -211,7 +203,7 @@ def _mark(plan: Experiment, path: Path) -> str:
     """What the results of a record hang on."""
     parts = [_state_of(path)]
     for key in ("rig", "track"):
-        described = plan.described(key)
+        described = plan.said(key)
         parts.append(Path(described).read_text() if isinstance(described, str) else repr(described))
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
@@ -235,9 +227,7 @@ def _rows(plan: Experiment, sources: Mapping[str, Path], again: bool) -> Iterato
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(plan.workers, mp_context=context) as pool:
             jobs = {
-                pool.submit(
-                    _measured, path, plan.described("rig"), plan.described("track"), plan.place / name, mark
-                ): name
+                pool.submit(_measured, path, plan.said("rig"), plan.said("track"), plan.place / name, mark): name
                 for name, (path, mark) in waiting.items()
             }
             broken = []
@@ -259,9 +249,7 @@ def _alone(plan: Experiment, path: Path, name: str, mark: str) -> dict[str, Any]
     """The row of a record measured in a process of its own."""
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         try:
-            return pool.submit(
-                _measured, path, plan.described("rig"), plan.described("track"), plan.place / name, mark
-            ).result()
+            return pool.submit(_measured, path, plan.said("rig"), plan.said("track"), plan.place / name, mark).result()
         except BrokenProcessPool:
             return {"state": "failed", "message": f"{path}: the process that measured it ended; is the memory full?"}
 

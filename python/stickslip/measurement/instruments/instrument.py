@@ -14,7 +14,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys
-from stickslip.files.schema import Document, Says
+from stickslip.files.schema import Document, Says, kind_of
 from stickslip.files.units import find_unit, quantity, si_unit
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.layout import Layout
@@ -88,6 +88,13 @@ class Constant:
     positive: bool = False
     share: bool = False
     count: bool = False
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema: a number in SI, or a text with a unit."""
+        units = ", ".join(si_unit(dimension) for dimension in self.dimensions)
+        one = {"anyOf": [{"type": "number"}, {"type": "string"}]}
+        found = {"type": "array", "items": one, "minItems": 2, "maxItems": 2} if self.pair else dict(one)
+        return found | {"description": f"in {units}, or a text with another unit"}
 
     def read(self, name: str, value: Any, where: str) -> float | tuple[float, float]:
         """The number in SI, checked."""
@@ -199,6 +206,30 @@ class Instrument:
     optional: Mapping[str, tuple[str, ...]]
     constants: Mapping[str, Constant]
     measure: Callable[[list[Samples], Bench], xr.DataTree]
+
+    def described(self, definitions: dict[str, Any]) -> dict[str, Any]:
+        """The JSON Schema of its rig file."""
+        either = [{"type": "string"}, {"type": "integer"}, {"type": "array", "items": {"type": "string"}}]
+        definitions["Channel"] = {"anyOf": [*either, Channel.described(definitions)]}
+        columns = {name: {"$ref": "#/$defs/Channel"} for name in ("time", *self.channels, *self.optional)}
+        table = {"type": "object", "properties": columns, "additionalProperties": False}
+        read = kind_of(Layout).schema(definitions)
+        companion = {"type": "object", "properties": {"file": {"type": "string"}, "read": read, "columns": table}}
+        constants = {name: constant.schema() for name, constant in self.constants.items()}
+        return {
+            "title": self.name,
+            "type": "object",
+            "properties": {
+                "instrument": {"const": self.name},
+                "columns": table,
+                "read": read,
+                "sampling_rate": {"type": "number", "exclusiveMinimum": 0},
+                "companion": companion,
+                **constants,
+            },
+            "required": ["instrument", "columns", *(name for name, item in self.constants.items() if item.needed)],
+            "additionalProperties": False,
+        }
 
     def bench(self, table: Mapping[str, Any], where: str) -> Bench:
         """Check the table of a rig file; `where` names it."""
