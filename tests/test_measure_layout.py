@@ -9,10 +9,10 @@ import pytest
 from scipy.io import savemat
 
 import stickslip as ss
+from stickslip.files.units import find_unit, quantity
 from stickslip.measurement import Layout, Rig, load_rig, measure, read_columns
 from stickslip.measurement.instruments import INSTRUMENTS
 from stickslip.measurement.read import as_record
-from stickslip.measurement.units import find_unit, quantity
 
 N = 80
 T = np.arange(N) / 10
@@ -149,7 +149,7 @@ def test_constants_of_the_wrong_kind_are_refused() -> None:
         ({"columns": {**base["columns"], "force": {"column": 4, "unit": "bar"}}}, "the unit must be one of N, mN"),
         ({"columns": {**base["columns"], "force": {"column": 4, "units": "N"}}}, "did you mean 'unit'"),
         ({"columns": {"displacement": 2, "pressure": 3, "force": 4}}, "[columns] lacks time; name its column or give"),
-        ({"read": {"delimiter": "blanks"}}, "delimiter must be one of 'tab', 'comma', 'semicolon', 'blank'"),
+        ({"read": {"delimiter": "blanks"}}, "delimiter must be one of tab, comma, semicolon, blank"),
         ({"read": {"window": [2, 1]}}, "window must be [start, end] with start < end"),
         ({"instrument": "cilinder"}, "did you mean 'cylinder'"),
         ({"sampling_rate": 0}, "sampling_rate must be a positive number"),

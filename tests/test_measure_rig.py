@@ -40,7 +40,7 @@ def test_example_rigs_are_read() -> None:
         (("stiffness = 168", ""), "stiffness is missing"),
         (("stiffness = 168", "stiffness = -168"), "stiffness must be a positive number, got -168"),
         (("stiffness = 168", "stiffness = 0"), "stiffness must be a positive number, got 0"),
-        (("stiffness = 168", "stiffness = nan"), "stiffness must be a positive number, got nan"),
+        (("stiffness = 168", "stiffness = nan"), "stiffness must be a finite number, got nan"),
         (("stiffness = 168", "stiffness = '168'"), "stiffness = '168' has no unit"),
         (("stiffness = 168", "stifness = 168"), "did you mean 'stiffness'"),
         (("mass = 0.0307", "mass = -1"), "mass must be a positive number"),
@@ -56,7 +56,7 @@ def test_example_rigs_are_read() -> None:
 )
 def test_bad_rig_is_one_sentence(change: tuple[str, str], words: str) -> None:
     with pytest.raises(InputError) as caught:
-        Rig.from_toml(GOOD.replace(*change), source="rig.toml")
+        Rig.from_toml(GOOD.replace(*change), where="rig.toml")
     message = str(caught.value)
     assert words in message
     assert message.startswith("rig.toml:")

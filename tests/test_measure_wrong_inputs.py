@@ -163,7 +163,10 @@ def test_a_matlab_file_named_csv_is_refused(tmp_path, capsys) -> None:
         ("", "instrument is missing"),
         (other("direct_force", force='{ column = "f", unit = "mm" }'), "force: the unit must be one of N, mN"),
         (other("direct_force", force='{ column = "f", valid = 3 }'), "valid must be a list of two readings"),
-        (other("direct_force", force='{ column = "f", resets = [1, 2] }'), "resets must be a list of pairs of rows"),
+        (
+            other("direct_force", force='{ column = "f", resets = [1, 2] }'),
+            "resets[0] must be a list of 2 whole numbers",
+        ),
         (other("direct_force", force='{ column = "f", scale = "big" }'), "scale must be a number, got 'big'"),
         (other("direct_force", force='{ column = "f", zero_row = 1.5 }'), "zero_row must be the number of a row"),
         (other("direct_force", force='{ column = "f", zero_row = 9999 }'), "zero_row must be 0 to 199, got 9999"),

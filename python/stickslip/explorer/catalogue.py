@@ -5,11 +5,12 @@ from __future__ import annotations
 import inspect
 import json
 import re
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from typing import Any
 
+from stickslip.files.schema import Document, described
 from stickslip.laws import Law
-from stickslip.laws.law import Table
+from stickslip.laws.bogacz_ryczek import StaticFriction
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.system import Oscillator
 
@@ -20,19 +21,8 @@ _GREEK = {"phi": "φ", "psi": "ψ", "eta": "η", "alpha": "α", "beta": "β", "g
 
 
 def _parameters(cls: type) -> dict[str, str]:
-    """The words of the section Parameters of a docstring, name by name, continued lines joined."""
-    doc = inspect.getdoc(cls) or ""
-    section = doc.partition("Parameters\n----------\n")[2].partition("\n\n")[0]
-    words: dict[str, str] = {}
-    names: list[str] = []
-    for line in section.splitlines():
-        if line.startswith(" "):
-            for name in names:
-                words[name] += " " + line.strip()
-            continue
-        left, _, right = line.partition(" : ")
-        names = [name.strip() for name in left.split(",")]
-        words |= dict.fromkeys(names, right.strip())
+    """The words of a docstring, name by name."""
+    words = described(cls)
     # A law may refer to another one of its family for words.
     other = next((found[1] for said in words.values() if (found := re.match(r"as for :class:`(\w+)`", said))), None)
     return (
@@ -62,20 +52,21 @@ def _range(value: object, unit: str) -> tuple[float, float]:
     return low, float(f"{3 * size:.6g}")
 
 
-def _numbers(table: Table, document: dict[str, Any], path: str = "") -> list[dict[str, Any]]:
+def _numbers(table: Law | StaticFriction, document: dict[str, Any], path: str = "") -> list[dict[str, Any]]:
     """Every parameter of a law or of a table within it."""
     words = _parameters(type(table))
     shared: dict[str, int] = {}
     numbers: list[dict[str, Any]] = []
-    for item in fields(table):  # type: ignore[arg-type]
+    for item in fields(table):
         value = getattr(table, item.name)
         said = words.get(item.name, item.name.replace("_", " "))
         position = shared.get(said, 0)
         shared[said] = position + 1
-        if is_dataclass(value) and isinstance(value, Table):
+        if isinstance(value, Law | StaticFriction):
             numbers += _numbers(value, document[item.name], f"{path}{item.name}.")
             continue
-        unit = type(table).UNITS.get(item.name, "")
+        parameter = type(table).PARAMETERS[item.name]
+        unit = parameter.unit
         low, high = _range(value, unit)
         number = {
             "path": path + item.name,
@@ -86,7 +77,7 @@ def _numbers(table: Table, document: dict[str, Any], path: str = "") -> list[dic
             "low": low,
             "high": high,
         }
-        choices = getattr(type(table), "CHOICES", {}).get(item.name)
+        choices = parameter.choices
         numbers.append(number | ({"choices": list(choices)} if choices else {}))
     return numbers
 
@@ -94,11 +85,11 @@ def _numbers(table: Table, document: dict[str, Any], path: str = "") -> list[dic
 def full(law: Law) -> dict[str, Any]:
     """The document of a law with every parameter in it; a pencil at infinity, or what else is None, as null."""
 
-    def whole(table: Table) -> dict[str, Any]:
+    def whole(table: Document) -> dict[str, Any]:
         document = {}
-        for item in fields(table):  # type: ignore[arg-type]
+        for item in fields(table):
             value = getattr(table, item.name)
-            document[item.name] = whole(value) if isinstance(value, Table) and not isinstance(value, Law) else value
+            document[item.name] = whole(value) if isinstance(value, Document) and not isinstance(value, Law) else value
             if isinstance(value, Law):
                 document[item.name] = full(value)
         return document

@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
-from stickslip.errors import InputError
-from stickslip.laws.law import Law, Point, Table
+from stickslip.files.schema import Document
+from stickslip.laws.facts import FACTS, Parameter
+from stickslip.laws.law import Law, Point
 
 
 @dataclass(frozen=True)
-class StaticFriction(Table):
+class StaticFriction(Document):
     """The surface f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
 
     Parameters
@@ -29,11 +30,7 @@ class StaticFriction(Table):
     Brockley, Wear 24 (1973) 381, in a form of our own.
     """
 
-    UNITS: ClassVar[dict[str, str]] = {
-        "initial": "force", "limit": "force", "rate": "time^-exponent", "exponent": "",
-        "force_rate_scale": "force time^-1", "force_rate_exponent": "",
-        "drop": "force", "drop_scale": "force time^-1", "drop_exponent": "",
-    }  # fmt: skip
+    PARAMETERS: ClassVar[Mapping[str, Parameter]] = FACTS["BogaczRyczek"].parameters["static_friction"].table or {}
 
     initial: float
     limit: float = 0.0
@@ -44,6 +41,9 @@ class StaticFriction(Table):
     drop: float = 0.0
     drop_scale: float = 1.0
     drop_exponent: float = 1.0
+
+
+Pencil = Annotated[Point | None, Point | Literal["infinity"] | None]
 
 
 @dataclass(frozen=True)
@@ -74,21 +74,15 @@ class BogaczRyczek(Law):
     array([1.896, 1.066])
     """
 
-    UNITS: ClassVar[dict[str, str]] = {
-        "static_friction": "law", "A": "velocity, force", "B": "velocity, force", "C": "velocity, force",
-        "D": "velocity, force", "l": "force velocity^-1, force", "alpha": "force, force", "beta": "velocity",
-        "phi": "angle", "psi": "angle", "eta": "angle",
-    }  # fmt: skip
-
     static_friction: StaticFriction = field(
         default_factory=lambda: StaticFriction(
             initial=0.68, drop=1.24, drop_scale=0.3695, drop_exponent=10.0, limit=0.39, rate=0.3, force_rate_scale=0.5
         )
     )
-    A: Point | None = None
+    A: Pencil = None
     B: Point = (-0.41, 1.33)
-    C: Point | None = None
-    D: Point | None = (0.33, 2.40)
+    C: Pencil = None
+    D: Pencil = (0.33, 2.40)
     l: Point = (3.41, -0.28)
     alpha: float | tuple[Point, ...] = ((1.9, 0.0), (2.9, 1.7))
     beta: float = 0.01
@@ -97,16 +91,8 @@ class BogaczRyczek(Law):
     eta: float = 89.0
 
     def __post_init__(self) -> None:
-        if isinstance(self.static_friction, Mapping):
-            surface = StaticFriction.from_dict(self.static_friction, "static_friction")
-            object.__setattr__(self, "static_friction", surface)
-        if not isinstance(self.static_friction, StaticFriction):
-            raise InputError(
-                f"BogaczRyczek: static_friction must be a table with the keys of StaticFriction, got {self.static_friction!r}"
-            )
         for name in "ACD":
-            point = getattr(self, name)
-            if isinstance(point, str) and point == "infinity":
+            if getattr(self, name) == "infinity":
                 object.__setattr__(self, name, None)
         super().__post_init__()
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import importlib
 import json
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -15,119 +15,43 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, did_you_mean, number, numbers, read_toml, write_whole
+from stickslip.files.documents import check_keys, did_you_mean, numbers, read_toml, write_whole
+from stickslip.files.schema import Document
+from stickslip.files.schema import Point as Point
+from stickslip.laws.facts import FACTS, Parameter
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Point = tuple[float, float]
-
-FARTHEST = 1e100
-"""No friction in any unit has a parameter that is larger, or smaller than its reciprocal: its forces would be no numbers."""
-
-
-class Table:
-    """A frozen dataclass of numbers, points and tables that is also a plain document."""
-
-    #: The dimension of every parameter, as in :meth:`stickslip.Scale.unit`; two with a comma for a point or for nodes.
-    UNITS: ClassVar[dict[str, str]] = {}
-
-    def __post_init__(self) -> None:
-        for item in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, item.name)
-            object.__setattr__(self, item.name, _tidy(item.name, value, str(item.type), type(self).__name__))
-
-    def to_dict(self) -> dict[str, Any]:
-        """The document: numbers, lists and tables only; what is None is left out."""
-        values = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
-        return {name: _plain(value) for name, value in values.items() if value is not None}
-
-    @classmethod
-    def from_dict(cls, table: Mapping[str, Any], where: str = "law") -> Self:
-        """Make it from a document; `where` names that document in error messages."""
-        if not isinstance(table, Mapping):
-            raise InputError(f"{where}: expected a table with the keys of {cls.__name__}, got {table!r}")
-        items = fields(cls)  # type: ignore[arg-type]
-        required = [item.name for item in items if item.default is MISSING and item.default_factory is MISSING]
-        check_keys(table, [item.name for item in items], required, where)
-        try:
-            return cls(**table)
-        except InputError as error:
-            raise InputError(f"{where}: {error}") from None
-
-
-#: What a parameter may be, by its annotation.
-_SHAPES = {
-    "float": "a number",
-    "Point": "a pair of numbers such as [0.2, 0.6]",
-    "tuple[Point, ...]": "a list of pairs of numbers such as [[0, 1], [0.2, 0.6]]",
-}
-
-
-def _tidy(name: str, value: Any, annotation: str, where: str) -> Any:
-    """Numbers as floats, sequences of them as tuples, so that equal laws compare equal; another shape is refused."""
-    kinds = annotation.split(" | ")
-    shapes = [_SHAPES[kind] for kind in kinds if kind in _SHAPES]
-    if not shapes or (value is None and "None" in kinds):
-        return value
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    listed = isinstance(value, Sequence) and not isinstance(value, str | bytes)
-    if "tuple[Point, ...]" in kinds and listed:
-        return tuple(_pair(f"node {i} (counted from 0) of {name}", item, where) for i, item in enumerate(value))
-    if "Point" in kinds and listed:
-        return _pair(name, value, where)
-    if "float" in kinds and hasattr(value, "__float__"):
-        return _sized(name, value, where)
-    raise InputError(f"{where}: {name} must be {' or '.join(shapes)}, got {value!r}")
-
-
-def _pair(name: str, value: Any, where: str) -> Point:
-    if isinstance(value, str | bytes) or not isinstance(value, Sequence) or len(value) != 2:
-        raise InputError(f"{where}: {name} must be {_SHAPES['Point']}, got {value!r}")
-    return _sized(f"the first of {name}", value[0], where), _sized(f"the second of {name}", value[1], where)
-
-
-def _sized(name: str, value: Any, where: str) -> float:
-    """A number with whose square and reciprocal a force can be computed."""
-    result = number(name, value, where)
-    if result and not 1 / FARTHEST <= abs(result) <= FARTHEST:
-        raise InputError(
-            f"{where}: {name} must be 0 or lie between {1 / FARTHEST:g} and {FARTHEST:g} in size, got {result:g}: choose "
-            "units in which it is nearer to 1"
-        )
-    return result
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Table):
-        return value.to_dict()
-    if isinstance(value, tuple):
-        return [_plain(item) for item in value]
-    return value
-
 
 @dataclass(frozen=True)
-class Law(Table):
+class Law(Document):
     """What all friction laws have in common.
 
     For developers: CONTRIBUTING.md walks through a new law.
     """
 
+    WHAT: ClassVar[str] = "a friction law such as stickslip.laws.Coulomb"
     ALL: ClassVar[dict[str, type[Law]]] = {}
+    #: What the core declares of each parameter.
+    PARAMETERS: ClassVar[Mapping[str, Parameter]] = {}
     #: Whether kinetic friction is one smooth curve instead of linear pieces (a Taylor series instead of a closed form).
     SMOOTH: ClassVar[bool] = False
-    #: Numbers that choose a form of the law, with those they may be; they are never fitted.
-    CHOICES: ClassVar[dict[str, tuple[float, ...]]] = {}
-    #: The parameters of :meth:`example`.
-    EXAMPLE: ClassVar[dict[str, Any]] = {}
 
     def __init_subclass__(cls, family: bool = False) -> None:
         if not family:
             Law.ALL[cls.__name__] = cls
+            facts = FACTS[cls.__name__]
+            cls.PARAMETERS, cls.SMOOTH = facts.parameters, facts.smooth
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for name, parameter in self.PARAMETERS.items():
+            if parameter.words and (chosen := getattr(self, name)) not in parameter.words:
+                self.refuse(
+                    f"{name} must be one of {', '.join(parameter.words)}, got {chosen!r}"
+                    f"{did_you_mean(chosen, parameter.words)}"
+                )
         try:
             _core.check_law(self.to_json())
         except ValueError as error:
@@ -143,7 +67,7 @@ class Law(Table):
         >>> StaticKinetic.example()
         StaticKinetic(break_away=1.0, kinetic=0.6)
         """
-        return cls(**cls.EXAMPLE)
+        return cls(**FACTS[cls.__name__].example)
 
     def to_dict(self) -> dict[str, Any]:
         """The document, with the law's name under ``type``."""
@@ -160,10 +84,25 @@ class Law(Table):
         if not isinstance(name, str) or name not in Law.ALL:
             hint = did_you_mean(str(name), Law.ALL)
             raise InputError(f"{where}: unknown law {name!r}{hint}; known are {', '.join(Law.ALL)}")
-        law = super(Law, Law.ALL[name]).from_dict({key: table[key] for key in table if key != "type"}, where)
+        # The sentence names the law, as a system may have several.
+        fields = {key: table[key] for key in table if key != "type"}
+        law = super(Law, Law.ALL[name]).from_dict(fields, f"{where}: {name}")
         if not isinstance(law, cls):
             raise InputError(f"{where}: expected the law {cls.__name__}, got {name}")
         return law
+
+    @classmethod
+    def schema(cls) -> dict[str, Any]:
+        """The JSON Schema of the law; of this class that of any law."""
+        importlib.import_module("stickslip.laws")
+        if cls is Law:
+            return {"title": "Law", "anyOf": [law.schema() for law in Law.ALL.values()]}
+        found = super().schema()
+        found["properties"] = {"type": {"const": cls.__name__}} | found["properties"]
+        for name, parameter in cls.PARAMETERS.items():
+            if choices := parameter.words or parameter.choices:
+                found["properties"][name]["enum"] = list(choices)
+        return found | {"required": ["type", *found["required"]]}
 
     def to_json(self) -> str:
         """The document as JSON; floats survive to the bit."""

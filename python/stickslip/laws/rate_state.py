@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
-from stickslip.laws.state_law import StateLaw, one_of
+from stickslip.laws.state_law import StateLaw
 
 
 @dataclass(frozen=True)
@@ -34,14 +33,6 @@ class RateState(StateLaw):
     0.6
     """
 
-    EXAMPLE: ClassVar[dict[str, Any]] = {
-        "normal_force": 1.0, "a": 0.01, "b": 0.015, "length": 1.0, "reference_velocity": 1.0,
-    }  # fmt: skip
-    UNITS: ClassVar[dict[str, str]] = {
-        "normal_force": "force", "a": "", "b": "", "length": "length", "reference_velocity": "velocity",
-        "reference_friction": "", "law": "",
-    }  # fmt: skip
-
     normal_force: float
     a: float
     b: float
@@ -54,7 +45,3 @@ class RateState(StateLaw):
         """1, as the state is a logarithm."""
         del speed
         return 1.0
-
-    def __post_init__(self) -> None:
-        one_of(self, "law", ("aging", "slip"))
-        super().__post_init__()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated
 
-from stickslip.errors import InputError
+from stickslip.files.schema import Says
 from stickslip.laws.law import Law
-from stickslip.laws.state_law import StateLaw, one_of
+from stickslip.laws.state_law import StateLaw
+
+WITHOUT_STATE = "a memoryless friction law such as stickslip.laws.Coulomb"
 
 
 @dataclass(frozen=True)
@@ -29,22 +30,11 @@ class Regularised(StateLaw):
     0.25
     """
 
-    EXAMPLE: ClassVar[dict[str, Any]] = {
-        "law": {"type": "Rational", "break_away": 1.0, "weakening": 3.0},
-        "width": 0.05,
-    }
-    UNITS: ClassVar[dict[str, str]] = {"law": "law", "width": "velocity", "shape": ""}
-
-    law: Law
+    law: Annotated[Law, Says(WITHOUT_STATE)]
     width: float
     shape: str = "arctan"
 
     def __post_init__(self) -> None:
-        if isinstance(self.law, Mapping):
-            object.__setattr__(self, "law", Law.from_dict(self.law, "Regularised: law"))
-        if not isinstance(self.law, Law) or isinstance(self.law, StateLaw):
-            raise InputError(
-                f"Regularised: law must be a memoryless friction law such as stickslip.laws.Coulomb, got {self.law!r}"
-            )
-        one_of(self, "shape", ("arctan", "tanh"))
+        if isinstance(self.law, StateLaw):
+            self.refuse(f"law must be {WITHOUT_STATE}, got {self.law!r}")
         super().__post_init__()

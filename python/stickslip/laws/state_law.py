@@ -7,22 +7,18 @@ has these right-hand sides; the motion is integrated by :func:`stickslip.integra
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean
 from stickslip.laws.law import Law
 
 
 class StateLaw(Law, family=True):
     """What the laws with an internal state have in common."""
-
-    #: No closed form: the motion is integrated.
-    SMOOTH: ClassVar[bool] = True
 
     @cached_property
     def _read(self) -> _core.StateLaw:
@@ -123,11 +119,3 @@ class StateLaw(Law, family=True):
     ) -> NDArray[np.float64]:
         del rate
         return self.follow(t, np.where(stuck, 0.0, w))[0]
-
-
-def one_of(law: Law, name: str, known: tuple[str, ...]) -> None:
-    """Refuse a choice that is none of the `known` ones."""
-    value = getattr(law, name)
-    if value not in known:
-        hint = did_you_mean(str(value), known)
-        raise InputError(f"{type(law).__name__}: {name} must be one of {', '.join(known)}, got {value!r}{hint}")

@@ -77,7 +77,7 @@ class Chain:
         for i in range(n):
             own = {key: values[i] for key, values in lists.items()}
             own |= {"stiffness": stiffness[i][i], "damping": damping[i][i]}
-            rigs.append(Rig.from_table({**table, **own}, source))
+            rigs.append(Rig.from_dict({**table, **own}, source))
         return cls(tuple(rigs), stiffness, damping)
 
     def to_toml(self) -> str:

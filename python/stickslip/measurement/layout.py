@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
 
-from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, did_you_mean
+from stickslip.files.schema import Count, Document, Limits, Says
 
-FORMATS = ("text", "matlab", "json", "look", "netcdf")
 DELIMITERS = {"tab": "\t", "comma": ",", "semicolon": ";", "blank": None}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Layout:
+class Layout(Document):
     """The table ``[read]`` of a rig file.
 
     Parameters
@@ -38,60 +35,20 @@ class Layout:
         naming the key.
     """
 
-    format: str = ""
+    TITLE: ClassVar[str] = "rig: read"
+
+    format: Annotated[str, Literal["", "text", "matlab", "json", "look", "netcdf"]] = ""
     header: bool = True
-    skip_rows: int = 0
-    delimiter: str = ""
-    decimal: str = "."
+    skip_rows: Annotated[int, Limits(least=0)] = 0
+    delimiter: Annotated[str, Literal["", "tab", "comma", "semicolon", "blank"]] = ""
+    decimal: Annotated[str, Literal[".", ","]] = "."
     missing: Literal["refuse", "drop"] = "refuse"
     torn_rows: Literal["refuse", "drop"] = "refuse"
     rows: str = "data"
-    segment: int | None = None
-    window: tuple[float, float] | None = None
+    segment: Count | None = None
+    window: Annotated[tuple[float, float], Says("[start, end] in s")] | None = None
 
     def __post_init__(self) -> None:
-        choices: dict[str, tuple[str, ...]] = {
-            "format": ("", *FORMATS),
-            "delimiter": ("", *DELIMITERS),
-            "decimal": (".", ","),
-            "missing": ("refuse", "drop"),
-            "torn_rows": ("refuse", "drop"),
-        }
-        for name, known in choices.items():
-            value = getattr(self, name)
-            if value not in known:
-                words = ", ".join(repr(word) for word in known if word)
-                raise InputError(f"rig: {name} must be one of {words}, got {value!r}{did_you_mean(str(value), known)}")
-        if not isinstance(self.rows, str):
-            raise InputError(f"rig: rows must be the key of a JSON file, got {self.rows!r}")
-        if not isinstance(self.header, bool):
-            raise InputError(f"rig: header must be true or false, got {self.header!r}")
-        if isinstance(self.skip_rows, bool) or not isinstance(self.skip_rows, int) or self.skip_rows < 0:
-            raise InputError(f"rig: skip_rows must be a count of lines, got {self.skip_rows!r}")
-        if self.segment is not None and (type(self.segment) is not int or self.segment < 1):
-            raise InputError(f"rig: segment must be the number of a segment from 1, got {self.segment!r}")
-        if self.window is not None:
-            try:
-                start, end = (float(value) for value in self.window)
-            except (TypeError, ValueError):
-                raise InputError(f"rig: window must be [start, end] in s, got {self.window!r}") from None
-            if not start < end:
-                raise InputError(f"rig: window must be [start, end] with start < end, got {self.window!r}")
-            object.__setattr__(self, "window", (start, end))
-
-    @classmethod
-    def from_table(cls, table: Mapping[str, Any], where: str = "rig") -> Layout:
-        """From the table ``[read]``; `where` names the file in error messages."""
-        if not isinstance(table, Mapping):
-            raise InputError(f"{where}: read must be a table [read], got {table!r}")
-        check_keys(table, [field.name for field in fields(cls)], [], f"{where}: [read]")
-        try:
-            return cls(**table)
-        except InputError as error:
-            raise InputError(str(error).replace("rig:", f"{where}:", 1)) from None
-
-    def to_table(self) -> dict[str, Any]:
-        """What differs from the defaults, as `from_table` takes it."""
-        plain = {field.name: (getattr(self, field.name), field.default) for field in fields(self)}
-        changed = {name: value for name, (value, default) in plain.items() if value != default}
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in changed.items()}
+        super().__post_init__()
+        if self.window is not None and not self.window[0] < self.window[1]:
+            self.refuse(f"window must be [start, end] with start < end, got {list(self.window)}")

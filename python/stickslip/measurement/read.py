@@ -13,6 +13,7 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.files.documents import read_bytes
 from stickslip.files.netcdf import read_tree
+from stickslip.files.units import FARTHEST, find_unit
 from stickslip.measurement.formats.json_rows import json_table
 from stickslip.measurement.formats.look import look_table
 from stickslip.measurement.formats.matlab import matlab_table
@@ -20,7 +21,6 @@ from stickslip.measurement.formats.table import Table
 from stickslip.measurement.formats.text import text_table
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.rig import Rig
-from stickslip.measurement.units import FARTHEST, find_unit
 
 Array = npt.NDArray[np.float64]
 

@@ -4,37 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-import tomli_w
-
-from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean, number, read_toml, toml_table
+from stickslip.files.documents import did_you_mean
+from stickslip.files.schema import Document, Limits, NotNegative, Positive, Says
+from stickslip.files.units import UNITS as SIZES
+from stickslip.files.units import find_unit
 from stickslip.measurement.layout import Layout
-from stickslip.measurement.units import FARTHEST, find_unit, quantity
-from stickslip.measurement.units import UNITS as SIZES
 
 if TYPE_CHECKING:
     from stickslip.model.system import Oscillator
 
-INSTRUMENTS = ("spring_force", "displacement")
 UNITS = {"spring_force": ("N", "mg", "1"), "displacement": ("m", "1")}
 """The usual units of each; any other unit of force or length will do too."""
-QUANTITIES = {
-    "stiffness": "stiffness",
-    "mass": "mass",
-    "effective_mass": "mass",
-    "drive_velocity": "speed",
-    "gravity": "acceleration",
-}
-"""Numbers that a rig file may give as a text with their unit."""
+INSTRUMENTS = tuple(UNITS)
 DIMENSIONS = {"spring_force": "force", "displacement": "length"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rig:
+class Rig(Document):
     """The rig behind one record of an oscillator that is driven by friction.
 
     m x'' + D x' + k x = friction, with x the extension of the spring from where it is slack. For a slider that a
@@ -80,67 +69,40 @@ class Rig:
     True
     """
 
-    instrument: str
-    column: str | int
-    stiffness: float
-    mass: float
-    drive_velocity: float
+    TITLE: ClassVar[str] = "rig"
+
+    instrument: Annotated[str, Literal["spring_force", "displacement"]]
+    column: Annotated[str | int, Says("the name of the recorded variable, or its number from 1")]
+    stiffness: Annotated[float, Limits(above=0, dimensions=("stiffness",))]
+    mass: Annotated[float, Limits(above=0, dimensions=("mass",))]
+    drive_velocity: Annotated[float, Limits(above=0, dimensions=("speed",))]
     unit: str = ""
-    damping: float = 0.0
-    effective_mass: float | None = None
+    damping: Annotated[float, Limits(least=0, dimensions=("damping",))] = 0.0
+    effective_mass: Annotated[float, Limits(above=0, dimensions=("mass",))] | None = None
     rest: float = 0.0
-    time_column: str | int | None = "t"
+    time_column: Annotated[str | int, Says("the name of the time variable, or its number from 1")] | None = "t"
     time_unit: str = "s"
-    sampling_rate: float | None = None
-    mains_frequency: float | None = None
-    noise: float | None = None
-    gravity: float = 9.81
-    least_drop: float = 0.5
+    sampling_rate: Positive | None = None
+    mains_frequency: Positive | None = None
+    noise: Positive | None = None
+    gravity: Annotated[float, Limits(above=0, dimensions=("acceleration",))] = 9.81
+    least_drop: NotNegative = 0.5
     recalibrate: bool = True
     read: Layout = field(default_factory=Layout)
 
     def __post_init__(self) -> None:
-        if self.instrument not in INSTRUMENTS:
-            raise InputError(
-                f"rig: instrument must be one of {', '.join(INSTRUMENTS)}, got {self.instrument!r}"
-                f"{did_you_mean(str(self.instrument), INSTRUMENTS)}"
-            )
-        if not isinstance(self.unit, str):
-            raise InputError(f"rig: unit must be a text, got {self.unit!r}")
+        super().__post_init__()
         if self.unit == "":
             object.__setattr__(self, "unit", UNITS[self.instrument][0])
-        if self.unit not in UNITS[self.instrument] and self.unit not in SIZES[DIMENSIONS[self.instrument]]:
-            known = list(dict.fromkeys([*UNITS[self.instrument], *SIZES[DIMENSIONS[self.instrument]]]))
-            raise InputError(
-                f"rig: unit of a {self.instrument} record must be one of {', '.join(known)}, got {self.unit!r}"
-                f"{did_you_mean(str(self.unit), known)}"
+        known = list(dict.fromkeys([*UNITS[self.instrument], *SIZES[DIMENSIONS[self.instrument]]]))
+        if self.unit not in known:
+            self.refuse(
+                f"unit of a {self.instrument} record must be one of {', '.join(known)}, got {self.unit!r}"
+                f"{did_you_mean(self.unit, known)}"
             )
         find_unit(self.time_unit, ("time",), "rig: time_unit")
-        if isinstance(self.column, bool) or not isinstance(self.column, str | int) or not self.column:
-            raise InputError(f"rig: column must be the name of the recorded variable, got {self.column!r}")
-        if self.time_column is not None and not isinstance(self.time_column, str | int):
-            raise InputError(f"rig: time_column must be the name of the time variable, got {self.time_column!r}")
-        if not isinstance(self.recalibrate, bool):
-            raise InputError(f"rig: recalibrate must be true or false, got {self.recalibrate!r}")
-        if not isinstance(self.read, Layout):
-            raise InputError(f"rig: read must be a Layout, got {self.read!r}")
-        object.__setattr__(self, "rest", number("rest", self.rest, "rig"))
-        for name in ("stiffness", "mass", "drive_velocity", "gravity"):
-            self._check_number(name, positive=True)
-        for name in ("sampling_rate", "mains_frequency", "noise", "effective_mass"):
-            if getattr(self, name) is not None:
-                self._check_number(name, positive=True)
-        for name in ("damping", "least_drop"):
-            self._check_number(name, positive=False)
-
-    def _check_number(self, name: str, *, positive: bool) -> None:
-        value = getattr(self, name)
-        wanted = "a positive number" if positive else "zero or a positive number"
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InputError(f"rig: {name} must be {wanted}, got {value!r}")
-        if not -FARTHEST <= value <= FARTHEST or value < 0 or (positive and value == 0):
-            raise InputError(f"rig: {name} must be {wanted}, got {value!r}")
-        object.__setattr__(self, name, float(value))
+        if not self.column:
+            self.refuse(f"column must be the name of the recorded variable, or its number from 1, got {self.column!r}")
 
     @property
     def inertia(self) -> float:
@@ -179,44 +141,14 @@ class Rig:
         )
 
     @classmethod
-    def from_toml(cls, text: str, source: str = "rig") -> Rig:
-        """Read a rig from the text of a TOML document; `source` names it in error messages."""
-        return cls.from_table(toml_table(text, source), source)
-
-    @classmethod
-    def from_table(cls, table: Mapping[str, Any], source: str = "rig") -> Rig:
+    def from_dict(cls, table: Mapping[str, Any], where: str = "rig") -> Self:
         """Read a rig from the table of its document."""
-        table = dict(table)
-        known = [field.name for field in fields(cls)]
-        for key in table:
-            if key not in known:
-                raise InputError(
-                    f"{source}: unknown key {key!r}{did_you_mean(key, known)}; a rig has the keys {', '.join(known)}"
-                )
-        for key in ("instrument", "column", "stiffness", "mass", "drive_velocity"):
-            if key not in table:
-                raise InputError(f"{source}: {key} is missing; add a line `{key} = ...`")
-        if "time_column" not in table and "sampling_rate" in table:
-            # a file without time stamps says its rate; one with stamps in "t" may say both
-            table["time_column"] = None
-        for key, dimension in QUANTITIES.items():
-            if isinstance(table.get(key), str):
-                table[key] = quantity(key, table[key], (dimension,), source)
-        if "read" in table:
-            table["read"] = Layout.from_table(table["read"], source)
-        try:
-            return cls(**table)
-        except InputError as error:
-            raise InputError(str(error).replace("rig:", f"{source}:", 1)) from None
+        # A file without time stamps says its rate; one with stamps in "t" may say both.
+        if isinstance(table, Mapping) and "time_column" not in table and "sampling_rate" in table:
+            table = {**table, "time_column": None}
+        return super().from_dict(table, where)
 
-    @classmethod
-    def load(cls, path: str | Path) -> Rig:
-        """Read a rig file."""
-        return cls.from_table(read_toml(path, "rig file"), str(path))
-
-    def to_toml(self) -> str:
-        """The rig as a TOML document that `from_toml` reads back to an equal rig."""
-        table = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "read"}
-        layout = self.read.to_table()
-        plain = {name: value for name, value in table.items() if value is not None}
-        return tomli_w.dumps(plain | ({"read": layout} if layout else {}))
+    def to_dict(self) -> dict[str, Any]:
+        """The table; of the layout what differs from the usual one."""
+        table = super().to_dict() | {"read": self.read.changed()}
+        return {key: value for key, value in table.items() if value != {}}

@@ -44,4 +44,4 @@ def load_rig(rig: Rig | Chain | Bench | str | Path | dict[str, Any]) -> Rig | Ch
         raise InputError(
             f"{where}: instrument must be one of {', '.join(known)}, got {instrument!r}{did_you_mean(str(instrument), known)}"
         )
-    return Chain.from_table(table, where) if Chain.describes(table) else Rig.from_table(table, where)
+    return Chain.from_table(table, where) if Chain.describes(table) else Rig.from_dict(table, where)

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.errors import InputError
-from stickslip.files.documents import number
-from stickslip.laws.law import Point, Table
+from stickslip.files.schema import Document, Point
 
 
 @dataclass(frozen=True)
-class Harmonic(Table):
+class Harmonic(Document):
     """A harmonic force, amplitude · cos(frequency · t + phase).
 
     Parameters
@@ -35,8 +33,12 @@ class Harmonic(Table):
     phase: float = 0.0
 
 
+#: Several, or one.
+Harmonics = Annotated[tuple[Harmonic, ...], Harmonic | tuple[Harmonic, ...]]
+
+
 @dataclass(frozen=True)
-class Drive(Table):
+class Drive(Document):
     """A drive velocity that varies: s(t) = velocity + Σ A cos(Ω t + φ) + table(t).
 
     Parameters
@@ -56,21 +58,13 @@ class Drive(Table):
     """
 
     velocity: float = 0.0
-    harmonics: tuple[Harmonic, ...] = ()
+    harmonics: Harmonics = ()
     nodes: tuple[Point, ...] = ()
 
     def __post_init__(self) -> None:
-        harmonics: Any = self.harmonics
-        items = harmonics if isinstance(harmonics, list | tuple) else [harmonics]
-        object.__setattr__(
-            self,
-            "harmonics",
-            tuple(
-                item if isinstance(item, Harmonic) else Harmonic.from_dict(item, "drive_velocity: harmonics")
-                for item in items
-            ),
-        )
         super().__post_init__()
+        if isinstance(self.harmonics, Harmonic):
+            object.__setattr__(self, "harmonics", (self.harmonics,))
 
     @classmethod
     def shaken(cls, velocity: float, displacement: float, frequency: float) -> Self:
@@ -110,21 +104,3 @@ class Drive(Table):
             nodes = np.asarray(self.nodes)
             s = s + np.interp(times, nodes[:, 0], nodes[:, 1])
         return s
-
-    def to_dict(self) -> dict[str, Any]:
-        """The document; what is empty is left out."""
-        return {name: value for name, value in super().to_dict().items() if value != []}
-
-
-def drive_of(value: Any, where: str) -> float | Drive:
-    """A number, a drive, or the document of one."""
-    if isinstance(value, Drive):
-        return value
-    if isinstance(value, Mapping):
-        return Drive.from_dict(value, f"{where}: drive_velocity")
-    return number("drive_velocity", value, where)
-
-
-def plain_drive(drive: float | Drive) -> Any:
-    """What stands for a drive velocity in a document."""
-    return drive.to_dict() if isinstance(drive, Drive) else drive

@@ -11,7 +11,8 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.laws.law import Law, Table
+from stickslip.files.schema import Document
+from stickslip.laws.law import Law
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive, Harmonic
 from stickslip.model.system import Contact, Force, Oscillator, System
@@ -160,16 +161,15 @@ class Scale:
 
     def _law(self, law: Any, way: int) -> Any:
         values = {item.name: getattr(law, item.name) for item in fields(law)}
-        exponents = {name: value for name, value in values.items() if law.UNITS[name] == ""}
-        return replace(
-            law, **{name: self._value(value, law.UNITS[name], way, exponents) for name, value in values.items()}
-        )
+        units = {name: parameter.unit for name, parameter in law.PARAMETERS.items()}
+        exponents = {name: value for name, value in values.items() if units[name] == ""}
+        return replace(law, **{name: self._value(value, units[name], way, exponents) for name, value in values.items()})
 
     def _value(self, value: Any, dimension: str, way: int, exponents: Mapping[str, Any]) -> Any:
         """A number, a point, nodes, or a law within a law; `way` is 1 to units and −1 from them."""
         if value is None or isinstance(value, str) or dimension == "":
             return value
-        if isinstance(value, Table):
+        if isinstance(value, Document):
             return self._law(value, way)
         if isinstance(value, tuple):
             if value and isinstance(value[0], tuple):

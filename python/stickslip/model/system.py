@@ -4,23 +4,56 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
+from copy import copy
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-import tomli_w
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, number, read_toml
-from stickslip.laws.law import Law, Table, load_law
+from stickslip.files.documents import check_keys, read_toml
+from stickslip.files.schema import Document, Finite, Kind, Limits, Says
+from stickslip.laws.law import Law, load_law
 from stickslip.laws.state_law import StateLaw
-from stickslip.model.drive import Drive, Harmonic, drive_of, plain_drive
+from stickslip.model.drive import Drive, Harmonic
+
+
+class Described(Document):
+    """What the core knows by a document, which it reads and checks once."""
+
+    def to_json(self) -> str:
+        """The document for the core; floats survive to the bit."""
+        raise NotImplementedError
+
+    @cached_property
+    def core(self) -> _core.System:
+        """What the core has read."""
+        return _core.System(self.to_json())
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "core"}
+
+    def with_number(self, name: str, value: float) -> Self:
+        """The same with another number, such as ``drive_velocity``: no document is made for it.
+
+        >>> from dataclasses import replace
+        >>> from stickslip import paper
+        >>> paper.oscillator(0.3).with_number("damping", 0.1) == replace(paper.oscillator(0.3), damping=0.1)
+        True
+        """
+        twin = copy(self)
+        try:
+            vars(twin).update({name: float(value), "core": self.core.with_number(f"/{name}", value)})
+        except ValueError as error:
+            raise InputError(f"{type(self).__name__}: {error}") from None
+        return twin
 
 
 @dataclass(frozen=True)
-class Oscillator:
+class Oscillator(Described):
     """One mass on a spring and a damper that rubs on a drive: m ẍ + D ẋ + k x = F(w, memory) + Σ A cos(Ω t + φ).
 
     x is measured from the equilibrium of the moving drive, w = s − ẋ is the slip velocity, and friction on the mass has the
@@ -48,35 +81,32 @@ class Oscillator:
     True
     """
 
-    damping: float
+    # A document says its numbers: in SI a mass of 1 would be a guess.
+    REQUIRED: ClassVar[tuple[str, ...]] = ("mass", "stiffness")
+
+    damping: Finite
     # A number in nearly all uses, so that nobody has to ask which it is; a Drive goes to the general engine.
-    drive_velocity: Any
+    drive_velocity: Annotated[Any, Finite | Drive]
     law: Law
-    mass: float = 1.0
-    stiffness: float = 1.0
+    mass: Finite = 1.0
+    stiffness: Finite = 1.0
     forcing: Harmonic | tuple[Harmonic, ...] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("damping", "mass", "stiffness"):
-            object.__setattr__(self, name, number(name, getattr(self, name), "Oscillator"))
-        object.__setattr__(self, "drive_velocity", drive_of(self.drive_velocity, "Oscillator"))
-        if not isinstance(self.law, Law):
-            raise InputError(f"Oscillator: law must be a friction law such as stickslip.laws.Coulomb, got {self.law!r}")
-        if isinstance(self.forcing, list | tuple):
-            forcing = tuple(self.forcing)
-            object.__setattr__(self, "forcing", forcing[0] if len(forcing) == 1 else forcing or None)
-        for harmonic in self.harmonics:
-            if not isinstance(harmonic, Harmonic):
-                raise InputError(f"Oscillator: forcing must be a Harmonic or several, got {harmonic!r}")
+        super().__post_init__()
+        if isinstance(self.forcing, tuple):
+            object.__setattr__(self, "forcing", self.forcing[0] if len(self.forcing) == 1 else self.forcing or None)
         try:
-            if isinstance(self.drive_velocity, Drive):
-                self.to_system()
-            else:
-                _core.check_oscillator(self.to_json())
+            self.core  # noqa: B018 - what it reads, it checks
         except InputError as error:
             raise InputError(f"Oscillator: {str(error).removeprefix('System: ')}") from None
         except ValueError as error:
             raise InputError(f"Oscillator: {error}") from None
+
+    @cached_property
+    def core(self) -> _core.System:
+        """What the core has read; under a drive that varies, the system of one mass."""
+        return self.to_system().core if isinstance(self.drive_velocity, Drive) else _core.System(self.to_json())
 
     @property
     def harmonics(self) -> tuple[Harmonic, ...]:
@@ -95,7 +125,7 @@ class Oscillator:
         """Whether the motion between events is closed: a constant drive, a law of linear pieces, no undamped resonance."""
         if isinstance(self.drive_velocity, Drive) or self.law.SMOOTH:
             return False
-        return self.forcing is None or not _core.resonates(self.to_json())
+        return self.forcing is None or not self.core.resonates()
 
     def to_system(self) -> System:
         """The same as a system of one mass."""
@@ -113,59 +143,19 @@ class Oscillator:
         """2π √(m/k)."""
         return float(2 * 3.141592653589793 * (self.mass / self.stiffness) ** 0.5)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The system document."""
-        document: dict[str, Any] = {
-            "mass": self.mass,
-            "stiffness": self.stiffness,
-            "damping": self.damping,
-            "drive_velocity": plain_drive(self.drive_velocity),
-            "law": self.law.to_dict(),
-        }
-        if isinstance(self.forcing, Harmonic):
-            document["forcing"] = self.forcing.to_dict()
-        elif self.forcing:
-            document["forcing"] = [harmonic.to_dict() for harmonic in self.forcing]
-        return document
-
-    @classmethod
-    def from_dict(cls, table: Mapping[str, Any], where: str = "system") -> Oscillator:
-        """An oscillator from a system document; `where` names it in error messages."""
-        required = ("mass", "stiffness", "damping", "drive_velocity", "law")
-        check_keys(table, (*required, "forcing"), required, where)
-        forcing = table.get("forcing", [])
-        harmonics = [
-            Harmonic.from_dict(item, f"{where}: forcing")
-            for item in (forcing if isinstance(forcing, list | tuple) else [forcing])
-        ]
-        law = table["law"]
-        try:
-            return cls(
-                damping=table["damping"],
-                drive_velocity=table["drive_velocity"],
-                law=law if isinstance(law, Law) else Law.from_dict(law, f"{where}: law"),
-                mass=table["mass"],
-                stiffness=table["stiffness"],
-                forcing=tuple(harmonics),
-            )
-        except InputError as error:
-            if str(error).startswith("Oscillator: "):
-                raise InputError(f"{where}: {str(error).removeprefix('Oscillator: ')}") from None
-            raise
-
     def to_json(self) -> str:
         """The document for the core; floats survive to the bit."""
         law = json.loads(self.law.to_json())
         forcing = [harmonic.to_dict() for harmonic in self.harmonics]
         return json.dumps(self.to_dict() | {"law": law, "forcing": forcing})
 
-    def to_toml(self) -> str:
-        """The system document as TOML; floats survive to the bit."""
-        return tomli_w.dumps(self.to_dict())
+
+#: A mass by its number.
+Index = Annotated[int, Limits(least=0, most=2**31 - 1), Says("the number of a mass, counted from 0")]
 
 
 @dataclass(frozen=True)
-class Force(Table):
+class Force(Document):
     """A harmonic force on one mass of a system, amplitude · cos(frequency · t + phase).
 
     Parameters
@@ -180,15 +170,11 @@ class Force(Table):
     amplitude: float
     frequency: float
     phase: float = 0.0
-    mass: int = 0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "mass", _index("mass", self.mass, "Force"))
-        super().__post_init__()
+    mass: Index = 0
 
 
 @dataclass(frozen=True)
-class Contact:
+class Contact(Document):
     """Friction between a mass and a drive, or between two masses.
 
     The slip velocity is w = s(t) − ẋ_mass for a drive and w = s(t) + ẋ_other − ẋ_mass for two masses (where s is 0 unless
@@ -202,73 +188,44 @@ class Contact:
     other : the other mass; None: the drive itself.
     """
 
-    mass: int
+    mass: Index
     law: Law
-    drive_velocity: float | Drive = 0.0
-    other: int | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "mass", _index("mass", self.mass, "Contact"))
-        if self.other is not None:
-            object.__setattr__(self, "other", _index("other", self.other, "Contact"))
-        if not isinstance(self.law, Law):
-            raise InputError(f"Contact: law must be a friction law such as stickslip.laws.Coulomb, got {self.law!r}")
-        object.__setattr__(self, "drive_velocity", drive_of(self.drive_velocity, "Contact"))
-
-    def to_dict(self) -> dict[str, Any]:
-        """The document of the contact."""
-        other = {} if self.other is None else {"other": self.other}
-        return {
-            "mass": self.mass,
-            **other,
-            "drive_velocity": plain_drive(self.drive_velocity),
-            "law": self.law.to_dict(),
-        }
-
-    @classmethod
-    def from_dict(cls, table: Mapping[str, Any], where: str = "contact") -> Contact:
-        """A contact from its document."""
-        if not isinstance(table, Mapping):
-            raise InputError(f"{where}: expected a table with the keys of Contact, got {table!r}")
-        items = fields(cls)
-        required = [item.name for item in items if item.default is MISSING]
-        check_keys(table, [item.name for item in items], required, where)
-        law = table["law"]
-        law = law if isinstance(law, Law) else Law.from_dict(law, f"{where}: law")
-        try:
-            return cls(table["mass"], law, table.get("drive_velocity", 0.0), table.get("other"))
-        except InputError as error:
-            raise InputError(f"{where}: {str(error).removeprefix('Contact: ')}") from None
-
-
-def _index(name: str, value: object, where: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= value < 2**31:
-        raise InputError(f"{where}: {name} must be the number of a mass, counted from 0, got {value!r}")
-    return int(value)
+    drive_velocity: Finite | Drive = 0.0
+    other: Index | None = None
 
 
 Rows = tuple[tuple[float, ...], ...]
 
 
-def _matrix(name: str, value: Any, size: int | None) -> Rows:
+class _Matrix(Kind):
     """Rows of a matrix; a number or a list of numbers is its diagonal."""
-    try:
-        array = np.asarray(value, float)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"System: {name} must be a matrix or the list of its diagonal, got {value!r}") from None
-    if not np.isfinite(array).all():
-        raise InputError(f"System: {name} must be finite numbers throughout, got {value!r}")
-    if array.ndim == 0 and size is not None:
-        array = np.full(size, array)
-    if array.ndim == 1:
-        array = np.diag(array)
-    if array.ndim != 2:
-        raise InputError(f"System: {name} must be a matrix or the list of its diagonal, got {value!r}")
-    return tuple(tuple(row) for row in array.tolist())
+
+    what = "a matrix or the list of its diagonal"
+
+    def takes(self, value: Any) -> bool:
+        return (isinstance(value, Sequence) and not isinstance(value, str | bytes)) or hasattr(value, "__float__")
+
+    def made(self, value: Any, name: str, where: str) -> Any:
+        try:
+            array = np.asarray(value, float)
+        except (TypeError, ValueError, OverflowError):
+            array = np.empty((0, 0, 0))
+        if array.ndim > 2:
+            raise InputError(f"{where}: {name} must be {self.what}, got {value!r}")
+        if not np.isfinite(array).all():
+            raise InputError(f"{where}: {name} must be finite numbers throughout, got {value!r}")
+        return tuple(tuple(row) for row in array.tolist()) if array.ndim == 2 else array.tolist()
+
+    def schema(self) -> dict[str, Any]:
+        row = {"type": "array", "items": {"type": "number"}}
+        return {"anyOf": [{"type": "number"}, row, {"type": "array", "items": row}]}
+
+
+Matrix = Annotated[Any, _Matrix()]
 
 
 @dataclass(frozen=True)
-class System:
+class System(Described):
     """Masses that rub on drives and on each other: M ẍ + D ẋ + K x = Σ b_c F_c + forcing, b_c = e_mass − e_other.
 
     Parameters
@@ -292,21 +249,21 @@ class System:
     True
     """
 
-    mass: Any
-    stiffness: Any
-    damping: Any
-    contacts: Any
-    forcing: Any = ()
+    mass: Matrix
+    stiffness: Matrix
+    damping: Matrix
+    contacts: Annotated[Any, Contact | tuple[Contact, ...]]
+    forcing: Annotated[Any, Force | Harmonic | tuple[Force | Harmonic, ...] | None] = ()
 
     def __post_init__(self) -> None:
-        mass = _matrix("mass", self.mass, None)
-        object.__setattr__(self, "mass", mass)
-        for name in ("stiffness", "damping"):
-            object.__setattr__(self, name, _matrix(name, getattr(self, name), len(mass)))
-        contacts = tuple(self.contacts) if isinstance(self.contacts, Sequence) else (self.contacts,)
-        for contact in contacts:
-            if not isinstance(contact, Contact):
-                raise InputError(f"System: contacts must be Contact objects, got {contact!r}")
+        super().__post_init__()
+        for name in ("mass", "stiffness", "damping"):
+            value = getattr(self, name)
+            if isinstance(value, float):
+                value = [value] * (1 if name == "mass" else len(self.mass))
+            if isinstance(value, list):
+                object.__setattr__(self, name, tuple(tuple(row) for row in np.diag(value).tolist()))
+        contacts = self.contacts if isinstance(self.contacts, tuple) else (self.contacts,)
         object.__setattr__(self, "contacts", contacts)
         sticking = [contact.law for contact in contacts if not isinstance(contact.law, StateLaw)]
         if 0 < len(sticking) < len(contacts):
@@ -316,17 +273,14 @@ class System:
                 f"got {name} beside {next(type(c.law).__name__ for c in contacts if c.law not in sticking)}: give every "
                 f"contact a law of one kind, such as Regularised({name}(...), width)"
             )
-        forcing = self.forcing if isinstance(self.forcing, Sequence) else (self.forcing,)
-        forces = []
-        for force in (item for item in forcing if item is not None):
-            if isinstance(force, Harmonic):
-                force = Force(force.amplitude, force.frequency, force.phase)
-            if not isinstance(force, Force):
-                raise InputError(f"System: forcing must be Force objects, got {force!r}")
-            forces.append(force)
+        forcing = self.forcing if isinstance(self.forcing, tuple) else (self.forcing,) if self.forcing else ()
+        forces = [
+            Force(item.amplitude, item.frequency, item.phase) if isinstance(item, Harmonic) else item
+            for item in forcing
+        ]
         object.__setattr__(self, "forcing", tuple(forces))
         try:
-            _core.check_system(self.to_json())
+            self.core  # noqa: B018 - what it reads, it checks
         except ValueError as error:
             raise InputError(f"System: {error}") from None
 
@@ -347,45 +301,12 @@ class System:
         fastest = float(np.sqrt(np.abs(squares).max()))
         return 2 * np.pi / (fastest or 1.0)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The system document."""
-        document: dict[str, Any] = {
-            name: [list(row) for row in getattr(self, name)] for name in ("mass", "stiffness", "damping")
-        }
-        document["contacts"] = [contact.to_dict() for contact in self.contacts]
-        if self.forcing:
-            document["forcing"] = [force.to_dict() | {"mass": force.mass} for force in self.forcing]
-        return document
-
-    @classmethod
-    def from_dict(cls, table: Mapping[str, Any], where: str = "system") -> System:
-        """A system from its document; `where` names it in error messages."""
-        required = ("mass", "stiffness", "damping", "contacts")
-        check_keys(table, (*required, "forcing"), required, where)
-        rows = table["contacts"]
-        if not isinstance(rows, list | tuple):
-            raise InputError(f"{where}: contacts must be a list of tables, got {rows!r}")
-        contacts = [Contact.from_dict(row, f"{where}: contact {i}") for i, row in enumerate(rows)]
-        forcing = table.get("forcing", [])
-        forces = [
-            Force.from_dict(item, f"{where}: forcing")
-            for item in (forcing if isinstance(forcing, list | tuple) else [forcing])
-        ]
-        try:
-            return cls(table["mass"], table["stiffness"], table["damping"], contacts, forces)
-        except InputError as error:
-            raise InputError(f"{where}: {str(error).removeprefix('System: ')}") from None
-
     def to_json(self) -> str:
         """The document for the core; floats survive to the bit."""
         document = self.to_dict()
         for table, contact in zip(document["contacts"], self.contacts, strict=True):
             table["law"] = json.loads(contact.law.to_json())
         return json.dumps(document)
-
-    def to_toml(self) -> str:
-        """The system document as TOML; floats survive to the bit."""
-        return tomli_w.dumps(self.to_dict())
 
 
 def chain(

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +13,12 @@ import tomli_w
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, number
+from stickslip.files.documents import check_keys
+from stickslip.files.schema import Document, Says
+from stickslip.files.units import find_unit, quantity, si_unit
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.layout import Layout
 from stickslip.measurement.read import check_finite, check_increasing, one_segment, read_table, table_of
-from stickslip.measurement.units import find_unit, quantity, si_unit
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +26,7 @@ LEAST_SAMPLES = 32
 
 
 @dataclass(frozen=True)
-class Channel:
+class Channel(Document):
     """One column of a record: ``{ column = 5, unit = "mm" }`` in the table ``[columns]`` of a rig file.
 
     Parameters
@@ -41,14 +42,14 @@ class Channel:
     sum : add the readings up, for a column of sampling periods that is to be a time.
     """
 
-    column: str | int | tuple[str, ...]
+    column: Annotated[str | int | tuple[str, ...], Says("a name, a number or a list of names")]
     unit: str = ""
-    sign: float = 1.0
+    sign: Annotated[float, Literal[1, -1], Says("1 or -1")] = 1.0
     zero: float = 0.0
-    valid: tuple[float, float] | None = None
+    valid: Annotated[tuple[float, float], Says("a list of two readings, [lowest, highest]")] | None = None
     scale: float = 1.0
-    zero_row: int | None = None
-    resets: tuple[tuple[int, int], ...] = ()
+    zero_row: Annotated[int, Says("the number of a row")] | None = None
+    resets: Annotated[tuple[tuple[int, int], ...], Says("a list of pairs of rows, [[first, last], ...]")] = ()
     sum: bool = False
 
     def calibrated(self, raw: Array, where: str) -> Array:
@@ -237,9 +238,9 @@ class Instrument:
             self.name,
             channels,
             constants,
-            Layout.from_table(table.get("read", {}), where),
+            Layout.from_dict(table.get("read", {}), f"{where}: read"),
             str(companion.get("file", "")) if companion else "",
-            Layout.from_table(companion.get("read", {}), where) if companion else Layout(),
+            Layout.from_dict(companion.get("read", {}), f"{where}: companion: read") if companion else Layout(),
             others,
             document,
         )
@@ -253,16 +254,12 @@ class Instrument:
         for name, value in table.items():
             entry = dict(value) if isinstance(value, Mapping) else {"column": value}
             here = f"{where}: {part} {name}"
-            check_keys(entry, [option.name for option in fields(Channel)], ["column"], here)
-            column = entry["column"]
-            if isinstance(column, list) and column and all(isinstance(c, str) for c in column):
-                entry["column"] = tuple(column)
-            elif isinstance(column, bool) or not isinstance(column, str | int):
-                raise InputError(f"{here}: column must be a name, a number or a list of names, got {column!r}")
-            found[name] = _channel(entry, dimensions[name], here)
-            twin = next((other for other in found if other != name and found[other].column == entry["column"]), None)
+            found[name] = Channel.from_dict(entry, here)
+            if found[name].unit:
+                find_unit(found[name].unit, dimensions[name], here)
+            twin = next((other for other in found if other != name and found[other].column == found[name].column), None)
             if twin is not None:
-                raise InputError(f"{here}: column {entry['column']!r} is that of {twin} already; name another")
+                raise InputError(f"{here}: column {found[name].column!r} is that of {twin} already; name another")
         return found
 
     def read(self, source: Any, bench: Bench) -> Samples:
@@ -311,37 +308,6 @@ class Instrument:
             values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size
             units[name], names[name] = si_unit(dimension), found[0]
         return _on_clock(values, units, names, table, layout, rate, channels, self.optional, least)
-
-
-def _channel(entry: dict[str, Any], dimensions: tuple[str, ...], where: str) -> Channel:
-    """A channel whose options are of the right kind."""
-    for name in ("scale", "zero"):
-        if name in entry:
-            entry[name] = number(name, entry[name], where)
-    if "valid" in entry:
-        pair = entry["valid"]
-        if not isinstance(pair, list) or len(pair) != 2:
-            raise InputError(f"{where}: valid must be a list of two readings, [lowest, highest], got {pair!r}")
-        entry["valid"] = tuple(number("valid", limit, where) for limit in pair)
-    if "resets" in entry:
-        pairs = entry["resets"]
-        if not isinstance(pairs, list) or not all(
-            isinstance(p, list) and [type(i) for i in p] == [int, int] for p in pairs
-        ):
-            raise InputError(f"{where}: resets must be a list of pairs of rows, [[first, last], ...], got {pairs!r}")
-        entry["resets"] = tuple((first, last) for first, last in pairs)
-    for name, kind, what in (
-        ("zero_row", int, "the number of a row"),
-        ("sum", bool, "true or false"),
-        ("unit", str, "a text"),
-    ):
-        if name in entry and type(entry[name]) is not kind:
-            raise InputError(f"{where}: {name} must be {what}, got {entry[name]!r}")
-    if entry.get("sign", 1) not in (1, -1):
-        raise InputError(f"{where}: sign must be 1 or -1, got {entry['sign']!r}")
-    if entry.get("unit"):
-        find_unit(entry["unit"], dimensions, where)
-    return Channel(**entry)
 
 
 def _on_clock(
