@@ -12,6 +12,7 @@ from stickslip.tracking.detections import Detections
 from stickslip.tracking.linking import find_markers
 from stickslip.tracking.response_map import response_map
 from stickslip.tracking.ruler import find_marks
+from stickslip.tracking.window import Watch
 
 cv2 = pytest.importorskip("cv2")
 
@@ -280,3 +281,32 @@ def test_text_tables_of_tracker_are_read(tmp_path):
     path.write_text("t,x,y\n0,1,2\n0,1,2\n")
     with pytest.raises(InputError, match="row 3: time 0 s does not follow 0 s"):
         read_osp(path)
+
+
+def test_windows_find_what_whole_pictures_show_and_look_at_few_of_them():
+    rng = np.random.default_rng(0)
+    places = [(60 + 45 * np.sin(i / 9), 40 + 0.1 * i) for i in range(150)]
+    pictures = [np.clip(disc(*at) + rng.normal(0, 2, (80, 120)), 0, 255).astype(np.uint8) for at in places]
+    looks = []
+
+    def response(picture):
+        looks.append(picture.size)
+        return 255 - picture.astype(np.float32)
+
+    def followed(windows):
+        looks.clear()
+        rows = [found for found, _ in Watch(response, 1, size=20, windows=windows)(iter(pictures))]
+        return np.array([(float(row.x[0]), float(row.y[0])) for row in rows]), sum(looks)
+
+    (near, few), (whole, many) = followed(True), followed(False)
+    assert np.abs(near - whole).max() < 0.02
+    assert np.abs(near - places).max() < 0.1
+    assert few < 0.5 * many
+
+
+def test_where_a_marker_is_lost_whole_pictures_are_looked_at():
+    pictures = [disc(40 + i, 40).astype(np.uint8) for i in range(40)]
+    pictures[25] = np.full_like(pictures[0], 255)
+    found = list(Watch(lambda picture: 255 - picture.astype(np.float32), 1, size=20)(iter(pictures)))
+    assert [i for i, (rows, _) in enumerate(found) if not len(rows)] == [25]
+    assert all(whole for _, whole in found)

@@ -60,7 +60,7 @@ def look(
     level: float | None = None,
     opening: int = 0,
 ) -> tuple[Detections, Array]:
-    """Compact spots of high response with their centres, and the height of the outline of each.
+    """Compact spots of high response with their centres, and the heights at which the picture was cut.
 
     The picture is cut at 16 heights; spots that lie inside each other at successive heights are one blob (as in a
     component tree). Each has its own outline, where the area changes least with the height, so uneven light does no harm.
@@ -84,7 +84,7 @@ def look(
 
     Returns
     -------
-    Detections, n >= 0, and the heights, shape (n,).
+    Detections, n >= 0, and the heights.
 
     Limits: a marker must be roughly as wide as it is high (up to 1:4, for motion blur), and its contrast must exceed the
     noise about five times.
@@ -101,22 +101,14 @@ def look(
     least_levels = LEAST_LEVELS if threshold is None else max(1, round(threshold / step))
     heights: Array = np.array([level], float) if level is not None else low + step * np.arange(1.0, LEVELS + 1)
     chains = _chains(cv2, work, heights, smallest, largest, least_levels if level is None else 1)
-    rows, outlines = [], []
-    for chain in sorted(chains, key=len, reverse=True)[:MOST]:
-        spot = _outline(chain)
-        height = float(heights[spot.level])
-        row = _centre(cv2, picture, work, spot, height, level, size)
-        if row is not None and (threshold is None or row[5] >= threshold):
-            rows.append(row)
-            outlines.append(height)
-    found = Detections.of(rows)
-    kept = _one_each(found)
-    return found.take(kept), np.array(outlines)[kept]
+    rows = _rows(picture, work, chains, heights, level, size)
+    found = Detections.of([row for row in rows if threshold is None or row[5] >= threshold])
+    return _one_each(found), heights
 
 
 def look_near(
     picture: ResponseMap,
-    height: float,
+    heights: Array,
     like: Detections,
     place: tuple[float, float],
     *,
@@ -126,13 +118,13 @@ def look_near(
 ) -> Detections:
     """The one spot that was seen before, in a small window around where it is expected.
 
-    It is cut at the height that its outline had in the whole picture, so that centre, errors and score are those of
+    The window is cut at the heights of the whole picture, so that outline, centre, errors and score are those of
     :func:`look`.
 
     Parameters
     ----------
     picture : the window.
-    height : of its outline.
+    heights : of the whole picture.
     like : its last detection, one row.
     place : where it is expected, in px of the window.
     size, level, opening : as for :func:`look`.
@@ -141,19 +133,33 @@ def look_near(
     -------
     Detections, one row; none where nothing alike lies whole in the window.
     """
-    cv2 = vision()
     work = _smoothed(picture, size, opening)
-    _, _, stats, middles = cv2.connectedComponentsWithStats((work > height).view(np.uint8), connectivity=8, ltype=4)
-    left, top, wide, high, area = stats[1:].T
+    if level is None:
+        # the noise of its crown moves the heights from picture to picture, as it does in whole ones
+        ground = heights[0] - (heights[1] - heights[0])
+        heights = ground + (float(work.max()) - ground) / (LEVELS + 1) * np.arange(1.0, LEVELS + 1)
     usual = math.pi / 4 * float(like.size[0]) ** 2
-    whole = (left > 0) & (top > 0) & (left + wide < picture.shape[1]) & (top + high < picture.shape[0])
-    good = np.flatnonzero(whole & (area > usual / ALIKE**2) & (area < usual * ALIKE**2))
-    if not good.size:
-        return Detections.of([])
-    nearest = int(good[np.argmin(np.hypot(*(middles[1 + good] - place).T))])
-    spot = _Spot(0, 1 + nearest, *(int(of[nearest]) for of in (area, left, top, wide, high)))
-    row = _centre(cv2, picture, work, spot, height, level, size)
-    return Detections.of([] if row is None else [row])
+    least = LEAST_LEVELS if level is None else 1
+    chains = _chains(vision(), work, heights, usual / 4, min(4 * usual, 0.5 * picture.size), least)
+    found = _one_each(Detections.of(_rows(picture, work, chains, heights, level, size)))
+    ratio = found.size / like.size[0]
+    found = found.take(np.flatnonzero((ratio < ALIKE) & (ratio > 1 / ALIKE) & ~found.cut_x & ~found.cut_y))
+    nearest = np.argsort(np.hypot(found.x - place[0], found.y - place[1]))[:1]
+    return found.take(nearest)
+
+
+def _rows(
+    picture: ResponseMap,
+    work: npt.NDArray[np.uint8],
+    chains: list[list[_Spot]],
+    heights: Array,
+    level: float | None,
+    size: float | None,
+) -> list[tuple[float, ...]]:
+    """Centres of the spots that stand out most."""
+    spots = [_outline(chain) for chain in sorted(chains, key=len, reverse=True)[:MOST]]
+    rows = [_centre(vision(), picture, work, spot, heights, level, size) for spot in spots]
+    return [row for row in rows if row is not None]
 
 
 def _smoothed(picture: ResponseMap, size: float | None, opening: int) -> npt.NDArray[np.uint8]:
@@ -167,14 +173,14 @@ def _smoothed(picture: ResponseMap, size: float | None, opening: int) -> npt.NDA
     return np.asarray(cv2.GaussianBlur(work, (0, 0), max(0.8, size / 8 if size else 0.0)))
 
 
-def _one_each(found: Detections) -> npt.NDArray[np.int64]:
+def _one_each(found: Detections) -> Detections:
     """Of blobs around one centre the most marker-like: a spot and its halo are one thing."""
     kept: list[int] = []
     for i in np.argsort(-found.score, kind="stable"):
         near = [j for j in kept if math.hypot(found.x[i] - found.x[j], found.y[i] - found.y[j]) < 0.12 * found.size[i]]
         if not near:
             kept.append(int(i))
-    return np.sort(np.array(kept, np.int64))
+    return found.take(np.sort(np.array(kept, np.int64)))
 
 
 def _chains(
@@ -188,7 +194,7 @@ def _chains(
         _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=4)
         area = stats[:, 4]
         box = stats[:, 2].astype(float) * stats[:, 3]
-        narrow = np.minimum(stats[:, 2], stats[:, 3]) / np.maximum(stats[:, 2], stats[:, 3])
+        narrow = np.minimum(stats[:, 2], stats[:, 3]) / np.maximum(stats[:, 2:4].max(axis=1), 1)  # no ground: no size
         good = (area >= smallest) & (area <= largest) & (area >= 0.45 * box) & (narrow >= 0.25)
         good[0] = False
         spots = {
@@ -252,7 +258,7 @@ def _centre(
     picture: ResponseMap,
     work: npt.NDArray[np.uint8],
     half: _Spot,
-    height: float,
+    heights: npt.NDArray[np.float64],
     level: float | None,
     wanted: float | None,
 ) -> tuple[float, ...] | None:
@@ -262,7 +268,7 @@ def _centre(
     left, right = max(0, half.left - ring), min(wide, half.left + half.width + ring)
     top, bottom = max(0, half.top - ring), min(high, half.top + half.height + ring)
     window = picture[top:bottom, left:right].astype(np.float64)
-    cut = (work[top:bottom, left:right] > height).view(np.uint8)
+    cut = (work[top:bottom, left:right] > heights[half.level]).view(np.uint8)
     _, labels = cv2.connectedComponents(cut)
     counts = np.bincount(
         labels[half.top - top : half.top - top + half.height, half.left - left : half.left - left + half.width].ravel()

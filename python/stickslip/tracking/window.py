@@ -37,11 +37,10 @@ SPARE = 6.0
 class _Spot:
     """One followed spot.
 
-    Its last row; height of its outline and score in the last whole picture; its velocity, and how far off that predicted it.
+    Its last row; its score in the last whole picture; its velocity, and how far off that predicted it.
     """
 
     row: Detections
-    height: float
     score: float
     velocity: tuple[float, float] = (0.0, 0.0)
     off: float = 0.0
@@ -57,17 +56,17 @@ class _Spot:
 
     def moved_to(self, row: Detections) -> _Spot:
         dx, dy = float(row.x[0] - self.row.x[0]), float(row.y[0] - self.row.y[0])
-        return _Spot(row, self.height, self.score, (dx, dy), max(self.missed(row), 0.7 * self.off))
+        return _Spot(row, self.score, (dx, dy), max(self.missed(row), 0.7 * self.off))
 
 
 @dataclass
 class Watch:
     """Detections of picture after picture, in order.
 
-    A spot is looked for in a window around where its last velocity takes it, cut at the height that its outline had in the
-    last whole picture. The whole picture is looked at in the beginning, where a followed spot is not found again as it was,
-    and every `LONGEST` pictures. Where a spot was lost, or a whole picture shows a rival of the markers that was not there,
-    the pictures since the last whole one are looked at again as a whole.
+    A spot is looked for in a window around where its last velocity takes it, cut at the heights of the last whole
+    picture. The whole picture is looked at in the beginning and every `LONGEST` pictures. Where that shows a rival of the
+    markers that was not there, the pictures since the last whole one are looked at again as a whole. Where a spot is not
+    found again as it was, they are too, and all that follow: what a lost marker may be mistaken for must be known.
 
     Parameters
     ----------
@@ -88,10 +87,11 @@ class Watch:
     def __call__(self, pictures: Iterator[Picture | None]) -> Iterator[tuple[Detections, bool]]:
         """Detections of each picture, none of one that cannot be read, and whether all of it was looked at."""
         followed: list[_Spot] = []
-        known = Detections.of([])
+        known, heights, windows = Detections.of([]), np.zeros(0), self.windows
         waiting: list[tuple[Picture | None, Detections]] = []
         for picture in pictures:
-            near = None if picture is None or self._due(picture, waiting) else self._near(picture, followed)
+            due = picture is not None and len(waiting) >= min(LONGEST, KEPT // picture.nbytes)
+            near = self._near(picture, followed, heights) if picture is not None and windows and not due else None
             if near is not None and picture is not None:
                 followed = near
                 rows = Detections.joined([spot.row for spot in followed])
@@ -101,16 +101,14 @@ class Watch:
                 waiting.append((None, Detections.of([])))
                 continue
             # what a marker may be mistaken for where it is lost shows in whole pictures only
-            lost = bool(followed) and not self._due(picture, waiting)
+            lost = windows and bool(followed) and not due
             found, heights = self._look(picture)
-            followed, new = self._rivals(found, heights, followed, known)
+            followed, new = self._rivals(found, followed, known)
             yield from self._settled(waiting, new or lost)
+            windows = windows and not lost
             known, waiting = found, []
             yield found, True
         yield from self._settled(waiting, False)
-
-    def _due(self, picture: Picture, waiting: list[tuple[Picture | None, Detections]]) -> bool:
-        return not self.windows or len(waiting) >= min(LONGEST, KEPT // picture.nbytes)
 
     def _settled(
         self, waiting: list[tuple[Picture | None, Detections]], again: bool
@@ -127,27 +125,25 @@ class Watch:
             opening=self.opening,
         )
 
-    def _rivals(
-        self, found: Detections, heights: Array, before: list[_Spot], known: Detections
-    ) -> tuple[list[_Spot], bool]:
+    def _rivals(self, found: Detections, before: list[_Spot], known: Detections) -> tuple[list[_Spot], bool]:
         """What is followed from here on, and whether a rival is among it that the last whole picture did not show."""
         if len(found) < self.count:
             return [], False
         spots, new = [], False
         for i in np.flatnonzero(found.score >= RIVAL * np.sort(found.score)[-self.count]):
             row = found.take(np.array([i]))
-            spot = _Spot(row, float(heights[i]), float(row.score[0]))
+            spot = _Spot(row, float(row.score[0]))
             near = float(row.size[0]) / 2
             last = min(before, key=lambda one: one.missed(row), default=None)
             if last is not None and last.missed(row) < max(SPARE + 2 * last.off, near):
-                spot = replace(last.moved_to(row), height=spot.height, score=spot.score)
+                spot = replace(last.moved_to(row), score=spot.score)
             else:
                 new |= not (np.hypot(known.x - row.x, known.y - row.y) < near).any()
             if not (row.cut_x[0] or row.cut_y[0]):
                 spots.append(spot)
         return spots if self.count <= len(spots) <= self.count * (1 + MOST_RIVALS) else [], new
 
-    def _near(self, picture: Picture, followed: list[_Spot]) -> list[_Spot] | None:
+    def _near(self, picture: Picture, followed: list[_Spot], heights: Array) -> list[_Spot] | None:
         """The followed spots in this picture; None where one of them is not found as it was, or none is followed."""
         found = []
         for spot in followed:
@@ -161,7 +157,7 @@ class Watch:
                 return None
             row = look_near(
                 self.response(window),
-                spot.height,
+                heights,
                 spot.row,
                 (x - left, y - top),
                 size=self.size,
