@@ -14,6 +14,7 @@ __all__ = [
     "STOPS",
     "SWEEP_COLUMNS",
     "Halt",
+    "Law",
     "Orbit",
     "Samples",
     "StateLaw",
@@ -21,11 +22,8 @@ __all__ = [
     "System",
     "__version__",
     "batch",
-    "break_away",
     "chaos",
-    "check_law",
     "follow",
-    "force_along",
     "halted",
     "law_facts",
     "regime",
@@ -115,6 +113,12 @@ class Samples:
     def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, int]: ...
 
 @final
+class Law:
+    def __new__(cls, document: str) -> Law: ...
+    def break_away(self, stick_time: _Floats, force_rate: _Floats) -> _Floats: ...
+    def force_along(self, t: _Floats, w: _Floats, stuck: _Flags, force_rate: _Floats) -> _Floats: ...
+
+@final
 class StateLaw:
     def __new__(cls, document: str) -> StateLaw: ...
     @property
@@ -131,9 +135,6 @@ class StateSystem:
     def states(self, t: _Floats, y: _Floats) -> list[_Floats]: ...
 
 def law_facts() -> str: ...
-def check_law(document: str) -> None: ...
-def break_away(document: str, stick_time: _Floats, force_rate: _Floats) -> _Floats: ...
-def force_along(document: str, t: _Floats, w: _Floats, stuck: _Flags, force_rate: _Floats) -> _Floats: ...
 def regime(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str: ...
 def chaos(series: _Floats) -> float: ...
 def section(

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean, number, numbers, time_limit, whole_number
-from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
@@ -347,8 +346,9 @@ def release_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods:
     if not isinstance(system, Oscillator) or not system.closed_form or len(system.harmonics) != 1:
         raise InputError("release_map: needs one mass with a closed motion and one harmonic force")
     adhesion = system.law
-    limits = _core.break_away(adhesion.to_json(), np.array([0.0, 1.0, 1e6]), np.array([0.0, 1.0, 0.0]))
-    if np.ptp(limits) > 0 or isinstance(adhesion, StateLaw):
+    # A law with an internal state has no closed motion and was refused.
+    limits = adhesion.break_away_force([0.0, 1.0, 1e6], [0.0, 1.0, 0.0])
+    if np.ptp(limits) > 0:
         raise InputError(
             f"release_map: the static friction of {type(adhesion).__name__} depends on stick time or force rate, so its map "
             "has more than one dimension; look at return_map of a section"

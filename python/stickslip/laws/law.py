@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -44,6 +45,14 @@ class Law(Document):
             facts = FACTS[cls.__name__]
             cls.PARAMETERS, cls.SMOOTH = facts.parameters, facts.smooth
 
+    @cached_property
+    def core(self) -> Any:
+        """What the core has read."""
+        return _core.Law(self.to_json())
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "core"}
+
     def __post_init__(self) -> None:
         super().__post_init__()
         for name, parameter in self.PARAMETERS.items():
@@ -53,7 +62,7 @@ class Law(Document):
                     f"{did_you_mean(chosen, parameter.words)}"
                 )
         try:
-            _core.check_law(self.to_json())
+            self.core  # noqa: B018 - what it reads, it checks
         except ValueError as error:
             raise InputError(f"{type(self).__name__}: {error}") from None
 
@@ -125,7 +134,7 @@ class Law(Document):
         0.6648
         """
         time, rate = np.broadcast_arrays(np.asarray(stick_time, float), np.asarray(force_rate, float))
-        flat = _core.break_away(self.to_json(), np.ascontiguousarray(time.ravel()), np.ascontiguousarray(rate.ravel()))
+        flat = self.core.break_away(np.ascontiguousarray(time.ravel()), np.ascontiguousarray(rate.ravel()))
         return flat.reshape(time.shape) if time.ndim else float(flat[0])
 
     def kinetic_force(self, w: ArrayLike) -> Any:
@@ -148,7 +157,8 @@ class Law(Document):
     def _along(
         self, t: NDArray[np.float64], w: NDArray[np.float64], stuck: NDArray[np.bool_], rate: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        return _core.force_along(self.to_json(), t, w, stuck, rate)
+        found: NDArray[np.float64] = self.core.force_along(t, w, stuck, rate)
+        return found
 
 
 def force_along(

@@ -21,16 +21,14 @@ class StateLaw(Law, family=True):
     """What the laws with an internal state have in common."""
 
     @cached_property
-    def _read(self) -> _core.StateLaw:
+    def core(self) -> _core.StateLaw:
+        """What the core has read."""
         return _core.StateLaw(self.to_json())
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_read"}
 
     @property
     def has_state(self) -> bool:
         """Whether there is a state at all; a :class:`Regularised` law has none."""
-        return self._read.has_state
+        return self.core.has_state
 
     def rates(self, w: ArrayLike, state: ArrayLike = 0.0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The friction force and the rate of the state.
@@ -50,13 +48,13 @@ class StateLaw(Law, family=True):
         (1.0, 0.0)
         """
         slip, z = np.broadcast_arrays(np.asarray(w, float), np.asarray(state, float))
-        force, rate = self._read.rates(np.ascontiguousarray(slip.ravel()), np.ascontiguousarray(z.ravel()))
+        force, rate = self.core.rates(np.ascontiguousarray(slip.ravel()), np.ascontiguousarray(z.ravel()))
         return force.reshape(slip.shape), rate.reshape(slip.shape)
 
     def steady_state(self, w: ArrayLike) -> Any:
         """The state of steady slip at velocity w; for w = 0 that of a contact that was never loaded."""
         slip = np.asarray(w, float)
-        state = self._read.steady(np.ascontiguousarray(slip.ravel())).reshape(slip.shape)
+        state = self.core.steady(np.ascontiguousarray(slip.ravel())).reshape(slip.shape)
         return state if slip.ndim else float(state)
 
     def state_scale(self, speed: float) -> float:
@@ -110,7 +108,7 @@ class StateLaw(Law, family=True):
         if (np.diff(times) < 0).any():
             raise InputError("follow: t must not fall; sort the samples by time")
         try:
-            return self._read.follow(times, slip, float(state))
+            return self.core.follow(times, slip, float(state))
         except ValueError as error:
             raise InputError(f"follow: {error}") from None
 

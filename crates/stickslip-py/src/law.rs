@@ -1,0 +1,61 @@
+//! Laws with adhesion at the border, read and checked once.
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "that is how arrays cross the border"
+)]
+
+use numpy::{IntoPyArray, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use stickslip::law::{self, Friction, Hold};
+use stickslip::replay;
+
+use crate::{Array, refused};
+
+/// A law that says what adhesion bears.
+#[pyclass(frozen, module = "stickslip._core")]
+pub(crate) struct Law(law::Law);
+
+#[pymethods]
+impl Law {
+    #[new]
+    fn new(document: &str) -> PyResult<Self> {
+        let law: law::Law =
+            serde_json::from_str(document).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        law.validate().map_err(|error| refused(&error))?;
+        Ok(Self(law))
+    }
+
+    /// The break-away force for stick times and force rates.
+    fn break_away<'py>(
+        &self,
+        py: Python<'py>,
+        stick_time: PyReadonlyArray1<'py, f64>,
+        force_rate: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Array<'py, f64>> {
+        let pairs = stick_time.as_slice()?.iter().zip(force_rate.as_slice()?);
+        let force = pairs.map(|(&stick_time, &force_rate)| {
+            self.0.break_away(Hold {
+                stick_time,
+                force_rate: force_rate.abs(),
+            })
+        });
+        Ok(force.collect::<Vec<_>>().into_pyarray(py))
+    }
+
+    /// The friction it predicts along a measured motion.
+    fn force_along<'py>(
+        &self,
+        py: Python<'py>,
+        t: PyReadonlyArray1<'py, f64>,
+        w: PyReadonlyArray1<'py, f64>,
+        stuck: PyReadonlyArray1<'py, bool>,
+        force_rate: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Array<'py, f64>> {
+        let (stuck, force_rate) = (stuck.as_slice()?, force_rate.as_slice()?);
+        let force = replay::force_along(&self.0, t.as_slice()?, w.as_slice()?, stuck, force_rate);
+        force
+            .map(|force| force.into_pyarray(py))
+            .map_err(|error| refused(&error))
+    }
+}
