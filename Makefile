@@ -71,8 +71,8 @@ test-python: .venv/.built
 	$(BIN)/python -m pytest --quiet --numprocesses auto --dist loadfile $(PYTEST)
 
 test-slow: .venv/.built
-	$(BIN)/python -m pytest --quiet -m slow $(PYTEST)
-	$(BIN)/python docs/evidence/events.py --oscillators 1000000 --systems 100000
+	$(BIN)/python docs/evidence/slow_tests.py --keep build/slow-tests.jsonl
+	$(BIN)/python docs/evidence/events.py
 
 check: static test-core test-python
 
@@ -104,7 +104,8 @@ explorer: .tools/.rust web/node_modules
 	rustup target add $(WASM)
 	RUSTC_BOOTSTRAP=1 CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS=-Zlocation-detail=none \
 		cargo build --quiet --locked --profile wasm --package stickslip-wasm --target $(WASM)
-	cd web && npm run --silent build -- ../target/$(WASM)/wasm/stickslip_wasm.wasm
+	$(PYTHON) web/pack.py target/$(WASM)/wasm/stickslip_wasm.wasm python/stickslip/explorer/core.wasm.lzma
+	cd web && npm run --silent build
 
 web/node_modules: web/package-lock.json
 	cd web && npm ci --silent --ignore-scripts

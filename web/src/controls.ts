@@ -3,7 +3,7 @@ import type { Data, NumberPage } from "./data";
 import type { Change } from "./panels/panel";
 import { type Document, type State, get } from "./state";
 
-function element<K extends keyof HTMLElementTagNameMap>(tag: K, properties: object = {}, ...children: (Node | string)[]): HTMLElementTagNameMap[K] {
+export function element<K extends keyof HTMLElementTagNameMap>(tag: K, properties: object = {}, ...children: (Node | string)[]): HTMLElementTagNameMap[K] {
   const made = document.createElement(tag);
   Object.assign(made as object, properties);
   made.append(...children);
@@ -94,13 +94,16 @@ export class Controls {
     const steps = choices ? choices.length - 1 : 500;
     Object.assign(range, { min: "0", max: String(steps), step: "1" });
     let top = high;
+    let first = true;
     range.addEventListener("input", () => {
       const share = range.valueAsNumber / steps;
       this.change([[path, choices ? choices[range.valueAsNumber] : +(low + share * (top - low)).toPrecision(4)]]);
     });
     this.refreshers.push((state) => {
       const value = Number(get(state, path));
-      if (value > top) top = value * 1.5;
+      // A number far from the usual range brings its own.
+      if (value > top || (first && !choices && low === 0 && value > 0 && value < top / 50)) top = value * (value > top ? 1.5 : 3);
+      first = false;
       const share = choices ? choices.indexOf(value) / steps : (value - low) / (top - low);
       range.value = String(Math.round(share * steps));
       range.style.setProperty("--at", `${100 * Math.max(0, Math.min(1, share))}%`);

@@ -1,5 +1,7 @@
 /** The core as WebAssembly: a question in JSON, words and numbers back. The only file that knows the module's memory. */
 
+import { unlzma } from "./lzma";
+
 interface Exports {
   memory: WebAssembly.Memory;
   question(len: number): number;
@@ -53,9 +55,7 @@ export class Core {
   }
 }
 
-/** The module from base64 of gzip. */
-export async function unpack(base64: string): Promise<WebAssembly.Module> {
-  const packed = Uint8Array.from(atob(base64.trim()), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return WebAssembly.compile(await new Response(stream).arrayBuffer());
+/** The module from base64 of LZMA. */
+export function unpack(base64: string): Promise<WebAssembly.Module> {
+  return WebAssembly.compile(unlzma(Uint8Array.from(atob(base64.trim()), (letter) => letter.charCodeAt(0))));
 }

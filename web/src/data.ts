@@ -1,4 +1,5 @@
 /** What stands in the page beside the script: laws, presets, state, the packed core. */
+import type { Measured } from "./record";
 import type { Preset, State } from "./state";
 
 export interface NumberPage {
@@ -28,6 +29,8 @@ export interface Data {
   laws: Record<string, LawPage>;
   oscillator: NumberPage[];
   presets: Record<string, Preset>;
+  /** Markdown. */
+  lessons: string[];
 }
 
 export function read<T>(id: string): T {
@@ -36,3 +39,4 @@ export function read<T>(id: string): T {
 
 export const data = (): Data => read<Data>("data");
 export const savedState = (): State | null => read<State | null>("state");
+export const savedRecord = (): Measured | null => read<Measured | null>("record");

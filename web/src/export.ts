@@ -1,7 +1,6 @@
 /** What is taken away: TOML, CSV, PNG, the page itself with its state inside. */
 import type { Orbit } from "./orbit";
 import type { Plot } from "./plot";
-import { type State } from "./state";
 import { theme } from "./theme";
 
 export function save(name: string, content: BlobPart, type: string): void {
@@ -44,8 +43,10 @@ export function picture(plots: Plot[], frame: HTMLElement): Promise<Blob> {
   return new Promise((done, fail) => canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error("no picture"))), "image/png"));
 }
 
-/** The page as it was opened, with another state inside. */
-export function pageWith(source: string, state: State): string {
-  const json = JSON.stringify(state).replaceAll("<", "\\u003c");
-  return source.replace(/(<script type="application\/json" id="state">)[^<]*(<\/script>)/, (_, open: string, close: string) => open + json + close);
+/** The page as it was opened, with another content of its elements by their names. */
+export function pageWith(source: string, content: Record<string, unknown>): string {
+  return Object.entries(content).reduce((page, [id, value]) => {
+    const json = JSON.stringify(value).replaceAll("<", "\\u003c");
+    return page.replace(new RegExp(`(<script type="application/json" id="${id}">)[^<]*(</script>)`), (_, open: string, close: string) => open + json + close);
+  }, source);
 }

@@ -1,13 +1,17 @@
-/** The script is the page's where there is a document, and the worker's where there is none. */
+/** The script is the explorer's where its page stands, the elements' in another page, and the worker's where there is no document. */
 import { start } from "./page";
 import { work } from "./sweeps";
 
-if (typeof document === "undefined") work(self as any);
-else {
+function begin(): void {
   // The page as it was opened, before anything in it changes; it ends with this script.
   const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
   const program = document.currentScript!.textContent!;
   const dark = matchMedia("(prefers-color-scheme: dark)").matches;
   document.documentElement.dataset["theme"] ||= dark ? "dark" : "light";
-  void start(source, program);
+  if (document.getElementById("panels")) void start(source, program);
+  // An element is a class of the document's, which a worker has not.
+  else void import("./element").then(({ StickSlip }) => customElements.define("stick-slip", StickSlip));
 }
+
+if (typeof document === "undefined") work(self as any);
+else begin();

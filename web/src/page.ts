@@ -1,33 +1,51 @@
 /** The page: one state, the panels that show it, and what changes it. */
 import { Controls } from "./controls";
 import { Core, Refused, unpack } from "./core";
-import { type Data, data as readData, savedState } from "./data";
+import { type Data, data as readData, savedRecord, savedState } from "./data";
 import { pageWith, picture, save, toCsv } from "./export";
-import { type Orbit, RELEASE, simulate } from "./orbit";
+import { sayMotion, sceneOf, settle } from "./facts";
+import { type Orbit, simulate } from "./orbit";
 import { Diagram } from "./panels/diagram";
 import { Displacement } from "./panels/displacement";
 import { Law } from "./panels/law";
 import type { Change, Panel, Scene } from "./panels/panel";
+import { Grid } from "./panels/grid";
 import { Phase } from "./panels/phase";
+import { Returns } from "./panels/returns";
 import { Rig } from "./panels/rig";
 import { Spectrum } from "./panels/spectrum";
 import { Surface } from "./panels/surface";
+import { Lessons } from "./lessons";
+import { type Plot, type Range, neat } from "./plot";
+import { type Measured, readRecord } from "./record";
+import { RecordBox, free } from "./recordbox";
+import { type Fit, judge } from "./fit";
 import { Sound } from "./sound";
-import { type State, documentOf, fromLink, get, presetState, put, toLink, toToml, varied } from "./state";
-import { REGIMES, REGIME_NAMES, type Steady, type SweepPart, Sweeper, lookOf, steady } from "./sweeps";
+import { type Document, FRESH, type State, documentOf, fromLink, get, presetState, put, toLink, toToml, varied } from "./state";
+import { theme } from "./theme";
+import { REGIMES, type Steady, type SweepAsk, type SweepPart, Sweeper, lookOf } from "./sweeps";
 
 const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getElementById(id) as T;
 
 /** Columns of the orbit diagram. */
 const COLUMNS = 300;
-/** Periods that are left out before a motion counts as steady. */
-const TRANSIENT = 80;
 
 export async function start(source: string, program: string): Promise<void> {
   const module = await unpack($("core").textContent!);
   const page = new Page(readData(), new Core(module), program, source);
   (window as any).explorer = page;
   document.body.dataset["ready"] = "yes";
+}
+
+/** Something computed beside the page for one panel. */
+interface Job {
+  panel: Panel;
+  /** What its answer is of. */
+  key: string;
+  /** Whether the panel is in the window. */
+  seen: boolean;
+  ask(): Omit<SweepAsk, "id">;
+  hear(part: SweepPart): void;
 }
 
 class Page {
@@ -48,11 +66,23 @@ class Page {
   private readonly panels: Panel[];
   private readonly diagram: Diagram;
   private readonly controls: Controls;
+  private readonly regimes: Grid;
+  private readonly basin: Grid;
+  private readonly returns: Returns;
   private readonly sweepers: Sweeper[];
+  /** What is computed beside the page for the panels below, one after another; each with what it depends on. */
+  private readonly jobs: Job[];
+  private job: Job | null = null;
+  private readonly side: Sweeper;
+  private fitter: Sweeper | null = null;
+  private readonly box: RecordBox;
+  record: Measured | null = savedRecord();
+  fitting = false;
   readonly sound = new Sound();
+  readonly lessons: Lessons;
 
   constructor(
-    private readonly data: Data,
+    readonly data: Data,
     readonly core: Core,
     program: string,
     private readonly source: string,
@@ -62,26 +92,52 @@ class Page {
     const displacement = new Displacement($("displacement"));
     const surface = new Surface($("surface"));
     this.diagram = new Diagram($("diagram"));
-    this.panels = [new Rig($("rig")), law, phase, displacement, this.diagram, new Spectrum($("spectrum")), surface];
+    this.regimes = new Grid($("regimes"), "Regime map: kinds of motion over two numbers; a click goes there", false);
+    this.basin = new Grid($("basin"), "Basins of attraction: starts by the motion they end in; a click starts there", true);
+    this.returns = new Returns($("returns"));
+    this.panels = [new Rig($("rig")), law, phase, displacement, this.diagram, new Spectrum($("spectrum")), surface, this.regimes, this.basin, this.returns];
     law.change = (changes) => this.change(changes.map(([path, value]) => [`system.${path}`, value]));
-    phase.pick = (x, v) => {
-      const all = (value: number) => Array.from({ length: this.state.chain.masses }, () => +value.toFixed(3));
+    const startAt = ({ x, y }: Plot) => (x0: number, v0: number) => {
+      const all = (value: number, { low, high }: Range) => Array.from({ length: this.state.chain.masses }, () => neat(value, high - low));
       this.clock = 0;
-      this.change([["start", { x0: all(x), v0: all(v) }]]);
+      this.change([["start", { x0: all(x0, x), v0: all(v0, y) }]]);
+    };
+    phase.pick = (x, v) => startAt(phase.plot)(x, v);
+    this.basin.pick = (x, v) => startAt(this.basin.plot)(x, v);
+    this.basin.here = ({ state: { start, system } }) => [start.x0?.[0] ?? 0, start.v0?.[0] ?? system["drive_velocity"]];
+    this.regimes.here = ({ state: { map, system } }) => [get(system, map.x), get(system, map.y)];
+    this.regimes.pick = (x, y) => {
+      const { map } = this.state;
+      this.change([
+        [`system.${map.x}`, neat(x, map.across[1])],
+        [`system.${map.y}`, neat(y, map.up[1])],
+      ]);
     };
     displacement.seek = (t) => this.seek(t);
     displacement.step = (by) => this.seek(this.clock + (by * this.state.t_end) / 400);
     this.diagram.change = (value) => {
       const { over, low, high } = this.state.diagram;
-      this.change([[`system.${over}`, +Math.max(low, Math.min(high, value)).toFixed(4)]]);
+      this.change([[`system.${over}`, neat(Math.max(low, Math.min(high, value)), high)]]);
     };
     surface.redraw = () => this.drawPanel(surface);
     this.sweepers = [0, 1].map((which) => new Sweeper(program, core.module, (part) => this.hear(which, part)));
+    this.side = new Sweeper(program, core.module, (part) => this.hearSide(part));
+    this.jobs = this.sideJobs();
+    this.box = new RecordBox($("record-box"), (paths) => this.fit(program, paths), () => this.measure(null));
+    this.lessons = new Lessons($("lesson"), data.lessons, (link) => this.open(link));
     this.controls = new Controls($("numbers"), data, (changes) => this.change(changes));
     this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.state = this.opened();
     this.buttons();
     new ResizeObserver(() => (this.stale = true)).observe($("panels"));
+    const seen = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) {
+        const job = this.jobs.find(({ panel }) => panel.plot.host === target);
+        if (job) job.seen = isIntersecting;
+      }
+      this.nextJob();
+    }, { threshold: 0.25 });
+    for (const { panel } of this.jobs) seen.observe(panel.plot.host);
     this.update();
     requestAnimationFrame((now) => this.frame(now));
   }
@@ -104,7 +160,7 @@ class Page {
     const { state, unknown } = fromLink(hash, this.data.presets);
     this.notes = unknown;
     this.state = state;
-    this.clock = 0;
+    this.clock = state.view.time;
     this.update();
   }
 
@@ -149,25 +205,11 @@ class Page {
     }
     this.settled = null;
     if (this.refused) return;
-    const { names, row } = varied(state, "drive_velocity");
-    const values = row(state.system["drive_velocity"]);
-    const question = { system: documentOf(state), names, values, look: lookOf(state.system, TRANSIENT), x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
-    try {
-      this.settled = steady(this.core, question).rows[0] ?? null;
-    } catch (error) {
-      if (!(error instanceof Refused)) throw error;
-    }
+    this.settled = settle(this.core, state);
   }
 
   private scene(): Scene | null {
-    const { orbit, core, state, settled } = this;
-    if (!orbit) return null;
-    // The last third, at most forty natural periods of it.
-    const period = 2 * Math.PI * Math.sqrt(state.system["mass"] / state.system["stiffness"]);
-    const from = Math.max(0.6 * orbit.words.t_last, orbit.words.t_last - 40 * period);
-    let first = orbit.t.findIndex((t) => t >= from);
-    if (first < 0) first = 0;
-    return { core, state, orbit, steady: first, settled };
+    return this.orbit && sceneOf(this.core, this.state, this.orbit, this.settled, this.record);
   }
 
   private drawPanel(panel: Panel): void {
@@ -190,8 +232,17 @@ class Page {
     $<HTMLInputElement>("forced").checked = this.state.system["forcing"].length > 0;
     $<HTMLInputElement>("time").value = String(this.state.t_end);
     this.axisOptions();
+    $("regime-key").replaceChildren(
+      ...[0, 1, 2, 4].map((regime) => {
+        const word = Object.assign(document.createElement("span"), { textContent: REGIMES[regime]! });
+        word.style.setProperty("--c", theme().regimes[regime]!);
+        return word;
+      }),
+    );
     for (const button of $("presets").querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.dataset["name"] === this.state.preset));
     if (this.sweepStale) this.sweep();
+    this.nextJob();
+    this.tellRecord();
     for (const panel of this.panels) this.drawPanel(panel);
     if (this.sound.on) this.listen();
     this.tell();
@@ -206,8 +257,8 @@ class Page {
     [diagram.up, diagram.down, diagram.refused, this.swept] = [[], [], "", [0, 0]];
     if (this.refused) return;
     const { names, row } = varied(this.state, over);
-    const rows = diagram.values.map(row);
-    const question = { system: documentOf(this.state), names, look: lookOf(this.state.system, 60), x0: this.state.start.x0?.[0] ?? 0 };
+    const rows = diagram.values.map((value) => row(value));
+    const question = { system: documentOf(this.state), names, look: lookOf(this.state, 60), x0: this.state.start.x0?.[0] ?? 0, chain: true };
     this.sweepers[0]!.ask({ ...question, rows });
     this.sweepers[1]!.ask({ ...question, rows: rows.toReversed() });
   }
@@ -223,6 +274,139 @@ class Page {
     this.diagramStale = true;
   }
 
+  /** The return map, the basins and the regime map, in this order: what each asks, and what it does with the answer. */
+  private sideJobs(): Job[] {
+    const grid = (panel: Grid, prepare: (state: State) => { names: string[]; row(...values: number[]): number[] }): Job => ({
+      panel, key: "", seen: false,
+      ask: () => {
+        panel.clear();
+        const { state } = this;
+        const { names, row } = prepare(state);
+        const look = lookOf(state, 60);
+        Object.assign(look, { window: 0.5 * look["window"], points: 1 });
+        return { system: documentOf(state), names, rows: panel.rows().map((values) => row(...values)), look, chain: false, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
+      },
+      hear: ({ from, rows, refused }) => {
+        if (refused) panel.refused ||= refused;
+        rows.forEach((one, i) => (panel.cells[from + i] = one));
+      },
+    });
+    const { returns, regimes, basin } = this;
+    return [
+      {
+        panel: returns, key: "", seen: false,
+        ask: () => {
+          const { state } = this;
+          [returns.row, returns.refused] = [null, ""];
+          const { names, row } = varied(state, "drive_velocity");
+          const look = { ...lookOf(state, 0), window: 800, points: 700 };
+          return { system: documentOf(state), names, rows: [row(state.system["drive_velocity"])], look, chain: false, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
+        },
+        hear: ({ rows, refused }) => {
+          if (refused) returns.refused = refused;
+          returns.row = rows[0] ?? returns.row;
+        },
+      },
+      grid(basin, () => {
+        const one = this.state.chain.masses <= 1;
+        const { x, y } = this.panels[2]!.plot;
+        const wide = ({ low, high }: Range) => ({ low: low - 0.5 * (high - low), high: high + 0.5 * (high - low) });
+        [basin.plot.x, basin.plot.y, basin.plot.labels] = [wide(x), wide(y), { x: "start x₀", y: "start ẋ₀" }];
+        return { names: one ? ["x0", "v0"] : Array.from({ length: this.state.chain.masses }, (_, i) => [`x0.${i}`, `v0.${i}`]).flat(), row: (x0, v0) => (one ? [x0, v0] : Array.from({ length: this.state.chain.masses }, () => [x0, v0]).flat()) };
+      }),
+      grid(regimes, (state) => {
+        const { map } = state;
+        regimes.plot.x = { low: map.across[0], high: map.across[1] };
+        regimes.plot.y = { low: map.up[0], high: map.up[1] };
+        regimes.plot.labels = { x: this.axisName(map.x), y: this.axisName(map.y) };
+        return varied(state, map.x, map.y);
+      }),
+    ];
+  }
+
+  /** What a job depends on: it is done again only where that changed. */
+  private keyOf({ panel }: Job): string {
+    const { system, chain, start, map } = this.state;
+    if (panel === this.regimes) return JSON.stringify([put(put(system, map.x, 0), map.y, 0), chain, start, map]);
+    if (panel === this.basin) return JSON.stringify([system, chain]);
+    return JSON.stringify([system, chain, start]);
+  }
+
+  /** The next of the jobs beside the page whose panel is seen and whose answer is of another state. */
+  private nextJob(): void {
+    if (this.refused || !this.orbit) return;
+    const next = this.jobs.find((job) => job.seen && job.key !== this.keyOf(job));
+    const stale = this.job && this.job.key !== this.keyOf(this.job);
+    if (!next || (this.job && !stale)) return;
+    this.job = next;
+    next.key = this.keyOf(next);
+    this.side.ask(next.ask());
+    this.drawPanel(next.panel);
+  }
+
+  private hearSide(part: SweepPart): void {
+    const { job } = this;
+    if (!job) return;
+    job.hear(part);
+    this.sideStale = job.panel;
+    if (!part.done && !part.refused) return;
+    this.job = null;
+    this.nextJob();
+  }
+  private sideStale: Panel | null = null;
+
+  /** Whether the panels beside have nothing left to compute. */
+  get idle(): boolean {
+    return !this.job && !this.jobs.some((job) => job.seen && job.key !== this.keyOf(job));
+  }
+
+  private axisName(path: string): string {
+    return path === "drive_velocity" ? "belt speed s" : path.replace(/^law\./, "").replaceAll("_", " ");
+  }
+
+  /** Take a record of a file, or none. */
+  measure(record: Measured | null): void {
+    this.record = record;
+    this.fitting = false;
+    this.update(true);
+  }
+
+  /** A file that was dropped: a record of the rig on the page, or what is wrong with it. */
+  read(name: string, text: string): void {
+    try {
+      const { stiffness, drive_velocity, forcing } = this.state.system;
+      const push = (t: number) => forcing.reduce((sum: number, { amplitude, frequency, phase = 0 }: Document) => sum + amplitude * frequency * Math.sin(frequency * t + phase), 0);
+      this.measure(readRecord(name, text, (t) => stiffness * drive_velocity + push(t)));
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      this.notes = [error.message];
+      this.tell();
+    }
+  }
+
+  private fit(program: string, paths: string[]): void {
+    if (!this.record || !paths.length) return;
+    this.fitter ??= new Sweeper(program, this.core.module, ({ fit, refused }) => {
+      if (refused) this.notes = [refused];
+      this.fitting = !(refused || fit?.done);
+      if (fit) this.change([["system.law", fit.law]]);
+    });
+    this.fitting = true;
+    this.fitter.ask({ law: this.state.system["law"], paths, record: this.record });
+    this.tellRecord();
+  }
+
+  private tellRecord(): void {
+    const { law } = this.state.system;
+    let quality: Omit<Fit, "law" | "done"> | null = null;
+    try {
+      if (this.record) quality = judge(this.core, law, this.record);
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+    }
+    this.box.show(this.record, law, this.data.laws[law.type]!, quality, this.fitting);
+  }
+
   /** One sentence on the steady motion, and what there is to say about the link. */
   private tell(): void {
     const host = $("facts");
@@ -235,50 +419,31 @@ class Page {
       strong(this.refused, "bad");
       return;
     }
-    const { settled, orbit } = this as { settled: Steady | null; orbit: Orbit };
-    const name = settled ? REGIMES[settled.regime]! : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
-    strong(name[0]!.toUpperCase() + name.slice(1), "regime");
-    const forced = this.state.system["forcing"].length > 0;
-    const say = (before: string, value: number, digits: number, after = "") => {
-      host.append(before);
-      strong(value.toFixed(digits));
-      if (after) host.append(after);
-    };
-    if (settled) {
-      if (settled.periodTime > 0) {
-        if (forced) say(", repeats after ", settled.period, 0, settled.period > 1 ? " forcing periods" : " forcing period");
-        else say(", period ", settled.periodTime, 6);
-      } else if (settled.period === 0) host.append(", does not repeat");
-      if (settled.x[1] - settled.x[0] > 1e-9) say(", amplitude ", (settled.x[1] - settled.x[0]) / 2, 5);
-    }
-    const last = orbit.events.findLast(({ kind, t, contact }) => kind === RELEASE && contact === 0 && t > 0.6 * orbit.words.t_last);
-    if (last) {
-      say(", sticks for ", last.stickTime, 4);
-      say(" and breaks away at ", Math.abs(last.force), 4);
-    }
-    host.append(`. ${orbit.words.events} events, ${orbit.words.exact ? "each exact" : "by Taylor series"}`);
-    if (orbit.words.stop !== "t_end") host.append(`; ${orbit.words.sentence}`);
-    host.append(".");
+    sayMotion(host, this.state, this.orbit!, this.settled);
   }
 
   private axisOptions(): void {
-    const select = $<HTMLSelectElement>("over");
     const { law, forcing } = this.state.system;
     const pages = [
       ...this.data.oscillator.map((page) => ({ ...page })),
       ...(forcing.length ? [{ path: "forcing.0.amplitude", symbol: "u₀" }, { path: "forcing.0.frequency", symbol: "Ω" }] : []),
       ...this.data.laws[law.type]!.numbers.filter((page) => typeof get(law, page.path) === "number" && !("choices" in page)).map((page) => ({ ...page, path: `law.${page.path}` })),
     ];
-    const wanted = pages.map(({ path }) => path).join();
-    if (select.dataset["wanted"] !== wanted) {
-      select.dataset["wanted"] = wanted;
-      select.replaceChildren(...pages.map(({ path, symbol }) => new Option(symbol, path)));
-    }
-    if (!pages.some(({ path }) => path === this.state.diagram.over)) {
-      this.state = put(this.state, "diagram", { over: "drive_velocity", low: 0.02, high: 0.6 });
+    const has = (name: string) => pages.some(({ path }) => path === name);
+    if (!has(this.state.diagram.over)) {
+      this.state = put(this.state, "diagram", FRESH.diagram);
       this.sweepStale = true;
     }
-    select.value = this.state.diagram.over;
+    if (!has(this.state.map.x) || !has(this.state.map.y)) this.state = put(this.state, "map", FRESH.map);
+    const wanted = pages.map(({ path }) => path).join();
+    for (const [id, path] of [["over", this.state.diagram.over], ["map-x", this.state.map.x], ["map-y", this.state.map.y]] as const) {
+      const select = $<HTMLSelectElement>(id);
+      if (select.dataset["wanted"] !== wanted) {
+        select.dataset["wanted"] = wanted;
+        select.replaceChildren(...pages.map((page) => new Option(page.symbol, page.path)));
+      }
+      select.value = path;
+    }
     for (const end of ["low", "high"] as const) {
       const input = $<HTMLInputElement>(end);
       if (document.activeElement !== input) input.value = String(this.state.diagram[end]);
@@ -295,20 +460,28 @@ class Page {
       this.diagramStale = false;
       this.drawPanel(this.diagram);
     }
+    if (this.sideStale) {
+      this.drawPanel(this.sideStale);
+      this.sideStale = null;
+    }
     const scene = this.scene();
     if (scene && !this.refused) {
-      if (this.playing) this.clock += step * this.speed;
+      if (this.playing) this.clock += step * this.speed * Math.max(1 / this.natural, this.record ? scene.orbit.words.t_last / 150 : 0);
       if (this.clock > scene.orbit.words.t_last) this.clock = 0.6 * scene.orbit.words.t_last;
       for (const panel of this.panels) if (panel.plot.width && panel.plot.height) panel.time(scene, this.clock);
     }
     requestAnimationFrame((next) => this.frame(next));
   }
 
+  private get natural(): number {
+    const { mass, stiffness } = this.state.system;
+    return Math.sqrt(stiffness / mass);
+  }
+
   /** Hear the motion; a change of it is heard at once. */
   listen(): void {
-    const { mass, stiffness } = this.state.system;
     if (!this.orbit || this.refused) return this.sound.stop();
-    this.sound.play(this.core, this.orbit, Math.sqrt(stiffness / mass), $<HTMLInputElement>("pitch").valueAsNumber);
+    this.sound.play(this.core, this.orbit, this.natural, $<HTMLInputElement>("pitch").valueAsNumber);
   }
 
   toml(): string {
@@ -319,8 +492,31 @@ class Page {
     return toLink(this.state, this.data.presets);
   }
 
+  csv(): string {
+    return this.orbit ? toCsv(this.orbit) : "";
+  }
+
+  /** How many motions a panel beside shows. */
+  cells(id: string): number {
+    const job = this.jobs.find(({ panel }) => panel.plot.host.id === id);
+    return job?.panel instanceof Grid ? job.panel.cells.length : 0;
+  }
+
+  /** The paths of the numbers of the law that can be fitted. */
+  fittable(): string[] {
+    const { law } = this.state.system;
+    return free(law, this.data.laws[law.type]!).map(({ path }) => path);
+  }
+
+  /** Leave a number out of the fit. */
+  hold(path: string): void {
+    this.box.held.add(path);
+    this.stale = true;
+    this.tellRecord();
+  }
+
   savedPage(): string {
-    return pageWith(this.source, this.state);
+    return pageWith(this.source, { state: this.state, record: this.record });
   }
 
   private buttons(): void {
@@ -368,8 +564,9 @@ class Page {
       document.documentElement.dataset["theme"] = document.documentElement.dataset["theme"] === "dark" ? "light" : "dark";
       this.stale = true;
     };
+    $("lessons").onclick = () => (this.lessons.at ? this.lessons.close() : this.lessons.show(0, 0));
     $("toml").onclick = () => save("system.toml", this.toml(), "text/plain");
-    $("csv").onclick = () => this.orbit && save("orbit.csv", toCsv(this.orbit), "text/csv");
+    $("csv").onclick = () => this.orbit && save("orbit.csv", this.csv(), "text/csv");
     $("png").onclick = async () => save("stickslip.png", await picture(this.panels.map(({ plot }) => plot), $("panels")), "image/png");
     $("save").onclick = () => save("explorer.html", this.savedPage(), "text/html");
     $("link").onclick = async () => {
@@ -382,6 +579,23 @@ class Page {
       $("link").textContent = "Copied";
       setTimeout(() => ($("link").textContent = "Copy link"), 1200);
     };
+    const choose = $<HTMLInputElement>("file");
+    $("measured").onclick = () => choose.click();
+    const take = async (file: File | undefined) => file && this.read(file.name, await file.text());
+    choose.onchange = () => void take(choose.files?.[0]);
+    addEventListener("dragover", (event) => event.preventDefault());
+    addEventListener("drop", (event) => {
+      event.preventDefault();
+      void take(event.dataTransfer?.files[0]);
+    });
+    for (const [id, axis, range] of [["map-x", "x", "across"], ["map-y", "y", "up"]] as const)
+      $<HTMLSelectElement>(id).onchange = ({ target }) => {
+        const path = (target as HTMLSelectElement).value;
+        const usual = FRESH.map.x === path ? FRESH.map.across : FRESH.map.y === path ? FRESH.map.up : null;
+        const value = Number(get(this.state.system, path));
+        const ends = usual && value <= usual[1] && value > usual[1] / 50 ? usual : [Math.min(0, 2 * value), Math.max(0, 2 * value) || 1];
+        this.change([["map", { ...this.state.map, [axis]: path, [range]: ends }]]);
+      };
     addEventListener("hashchange", () => this.open(location.hash));
     addEventListener("keydown", (event) => {
       if (event.target !== document.body) return;

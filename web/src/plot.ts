@@ -21,6 +21,11 @@ export function plain(value: number): string {
   return (far ? value.toExponential(1) : String(+value.toPrecision(6))).replace("-", "−");
 }
 
+/** A number as one sets it by hand: to a part in ten thousand of what is seen. */
+export function neat(value: number, span: number): number {
+  return +value.toFixed(Math.max(0, Math.min(20, 3 - Math.floor(Math.log10(span)))));
+}
+
 export function rangeOf(values: ArrayLike<number>, from = 0, to = values.length): Range {
   let low = Infinity;
   let high = -Infinity;
@@ -32,8 +37,9 @@ export function rangeOf(values: ArrayLike<number>, from = 0, to = values.length)
   return low <= high ? { low, high } : { low: 0, high: 1 };
 }
 
-export function widen({ low, high }: Range, share = 0.06, least = 0.02): Range {
-  const extra = Math.max((high - low) * share, least / 2);
+export function widen({ low, high }: Range, share = 0.06): Range {
+  // What hardly moves is not blown up to fill the picture.
+  const extra = Math.max((high - low) * share, 1e-3 * Math.max(Math.abs(low), Math.abs(high)), 1e-12);
   return { low: low - extra, high: high + extra };
 }
 
@@ -52,6 +58,7 @@ export class Plot {
     public labels: { x: string; y: string },
     title: string,
   ) {
+    host.classList.add("plot");
     const canvas = (name: string) => {
       const element = document.createElement("canvas");
       element.className = name;
@@ -168,6 +175,15 @@ export class Plot {
     layer.beginPath();
     for (let i = from; i < to; i++) layer.lineTo(this.px(xs[i]!), this.py(ys[i]!));
     layer.stroke();
+  }
+
+  /** Measured points, small and soft. */
+  cloud(xs: ArrayLike<number>, ys: ArrayLike<number>): void {
+    const g = this.base;
+    g.fillStyle = theme().accent;
+    g.globalAlpha = 0.4;
+    for (let i = 0; i < xs.length; i++) g.fillRect(this.px(xs[i]!) - 1, this.py(ys[i]!) - 1, 2, 2);
+    g.globalAlpha = 1;
   }
 
   /** One stroke for each run of a mode. */

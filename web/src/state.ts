@@ -12,6 +12,8 @@ export interface State {
   start: { x0: number[] | null; v0: number[] | null };
   t_end: number;
   diagram: { over: string; low: number; high: number };
+  /** The two numbers of the regime map, and from where to where they go. */
+  map: { x: string; y: string; across: [number, number]; up: [number, number] };
   view: { time: number; panels: string };
 }
 
@@ -28,6 +30,7 @@ export const FRESH: State = {
   start: { x0: null, v0: null },
   t_end: 150,
   diagram: { over: "drive_velocity", low: 0.02, high: 0.6 },
+  map: { x: "drive_velocity", y: "damping", across: [0.02, 0.6], up: [0, 1] },
   view: { time: 0, panels: "" },
 };
 
@@ -58,11 +61,9 @@ export function get(document: any, path: string): any {
 
 /** A copy with another value at a path. */
 export function put<T>(document: T, path: string, value: unknown): T {
-  const copy = structuredClone(document);
-  const keys = path.split(".");
-  const last = keys.pop()!;
-  const place = keys.reduce((at: any, key) => at[key], copy);
-  place[last] = value;
+  const [key, ...rest] = path.split(".") as [string, ...string[]];
+  const copy: any = Array.isArray(document) ? [...document] : { ...document };
+  copy[key] = rest.length ? put(copy[key], rest.join("."), value) : value;
   return copy;
 }
 
@@ -149,11 +150,17 @@ export function toToml(state: State): string {
   return `${lines.join("\n")}\n`;
 }
 
-/** The numbers of the document that a number of the state moves (one of an oscillator, some of a chain), and a row of their values. */
-export function varied(state: State, path: string): { names: string[]; row(value: number): number[] } {
-  const at = (value: number): Document => documentOf(put(state, `system.${path}`, value));
-  const now = Number(get(state.system, path));
+/** The numbers of the document that numbers of the state move (one of an oscillator, some of a chain), and a row of their values. */
+export function varied(state: State, ...paths: string[]): { names: string[]; row(...values: number[]): number[] } {
+  const at = (values: number[]): Document => documentOf(paths.reduce((one, path, i) => put(one, `system.${path}`, values[i]), state));
+  const now = paths.map((path) => Number(get(state.system, path)));
   const here = new Map(leaves(at(now)));
-  const names = [...leaves(at(now + 1))].filter(([name, leaf]) => here.get(name) !== leaf).map(([name]) => name);
-  return { names, row: (value) => names.map((name) => get(at(value), name)) };
+  const names = [...leaves(at(now.map((value) => value + 1)))].filter(([name, leaf]) => here.get(name) !== leaf).map(([name]) => name);
+  return {
+    names,
+    row: (...values) => {
+      const document = at(values);
+      return names.map((name) => get(document, name));
+    },
+  };
 }

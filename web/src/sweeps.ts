@@ -1,6 +1,8 @@
 /** Sweeps beside the page: what is asked of a worker, what comes back, and the worker itself. The newest question wins. */
 import { Core, Refused, Verb } from "./core";
-import type { Document } from "./state";
+import { type Fit, fit } from "./fit";
+import type { Measured } from "./record";
+import type { Document, State } from "./state";
 
 /** One steady motion. */
 export interface Steady {
@@ -31,6 +33,17 @@ export interface SweepAsk {
   rows: number[][];
   look: Document;
   x0: number;
+  v0?: number | null;
+  /** Whether each motion starts where the one before ended. */
+  chain: boolean;
+}
+
+/** A law to be fitted to a record. */
+export interface FitAsk {
+  id: number;
+  law: Document;
+  paths: string[];
+  record: Measured;
 }
 
 export interface SweepPart {
@@ -40,11 +53,15 @@ export interface SweepPart {
   done: boolean;
   events: number;
   refused?: string;
+  fit?: Fit;
 }
 
-export function lookOf(system: Document, transient: number): Document {
+/** What is looked at after so many periods; later and longer where the time to run says that the motion is a slow one. */
+export function lookOf({ system, t_end }: State, periods: number): Document {
   const forced = system["forcing"].length > 0;
-  return { transient, window: forced ? 120 : 40, tolerance: 1e-6, surface: null, decide: 0, points: forced ? 100 : 24, max_events: 20_000 };
+  const run = (t_end * Math.sqrt(system["stiffness"] / system["mass"])) / (2 * Math.PI);
+  const transient = periods && Math.max(periods, forced ? 0 : 0.8 * run);
+  return { transient, window: forced ? 120 : Math.max(40, 0.4 * run), tolerance: 1e-6, surface: null, decide: 0, points: forced ? 100 : 24, max_events: 20_000 };
 }
 
 export function steady(
@@ -83,26 +100,36 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
       };
       channel.port2.postMessage(0);
     });
-  const sweep = async ({ id, system, names, rows, look, x0 }: SweepAsk) => {
-    for (let from = 0; from < rows.length && id === newest; from += PIECE) {
-      const part: SweepPart = { id, from, rows: [], done: from + PIECE >= rows.length, events: 0 };
-      try {
-        const values = rows.slice(from, from + PIECE).flat();
-        Object.assign(part, steady(core, { system, names, values, look, chain: true, go_on: from > 0, x0 }));
-      } catch (error) {
-        if (!(error instanceof Refused)) throw error;
-        part.refused = error.message;
+  /** The pieces of a sweep, or the steps of a fit. */
+  function* pieces(ask: SweepAsk | FitAsk): Generator<Partial<SweepPart>> {
+    if ("record" in ask) {
+      for (const one of fit(core, ask.law, ask.paths, ask.record)) yield { fit: one, done: one.done };
+      return;
+    }
+    const { rows, ...question } = ask;
+    for (let from = 0; from < rows.length; from += PIECE) {
+      const values = rows.slice(from, from + PIECE).flat();
+      yield { from, done: from + PIECE >= rows.length, ...steady(core, { ...question, values, go_on: ask.chain && from > 0 }) };
+    }
+  }
+  const answer = async (ask: SweepAsk | FitAsk) => {
+    const part = { id: ask.id, from: 0, rows: [], done: false, events: 0 };
+    try {
+      for (const piece of pieces(ask)) {
+        scope.postMessage({ ...part, ...piece });
+        await pause();
+        if (ask.id !== newest) return;
       }
-      scope.postMessage(part);
-      if (part.refused) return;
-      await pause();
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      scope.postMessage({ ...part, done: true, refused: error.message });
     }
   };
   scope.onmessage = ({ data }) => {
     if (data.module) core = new Core(data.module);
     else {
       newest = data.id;
-      void sweep(data);
+      void answer(data);
     }
   };
 }
@@ -141,9 +168,9 @@ export class Sweeper {
     }, 10_000);
   }
 
-  ask(question: Omit<SweepAsk, "id">): void {
+  ask(question: Omit<SweepAsk, "id"> | Omit<FitAsk, "id">): void {
     clearTimeout(this.silence);
     this.watch();
-    this.worker.postMessage({ ...question, id: ++this.id } satisfies SweepAsk);
+    this.worker.postMessage({ ...question, id: ++this.id });
   }
 }

@@ -74,19 +74,32 @@ struct Surface {
     law: Value,
     stick_times: Vec<f64>,
     force_rates: Vec<f64>,
+    /// Whether the two go together, one by one.
+    #[serde(default)]
+    pairs: bool,
 }
 
-/// Break-away force, a row for each force rate.
+/// Break-away force, a row for each force rate, or one of each pair.
 fn surface(desk: &mut Desk) -> Result<Value, String> {
     let ask: Surface = read(&desk.question)?;
     let law: Law = document(ask.law)?;
     law.validate().map_err(sentence)?;
-    for &force_rate in &ask.force_rates {
-        let holds = ask.stick_times.iter().map(|&stick_time| Hold {
+    let mut add = |stick_time: f64, force_rate: f64| {
+        desk.numbers.push(law.break_away(Hold {
             stick_time,
             force_rate,
-        });
-        desk.numbers.extend(holds.map(|hold| law.break_away(hold)));
+        }));
+    };
+    if ask.pairs {
+        for (&stick_time, &force_rate) in ask.stick_times.iter().zip(&ask.force_rates) {
+            add(stick_time, force_rate);
+        }
+        return Ok(json!({}));
+    }
+    for &force_rate in &ask.force_rates {
+        for &stick_time in &ask.stick_times {
+            add(stick_time, force_rate);
+        }
     }
     Ok(json!({}))
 }

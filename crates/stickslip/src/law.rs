@@ -41,7 +41,7 @@ pub use tabulated::Tabulated;
 pub use two_branch::TwoBranch;
 
 use crate::error::Error;
-use crate::parameters::{Facts, Kind, Parameter, Value};
+use crate::parameters::{Facts, Kind, Limited, Limits, Value};
 use crate::series::{Grown, Series};
 
 /// A point (slip speed, friction force) of the characteristic.
@@ -155,7 +155,7 @@ pub trait Checked {
 impl Value for Law {
     const KIND: Kind = Kind::Law;
 
-    fn check(&self, _parameter: &Parameter) -> Result<(), Error> {
+    fn check(&self, _name: &'static str, _limits: Limits) -> Result<(), Error> {
         self.validate()
     }
 }
@@ -167,12 +167,14 @@ impl Checked for Law {
 }
 
 /// The answers every law gives. To add a law: one file with this trait, one line in [`Law`], and the same in Python.
-pub trait Friction {
-    /// Check the parameters.
+pub trait Friction: Limited {
+    /// Check the parameters, by their own limits and, where a law says more, together.
     ///
     /// # Errors
     /// The first parameter that makes no sense.
-    fn validate(&self) -> Result<(), Error>;
+    fn validate(&self) -> Result<(), Error> {
+        self.within_limits()
+    }
 
     /// The largest force adhesion bears. It must not fall with the stick time nor rise with the force rate.
     fn break_away(&self, hold: Hold) -> f64;
@@ -257,6 +259,10 @@ macro_rules! laws {
             /// What is known of each law.
             #[must_use]
             pub fn facts() -> Vec<Facts> { vec![$(Facts::of(stringify!($name), $name::smooth)),+] }
+        }
+
+        impl Limited for Law {
+            fn within_limits(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.within_limits()),+ } }
         }
 
         impl Friction for Law {

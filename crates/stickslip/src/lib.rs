@@ -1,4 +1,6 @@
-//! The motion of masses with dry friction, exact between certified events.
+#![doc = include_str!("../README.md")]
+//!
+//! # Map
 //!
 //! | module | one sentence |
 //! |---|---|
@@ -33,18 +35,6 @@
 //! | [`state_system`] | the right-hand side of masses under such laws |
 //! | [`elementary`] | exponential, logarithm, sine and their kin with the same bits on every machine |
 //! | [`error`] | everything a user can get wrong, one sentence each |
-//!
-//! ```
-//! use stickslip::{law::StaticKinetic, simulate::{Run, simulate}, structure::Oscillator};
-//!
-//! let oscillator = Oscillator {
-//!     mass: 1.0, stiffness: 1.0, damping: 0.0, drive_velocity: 0.2,
-//!     law: StaticKinetic { break_away: 1.0, kinetic: 0.6 }.into(), forcing: vec![],
-//! };
-//! let orbit = simulate(&oscillator, Run::stuck(100.0)).unwrap();
-//! let release: Vec<f64> = orbit.events.iter().step_by(2).map(|event| event.t).collect();
-//! assert!((release[4] - release[3] - 8.068_887_871_591_405).abs() < 1e-13);
-//! ```
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

@@ -1,6 +1,6 @@
 //! What is known of the parameters of a law: declared once, beside the law, and read by whoever checks, fits, scales or shows it.
 //!
-//! [`parameters!`] makes of one declaration the struct, its document, the check of its limits, an example and the table
+//! The macro `parameters!` makes of one declaration the struct, its document, the check of its limits, an example and the table
 //! [`Parameters::PARAMETERS`].
 
 use serde::Serialize;
@@ -19,6 +19,25 @@ pub enum Limits {
     NotNegative,
     /// Finite and greater than 0.
     Positive,
+}
+
+impl Limits {
+    /// Those of the last number of a parameter, which is the value where that is a pair.
+    pub(crate) const fn of(numbers: &[Number]) -> Self {
+        match numbers {
+            [.., last] => last.limits,
+            [] => Self::Finite,
+        }
+    }
+
+    pub(crate) fn check(self, name: &'static str, value: f64) -> Result<(), Error> {
+        match self {
+            Self::Finite => finite(name, value),
+            Self::NotNegative => not_negative(name, value),
+            Self::Positive => positive(name, value),
+        }
+        .map(drop)
+    }
 }
 
 /// One number of a parameter.
@@ -107,15 +126,6 @@ impl Number {
     pub(crate) const fn choices(self, choices: &'static [f64]) -> Self {
         Self { choices, ..self }
     }
-
-    pub(crate) fn check(&self, name: &'static str, value: f64) -> Result<(), Error> {
-        match self.limits {
-            Limits::Finite => finite(name, value),
-            Limits::NotNegative => not_negative(name, value),
-            Limits::Positive => positive(name, value),
-        }
-        .map(drop)
-    }
 }
 
 /// What a parameter is made of.
@@ -155,31 +165,31 @@ pub(crate) trait Value {
     const KIND: Kind;
 
     /// Check it against its numbers.
-    fn check(&self, parameter: &Parameter) -> Result<(), Error>;
+    fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error>;
 }
 
 impl Value for f64 {
     const KIND: Kind = Kind::Number;
 
-    fn check(&self, parameter: &Parameter) -> Result<(), Error> {
-        parameter.numbers[0].check(parameter.name, *self)
+    fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error> {
+        limits.check(name, *self)
     }
 }
 
 impl Value for Point {
     const KIND: Kind = Kind::Point;
 
-    fn check(&self, parameter: &Parameter) -> Result<(), Error> {
-        finite(parameter.name, self[0])?;
-        finite(parameter.name, self[1]).map(drop)
+    fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error> {
+        finite(name, self[0])?;
+        limits.check(name, self[1])
     }
 }
 
 impl<T: Value> Value for Option<T> {
     const KIND: Kind = T::KIND;
 
-    fn check(&self, parameter: &Parameter) -> Result<(), Error> {
-        self.as_ref().map_or(Ok(()), |value| value.check(parameter))
+    fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error> {
+        self.as_ref().map_or(Ok(()), |value| value.check(name, limits))
     }
 }
 
@@ -191,7 +201,10 @@ pub trait Parameters: Sized {
     /// Plain dimensionless numbers; where there is one, the set of the law's source.
     #[must_use]
     fn example() -> Self;
+}
 
+/// What has parameters with limits of their own.
+pub trait Limited {
     /// Check each parameter against its own limits.
     ///
     /// # Errors
@@ -261,12 +274,14 @@ macro_rules! parameters {
             };
 
             fn example() -> Self { Self { $($field: $example),+ } }
+        }
 
+        impl $crate::parameters::Limited for $law {
             fn within_limits(&self) -> Result<(), $crate::error::Error> {
-                let mut parameters = Self::PARAMETERS.iter();
-                $(if let Some(parameter) = parameters.next() {
-                    $crate::parameters::Value::check(&self.$field, parameter)?;
-                })+
+                use $crate::parameters::numbers::*;
+                $($crate::parameters::Value::check(&self.$field, [$($name,)? stringify!($field)][0], const {
+                    $crate::parameters::Limits::of(&[$($number),*])
+                })?;)+
                 Ok(())
             }
         }
@@ -283,7 +298,7 @@ macro_rules! words {
         impl $crate::parameters::Value for $name {
             const KIND: $crate::parameters::Kind = $crate::parameters::Kind::Words(&[$($text),+]);
 
-            fn check(&self, _parameter: &$crate::parameters::Parameter) -> Result<(), $crate::error::Error> {
+            fn check(&self, _name: &'static str, _limits: $crate::parameters::Limits) -> Result<(), $crate::error::Error> {
                 Ok(())
             }
         }

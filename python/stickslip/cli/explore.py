@@ -14,7 +14,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Declare the options."""
     command = commands.add_parser("explore", help="move a law by hand in a browser and see every motion")
     command.add_argument(
-        "file", nargs="?", metavar="FILE", help="a law or system file (.toml) or an orbit (.nc) to begin with"
+        "file",
+        nargs="?",
+        metavar="FILE",
+        help="a law or system file (.toml), an orbit or a friction record (.nc), or a lesson (.md) to begin with",
     )
     command.add_argument(
         "-o", "--output", metavar="PAGE.html", help="where the page goes; default: a cache of the user"
@@ -25,12 +28,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Do the work."""
-    from stickslip.explorer import page, state_of
+    from stickslip.explorer import content_of, page
     from stickslip.files.documents import write_whole
 
-    state = state_of(options.file) if options.file else None
+    content = content_of(options.file) if options.file else {}
     path = Path(options.output) if options.output else _cache() / "explorer.html"
-    text = page(state)
+    text = page(**content)
     path = write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
     say_written(path)
     if not options.no_browser:

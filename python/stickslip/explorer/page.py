@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.explorer import catalogue
-from stickslip.files.documents import read_toml
+from stickslip.files.documents import input_file, read_toml
 from stickslip.laws import Law, load_law
 from stickslip.model.system import Oscillator, System, load_system_document
+
+if TYPE_CHECKING:
+    from stickslip.identification.records import FrictionRecord
 
 #: Damping and drive of the rig on which a law file is shown.
 _RIG = {"mass": 1.0, "stiffness": 1.0, "damping": 0.1, "drive_velocity": 0.2}
@@ -53,12 +56,13 @@ def _state(system: dict[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
     return state
 
 
-def state_of(path: str | Path) -> dict[str, Any]:
-    """The state of the page that shows a file.
+def content_of(path: str | Path) -> dict[str, Any]:
+    """What :func:`page` takes to show a file: its `state` and, of a friction file, its `record`.
 
     Parameters
     ----------
-    path : a law file, a system file of one mass with a constant drive, or an orbit of such a system (netCDF).
+    path : a law file, a system file of one mass with a constant drive, an orbit of such a system or a friction record
+        (netCDF), or a lesson (Markdown, as those in the folder ``lessons`` of this package).
 
     Raises
     ------
@@ -67,10 +71,16 @@ def state_of(path: str | Path) -> dict[str, Any]:
     """
     path = Path(path)
     if path.suffix == ".nc":
-        from stickslip.simulation.orbit import load
+        from stickslip.files.netcdf import read_tree
 
-        orbit = load(path)
-        return _shown(orbit.system, {"t_end": float(orbit.t_end), **_start(orbit)}, str(path))
+        tree = read_tree(path)
+        return _measured(path, tree) if "break_away" in tree.children else {"state": _simulated(path)}
+    if path.suffix == ".md":
+        return {"lessons": [input_file(path, "lesson").read_text(encoding="utf-8")]}
+    return {"state": _described(path)}
+
+
+def _described(path: Path) -> dict[str, Any]:
     document = read_toml(path)
     if "damping" not in document and "law" in document:
         law = load_law(path)
@@ -80,9 +90,41 @@ def state_of(path: str | Path) -> dict[str, Any]:
     return _shown(system, settings, str(path))
 
 
+def _simulated(path: Path) -> dict[str, Any]:
+    from stickslip.simulation.orbit import load
+
+    orbit = load(path)
+    return _shown(orbit.system, {"t_end": float(orbit.t_end), **_start(orbit)}, str(path))
+
+
+def _measured(path: Path, tree: Any) -> dict[str, Any]:
+    from stickslip.identification.records import read_records
+
+    return content_of_record(read_records(tree)[0], str(path))
+
+
+def content_of_record(found: FrictionRecord, path: str, law: Law | None = None) -> dict[str, Any]:
+    """What :func:`page` takes to show a record under a law, on the rig it was measured with; default a law to begin with."""
+    from stickslip.explorer.record import first_law, record_of
+
+    record = record_of(found, path)
+    rig = {name: float(found.constants.get(name, value)) for name, value in _RIG.items()}
+    oscillator = Oscillator(
+        rig["damping"], rig["drive_velocity"], law or first_law(record), mass=rig["mass"], stiffness=rig["stiffness"]
+    )
+    stick = max([time for time, _, _ in record["breaks"]], default=0.0)
+    t_end = 25 * oscillator.natural_period + 8 * stick
+    return {"state": _shown(oscillator, {"t_end": t_end}, path), "record": record}
+
+
+def content_of_system(system: Oscillator, t_end: float) -> dict[str, Any]:
+    """What :func:`page` takes to show a system."""
+    return {"state": _shown(system, {"t_end": t_end}, "the system")}
+
+
 def _start(orbit: Any) -> dict[str, Any]:
     x0, v0, _, _ = orbit._core.run
-    return {"x0": x0, "v0": v0}
+    return {"x0": x0 and x0[0], "v0": v0 and v0[0]}
 
 
 def _shown(system: Oscillator | System, settings: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -115,6 +157,17 @@ def _shown(system: Oscillator | System, settings: Mapping[str, Any], where: str)
     }
 
 
+def shipped_lessons() -> list[str]:
+    """The lessons of the package, in their order.
+
+    >>> len(shipped_lessons())
+    7
+    """
+    folder = files("stickslip.explorer").joinpath("lessons")
+    ordered = sorted((item for item in folder.iterdir() if item.name.endswith(".md")), key=lambda item: item.name)
+    return [item.read_text(encoding="utf-8") for item in ordered]
+
+
 def _shipped(name: str) -> str:
     return files("stickslip.explorer").joinpath(name).read_text(encoding="utf-8")
 
@@ -124,30 +177,67 @@ def _json(document: object) -> str:
     return json.dumps(document, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def page(state: Mapping[str, Any] | None = None) -> str:
+def page(
+    state: Mapping[str, Any] | None = None,
+    record: Mapping[str, Any] | None = None,
+    lessons: Sequence[str] | None = None,
+) -> str:
     """The explorer as one HTML page.
 
     Parameters
     ----------
-    state : what it shows first, as :func:`state_of` makes it; default the first preset.
+    state, record, lessons : what it shows first, as :func:`content_of` makes them; default the first preset, no record, and
+        the lessons of the package.
 
     >>> page().startswith("<!doctype html>")
     True
     """
-    core = base64.b64encode(files("stickslip.explorer").joinpath("core.wasm.gz").read_bytes()).decode()
-    data = {
-        "version": _core.__version__,
-        "laws": catalogue.laws(),
-        "oscillator": catalogue.oscillator(),
-        "presets": presets(),
-    }
     text = _shipped("page.html")
     parts = {
-        'id="data">null<': f'id="data">{_json(data)}<',
+        'id="data">null<': f'id="data">{_json(_data(lessons or shipped_lessons()))}<',
         'id="state">null<': f'id="state">{_json(state)}<',
-        'id="core"><': f'id="core">{core}<',
+        'id="record">null<': f'id="record">{_json(record)}<',
+        'id="core"><': f'id="core">{_core_packed()}<',
         'id="program"><': f'id="program">{_shipped("explorer.js")}<',
     }
     for place, filled in parts.items():
         text = text.replace(place, filled, 1)
     return text
+
+
+def live(content: Mapping[str, Any], panels: str, still: str) -> str:
+    """A ``<stick-slip>`` element: where scripts run, a live figure in place of its still picture; see :func:`program`.
+
+    Parameters
+    ----------
+    content : what it shows, as of :func:`content_of`.
+    panels : names of panels, parted by commas: rig, law, phase, displacement, spectrum, surface.
+    still : the HTML of the picture that stands there until it is seen, and where scripts are off.
+    """
+    return (
+        f'<stick-slip panels="{panels}"><script type="application/json">{_json(content)}</script>{still}</stick-slip>'
+    )
+
+
+def program() -> str:
+    """What a page with elements of :func:`live` needs once, at its end: style, script, core and the laws."""
+    style = _shipped("page.html").partition('<style id="panel-style">')[2].partition("</style>")[0]
+    return (
+        f'<style>{style}</style><script type="application/json" id="data">{_json(_data([]))}</script>'
+        f'<script type="application/octet-stream" id="core">{_core_packed()}</script>'
+        f"<script>{_shipped('explorer.js')}</script>"
+    )
+
+
+def _data(lessons: Sequence[str]) -> dict[str, Any]:
+    return {
+        "version": _core.__version__,
+        "laws": catalogue.laws(),
+        "oscillator": catalogue.oscillator(),
+        "presets": presets(),
+        "lessons": list(lessons),
+    }
+
+
+def _core_packed() -> str:
+    return base64.b64encode(files("stickslip.explorer").joinpath("core.wasm.lzma").read_bytes()).decode()

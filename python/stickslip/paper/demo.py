@@ -17,6 +17,7 @@ import numpy as np
 
 from stickslip import paper, show
 from stickslip.errors import InputError
+from stickslip.explorer import content_of_record
 from stickslip.files.documents import write_whole
 from stickslip.identification import Agreement, Identification, compare_motion, identify
 from stickslip.identification.law_parameters import value
@@ -236,8 +237,11 @@ def _report(
     report.table(table, mark="inside the 95 % interval")
     report.items(identification.notes)
     report.heading("From the law to the motion, laid over the record")
-    for s, agreement in zip(DRIVE_VELOCITIES, agreements, strict=True):
-        report.figure(agreement.plot(), f"Measured and simulated motion at s = {s:.2f}.")
+    for s, agreement, record in zip(DRIVE_VELOCITIES, agreements, identification.records, strict=True):
+        live = content_of_record(record, f"record at s = {s:.2f}", identification.law)
+        report.figure(
+            agreement.plot(), f"Measured and simulated motion at s = {s:.2f}.", live, "law,phase,displacement"
+        )
         report.table(agreement.table)
         report.items(agreement.sentences)
     report.heading("Every drive velocity")

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import InputError
+from stickslip.explorer import content_of_system
 from stickslip.files.documents import write_whole
+from stickslip.model.drive import Harmonic
 from stickslip.paper import DAMPING, oscillator
 from stickslip.paper.checks import CLAIMS
 from stickslip.paper.claim import NOT, PARTLY, REPRODUCED
@@ -26,6 +28,14 @@ LEGEND = (
     "the paper leaves open was chosen so that it comes out. Reading: our reading of the law says so by construction. "
     "Follows: nothing was chosen for it."
 )
+
+
+#: Drive velocity and forcing of the motions into which figures of the report turn where scripts run.
+LIVE: dict[str, tuple[float, Harmonic | None]] = {
+    "fig-12-phase-portraits": (0.2, None),
+    "fig-13-forced-motions": (0.3, Harmonic(0.03, 1.25)),
+    "fig-14-regimes": (0.2494, None),
+}
 
 
 def reproduce(folder: str | Path, progress: Callable[[str, int, int], Any] | None = None, **options: Any) -> Path:
@@ -96,7 +106,9 @@ def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict
             folder / "figures" / f"{name}.png",
             partial(drawn.savefig, format="png", dpi=130, metadata={"Software": None}),
         )
-        report.figure(drawn, f"Fig. {int(name[4:6])}. {figure.paper} {figure.see}")
+        shown = LIVE.get(name)
+        live = None if shown is None else content_of_system(oscillator(shown[0], forcing=shown[1]), 150.0)
+        report.figure(drawn, f"Fig. {int(name[4:6])}. {figure.paper} {figure.see}", live, "rig,law,phase,displacement")
     write_whole(folder / "paper.md", lambda draft: draft.write_text(markdown(scores), encoding="utf-8"))
     report.heading("What is fact, reading, calibration")
     report.items(_kinds())

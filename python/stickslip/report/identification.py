@@ -42,7 +42,12 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
     report.summary(_sentence(result), _key_numbers(result))
     report.heading("Data")
     report.table(_data(result))
-    report.figure(result.plot().figure, "Friction over slip velocity: measured (light), and the law along that motion.")
+    report.figure(
+        result.plot().figure,
+        "Friction over slip velocity: measured (light), and the law along that motion.",
+        live=_live(result),
+        panels="law,phase,displacement",
+    )
     if comparison is not None:
         report.heading("Which law")
         report.table(comparison.table, mark="verdict")
@@ -77,6 +82,17 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
     report.code(result.command)
     report.code(result.to_toml())
     return report
+
+
+def _live(result: Identification) -> dict[str, Any] | None:
+    """The first record and the law as the explorer shows them, where it knows motions of such a law."""
+    from stickslip.explorer import content_of_record
+    from stickslip.laws.state_law import StateLaw
+
+    record = result.records[0]
+    if isinstance(result.law, StateLaw) or not {"mass", "stiffness", "drive_velocity"} <= set(record.constants):
+        return None
+    return content_of_record(record, record.name, result.law)
 
 
 def _sentence(result: Identification) -> str:

@@ -8,7 +8,7 @@ import io
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stickslip.files.documents import write_whole
 
@@ -63,6 +63,7 @@ class Report:
         self._summary = ""
         self._headings: list[str] = []
         self._body: list[str] = []
+        self._live = False
 
     def summary(self, sentence: str, numbers: Mapping[str, str]) -> None:
         """Set what a reader should know first: one sentence and a few numbers, each with its name."""
@@ -105,8 +106,17 @@ class Report:
             rows.append(f'<tr class="{html.escape(word)}">{cells}</tr>')
         self._body.append(f'<div class="scroll"><table><tr>{head}</tr>{"".join(rows)}</table></div>')
 
-    def figure(self, figure: Figure | SubFigure | None, caption: str) -> None:
-        """Add a picture, drawn into the page, and close it."""
+    def figure(
+        self,
+        figure: Figure | SubFigure | None,
+        caption: str,
+        live: Mapping[str, Any] | None = None,
+        panels: str = "rig,law,phase",
+    ) -> None:
+        """Add a picture, drawn into the page, and close it.
+
+        With `live`, what :mod:`stickslip.explorer` is to show, it becomes a motion where scripts run: the law can be moved.
+        """
         import matplotlib.pyplot as plt
 
         whole = figure.get_figure(root=True) if figure is not None else None
@@ -117,9 +127,13 @@ class Report:
         plt.close(whole)
         source = base64.b64encode(data.getvalue()).decode()
         words = html.escape(caption)
-        self._body.append(
-            f'<figure><img alt="{words}" src="data:image/png;base64,{source}"><figcaption>{words}</figcaption></figure>'
-        )
+        picture = f'<img alt="{words}" src="data:image/png;base64,{source}">'
+        if live is not None:
+            from stickslip import explorer
+
+            self._live = True
+            picture = explorer.live(live, panels, picture)
+        self._body.append(f"<figure>{picture}<figcaption>{words}</figcaption></figure>")
 
     def html(self) -> str:
         """The whole page."""
@@ -131,6 +145,10 @@ class Report:
         )
         contents = f'<nav aria-label="Contents"><ol>{entries}</ol></nav>' if entries else ""
         parts = [f"<h1>{title}</h1>", self._summary, contents, *self._body]
+        if self._live:
+            from stickslip import explorer
+
+            parts.append(explorer.program())
         body = "\n".join(part for part in parts if part)
         head += f"<style>{_STYLE}</style>"
         return f"<!doctype html><html lang=en><head>{head}</head><body>{body}\n</body></html>\n"

@@ -1,5 +1,5 @@
 /** The orbit diagram: the sweep up strong, the sweep down pale, coloured by regime; one drags the number itself. */
-import { draggable } from "../plot";
+import { draggable, widen } from "../plot";
 import { get } from "../state";
 import { type Steady } from "../sweeps";
 import { theme } from "../theme";
@@ -40,7 +40,7 @@ export class Diagram extends Panel {
           high = Math.max(high, y);
         }
       });
-    p.y = { low: Math.min(low * 1.05, -0.02), high: Math.max(high * 1.06, 0.1) };
+    p.y = widen({ low, high });
     p.labels.x = diagram.over === "drive_velocity" ? "belt speed s" : diagram.over.replace(/^law\./, "").replaceAll("_", " ");
     p.labels.y = forced ? "w at t = 2πn/Ω" : "w where ẇ = 0";
     p.axes();

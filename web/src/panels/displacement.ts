@@ -17,11 +17,14 @@ export class Displacement extends Panel {
     );
   }
 
-  draw({ orbit }: Scene): void {
+  draw({ orbit, record }: Scene): void {
     const p = this.plot;
     const g = p.base;
-    const { dark, faint, line, stick } = theme();
+    const { accent, dark, faint, line, stick } = theme();
     const ranges = orbit.x.map((x) => rangeOf(x));
+    const end = record ? record.t.findIndex((t) => t > orbit.words.t_last) : 0;
+    const [times, measured] = [record?.t ?? [], record?.x ?? []].map((all) => (end < 0 ? all : all.slice(0, end))) as [number[], number[]];
+    if (measured.length) ranges.push(rangeOf(measured));
     p.x = { low: 0, high: orbit.words.t_last };
     p.y = widen({ low: Math.min(...ranges.map(({ low }) => low)), high: Math.max(...ranges.map(({ high }) => high)) });
     p.axes();
@@ -37,6 +40,10 @@ export class Displacement extends Panel {
     g.lineWidth = 1.2;
     g.strokeStyle = faint;
     for (const x of orbit.x.slice(1)) p.line(g, orbit.t, x);
+    if (measured.length) {
+      g.strokeStyle = accent;
+      p.line(g, times, measured);
+    }
     g.lineWidth = 1.7;
     p.runs(orbit.t, orbit.x[0]!, mode, 0, (one) => (one < 0 ? stick : line));
     g.restore();

@@ -1,4 +1,5 @@
 /** What of a law can be taken by hand in the plane of slip velocity and friction, for every law of the catalogue. */
+import { neat } from "../plot";
 import type { Document } from "../state";
 import type { LawPage } from "../data";
 import type { Change } from "./panel";
@@ -25,6 +26,8 @@ export interface Drawn {
 }
 
 const round = (value: number) => +value.toFixed(4);
+/** From 0 to the end of the picture. */
+const within = (value: number, end: number) => neat(Math.max(0, value), end);
 const degrees = (slope: number) => round((Math.atan(slope) * 180) / Math.PI);
 const slopeOf = (angle: number) => Math.tan((angle * Math.PI) / 180);
 
@@ -47,21 +50,22 @@ export function handlesOf(law: Document, page: LawPage, drawn: Drawn): Handle[] 
           f,
           set: (to, force) => {
             const [before, after] = [value[i - 1]?.[0] ?? 0, value[i + 1]?.[0] ?? Infinity];
-            return [[`law.${path}.${i}`, [i ? round(Math.min(after - 0.005, Math.max(before + 0.005, to))) : 0, round(Math.max(0, force))]]];
+            const gap = 0.005 * drawn.right;
+            return [[`law.${path}.${i}`, [i ? neat(Math.min(after - gap, Math.max(before + gap, to)), drawn.right) : 0, within(force, drawn.top)]]];
           },
         }),
       );
     else if (typeof value !== "number") continue;
     else if (unit === "force" || unit === "velocity, force") {
       const below = ABOVE[path] ? law[ABOVE[path]] : 0;
-      handles.push({ key: path, label: symbol, w: 0, f: value + below, set: (_w, f) => [[`law.${path}`, round(Math.max(0, f - below))]] });
+      handles.push({ key: path, label: symbol, w: 0, f: value + below, set: (_w, f) => [[`law.${path}`, within(f - below, drawn.top)]] });
     } else if (unit === "velocity")
-      handles.push({ key: path, label: symbol, w: value, f: drawn.upper(value), set: (w) => [[`law.${path}`, round(Math.max(0.001, w))]] });
+      handles.push({ key: path, label: symbol, w: value, f: drawn.upper(value), set: (w) => [[`law.${path}`, neat(Math.max(0.001 * drawn.right, w), drawn.right)]] });
     else if (unit === "velocity^-1")
-      handles.push({ key: path, label: `1/${symbol}`, w: 1 / value, f: drawn.upper(1 / value), set: (w) => [[`law.${path}`, round(1 / Math.max(0.02, w))]] });
+      handles.push({ key: path, label: `1/${symbol}`, w: 1 / value, f: drawn.upper(1 / value), set: (w) => [[`law.${path}`, +(1 / Math.max(0.01 * drawn.right, w)).toPrecision(4)]] });
     else if (unit === "force velocity^-1" && path === "viscous") {
       const w = drawn.right * 0.8;
-      handles.push({ key: path, label: symbol, w, f: drawn.upper(w), set: (_w, f) => [[`law.${path}`, round(Math.max(0, value + (f - drawn.upper(w)) / w))]] });
+      handles.push({ key: path, label: symbol, w, f: drawn.upper(w), set: (_w, f) => [[`law.${path}`, within(value + (f - drawn.upper(w)) / w, drawn.top / drawn.right)]] });
     }
   }
   return handles;

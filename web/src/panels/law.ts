@@ -2,7 +2,7 @@
 import { Verb } from "../core";
 import type { LawPage } from "../data";
 import { indexAt, valueAt } from "../orbit";
-import { rangeOf } from "../plot";
+import { type Range, rangeOf, widen } from "../plot";
 import { colourOf, theme } from "../theme";
 import { ABOVE, type Handle, handlesOf } from "./handles";
 import { type Change, Panel, type Scene } from "./panel";
@@ -42,8 +42,9 @@ export class Law extends Panel {
     const { dark, faint, soft } = theme();
     const points: [number, number][] = paper ? [law.A, law.B, law.C, law.D].filter(Boolean) : Object.values(law).filter(Array.isArray).flat().filter((one: any): one is [number, number] => Array.isArray(one) && one.length === 2);
     const [w, f] = [orbit.w[0]!, orbit.force[0]!];
-    const lists = [rangeOf(w), { low: -0.05, high: paper ? 0.75 : 0.5 }, ...points.map(([x]) => ({ low: x - 0.1, high: x + 0.1 }))];
-    if (!this.held) p.x = { low: Math.min(...lists.map(({ low }) => low), -0.05), high: 1.06 * Math.max(...lists.map(({ high }) => high)) };
+    const least = paper ? 0.7 : 2.5 * Math.abs(system["drive_velocity"]);
+    const lists = [rangeOf(w), rangeOf(scene.record?.w ?? [0]), { low: 0, high: least }, ...points.map(([x]) => ({ low: x, high: x }))];
+    if (!this.held) p.x = widen({ low: Math.min(...lists.map(({ low }) => low)), high: Math.max(...lists.map(({ high }) => high)) }, 0.08);
     let drawn: { w: number[]; f: Float64Array } | null = null;
     try {
       drawn = this.curve(scene, p.x.high);
@@ -52,7 +53,7 @@ export class Law extends Panel {
     }
     const levels = Object.entries(law).flatMap(([key, value]) => (["break_away", "kinetic", "static", "limit", "growth"].includes(key) && typeof value === "number" ? [value + (law[ABOVE[key] ?? ""] ?? 0)] : []));
     if (!this.held) {
-      const forces = [rangeOf(f), ...(drawn ? [rangeOf(drawn.f)] : []), ...points.map(([, y]) => ({ low: y, high: y })), ...levels.map((y) => ({ low: y, high: y }))];
+      const forces = [rangeOf(f), ...(scene.record ? [rangeOf(scene.record.force)] : []), ...(drawn ? [rangeOf(drawn.f)] : []), ...points.map(([, y]) => ({ low: y, high: y })), ...levels.map((y) => ({ low: y, high: y }))];
       const high = Math.max(...forces.map(({ high: one }) => one));
       const low = Math.min(0, ...forces.map(({ low: one }) => one));
       p.y = { low: low - (low < 0 ? 0.06 * (high - low) : 0), high: high + 0.08 * (high - low) };
@@ -70,6 +71,7 @@ export class Law extends Panel {
       p.line(g, drawn.w, drawn.f, SAMPLES, drawn.w.length);
       g.lineCap = "round";
     }
+    if (scene.record) p.cloud(scene.record.w, scene.record.force);
     const mode = orbit.mode[0]!;
     const entry = (branch: number) => {
       for (let i = steady + 1; i < mode.length; i++) if (mode[i] === branch && mode[i - 1] !== branch) return [w[i]!, f[i]!] as [number, number];
@@ -157,8 +159,8 @@ export class Law extends Panel {
       const handle = this.handles.get(key);
       if ((!dx && !dy) || !handle) return;
       event.preventDefault();
-      const size = event.shiftKey ? 0.1 : 0.01;
-      move(handle.w + dx * size, handle.f + dy * size);
+      const size = ({ high }: Range) => ((event.shiftKey ? 10 : 1) / 100) * 10 ** Math.round(Math.log10(high));
+      move(handle.w + dx * size(this.plot.x), handle.f + dy * size(this.plot.y));
     });
     this.buttons.set(key, button);
     this.plot.host.append(button);

@@ -2,6 +2,7 @@
 import type { Core } from "../core";
 import type { Orbit } from "../orbit";
 import { Plot } from "../plot";
+import type { Measured } from "../record";
 import type { State } from "../state";
 import type { Steady } from "../sweeps";
 
@@ -13,6 +14,8 @@ export interface Scene {
   steady: number;
   /** The steady motion, where the core tells it. */
   settled: Steady | null;
+  /** What was measured, laid over the motion. */
+  record: Measured | null;
 }
 
 export type Change = [path: string, value: unknown];

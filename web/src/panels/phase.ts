@@ -16,15 +16,17 @@ export class Phase extends Panel {
     });
   }
 
-  draw({ orbit, steady, settled, state: { system } }: Scene): void {
+  draw({ orbit, steady, settled, record, state: { system } }: Scene): void {
     const p = this.plot;
     const g = p.base;
     const { faint, soft, ink } = theme();
     const [x, v, mode] = [orbit.x[0]!, orbit.v[0]!, orbit.mode[0]!];
-    p.x = widen(rangeOf(x));
-    p.y = widen(rangeOf(v));
+    const measured = record?.x && { x: record.x, v: record.w.map((w) => system["drive_velocity"] - w) };
+    p.x = widen(rangeOf([...rangeEnds(x), ...rangeEnds(measured?.x ?? [])]));
+    p.y = widen(rangeOf([...rangeEnds(v), ...rangeEnds(measured?.v ?? [])]));
     p.axes();
     p.clip(g);
+    if (measured) p.cloud(measured.x, measured.v);
     g.lineWidth = 1;
     g.strokeStyle = faint;
     p.line(g, x, v, 0, steady + 1);
@@ -61,6 +63,11 @@ export class Phase extends Panel {
     p.dot(g, valueAt(orbit.t, orbit.x[0]!, t), valueAt(orbit.t, orbit.v[0]!, t), 5.5, colourOf(system["law"].type, orbit.mode[0]![i]!));
     g.restore();
   }
+}
+
+function rangeEnds(values: ArrayLike<number>): number[] {
+  const { low, high } = rangeOf(values);
+  return values.length ? [low, high] : [];
 }
 
 /** The last moments, fading. */

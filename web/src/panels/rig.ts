@@ -122,11 +122,13 @@ export class Rig extends Panel {
     const ground = p.height - 36;
     const wall = narrow ? 34 : 52;
     const ranges = orbit.x.map((x) => rangeOf(x));
-    const reach = Math.max(...ranges.map(({ high }) => high), 0.5) - Math.min(...ranges.map(({ low }) => low), 0);
+    const reach = Math.max(...ranges.map(({ high }) => high), 0) - Math.min(...ranges.map(({ low }) => low), 0) || 1;
+    const strongest = Math.max(...orbit.force.map((force) => rangeOf(force)).flatMap(({ low, high }) => [-low, high])) || 1;
+    const fastest = Math.max(...orbit.v.map((v) => rangeOf(v)).flatMap(({ low, high }) => [-low, high]));
     const room = p.width - wall - 90;
     const gap = count > 1 ? (room - 60) / count : 0;
     const rest = wall + (count > 1 ? 70 + block.w / 2 : room * 0.4);
-    const unit = Math.min((count > 1 ? gap - block.w : room * 0.48) / reach, 260);
+    const unit = (count > 1 ? gap - block.w : room * 0.48) / reach;
     const s: number = system["drive_velocity"];
     const right = p.width - (narrow ? 30 : 60);
     belt(g, wall + (narrow ? 36 : 60), right, ground, s * t * unit);
@@ -173,15 +175,15 @@ export class Rig extends Panel {
       const words = mode < 0 ? "sticks" : w >= 0 ? "slips back" : "slips ahead";
       g.fillText(count > 2 ? words.split(" ")[0]! : words, x, middle - 4);
       const force = valueAt(orbit.t, orbit.force[i]!, t);
-      arrow(g, x + block.w / 2 + 3, ground - 12, Math.max(-60, Math.min(60, force * (count > 1 ? 16 : 34))), colour, count > 1 ? "" : "f");
+      arrow(g, x + block.w / 2 + 3, ground - 12, Math.max(-60, Math.min(60, (force / strongest) * (count > 1 ? 26 : 54))), colour, count > 1 ? "" : "f");
       if (!i)
         for (const { amplitude, frequency, phase = 0 } of system["forcing"])
-          arrow(g, x + block.w / 2 + 3, ground - 42, amplitude * Math.cos(frequency * t + phase) * 160, accent, "u");
+          arrow(g, x + block.w / 2 + 3, ground - 42, (amplitude / strongest) * Math.cos(frequency * t + phase) * 250, accent, "u");
     });
-    arrow(g, right - 96, ground + 12, Math.max(-60, Math.min(60, 130 * s)), soft, "s");
+    arrow(g, right - 96, ground + 12, Math.max(-60, Math.min(60, 60 * (s / Math.max(fastest, Math.abs(s), 1e-300)))), soft, "s");
     g.fillStyle = soft;
     g.textAlign = "right";
     g.font = "12px system-ui, sans-serif";
-    g.fillText(`t = ${t.toFixed(1)}`, p.width - 14, 16);
+    g.fillText(`t = ${t.toFixed(orbit.words.t_last < 20 ? 3 : 1)}`, p.width - 14, 16);
   }
 }

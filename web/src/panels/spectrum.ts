@@ -45,7 +45,7 @@ export class Spectrum extends Panel {
     const from = to / 2;
     const natural = Math.sqrt(system["stiffness"] / system["mass"]);
     const x = core.ask(Verb.states, { from, to, count: SAMPLES }).numbers.subarray(0, SAMPLES);
-    const heights = amplitudes(x).map((height) => Math.log10(Math.max(height, 1e-8)));
+    const heights = amplitudes(x).map((height) => Math.log10(Math.max(height, 1e-30)));
     const unit = (2 * Math.PI) / (to - from) / natural;
     const count = Math.min(heights.length, Math.ceil(6 / unit));
     const top = Math.ceil(Math.max(...heights.subarray(0, count)) + 0.2);

@@ -41,16 +41,22 @@ export class Surface extends Panel {
     for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => (this.before = null));
   }
 
-  draw({ core, orbit, state: { system } }: Scene): void {
+  draw({ core, orbit, record, state: { system } }: Scene): void {
     const p = this.plot;
     const g = p.base;
     const { ink, soft, accent, card } = theme();
     const releases = orbit.events.filter(({ kind, contact }) => kind === RELEASE && contact === 0);
-    const rate = Math.max(0.7, ...releases.map(({ forceRate }) => 1.15 * Math.abs(forceRate)), 1.5 * Math.abs(system["stiffness"] * system["drive_velocity"]));
-    const time = Math.max(4, ...releases.map(({ stickTime }) => 1.15 * stickTime));
+    const breaks = [
+      ...(record?.breaks ?? []).map(([time, rate, force]) => ({ stickTime: time, forceRate: rate, force, measured: true })),
+      ...releases.slice(-40).map(({ stickTime, forceRate, force }) => ({ stickTime, forceRate, force, measured: false })),
+    ];
+    const drive = Math.abs(system["stiffness"] * system["drive_velocity"]);
+    const rate = Math.max(record ? 0 : 0.7, ...breaks.map(({ forceRate }) => 1.15 * Math.abs(forceRate)), 1.5 * drive);
+    const time = Math.max(record ? 0 : 4, ...breaks.map(({ stickTime }) => 1.15 * stickTime)) || 4;
     const axis = (end: number) => Array.from({ length: CELLS + 1 }, (_, i) => (i * end) / CELLS);
     const heights = core.ask(Verb.surface, { law: system["law"], stick_times: axis(time), force_rates: axis(rate) }).numbers;
-    const [low, high] = [Math.min(...heights), Math.max(...heights)];
+    const seen = [...heights, ...breaks.filter(({ measured }) => measured).map(({ force }) => force)];
+    const [low, high] = [Math.min(...seen), Math.max(...seen)];
     p.begin(g);
     const size = Math.min(p.width * 0.6, p.height * 0.72);
     const rise = high > low ? 0.5 / (high - low) : 0;
@@ -78,13 +84,13 @@ export class Surface extends Panel {
       g.fill();
       g.stroke();
     }
-    for (const { stickTime, forceRate, force } of releases.slice(-40)) {
+    for (const { stickTime, forceRate, force, measured } of breaks) {
       const [x, y] = place(stickTime / time, Math.abs(forceRate) / rate, Math.abs(force));
       g.beginPath();
-      g.arc(x, y, 4, 0, 7);
-      g.fillStyle = accent;
+      g.arc(x, y, measured ? 2 : 4, 0, 7);
+      g.fillStyle = measured ? ink : accent;
       g.fill();
-      g.lineWidth = 1.5;
+      g.lineWidth = measured ? 0 : 1.5;
       g.strokeStyle = card;
       g.stroke();
     }

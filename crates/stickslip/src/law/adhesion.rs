@@ -3,7 +3,7 @@
 use super::{Adhesion, Hold};
 use crate::elementary::{exp, exp_m1, power};
 use crate::error::Error;
-use crate::parameters::{Kind, Parameter, Parameters, Value, parameters};
+use crate::parameters::{Kind, Limited, Limits, Parameters, Value, parameters};
 
 parameters! {
     /// f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
@@ -162,7 +162,7 @@ fn steepest([low, high]: [f64; 2], scale: f64, p: f64) -> f64 {
 impl Value for StaticFriction {
     const KIND: Kind = Kind::Table(Self::PARAMETERS);
 
-    fn check(&self, _parameter: &Parameter) -> Result<(), Error> {
+    fn check(&self, _name: &'static str, _limits: Limits) -> Result<(), Error> {
         self.within_limits()
     }
 }

@@ -15,7 +15,7 @@ use super::table::Table;
 use super::{Adhesion, End, Friction, Hold, Memory, Piece, Point, StaticFriction};
 use crate::elementary::tan;
 use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::{Limited, Parameters, parameters};
 
 parameters! {
     /// The friction law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".

@@ -1,8 +1,7 @@
 //! Coulomb friction: the same force at rest and in motion.
 
 use super::{Friction, Hold, Memory, Piece};
-use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::parameters;
 
 parameters! {
     /// |F| ≤ f_k at rest, F = f_k sgn w in motion (Coulomb 1785; Den Hartog, Trans. ASME 53 (1931) 107).
@@ -13,10 +12,6 @@ parameters! {
 }
 
 impl Friction for Coulomb {
-    fn validate(&self) -> Result<(), Error> {
-        self.within_limits()
-    }
-
     fn break_away(&self, _hold: Hold) -> f64 {
         self.kinetic
     }

@@ -1,8 +1,7 @@
 //! Friction that weakens and then grows again, as a cubic.
 
 use super::{Friction, Hold, Memory, Piece};
-use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::parameters;
 use crate::series::{Grown, Series, product};
 
 parameters! {
@@ -18,10 +17,6 @@ parameters! {
 }
 
 impl Friction for Cubic {
-    fn validate(&self) -> Result<(), Error> {
-        self.within_limits()
-    }
-
     fn break_away(&self, _hold: Hold) -> f64 {
         self.at_rest
     }

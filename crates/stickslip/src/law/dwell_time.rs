@@ -1,8 +1,7 @@
 //! Static friction that grows while the contact rests.
 
 use super::{Adhesion, Friction, Hold, Memory, Piece, StaticFriction};
-use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::parameters;
 
 parameters! {
     /// f_s(t_s) = f_k + Δ∞ (1 − exp(−γ t_s^m)), F = f_k sgn w in motion (Kato, Sato & Matsubayashi, Wear 20 (1972) 315).
@@ -31,10 +30,6 @@ impl DwellTime {
 }
 
 impl Friction for DwellTime {
-    fn validate(&self) -> Result<(), Error> {
-        self.within_limits()
-    }
-
     fn break_away(&self, hold: Hold) -> f64 {
         self.static_friction().force(hold)
     }

@@ -1,8 +1,7 @@
 //! Static friction that grows while the contact rests and falls with the rate at which it is loaded.
 
 use super::{Adhesion, Friction, Hold, Memory, Piece, StaticFriction};
-use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::parameters;
 
 parameters! {
     /// f_s(t_s, δ) = f_k + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q), F = f_k sgn w in motion.
@@ -41,10 +40,6 @@ impl ForceRate {
 }
 
 impl Friction for ForceRate {
-    fn validate(&self) -> Result<(), Error> {
-        self.within_limits()
-    }
-
     fn break_away(&self, hold: Hold) -> f64 {
         self.static_friction().force(hold)
     }

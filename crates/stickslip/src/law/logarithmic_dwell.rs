@@ -2,8 +2,7 @@
 
 use super::{Friction, Hold, Memory, Piece};
 use crate::elementary::ln_1p;
-use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::parameters;
 
 parameters! {
     /// f_s(t_s) = f_k + A ln(1 + t_s/t_c), F = f_k sgn w in motion (Dieterich, J. Geophysical Research 77 (1972) 3690).
@@ -18,10 +17,6 @@ parameters! {
 }
 
 impl Friction for LogarithmicDwell {
-    fn validate(&self) -> Result<(), Error> {
-        self.within_limits()
-    }
-
     fn break_away(&self, hold: Hold) -> f64 {
         self.kinetic + self.growth * ln_1p(hold.stick_time.max(0.0) / self.onset)
     }

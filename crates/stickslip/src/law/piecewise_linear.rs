@@ -3,7 +3,7 @@
 use super::static_kinetic::at_least_kinetic;
 use super::{End, Friction, Hold, Memory, Piece, Point};
 use crate::error::{Error, finite};
-use crate::parameters::{Kind, Parameter, Parameters, Value, parameters};
+use crate::parameters::{Kind, Limited, Limits, Value, parameters};
 
 parameters! {
     /// F(w) linear between nodes (w_i, f_i), w_0 = 0; the last slope goes on beyond the last node. |F| ≤ f_s at rest.
@@ -71,8 +71,8 @@ impl Friction for PiecewiseLinear {
 impl Value for Vec<Point> {
     const KIND: Kind = Kind::Nodes;
 
-    fn check(&self, parameter: &Parameter) -> Result<(), Error> {
-        increasing(parameter.name, self)
+    fn check(&self, name: &'static str, _limits: Limits) -> Result<(), Error> {
+        increasing(name, self)
     }
 }
 

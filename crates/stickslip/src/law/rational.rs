@@ -1,8 +1,7 @@
 //! Friction that weakens with speed as a hyperbola.
 
 use super::{Friction, Hold, Memory, Piece};
-use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::parameters;
 use crate::series::{Grown, Series, reciprocal};
 
 parameters! {
@@ -16,10 +15,6 @@ parameters! {
 }
 
 impl Friction for Rational {
-    fn validate(&self) -> Result<(), Error> {
-        self.within_limits()
-    }
-
     fn break_away(&self, _hold: Hold) -> f64 {
         self.break_away
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::piecewise_linear::increasing;
 use super::{Piece, Point};
 use crate::error::Error;
-use crate::parameters::{Kind, Parameter, Value};
+use crate::parameters::{Kind, Limits, Value};
 
 /// A function of one variable: constant, or linear between nodes and constant beyond the first and the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,10 +21,9 @@ impl Value for Table {
     const KIND: Kind = Kind::NumberOrNodes;
 
     /// There is a node, abscissae increase, and each value is within its limits.
-    fn check(&self, parameter: &Parameter) -> Result<(), Error> {
-        let Parameter { name, numbers, .. } = parameter;
+    fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error> {
         match self {
-            Self::Constant(value) => numbers[1].check(name, *value),
+            Self::Constant(value) => limits.check(name, *value),
             Self::Nodes(nodes) if nodes.is_empty() => Err(Error::TooFewNodes {
                 name,
                 expected: 1,
@@ -32,7 +31,7 @@ impl Value for Table {
             }),
             Self::Nodes(nodes) => {
                 increasing(name, nodes)?;
-                nodes.iter().try_for_each(|node| numbers[1].check(name, node[1]))
+                nodes.iter().try_for_each(|node| limits.check(name, node[1]))
             }
         }
     }

@@ -5,7 +5,7 @@ use super::static_kinetic::at_least_kinetic;
 use super::table::Table;
 use super::{Adhesion, End, Friction, Hold, Memory, Piece};
 use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::{Limited, parameters};
 
 parameters! {
     /// F(w) linear between nodes (w_i, f_i), f_s(t_s) linear between nodes (t_i, f_i), both constant beyond the last.

@@ -5,7 +5,7 @@ use super::static_kinetic::at_least_kinetic;
 use super::table::Table;
 use super::{End, Friction, Hold, Memory, Piece};
 use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::{Limited, parameters};
 
 parameters! {
     /// F = f₊(u) while u = |w| rises, f₋(u) while it falls, |F| ≤ f_s at rest (Hunt, Torbe & Spencer, Wear 8 (1965) 455).

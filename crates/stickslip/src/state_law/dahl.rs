@@ -2,8 +2,7 @@
 
 use super::StateFriction;
 use crate::elementary::{exp, power};
-use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::parameters;
 
 parameters! {
     /// dF/dx = σ |1 − (F/f_k) sgn w|^i sgn(1 − (F/f_k) sgn w), rate-independent; the state is F itself.
@@ -21,10 +20,6 @@ parameters! {
 }
 
 impl StateFriction for Dahl {
-    fn validate(&self) -> Result<(), Error> {
-        self.within_limits()
-    }
-
     fn rates(&self, w: f64, z: f64) -> (f64, f64) {
         if w == 0.0 {
             return (z, 0.0);

@@ -3,7 +3,7 @@
 use super::{LuGre, StateFriction};
 use crate::elementary::sin_cos;
 use crate::error::Error;
-use crate::parameters::{Parameters, parameters};
+use crate::parameters::{Limited, parameters};
 
 parameters! {
     /// ż = w (1 − α(z, w) z/z∞(w)), F = σ₀ z + σ₁ ż + σ₂ w, z∞ = g(w) sgn w/σ₀, g as for [`super::LuGre`].

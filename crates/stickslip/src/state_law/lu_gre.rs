@@ -3,7 +3,7 @@
 use super::StateFriction;
 use crate::elementary::{exp, power};
 use crate::error::Error;
-use crate::parameters::{Kind, Parameter, Parameters, Value, parameters};
+use crate::parameters::{Kind, Limited, Limits, Parameters, Value, parameters};
 
 parameters! {
     /// ż = w − σ₀ |w| z/g(w), F = σ₀ z + σ₁ ż + σ₂ w, g(w) = f_k + (f_s − f_k) exp(−|w/w_s|^n).
@@ -41,10 +41,6 @@ impl LuGre {
 }
 
 impl StateFriction for LuGre {
-    fn validate(&self) -> Result<(), Error> {
-        self.within_limits()
-    }
-
     fn rates(&self, w: f64, z: f64) -> (f64, f64) {
         let rate = w - self.stiffness * w.abs() * z / self.curve(w);
         (self.stiffness * z + self.damping * rate + self.viscous * w, rate)
@@ -68,7 +64,7 @@ impl StateFriction for LuGre {
 impl Value for LuGre {
     const KIND: Kind = Kind::Beside(Self::PARAMETERS);
 
-    fn check(&self, _parameter: &Parameter) -> Result<(), Error> {
+    fn check(&self, _name: &'static str, _limits: Limits) -> Result<(), Error> {
         self.within_limits()
     }
 }

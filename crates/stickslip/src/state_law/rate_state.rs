@@ -2,8 +2,7 @@
 
 use super::StateFriction;
 use crate::elementary::{asinh, exp, ln};
-use crate::error::Error;
-use crate::parameters::{Parameters, parameters, words};
+use crate::parameters::{parameters, words};
 
 words! {
     /// How the state evolves.
@@ -64,10 +63,6 @@ impl RateState {
 }
 
 impl StateFriction for RateState {
-    fn validate(&self) -> Result<(), Error> {
-        self.within_limits()
-    }
-
     fn rates(&self, w: f64, z: f64) -> (f64, f64) {
         let speed = w.abs();
         let rate = match self.law {

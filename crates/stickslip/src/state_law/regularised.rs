@@ -4,7 +4,7 @@ use super::StateFriction;
 use crate::elementary::{atan, tanh};
 use crate::error::Error;
 use crate::law::{Friction, Law, Memory, Rational};
-use crate::parameters::{Parameters, parameters, words};
+use crate::parameters::{Limited, parameters, words};
 
 words! {
     /// The smooth sign.

@@ -331,9 +331,8 @@ def _assumed(problem: Problem, sigma: Sequence[Array], tau: Sequence[float], bet
     found = []
     for (number, kind), row, t, apart in zip(problem.groups, sigma, tau, between, strict=True):
         motion = problem.motions[number]
-        noise = motion.record.constants.get("noise", 0.0)
-        if kind == "kinetic" and motion.indirect and noise > 0:
-            found.append(np.full_like(row, noise))
+        if kind == "kinetic" and motion.indirect and not motion.by_work:
+            found.append(np.full_like(row, motion.record.constants["noise"]))
         else:
             found.append(np.hypot(row * math.sqrt(min(t, MOST_CORRELATED)), apart * math.sqrt(row.size)))
     return found

@@ -1,0 +1,65 @@
+/** The steady motion in one sentence, and what is needed to say it. */
+import { type Core, Refused } from "./core";
+import { type Orbit, RELEASE } from "./orbit";
+import type { Scene } from "./panels/panel";
+import type { Measured } from "./record";
+import { type State, documentOf, varied } from "./state";
+import { REGIMES, REGIME_NAMES, type Steady, lookOf, steady } from "./sweeps";
+
+/** Periods that are left out before a motion counts as steady. */
+const TRANSIENT = 80;
+/** Returns by which a forced motion that does not repeat is told regular from chaotic. */
+const DECIDE = 400;
+
+/** The steady motion of a state; null where the core does not tell it. */
+export function settle(core: Core, state: State): Steady | null {
+  const { names, row } = varied(state, "drive_velocity");
+  const values = row(state.system["drive_velocity"]);
+  const look = { ...lookOf(state, TRANSIENT), decide: state.system["forcing"].length ? DECIDE : 0 };
+  const question = { system: documentOf(state), names, values, look, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
+  try {
+    return steady(core, question).rows[0] ?? null;
+  } catch (error) {
+    if (!(error instanceof Refused)) throw error;
+    return null;
+  }
+}
+
+export function sceneOf(core: Core, state: State, orbit: Orbit, settled: Steady | null, record: Measured | null): Scene {
+  // The last third, at most forty natural periods of it.
+  const period = 2 * Math.PI * Math.sqrt(state.system["mass"] / state.system["stiffness"]);
+  const from = Math.max(0.6 * orbit.words.t_last, orbit.words.t_last - 40 * period);
+  return { core, state, orbit, steady: Math.max(0, orbit.t.findIndex((t) => t >= from)), settled, record };
+}
+
+/** Add the sentence to an element. */
+export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled: Steady | null): void {
+  const strong = (text: string, name = "") => host.append(Object.assign(document.createElement("b"), { textContent: text, className: name }));
+  const name = settled ? REGIMES[settled.regime]! : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
+  strong(name[0]!.toUpperCase() + name.slice(1), "regime");
+  const forced = state.system["forcing"].length > 0;
+  const say = (before: string, value: number, digits: number, after = "") => {
+    host.append(before);
+    strong(digits < 1 || Math.abs(value) >= 0.01 ? value.toFixed(digits) : value.toPrecision(4));
+    if (after) host.append(after);
+  };
+  if (settled) {
+    if (settled.periodTime > 0) {
+      if (forced) say(", repeats after ", settled.period, 0, settled.period > 1 ? " forcing periods" : " forcing period");
+      else say(", period ", settled.periodTime, 6);
+    } else if (settled.period === 0) {
+      host.append(", does not repeat");
+      const kind = settled.chaos > 0.7 ? ": chaotic" : settled.chaos < 0.3 ? ": two frequencies" : "";
+      if (!Number.isNaN(settled.chaos)) say(`${kind} (0–1 test K = `, settled.chaos, 2, ")");
+    }
+    if (settled.x[1] - settled.x[0] > 1e-9) say(", amplitude ", (settled.x[1] - settled.x[0]) / 2, 5);
+  }
+  const last = orbit.events.findLast(({ kind, t, contact }) => kind === RELEASE && contact === 0 && t > 0.6 * orbit.words.t_last);
+  if (last) {
+    say(", sticks for ", last.stickTime, 4);
+    say(" and breaks away at ", Math.abs(last.force), 4);
+  }
+  host.append(`. ${orbit.words.events} events, ${orbit.words.exact ? "each exact" : "by Taylor series"}`);
+  if (orbit.words.stop !== "t_end") host.append(`; ${orbit.words.sentence}`);
+  host.append(".");
+}

@@ -1,0 +1,106 @@
+/** Least squares of a law along a record: damped Gauss–Newton over the numbers that are ticked. */
+import { type Core, Refused, Verb } from "./core";
+import { type Measured, known } from "./record";
+import { type Document, get, put } from "./state";
+
+export interface Fit {
+  law: Document;
+  /** Root mean squares of measured minus predicted force: while it slips, weighted by the path; of the break-aways. */
+  kinetic: number;
+  broken: number;
+  /** Whether no step makes it better. */
+  done: boolean;
+}
+
+/** The force of the law along the record, sample by sample. */
+export function predicted(core: Core, law: Document, record: Measured): Float64Array {
+  const { t, w, stuck, rate } = record;
+  return core.ask(Verb.curve, { law, t, w, stuck, force_rate: rate }).numbers.subarray(0, t.length);
+}
+
+/** Two groups of equal weight, each with the sum of its squares 1/n of what its rows have. */
+function residuals(core: Core, law: Document, record: Measured): { rows: Float64Array; kinetic: number; broken: number } {
+  const { t, w, force, stuck, breaks } = record;
+  const model = predicted(core, law, record);
+  const first = known(record);
+  const weight = t.map((_, i) => (stuck[i] || i < first ? 0 : Math.abs(w[i]!)));
+  const whole = weight.reduce((sum, one) => sum + one, 0) || 1;
+  const times = breaks.map(([time]) => time);
+  const rates = breaks.map(([, rate]) => rate);
+  const limits = core.ask(Verb.surface, { law, stick_times: times, force_rates: rates, pairs: true }).numbers;
+  const rows = new Float64Array(t.length + breaks.length);
+  let [kinetic, broken] = [0, 0];
+  for (let i = 0; i < t.length; i++) kinetic += (rows[i] = weight[i] ? (model[i]! - force[i]!) * Math.sqrt(weight[i]! / whole) : 0) ** 2;
+  breaks.forEach(([, , height], i) => (broken += (rows[t.length + i] = (limits[i]! - height) / Math.sqrt(breaks.length)) ** 2));
+  return { rows, kinetic: Math.sqrt(kinetic), broken: Math.sqrt(broken) };
+}
+
+const square = (rows: Float64Array) => rows.reduce((sum, one) => sum + one * one, 0);
+
+/** x of A x = b by elimination with pivots; null where A is singular. */
+function solve(a: number[][], b: number[]): number[] | null {
+  const n = b.length;
+  const m = a.map((row, i) => [...row, b[i]!]);
+  for (let k = 0; k < n; k++) {
+    let pivot = k;
+    for (let i = k + 1; i < n; i++) if (Math.abs(m[i]![k]!) > Math.abs(m[pivot]![k]!)) pivot = i;
+    [m[k], m[pivot]] = [m[pivot]!, m[k]!];
+    if (!m[k]![k]) return null;
+    for (let i = 0; i < n; i++) {
+      if (i === k) continue;
+      const share = m[i]![k]! / m[k]![k]!;
+      for (let j = k; j <= n; j++) m[i]![j]! -= share * m[k]![j]!;
+    }
+  }
+  return m.map((row, i) => row[n]! / row[i]!);
+}
+
+/** How good a law is on a record as it stands. */
+export function judge(core: Core, law: Document, record: Measured): Omit<Fit, "law" | "done"> {
+  const { kinetic, broken } = residuals(core, law, record);
+  return { kinetic, broken };
+}
+
+/** Better and better laws: one a step, the last one `done`. Numbers that the record does not move stay. */
+export function* fit(core: Core, start: Document, paths: string[], record: Measured): Generator<Fit> {
+  let law = start;
+  let now = residuals(core, law, record);
+  let damping = 1e-3;
+  const sizes = paths.map((path) => Math.abs(get(law, path)) || 0.1);
+  const moved = (by: number[]) => paths.reduce((one, path, i) => put(one, path, get(law, path) + by[i]! * sizes[i]!), law);
+  const tried = (candidate: Document) => {
+    try {
+      return residuals(core, candidate, record);
+    } catch (error) {
+      if (error instanceof Refused) return null; // numbers that make no law
+      throw error;
+    }
+  };
+  for (let step = 0; step < 60; step++) {
+    const columns = paths.map((_, i) => {
+      for (const h of [1e-4, -1e-4]) {
+        const near = tried(moved(paths.map((__, j) => (j === i ? h : 0))));
+        if (near) return near.rows.map((value, k) => (value - now.rows[k]!) / h);
+      }
+      return new Float64Array(now.rows.length);
+    });
+    const dot = (a: Float64Array, b: Float64Array) => a.reduce((sum, value, k) => sum + value * b[k]!, 0);
+    const normal = columns.map((a) => columns.map((b) => dot(a, b)));
+    const down = columns.map((a) => -dot(a, now.rows));
+    const floor = 1e-12 * Math.max(...normal.map((row, i) => row[i]!), 1e-300);
+    let better = false;
+    while (damping < 1e9 && !better) {
+      const by = solve(normal.map((row, i) => row.map((value, j) => (i === j ? value * (1 + damping) + floor : value))), down);
+      const candidate = by && moved(by);
+      const next = candidate && tried(candidate);
+      if (next && square(next.rows) < square(now.rows)) {
+        const gain = 1 - square(next.rows) / square(now.rows);
+        [law, now, damping, better] = [candidate, next, damping / 5, true];
+        yield { law, kinetic: now.kinetic, broken: now.broken, done: false };
+        if (gain < 1e-9) damping = Infinity;
+      } else damping *= 4;
+    }
+    if (damping >= 1e9) break;
+  }
+  yield { law, kinetic: now.kinetic, broken: now.broken, done: true };
+}

@@ -1,0 +1,88 @@
+/** A measured record: friction over slip velocity and its break-aways; out of a file that is dropped, or put in by `stickslip explore`. */
+import { Refused } from "./core";
+
+export interface Measured {
+  name: string;
+  t: number[];
+  /** Slip velocity, 0 while stuck. */
+  w: number[];
+  force: number[];
+  stuck: boolean[];
+  /** Rate of the force while stuck. */
+  rate: number[];
+  x: number[] | null;
+  /** Stick time, force rate and break-away force of each. */
+  breaks: [number, number, number][];
+  /** What to type for intervals of the fitted numbers. */
+  command?: string;
+}
+
+const NAMES: Record<string, string[]> = {
+  t: ["t", "time"],
+  w: ["slip_velocity", "w"],
+  force: ["force", "friction", "f"],
+  x: ["x", "displacement"],
+  stuck: ["stuck", "branch"],
+};
+
+/** Read a CSV file with named columns, or a record as JSON; `adhesion` is the force rate that the rig would put on a stick at a time. */
+export function readRecord(name: string, text: string, adhesion: (t: number) => number): Measured {
+  if (/^\s*\{/.test(text)) {
+    let record: Measured;
+    try {
+      record = JSON.parse(text);
+    } catch (error) {
+      throw new Refused(`${name}: expected a record as JSON, got text that ends or errs (${(error as Error).message}); export it again`);
+    }
+    const same = ["w", "force", "stuck", "rate"].every((key) => (record as any)[key]?.length === record.t?.length);
+    if (!same || !record.breaks) throw new Refused(`${name}: expected the columns t, w, force, stuck and rate of one length, and breaks; write it by stickslip explore`);
+    return { ...record, name };
+  }
+  const [head = "", ...lines] = text.trim().split(/\r?\n/);
+  const header = head.split(",").map((word) => word.trim());
+  const at = Object.fromEntries(Object.entries(NAMES).map(([key, names]) => [key, header.findIndex((word) => names.includes(word))]));
+  for (const key of ["t", "w", "force"])
+    if (at[key]! < 0) throw new Refused(`${name}: expected a column named ${NAMES[key]!.join(" or ")}, got ${header.slice(0, 8).join(", ")}; name the columns in the first line`);
+  const columns = Object.fromEntries(Object.keys(NAMES).map((key) => [key, [] as number[]])) as Record<string, number[]>;
+  lines.forEach((line, i) => {
+    const words = line.split(",");
+    for (const [key, column] of Object.entries(at)) {
+      if (column < 0) continue;
+      const word = (words[column] ?? "").trim();
+      const value = /^(true|false)$/i.test(word) ? -Number(/^t/i.test(word)) : Number(word || NaN);
+      if (!Number.isFinite(value)) throw new Refused(`${name}, row ${i + 2}, column ${header[column]}: expected a number, got “${word.slice(0, 20)}”; mend or leave out the row`);
+      columns[key]!.push(value);
+    }
+  });
+  const { t, w, force, x, stuck: mark } = columns as Record<"t" | "w" | "force" | "x" | "stuck", number[]>;
+  if (t.length < 10) throw new Refused(`${name}: expected at least 10 rows, got ${t.length}; take a longer record`);
+  const fast = w.reduce((most, one) => Math.max(most, Math.abs(one)), 0);
+  // The page's own CSV says the branch, −1 while stuck; others may say 1 or true.
+  const branch = header[at["stuck"]!] === "branch";
+  const stuck = w.map((one, i) => (mark.length ? (branch ? mark[i]! < 0 : mark[i] !== 0) : Math.abs(one) < 1e-6 * fast));
+  return { name, t, // At its end a slip is as fast as rounding lets it be.
+    w: w.map((one, i) => (stuck[i] || Math.abs(one) < 1e-12 * fast ? 0 : one)), force, stuck, x: x.length ? x : null, ...sticks(t, force, stuck, adhesion) };
+}
+
+/** The rate of the force in each stick, and what broke away at its end. While it slips the rate is what adhesion would feel. */
+function sticks(t: number[], force: number[], stuck: boolean[], adhesion: (t: number) => number): Pick<Measured, "rate" | "breaks"> {
+  const rate = t.map(adhesion);
+  const breaks: Measured["breaks"] = [];
+  for (let i = 0; i < t.length; ) {
+    let end = i;
+    while (stuck[i] && end + 1 < t.length && stuck[end + 1]) end++;
+    if (stuck[i] && end > i) {
+      const slope = (force[end]! - force[i]!) / (t[end]! - t[i]!);
+      rate.fill(slope, i, end + 1);
+      if (i > 0 && end + 1 < t.length) breaks.push([t[end]! - t[i]!, Math.abs(slope), Math.abs(force[end]!)]);
+    }
+    i = end + 1;
+  }
+  return { rate, breaks };
+}
+
+/** From where on a law is compared: a stick or a turn of the slip tells what the law remembers. */
+export function known({ w, stuck }: Measured): number {
+  for (let i = 1; i < w.length - 1; i++) if (stuck[i] || (w[i]! < w[i - 1]! && w[i]! <= w[i + 1]!)) return i;
+  return 0;
+}
