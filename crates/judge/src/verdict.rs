@@ -838,9 +838,9 @@ impl<'a> Judge<'a> {
                     // Which one, the reported speed says: over a sensitive phase the motion does not.
                     let off = |line: &Line, u: f64| (line.high - u).abs();
                     let told = direction * self.slip_velocity(c, after);
-                    let nearer = |&p: &usize, &q: &usize| off(&lines[p], told).total_cmp(&off(&lines[q], told));
-                    let Some(at) = (0..lines.len()).min_by(nearer)
-                    else {
+                    let nearer =
+                        |&p: &usize, &q: &usize| off(&lines[p], told).total_cmp(&off(&lines[q], told));
+                    let Some(at) = (0..lines.len()).min_by(nearer) else {
                         self.find("node of a law without nodes", t, 1.0, 0.0);
                         return;
                     };
@@ -866,7 +866,7 @@ impl<'a> Judge<'a> {
                             "slip acceleration at a turn",
                             t,
                             w_rate.abs(),
-                            w_rate_slack + sample.second[c].abs() * blur + self.entry[c],
+                            w_rate_slack + sample.second[c].abs() * blur,
                         );
                     }
                     self.modes[c] = if event.kind == Kind::Hold {

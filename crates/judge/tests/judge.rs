@@ -135,6 +135,17 @@ fn clean(count: u64, draw: impl Fn(u64) -> Value) {
     );
 }
 
+/// Documents on which the engine or the judge was wrong once.
+#[test]
+fn what_once_failed_is_right() {
+    let documents: Vec<Value> = serde_json::from_str(include_str!("found.json")).unwrap();
+    for case in documents {
+        let verdict = judge(&case).unwrap_or_else(|| panic!("the judge does not understand {case}"));
+        assert!(verdict.findings.is_empty(), "{:?} in {case}", verdict.findings);
+        assert!(verdict.phases > 0, "nothing judged in {case}");
+    }
+}
+
 #[test]
 fn a_sample_of_random_oscillators_is_right() {
     clean(600, |index| draw::oscillator(2, index));

@@ -39,7 +39,11 @@ pub(super) fn end_of_adhesion(
     let flat = bend * reach * reach <= rounding;
     // A force that stays what it is within rounding, below a limit that does not fall, breaks nothing.
     let swing = force[1].abs() * reach + 0.5 * bend * reach * reach;
-    let least = if feels_rate { limit(0.0, force[1].abs() + bend * reach) } else { bears };
+    let least = if feels_rate {
+        limit(0.0, force[1].abs() + bend * reach)
+    } else {
+        bears
+    };
     if swing <= rounding && force[0].abs() - least <= rounding {
         return Ok(None);
     }
