@@ -296,7 +296,7 @@ class Page {
         const { state } = this;
         const { names, row } = prepare(state);
         const look = lookOf(state, 60);
-        Object.assign(look, { window: 0.5 * look["window"], points: 1 });
+        Object.assign(look, { points: 1 }, state.system["forcing"].length ? { window: 60 } : {});
         return { system: documentOf(state), names, rows: panel.rows().map((values) => row(...values)), look, chain: false, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
       },
       hear: ({ from, rows, refused }) => {

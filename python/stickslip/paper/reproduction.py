@@ -31,10 +31,10 @@ LEGEND = (
 
 
 #: Drive velocity and forcing of the motions into which figures of the report turn where scripts run.
-LIVE: dict[str, tuple[float, tuple[Harmonic, ...]]] = {
-    "fig-12-phase-portraits": (0.2, ()),
-    "fig-13-forced-motions": (0.3, (Harmonic(0.03, 1.25),)),
-    "fig-14-regimes": (0.2494, ()),
+LIVE: dict[str, tuple[float, Harmonic | None]] = {
+    "fig-12-phase-portraits": (0.2, None),
+    "fig-13-forced-motions": (0.3, Harmonic(0.03, 1.25)),
+    "fig-14-regimes": (0.2494, None),
 }
 
 
