@@ -71,8 +71,8 @@ test-python: .venv/.built
 	$(BIN)/python -m pytest --quiet --numprocesses auto --dist loadfile $(PYTEST)
 
 test-slow: .venv/.built
-	$(BIN)/python -m pytest --quiet -m slow $(PYTEST)
-	$(BIN)/python docs/evidence/events.py --oscillators 1000000 --systems 100000
+	$(BIN)/python docs/evidence/slow_tests.py --keep build/slow-tests.jsonl
+	$(BIN)/python docs/evidence/events.py
 
 check: static test-core test-python
 

@@ -51,6 +51,26 @@ def test_stick_slip_over_neutral_slip_ends_where_its_stick_time_vanishes(law, bo
         assert bool((releases["stick_time"] > 1e-3).any()) is sticks
 
 
+@pytest.mark.parametrize(
+    ("seed", "found"),
+    [
+        # Static friction that grows faster than time at first: sticks become ever shorter with the speed and never end.
+        (20, {}),
+        # Stick-slip goes on above the Hopf point, over a range in which steady slip is stable too.
+        (584, {"nonsmooth_hopf": 2.978587507, "end_of_stick_slip": 3.077614022}),
+        # An unstable cycle grazes at 0.95: the start of a run leaves one basin for another, and no motion changes.
+        (501, {"fold": 1.188411090, "end_of_stick_slip": 1.188411090}),
+        # Between 1.3888 and 1.3915 a cycle without sticks attracts beside stick-slip and steady slip.
+        (
+            39,
+            {"nonsmooth_hopf": 1.026944043, "fold": 1.388758633, "nonsmooth_fold": 1.61361617, "end_of_stick_slip": 1.613616},
+        ),
+    ],
+)  # fmt: skip
+def test_what_runs_on_both_sides_show_is_reported_and_nothing_else(seed, found):
+    assert dict(ss.critical_velocities(*evidence.oscillator(seed))) == pytest.approx(found, abs=1e-6)
+
+
 @pytest.mark.parametrize("law", [LOGARITHMIC, ss.laws.Coulomb(0.5)], ids=["LogarithmicDwell", "Coulomb"])
 @pytest.mark.parametrize("bounds", [(0.2, 0.8), (0.3, 1.0)])
 def test_neutral_slip_is_named_and_has_no_critical_velocity(law, bounds):

@@ -166,7 +166,7 @@ def test_the_module_refuses_with_the_sentences_of_the_package(module):
         {"law": {"type": "StaticKinetic", "break_away": 0.5, "kinetic": 0.6}},
     ):
         with pytest.raises(ValueError, match="must") as here:
-            _core.check_oscillator(json.dumps(system | change))
+            _core.System(json.dumps(system | change))
         with pytest.raises(ValueError, match=re.escape(str(here.value))):
             module.ask(ORBIT, {"system": system | change, **run})
     with pytest.raises(ValueError, match="expected the number of a question from 0 to 4, got 9"):

@@ -374,3 +374,18 @@ def test_intervals_hold_the_truth_whether_records_differ_or_not(between: float, 
         held = {name: held[name] + inside(fit, name, true) for name, true in (("kinetic", 0.6), ("viscous", 0.3))}
     # 95 % of 100, three standard errors either way; above it where few records leave few degrees of freedom
     assert all(88 <= count <= 100 for count in held.values()), held
+
+
+def test_a_peak_at_low_speed_is_found() -> None:
+    # 29.6 N at rest falls to 20 N within a thirtieth of the top speed
+    rng = np.random.default_rng(0)
+    t = np.arange(0, 40, 0.01)
+    w = 0.3 * np.cos(2 * t)
+    force = np.sign(w) * (20 + 9.6 * np.exp(-np.abs(w) / 0.01) + 5 * np.abs(w)) + 0.1 * rng.standard_normal(t.size)
+    record = {"t": t, "x": 0.15 * np.sin(2 * t) + 3e-5 * rng.standard_normal(t.size), "f": force}
+    columns = {"time": "t", "displacement": {"column": "x", "unit": "m"}, "force": {"column": "f", "unit": "N"}}
+    found = fit_steady(ss.measure(record, {"instrument": "direct_force", "columns": columns}))
+    assert found.chosen == "Stribeck"
+    rest, error = found.parameters.loc[["kinetic", "weakening"]][["value", "error"]].to_numpy().T
+    assert rest.sum() == pytest.approx(29.6, abs=3 * float(np.hypot(*error)))
+    assert isinstance(found.law, ss.laws.ExponentialStribeck)

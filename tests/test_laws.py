@@ -1,5 +1,5 @@
 import re
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +7,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.laws import Law
+from stickslip.laws.facts import FACTS
 
 DOCS = Path(__file__).parent.parent / "docs"
 
@@ -22,6 +23,26 @@ LAWS = [
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_every_law_is_a_document_that_comes_back(law):
     assert Law.from_dict(law.to_dict()) == law
+
+
+@pytest.mark.parametrize("kind", Law.ALL.values(), ids=lambda kind: kind.__name__)
+def test_the_signature_of_a_law_is_what_the_core_declares(kind):
+    facts, items = FACTS[kind.__name__], fields(kind)
+    assert {item.name for item in items} == set(facts.parameters)
+    optional = {item.name: item.default for item in items if item.default is not MISSING}
+    if any(item.default is item.default_factory for item in items):
+        assert optional == facts.defaults
+    else:
+        # The paper's law: all its parameters together are the default.
+        assert kind() == kind.example()
+
+
+def test_what_a_number_must_be_and_between_what_it_is_searched_go_together():
+    for facts in FACTS.values():
+        for name, parameter in facts.parameters.items():
+            for number in parameter.numbers:
+                assert number.low < number.high, name
+                assert not number.ratio or number.low >= 0, name
 
 
 @pytest.mark.parametrize("kind", Law.ALL.values(), ids=lambda kind: kind.__name__)

@@ -61,3 +61,12 @@ def test_few_pictures_of_a_long_exposure_bring_no_break_away_that_is_surely_wron
     assert (np.abs(found["force"] - LAW.break_away) < 2 * found["force_error"]).all()
     fitted = identify(friction, law="StaticKinetic").parameters.loc["break_away"]
     assert fitted["low"] < LAW.break_away < fitted["high"]
+
+
+def test_the_work_of_whole_slips_is_known_far_better_than_the_force_at_their_ends():
+    """An error of the acceleration is gone from its integral: f_k is known to about the noise over the root of the slips."""
+    noise, slips = 3e-3, 5
+    friction = record(events("release")[1] - 4.0, events("capture")[slips + 1] + 0.5, noise)
+    found = identify(friction, law="StaticKinetic").parameters.loc["kinetic"]
+    assert found["low"] < LAW.kinetic < found["high"]
+    assert found["high"] - found["low"] < 4 * noise / np.sqrt(slips)

@@ -229,6 +229,21 @@ def test_a_log_wants_both_ends_of_its_spring_in_metres(tmp_path: Path) -> None:
         measure(tmp_path / "log.txt", load_rig(rig))
 
 
+@pytest.mark.parametrize(
+    ("ratio", "words"), [(1.13, "which no creep explains"), (0.85, "is creep and small slips"), (1.0, "velocity")]
+)
+def test_a_loading_rate_is_laid_beside_the_rig(ratio: float, words: str) -> None:
+    t = np.arange(0, 400, 0.25)
+    noise = 0.002 * np.random.default_rng(0).standard_normal(t.size)
+    rig = {"instrument": "force_log", "least_drop": 0.3, "stiffness": "470 N/m", "drive_velocity": "1.2 mm/s"}
+    record = {"t": t, "f": 5 + ratio * 0.47 * 1.2 * (t % 9) + noise}
+    f = measure(record, load_rig(rig | {"columns": {"time": "t", "force": "f"}}))
+    said = next(note for note in f.attrs["notes"] if "loading rate" in note)
+    assert words in said
+    assert (ratio == 1.0) == said.endswith(words)  # nothing is explained where nothing is missing
+    assert f.attrs["stiffness"] == 470
+
+
 def test_rock_is_measured_at_every_speed_and_load(shared_data: Path) -> None:
     f = measured(shared_data, "rock_biax_p446", "rock_biax_p446/p446s7tr005l")
     holds = f["steady"].to_dataset(inherit=False)

@@ -64,8 +64,8 @@ def like_the_example(kind):
         document = kind.example().to_dict()
         for _ in range(100):
             numbers = {
-                name: random.choice(kind.CHOICES[name])
-                if name in kind.CHOICES
+                name: random.choice(kind.PARAMETERS[name].choices)
+                if kind.PARAMETERS[name].choices
                 else value * np.exp(random.uniform(-1, 1))
                 for name, value in document.items()
                 if name != "type"

@@ -1,6 +1,6 @@
 """Critical velocities of random oscillators against plain runs; writes docs/evidence/critical-velocities.md.
 
-    python docs/evidence/critical_velocities.py --keep RESULTS.jsonl [--count N] [--first SEED]
+    python docs/evidence/critical_velocities.py [--keep RESULTS.jsonl] [--count N] [--first SEED]
 
 Each oscillator is drawn from its own seed. Every reported velocity has to be shown by runs on both sides of it, and every
 change that runs at 200 speeds show has to be reported. The runs are those of `stickslip.simulate` and nothing of
@@ -29,6 +29,10 @@ COUNT, SPEEDS = 1000, 200
 FEW = (3,)
 #: How much a small motion beside steady slip changes over a run, as a logarithm, to grow or to decay.
 GROWS = 0.05
+#: A stick of a smaller share of a natural period is none.
+LEAST_STICK = 1e-5
+#: Starts beside steady slip, velocities over the drive's, where runs look for what attracts.
+FEW_STARTS, MANY_STARTS = (1e-4, 0.3, 1.0), (1e-4, *np.linspace(0.05, 1.0, 20).tolist())
 #: Seconds of the processor after which an oscillator is given up.
 LONGEST = 100
 
@@ -88,13 +92,16 @@ class Look:
     Attributes
     ----------
     sticks : whether it sticks, and `crossings` whether the slip velocity changes its sign without a stick.
-    size : the range of the position.
-    end : where it ends.
+    size : the range of the position, and `settled` whether it was the same before.
+    held : the mean stick time over a period.
+    end : where it ends; of a motion that sticks at the last capture, as nothing before that is remembered.
     """
 
     sticks: bool
     crossings: bool
     size: float
+    settled: bool
+    held: float
     end: tuple[float, float]
 
 
@@ -115,11 +122,16 @@ def look(system: ss.Oscillator, speed: float, cycles: float, x0: float | None = 
         means.append(float(within.mean()) if within.size else 0.0)
     # Sticks that become ever shorter, by a fixed part in each window, vanish.
     fades = all(after < 0.97 * before for before, after in itertools.pairwise(means))
-    sticks = means[-1] > 1e-5 * period and not fades
+    sticks = means[-1] > LEAST_STICK * period and not fades
     crossings = bool((crossed > 0.8 * orbit.t_end).any())
-    times = np.linspace(0.8, 1.0, int(30 * np.clip(0.2 * t_end / period, 2, 40))) * orbit.t_end
-    size = max(float(np.ptp(orbit.at(times)[0])), 1e-300)
-    return Look(sticks, crossings, size, orbit.at(orbit.t_end))
+    count = int(30 * np.clip(0.2 * t_end / period, 2, 40))
+    before, size = (
+        max(float(np.ptp(orbit.at(np.linspace(begin, begin + 0.2, count) * orbit.t_end)[0])), 1e-300)
+        for begin in (0.6, 0.8)
+    )
+    captures = when[(kinds == "capture") & (when > 0.8 * orbit.t_end)]
+    end = orbit.at(captures[-1] if captures.size else orbit.t_end)
+    return Look(sticks, crossings, size, abs(size - before) <= 0.02 * size, means[-1] / period, end)
 
 
 def aside(system: ss.Oscillator, speed: float, share: float = 1e-4) -> tuple[float, float]:
@@ -143,9 +155,9 @@ def changes(system: ss.Oscillator, low: float, high: float, count: int = SPEEDS)
     speeds = np.linspace(low, high, count).tolist()
     rest = [look(system, speed, 150) for speed in speeds]
     beside = [growth(system, speed) for speed in speeds]
-    unsteady = [found.sticks for found in rest]
-    for (a, one), (b, other) in itertools.pairwise(zip(speeds, unsteady, strict=True)):
-        if one != other:
+    for (a, one), (b, other) in itertools.pairwise(zip(speeds, rest, strict=True)):
+        # Sticks that go below what counts as one, at no speed in particular, do not end there.
+        if one.sticks != other.sticks and max(one.held, other.held) > 10 * LEAST_STICK:
             yield "stick-slip from rest", a, b
     if type(system.law).__name__ in ("BogaczRyczek", "TwoBranch"):
         return
@@ -157,27 +169,41 @@ def changes(system: ss.Oscillator, low: float, high: float, count: int = SPEEDS)
             yield "steady slip", speeds[i], speeds[j]
 
 
-def confirmed(system: ss.Oscillator, value: float, gap: float) -> bool:
-    """Whether runs below and above a speed differ: from rest, from beside steady slip, or going on from the other side."""
+def differ(one: Look, other: Look) -> bool:
+    """Whether the ends of two runs are motions of different kinds."""
+    sizes = sorted((one.size, other.size))
+    return one.sticks != other.sticks or one.crossings != other.crossings or sizes[1] > 1.2 * sizes[0]
 
-    def differ(one: Look, other: Look) -> bool:
-        sizes = sorted((one.size, other.size))
-        return one.sticks != other.sticks or one.crossings != other.crossings or sizes[1] > 1.2 * sizes[0]
 
-    for width, cycles in ((1e-3, 300), (1e-3, 2000), (1e-2, 1000), (1e-4, 3000)):
+def confirmed(system: ss.Oscillator, kind: str, value: float, gap: float) -> bool:
+    """Whether runs below and above a speed differ: what they show from rest, or a motion that attracts on one side alone.
+
+    That a start leads elsewhere is no change by itself, except from rest: it may have left the basin of one motion for that
+    of another, which both go on. So all settled ends are asked whether there is one like it on the other side.
+    """
+    for width, cycles, shares in (
+        (1e-3, 300, FEW_STARTS),
+        (1e-3, 2000, FEW_STARTS),
+        (1e-3, 500, MANY_STARTS),
+        (1e-2, 500, MANY_STARTS),
+        (1e-4, 3000, FEW_STARTS),
+    ):
         step = min(width * value, gap / 3)
         speeds = (value - step, value + step)
         slow = cycles * (1 if system.law.SMOOTH else 3)
-        for share in (1e-4, 1e-2 * step / value, 0.3, 1.0):
-            if differ(*(look(system, speed, slow, *aside(system, speed, share)) for speed in speeds)):
-                return True
         rest = [look(system, speed, slow) for speed in speeds]
-        if differ(*rest):
+        if kind in ("end_of_stick_slip", "onset_of_stick_slip") and differ(*rest):
             return True
-        for near, far in (speeds, speeds[::-1]):
-            for start in (look(system, near, slow), look(system, near, slow, *aside(system, near, 0.3))):
-                if differ(start, look(system, far, slow, *start.end)):
-                    return True
+        ends = [[one] for one in rest]
+        for share in (*shares, 1e-2 * step / value):
+            for found, speed in zip(ends, speeds, strict=True):
+                found.append(look(system, speed, slow, *aside(system, speed, share)))
+        # Each end goes on on the other side too, so that what attracts on both is seen on both.
+        crossed = [[look(system, speed, slow, *one.end) for one in ends[1 - i]] for i, speed in enumerate(speeds)]
+        below, above = ([one for one in [*a, *b] if one.settled] for a, b in zip(ends, crossed, strict=True))
+        for here, there in ((below, above), (above, below)):
+            if any(all(differ(one, other) for other in there) for one in here):
+                return True
     return False
 
 
@@ -214,7 +240,7 @@ def case(seed: int, speeds: int = SPEEDS) -> Case:
     values = [value for _, value in found.all]
     for kind, value in found.all:
         gap = min((abs(other - value) for other in values if abs(other - value) > 1e-6 * value), default=math.inf)
-        if not confirmed(system, value, gap):
+        if not confirmed(system, kind, value, gap):
             result.unconfirmed.append((kind, value))
     for kind, a, b in changes(system, low, high, speeds):
         result.shown += 1
@@ -267,7 +293,7 @@ def page(found: list[Case]) -> str:
         f"Oscillators of the seeds 0 to {len(found) - 1}, half of them undamped, the others with 0.03 to 10 % of critical",
         "damping (more with the paper's law). Each reported velocity is looked at by plain runs on both sides of it; each",
         "change that runs at 200 speeds between the bounds show has to be reported: of stick-slip from rest, and of the",
-        "growth of a small motion beside steady slip. Written by `python docs/evidence/critical_velocities.py COUNT`.",
+        "growth of a small motion beside steady slip. Written by `python docs/evidence/critical_velocities.py`.",
         "",
         "| law | oscillators | undamped | neutral | reported | not shown by runs | changes in runs | not reported |",
         "|---|---|---|---|---|---|---|---|",
@@ -299,12 +325,14 @@ def page(found: list[Case]) -> str:
 def main() -> None:
     """The table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--keep", type=Path, required=True, help="where the results go line by line")
+    parser.add_argument(
+        "--keep", type=Path, default=PAGE.with_suffix(".jsonl"), help="where the results go line by line"
+    )
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=COUNT)
     options = parser.parse_args()
     found = cases(range(options.first, options.first + options.count), options.keep)
-    PAGE.write_text(page(found), encoding="utf-8")
+    options.keep.with_suffix(".md").write_text(page(found), encoding="utf-8")
 
 
 if __name__ == "__main__":

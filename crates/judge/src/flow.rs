@@ -309,7 +309,11 @@ impl<'a, R: Real> Model<'a, R> {
             }
         };
         let unit = power(stiff.max(1e-3 * damped).max(waves));
-        let pace = stiff.max(damped).max(waves).max(f64::MIN_POSITIVE);
+        let pace = match stiff.max(damped).max(waves) {
+            // Held on a ramp, and nothing else goes on.
+            0.0 => 1.0,
+            pace => pace,
+        };
         self.scale = vec![1.0; dim];
         for j in 0..dim {
             if j < n {
@@ -696,7 +700,7 @@ impl<'a, R: Real> Phase<'a, R> {
     }
 }
 
-/// One step by the extrapolated midpoint rule of order 14 at most, halved until two columns agree.
+/// One step by the extrapolated midpoint rule of order 14 at most, halved until two rows agree.
 fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Option<Vec<R>> {
     const PARTS: [u32; 7] = [2, 4, 6, 8, 10, 12, 14];
     model.steps.set(model.steps.get() + 1);
@@ -718,6 +722,7 @@ fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Op
     // The extrapolations of one row of the table, each `dim` long, and room for two states.
     let mut table: Vec<R> = Vec::with_capacity(PARTS.len() * dim);
     let (mut before, mut now) = (start.clone(), start.clone());
+    let mut last = start.clone();
     for (index, &parts) in PARTS.iter().enumerate() {
         let step = h / R::of(f64::from(parts));
         before.copy_from_slice(&start);
@@ -743,11 +748,11 @@ fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Op
                 (*old, *new) = (*new, better);
             }
         }
-        if index >= R::COLUMNS {
-            let check = &table[(index - 1) * dim..];
+        if index >= R::ROWS {
+            // Two rows, not two columns: those share the finest steps, and what these do not see is far more than their gap.
             let gap = |i: usize| {
                 let size = start[i].value().abs().max(before[i].value().abs()) + known[i];
-                (before[i] - check[i]).value().abs() / size.max(f64::MIN_POSITIVE)
+                (before[i] - last[i]).value().abs() / size.max(f64::MIN_POSITIVE)
             };
             if (0..state).all(|i| gap(i) <= 1e-14) {
                 model.feed(&mut before);
@@ -758,6 +763,7 @@ fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Op
             }
         }
         table.extend_from_slice(&before);
+        last.copy_from_slice(&before);
     }
     let half = h * R::of(0.5);
     let middle = bulirsch_stoer(model, from, half, depth + 1)?;

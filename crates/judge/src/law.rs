@@ -368,6 +368,13 @@ impl Law {
     }
 }
 
+/// What a slip speed that is known to `slack` alone does to friction along `lines`.
+pub fn spread(lines: &[Line], u: f64, slack: f64) -> f64 {
+    let [low, here, high] =
+        [(u - slack).max(0.0), u, u + slack].map(|at| piece_at(lines, at, true).force(at));
+    (low - here).abs().max((high - here).abs())
+}
+
 /// The piece of `lines` that holds u; at a node the one ahead.
 pub fn piece_at(lines: &[Line], u: f64, rising: bool) -> Line {
     let holds = |line: &&Line| if rising { u < line.high } else { u <= line.high };

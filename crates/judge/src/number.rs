@@ -8,8 +8,8 @@ pub trait Real:
 {
     /// What a sum of terms near one no longer sees.
     const ROUNDING: f64;
-    /// After how many columns of an extrapolation two that agree are believed: fewer may agree by chance.
-    const COLUMNS: usize;
+    /// After how many rows of an extrapolation two that agree are believed: fewer may agree by chance.
+    const ROWS: usize;
     /// From a double.
     fn of(value: f64) -> Self;
     /// To the nearest double.
@@ -18,7 +18,7 @@ pub trait Real:
 
 impl Real for f64 {
     const ROUNDING: f64 = 1e-17;
-    const COLUMNS: usize = 4;
+    const ROWS: usize = 4;
     fn of(value: f64) -> Self {
         value
     }
@@ -117,7 +117,7 @@ impl Div for Pair {
 
 impl Real for Pair {
     const ROUNDING: f64 = 1e-33;
-    const COLUMNS: usize = 6;
+    const ROWS: usize = 6;
     fn of(value: f64) -> Self {
         Self {
             high: value,

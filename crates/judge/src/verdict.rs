@@ -4,7 +4,7 @@ use serde_json::Value;
 use stickslip::mode::Kind;
 
 use crate::flow::{Model, Phase, ROUNDINGS, Rub, Sample};
-use crate::law::{Kinetic, Line, piece_at};
+use crate::law::{Kinetic, Line, piece_at, spread};
 use crate::number::{Pair, Real};
 use crate::paper::Memory;
 use crate::problem::Problem;
@@ -177,7 +177,7 @@ impl<'a> Judge<'a> {
                 tolerance,
             );
         }
-        self.reach();
+        self.reach(&start);
         self.measure(first);
         self.escalate(
             |judge| judge.begin::<f64>(first),
@@ -234,8 +234,9 @@ impl<'a> Judge<'a> {
         pairs(self)
     }
 
-    /// The largest speed that the forces of the document can give in the run, and how far it leads.
-    fn reach(&mut self) {
+    /// The largest speed that the forces of the document can give in the run, and how far it leads; and how far the speed of
+    /// the start leads against springs and dampers.
+    fn reach(&mut self, start: &[f64]) {
         let problem = self.problem;
         for i in 0..problem.n {
             let at = i * (problem.n + 1);
@@ -260,6 +261,18 @@ impl<'a> Judge<'a> {
                 .min(force / d);
             self.size[1] = self.size[1].max(speed);
             self.size[0] = self.size[0].max((force / k).min(speed * problem.t_end));
+            let way = start[problem.n + i].abs() * (m / k).sqrt().min(m / d).min(problem.t_end);
+            self.size[0] = self.size[0].max(way);
+            if problem.n > 1 {
+                continue;
+            }
+            // Near resonance a motion is the small difference of a forced and a free one: a few roundings of those.
+            for (_, wave) in &problem.forces {
+                let (o, a) = (wave.frequency, 0.0625 * wave.amplitude.abs());
+                let forced = a / (k - m * o * o).hypot(d * o).max(1e-3 * k);
+                self.size[0] = self.size[0].max(forced);
+                self.size[1] = self.size[1].max(o * forced);
+            }
         }
     }
 
@@ -294,6 +307,13 @@ impl<'a> Judge<'a> {
             .held::<R>(c, &stuck)
             .map_or(f64::NAN, |held| held.force[c][1]);
         self.problem.contacts[c].law.adhesion.force(0.0, rate.abs())
+    }
+
+    /// w of contact c, as reported.
+    fn slip_velocity(&self, c: usize, mark: &Mark) -> f64 {
+        let contact = &self.problem.contacts[c];
+        let v = |mass: usize| mark.state[self.problem.n + mass];
+        contact.drive.value(mark.time) - v(contact.mass) + contact.other.map_or(0.0, v)
     }
 
     /// Slip from zero speed in a direction, adhesion having broken at a force.
@@ -347,10 +367,7 @@ impl<'a> Judge<'a> {
         };
         if stuck && one && !w.is_subnormal() {
             let margin = limit - force.abs();
-            // Adhesion that asks for a little more than it gets, and less a moment later: slip between has a speed of rounding.
-            let back = -margin > 0.0 && rate * force < 0.0;
-            let peak = margin * margin / (2.0 * self.problem.mass[0] * rate.abs());
-            if margin.abs() <= slack + limit_slack || back && peak <= self.floor()[1] {
+            if margin.abs() <= slack + limit_slack || margin < 0.0 && -margin <= self.relief(force, rate) {
                 self.verdict.edges += 1;
             } else {
                 let wanted = if margin > 0.0 { 0.0 } else { force.signum() };
@@ -405,6 +422,15 @@ impl<'a> Judge<'a> {
         };
     }
 
+    /// By how much a force may be beyond what adhesion bears, where it is less a moment later: slip between has a speed of
+    /// rounding, (excess)²/(2 m |rate|).
+    fn relief(&self, force: f64, rate: f64) -> f64 {
+        if self.problem.n > 1 || rate * force >= 0.0 {
+            return 0.0;
+        }
+        (2.0 * self.problem.mass[0] * rate.abs() * self.floor()[1]).sqrt()
+    }
+
     /// What a rate within its slack does to what adhesion bears.
     fn limit_slack(&self, c: usize, rest: f64, rate: f64, slack: f64) -> f64 {
         let adhesion = &self.problem.contacts[c].law.adhesion;
@@ -444,7 +470,7 @@ impl<'a> Judge<'a> {
                     guard(
                         "adhesion beyond its limit",
                         limit - force.abs(),
-                        slack + more + rate.abs() * blur,
+                        slack + more + rate.abs() * blur + self.relief(force, rate),
                     );
                 }
                 Mode::Line(direction, line) => {
@@ -463,10 +489,12 @@ impl<'a> Judge<'a> {
                         );
                     }
                     if line.sense != 0.0 {
+                        // A speed of rounding has no sense; the wrong branch would soon make more of it.
+                        let at_rest = if w.abs() <= w_slack { f64::INFINITY } else { 0.0 };
                         guard(
                             "slip acceleration of the other branch",
                             line.sense * direction * w_rate,
-                            w_rate_slack + self.entry[c],
+                            w_rate_slack + self.entry[c] + at_rest,
                         );
                     }
                 }
@@ -479,16 +507,17 @@ impl<'a> Judge<'a> {
                 }
                 Mode::Hold(direction, u) => {
                     if let Kinetic::Branches([falling, rising]) = &self.problem.contacts[c].law.kinetic {
+                        let (down, up) = (piece_at(falling, u, false), piece_at(rising, u, true));
                         let more = slack + rate.abs() * blur;
                         guard(
                             "held below its branches",
-                            direction * force - piece_at(falling, u, false).force(u),
-                            more,
+                            direction * force - down.force(u),
+                            more + spread(falling, u, w_slack),
                         );
                         guard(
                             "held above its branches",
-                            piece_at(rising, u, true).force(u) - direction * force,
-                            more,
+                            up.force(u) - direction * force,
+                            more + spread(rising, u, w_slack),
                         );
                     }
                 }
@@ -705,11 +734,13 @@ impl<'a> Judge<'a> {
             let c = event.contact;
             if after.events[index + 1..].iter().any(|later| later.contact == c) {
                 // More happens to this contact at once: only where that leads is judged.
+                let mode = self.modes[c];
                 self.modes[c] = match event.kind {
                     Kind::Capture => Mode::Stick(after.time),
                     Kind::Release => self.leave(c, event.force.signum(), event.force.abs()),
-                    Kind::Crossing => self.leave(c, -self.modes[c].direction(), event.force.abs()),
-                    _ => self.modes[c],
+                    Kind::Crossing => self.leave(c, -mode.direction(), event.force.abs()),
+                    Kind::Reversal => self.turned::<R>(c, mode, after, sample),
+                    _ => mode,
                 };
                 continue;
             }
@@ -786,7 +817,12 @@ impl<'a> Judge<'a> {
                 (Kind::Node, Mode::Line(direction, line)) => {
                     let u = direction * w;
                     if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
-                        let high = (line.high - u).abs() < (line.low - u).abs();
+                        // A steep line may be shorter than rounding: the sense tells which of its ends is ahead.
+                        let high = if line.sense == 0.0 {
+                            (line.high - u).abs() < (line.low - u).abs()
+                        } else {
+                            line.sense > 0.0
+                        };
                         let end = if high { line.high } else { line.low };
                         let tolerance = w_slack + w_rate.abs() * blur + ROUNDINGS * end;
                         let next = paper.end(&line, high, &mut self.memories[c]);
@@ -799,9 +835,11 @@ impl<'a> Judge<'a> {
                         Kinetic::Branches(branches) => branches[usize::from(line.sense > 0.0)].clone(),
                         _ => Vec::new(),
                     };
-                    let off = |line: &Line| (line.high - u).abs();
-                    let Some(at) =
-                        (0..lines.len()).min_by(|&p, &q| off(&lines[p]).total_cmp(&off(&lines[q])))
+                    // Which one, the reported speed says: over a sensitive phase the motion does not.
+                    let off = |line: &Line, u: f64| (line.high - u).abs();
+                    let told = direction * self.slip_velocity(c, after);
+                    let nearer = |&p: &usize, &q: &usize| off(&lines[p], told).total_cmp(&off(&lines[q], told));
+                    let Some(at) = (0..lines.len()).min_by(nearer)
                     else {
                         self.find("node of a law without nodes", t, 1.0, 0.0);
                         return;
@@ -809,7 +847,7 @@ impl<'a> Judge<'a> {
                     self.find(
                         "slip speed at a node",
                         t,
-                        off(&lines[at]),
+                        off(&lines[at], u),
                         w_slack + w_rate.abs() * blur + ROUNDINGS * u.abs(),
                     );
                     let rises = direction * w_rate;
@@ -822,29 +860,20 @@ impl<'a> Judge<'a> {
                     self.modes[c] =
                         Mode::Line(direction, lines[(at + usize::from(above)).min(lines.len() - 1)]);
                 }
-                (Kind::Reversal | Kind::Hold, Mode::Line(direction, line)) => {
+                (Kind::Reversal | Kind::Hold, Mode::Line(direction, _)) => {
                     if one && !bends {
                         self.find(
                             "slip acceleration at a turn",
                             t,
                             w_rate.abs(),
-                            w_rate_slack + sample.second[c].abs() * blur,
+                            w_rate_slack + sample.second[c].abs() * blur + self.entry[c],
                         );
                     }
-                    let u = direction * w;
-                    if event.kind == Kind::Hold {
-                        self.modes[c] = Mode::Hold(direction, u);
-                    } else if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
-                        let rising =
-                            line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
-                        let top = self.top::<R>(c, after);
-                        let next = paper.turn(&line, u, rising, top, &self.memories[c]);
-                        self.modes[c] = Mode::Line(direction, next);
-                    } else if let Kinetic::Branches(branches) = &self.problem.contacts[c].law.kinetic {
-                        let rising = line.sense < 0.0;
-                        self.modes[c] =
-                            Mode::Line(direction, piece_at(&branches[usize::from(rising)], u, rising));
-                    }
+                    self.modes[c] = if event.kind == Kind::Hold {
+                        Mode::Hold(direction, direction * w)
+                    } else {
+                        self.turned::<R>(c, mode, after, sample)
+                    };
                 }
                 (Kind::Reversal, Mode::Hold(direction, u)) => {
                     if let Kinetic::Branches([falling, rising]) = &self.problem.contacts[c].law.kinetic {
@@ -853,12 +882,16 @@ impl<'a> Judge<'a> {
                             (direction * force - down.force(u)).abs(),
                             (direction * force - up.force(u)).abs(),
                         );
-                        let next = if above < below { up } else { down };
+                        let (next, branch) = if above < below {
+                            (up, rising)
+                        } else {
+                            (down, falling)
+                        };
                         self.find(
                             "reaction at the end of a hold",
                             t,
                             below.min(above),
-                            more + ROUNDINGS * force.abs(),
+                            more + ROUNDINGS * force.abs() + spread(branch, u, w_slack),
                         );
                         self.modes[c] = Mode::Line(direction, next);
                     }
@@ -887,6 +920,26 @@ impl<'a> Judge<'a> {
                 return;
             }
         }
+    }
+
+    /// The mode after a turn of the slip acceleration along a line.
+    fn turned<R: Real>(&self, c: usize, mode: Mode, after: &Mark, sample: &Sample) -> Mode {
+        let Mode::Line(direction, line) = mode else {
+            return mode;
+        };
+        let u = direction * sample.w[c][0];
+        let next = match &self.problem.contacts[c].law.kinetic {
+            Kinetic::Paper(paper) => {
+                let rising = line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
+                paper.turn(&line, u, rising, self.top::<R>(c, after), &self.memories[c])
+            }
+            Kinetic::Branches(branches) => {
+                let rising = line.sense < 0.0;
+                piece_at(&branches[usize::from(rising)], u, rising)
+            }
+            _ => line,
+        };
+        Mode::Line(direction, next)
     }
 
     fn take_over(&mut self, mark: &Mark, after: &Mark) {

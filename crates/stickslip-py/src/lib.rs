@@ -2,28 +2,24 @@
 #![warn(clippy::disallowed_methods)]
 
 mod batch;
-mod network;
+mod orbit;
 mod rows;
 mod stability;
 mod state;
 mod sweep;
+mod system;
 mod watch;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use stickslip::engine::Replay;
+use serde_json::Value;
 use stickslip::error::Error;
 use stickslip::law::{self, Friction, Law};
 use stickslip::mode::Kind;
-use stickslip::orbit;
 use stickslip::regime::Regime;
-use stickslip::simulate::{Run, Stop, simulate_while};
+use stickslip::simulate::Stop;
 use stickslip::state_law::StateLaw;
-use stickslip::structure::Oscillator;
-
-use crate::rows::Counts;
-use crate::watch::watched;
 
 fn refused(error: &Error) -> PyErr {
     PyValueError::new_err(error.to_string())
@@ -35,183 +31,18 @@ fn law_from(document: &str) -> PyResult<Law> {
 
 type Array<'py, T> = Bound<'py, PyArray1<T>>;
 
-/// A whole run, kept in the core.
-#[pyclass(frozen, module = "stickslip._core")]
-struct Orbit(orbit::Orbit);
-
-#[pymethods]
-impl Orbit {
-    /// Simulate the oscillator of a JSON document.
-    #[staticmethod]
-    fn simulate(
-        py: Python<'_>,
-        document: &str,
-        x0: f64,
-        v0: Option<f64>,
-        t_end: f64,
-        max_events: u64,
-        max_seconds: Option<f64>,
-    ) -> PyResult<Self> {
-        let oscillator = Oscillator::from_json(document).map_err(|error| refused(&error))?;
-        let run = Run {
-            x0,
-            v0,
-            t_end,
-            max_events,
-        };
-        watched(py, max_seconds, |go_on| simulate_while(&oscillator, run, go_on)).map(Self)
-    }
-
-    /// An orbit from its saved columns.
-    #[staticmethod]
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
-    )]
-    fn restore(
-        document: &str,
-        run: (f64, Option<f64>, f64, u64),
-        stop: usize,
-        work: Counts,
-        segments: PyReadonlyArray1<'_, f64>,
-        events: PyReadonlyArray1<'_, f64>,
-    ) -> PyResult<Self> {
-        let oscillator = Oscillator::from_json(document).map_err(|error| refused(&error))?;
-        let (x0, v0, t_end, max_events) = run;
-        let segments: Vec<orbit::Segment> = rows::read(&segments)?;
-        if segments.is_empty() {
-            return Err(rows::broken());
-        }
-        Ok(Self(orbit::Orbit {
-            oscillator,
-            run: Run {
-                x0,
-                v0,
-                t_end,
-                max_events,
-            },
-            segments,
-            events: rows::read(&events)?,
-            stop: rows::stop_of(stop)?,
-            work: rows::work_of(work),
-        }))
-    }
-
-    /// The segments, one row of 8 numbers each: time (high, low), x, v, direction, offset, slope, branch.
-    fn segments<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
-        rows::laid_out(py, &self.0.segments)
-    }
-
-    /// The events, one row of 8 numbers each: t, kind, contact, x, v, force, stick_time, force_rate.
-    fn events<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
-        rows::laid_out(py, &self.0.events)
-    }
-
-    /// Position, velocity, acceleration, friction force and adhesion at times.
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
-    )]
-    #[expect(clippy::type_complexity, reason = "five columns")]
-    fn states<'py>(
-        &self,
-        py: Python<'py>,
-        times: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<(
-        Array<'py, f64>,
-        Array<'py, f64>,
-        Array<'py, f64>,
-        Array<'py, f64>,
-        Array<'py, bool>,
-    )> {
-        let times = times.as_slice()?;
-        let states = py.detach(|| self.0.states(times));
-        let column =
-            |pick: fn(&orbit::State) -> f64| states.iter().map(pick).collect::<Vec<_>>().into_pyarray(py);
-        Ok((
-            column(|state| state.x),
-            column(|state| state.v),
-            column(|state| state.a),
-            column(|state| state.force),
-            states
-                .iter()
-                .map(|state| state.stuck)
-                .collect::<Vec<_>>()
-                .into_pyarray(py),
-        ))
-    }
-
-    /// What is steady in the orbit, as a table of one row.
-    fn steady<'py>(
-        &self,
-        py: Python<'py>,
-        look: &str,
-        period: f64,
-        surface: &str,
-    ) -> PyResult<sweep::Table<'py>> {
-        sweep::steady_of(py, &mut Replay::new(&self.0), look, period, surface)
-    }
-
-    /// The points of a section from a time on.
-    fn section<'py>(
-        &self,
-        py: Python<'py>,
-        surface: &str,
-        contact: usize,
-        after: f64,
-        most: usize,
-    ) -> PyResult<(Array<'py, f64>, usize)> {
-        let span = (after, self.0.t_last());
-        sweep::section_of(py, &mut Replay::new(&self.0), surface, contact, span, most, None)
-    }
-
-    /// What was asked: x0, v0, t_end, max_events.
-    #[getter]
-    fn run(&self) -> (f64, Option<f64>, f64, u64) {
-        let run = self.0.run;
-        (run.x0, run.v0, run.t_end, run.max_events)
-    }
-
-    #[getter]
-    fn t_last(&self) -> f64 {
-        self.0.t_last()
-    }
-
-    #[getter]
-    fn stop(&self) -> (usize, &'static str, &'static str) {
-        rows::stop_row(self.0.stop)
-    }
-
-    #[getter]
-    fn work(&self) -> Counts {
-        rows::work_row(self.0.work)
-    }
-}
-
-/// Whether a forcing of an oscillator meets a resonance at which the closed form would lose digits.
+/// What is known of every law, as one JSON document.
 #[pyfunction]
-fn resonates(document: &str) -> PyResult<bool> {
-    let oscillator = Oscillator::from_json(document).map_err(|error| refused(&error))?;
-    Ok(oscillator.resonates())
-}
-
-/// Check the JSON document of an oscillator.
-#[pyfunction]
-fn check_oscillator(document: &str) -> PyResult<()> {
-    if state::has_state(document) {
-        return Oscillator::<StateLaw>::from_json(document)
-            .map(drop)
-            .map_err(|error| refused(&error));
-    }
-    Oscillator::<Law>::from_json(document)
-        .map(drop)
-        .map_err(|error| refused(&error))
+fn law_facts() -> PyResult<String> {
+    serde_json::to_string(&[Law::facts(), StateLaw::facts()].concat())
+        .map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
 /// Check the JSON document of a law.
 #[pyfunction]
 fn check_law(document: &str) -> PyResult<()> {
-    if state::has_state(document) {
+    let table: Value = serde_json::from_str(document).unwrap_or_default();
+    if system::has_state(&table) {
         return state::Law::new(document).map(drop);
     }
     law_from(document)?.validate().map_err(|error| refused(&error))
@@ -282,7 +113,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("SWEEP_COLUMNS", sweep::COLUMNS)?;
     module.add("ONWARD", sweep::ONWARD)?;
     module.add("STOPS", Stop::ALL.map(Stop::name))?;
-    module.add_class::<Orbit>()?;
+    module.add_class::<orbit::Orbit>()?;
     module.add_class::<watch::Halt>()?;
     module.add_class::<sweep::Samples>()?;
     module.add_function(wrap_pyfunction!(watch::halted, module)?)?;
@@ -291,8 +122,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(sweep::chaos, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::section, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
-    module.add_class::<network::Network>()?;
-    module.add_function(wrap_pyfunction!(network::check_system, module)?)?;
+    module.add_class::<system::System>()?;
     module.add("ENDINGS", stability::ENDING_NAMES)?;
     module.add("BORDERS", stability::BORDER_NAMES)?;
     module.add_function(wrap_pyfunction!(stability::trail, module)?)?;
@@ -300,8 +130,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(stability::follow, module)?)?;
     module.add_class::<state::Law>()?;
     module.add_class::<state::Masses>()?;
-    module.add_function(wrap_pyfunction!(check_oscillator, module)?)?;
-    module.add_function(wrap_pyfunction!(resonates, module)?)?;
+    module.add_function(wrap_pyfunction!(law_facts, module)?)?;
     module.add_function(wrap_pyfunction!(check_law, module)?)?;
     module.add_function(wrap_pyfunction!(break_away, module)?)?;
     module.add_function(wrap_pyfunction!(force_along, module)?)

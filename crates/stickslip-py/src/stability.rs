@@ -8,11 +8,10 @@ use pyo3::prelude::*;
 use stickslip::law::End;
 use stickslip::network::{self, sequence as of_system};
 use stickslip::simulate::Run;
-use stickslip::structure::Oscillator;
-use stickslip::system::System;
 use stickslip::trail::{self as of_oscillator, Trail};
 use stickslip::variation::{self, Arc, Ending, Flags, Layout, Phase, State, Varied};
 
+use crate::system::System;
 use crate::watch::watched;
 use crate::{Array, refused};
 
@@ -66,59 +65,27 @@ fn plain(phase: &Phase) -> [f64; 2] {
     }
 }
 
-/// The system of a document, and what it is made of: of an oscillator the one mass and contact.
-pub(crate) struct Document {
-    oscillator: Option<Oscillator>,
-    pub(crate) system: System,
-    layout: Layout,
+pub(crate) fn state_from(layout: Layout, row: &[f64]) -> PyResult<State> {
+    let width = layout.width();
+    if row.len() != width + FLAGS * layout.contacts {
+        return Err(broken("a state", row.len()));
+    }
+    let flags = row[width..].chunks_exact(FLAGS).map(|flags| Flags {
+        branch: u32::try_from(whole(flags[0])).unwrap_or_default(),
+        turns: flags[1] != 0.0,
+        released: flags[2] != 0.0,
+    });
+    Ok(State {
+        numbers: row[..width].to_vec(),
+        flags: flags.collect(),
+    })
 }
 
-impl Document {
-    pub(crate) fn read(text: &str) -> PyResult<Self> {
-        let (oscillator, system) = if is_system(text) {
-            (None, System::from_json(text).map_err(|error| refused(&error))?)
-        } else {
-            let oscillator = Oscillator::from_json(text).map_err(|error| refused(&error))?;
-            let system = System::from(&oscillator);
-            (Some(oscillator), system)
-        };
-        let layout = Layout {
-            masses: system.masses(),
-            contacts: system.contacts.len(),
-        };
-        Ok(Self {
-            oscillator,
-            system,
-            layout,
-        })
+pub(crate) fn phases_of(layout: Layout, row: &[f64]) -> PyResult<Vec<Phase>> {
+    if row.len() != 2 * layout.contacts {
+        return Err(broken("a row of phases", row.len()));
     }
-
-    pub(crate) fn state(&self, row: &[f64]) -> PyResult<State> {
-        let width = self.layout.width();
-        if row.len() != width + FLAGS * self.layout.contacts {
-            return Err(broken("a state", row.len()));
-        }
-        let flags = row[width..].chunks_exact(FLAGS).map(|flags| Flags {
-            branch: u32::try_from(whole(flags[0])).unwrap_or_default(),
-            turns: flags[1] != 0.0,
-            released: flags[2] != 0.0,
-        });
-        Ok(State {
-            numbers: row[..width].to_vec(),
-            flags: flags.collect(),
-        })
-    }
-
-    pub(crate) fn phases(&self, row: &[f64]) -> PyResult<Vec<Phase>> {
-        if row.len() != 2 * self.layout.contacts {
-            return Err(broken("a row of phases", row.len()));
-        }
-        Ok(phases_from(row))
-    }
-}
-
-fn is_system(text: &str) -> bool {
-    serde_json::from_str::<serde_json::Value>(text).is_ok_and(|table| table.get("contacts").is_some())
+    Ok(phases_from(row))
 }
 
 fn row_of(state: &State) -> impl Iterator<Item = f64> {
@@ -156,31 +123,22 @@ fn columns<'py>(py: Python<'py>, trail: &Trail) -> Trailed<'py> {
 #[pyfunction]
 pub(crate) fn trail<'py>(
     py: Python<'py>,
-    document: &str,
+    system: &System,
     x0: Option<Vec<f64>>,
     v0: Option<Vec<f64>>,
     t_end: f64,
     max_events: u64,
 ) -> PyResult<Trailed<'py>> {
-    let document = Document::read(document)?;
-    let one = |values: &Option<Vec<f64>>| values.as_ref().and_then(|values| values.first().copied());
-    let trail = watched(py, None, |go_on| {
-        if let Some(oscillator) = &document.oscillator {
-            let run = Run {
-                x0: one(&x0).unwrap_or_default(),
-                v0: one(&v0),
-                t_end,
-                max_events,
-            };
-            return of_oscillator::run(oscillator, run, go_on);
-        }
-        let run = network::Run {
-            x0,
-            v0,
-            t_end,
-            max_events,
-        };
-        of_system::run(&document.system, run, go_on)
+    let (masses, oscillator) = system.masses()?;
+    let run = network::Run {
+        x0,
+        v0,
+        t_end,
+        max_events,
+    };
+    let trail = watched(py, None, |go_on| match oscillator {
+        Some(oscillator) => of_oscillator::run(oscillator, Run::of_one(&run), go_on),
+        None => of_system::run(masses, run, go_on),
     })?;
     Ok(columns(py, &trail))
 }
@@ -193,18 +151,19 @@ pub(crate) fn trail<'py>(
 )]
 pub(crate) fn trail_from<'py>(
     py: Python<'py>,
-    document: &str,
+    system: &System,
     state: PyReadonlyArray1<'py, f64>,
     phases: PyReadonlyArray1<'py, f64>,
     duration: f64,
     max_events: u64,
 ) -> PyResult<Trailed<'py>> {
-    let document = Document::read(document)?;
-    let state = document.state(state.as_slice()?)?;
-    let phases = document.phases(phases.as_slice()?)?;
-    let trail = watched(py, None, |go_on| match &document.oscillator {
+    let (masses, oscillator) = system.masses()?;
+    let layout = Layout::of(masses);
+    let state = state_from(layout, state.as_slice()?)?;
+    let phases = phases_of(layout, phases.as_slice()?)?;
+    let trail = watched(py, None, |go_on| match oscillator {
         Some(oscillator) => of_oscillator::from(oscillator, &state, phases[0], duration, max_events, go_on),
-        None => of_system::from(&document.system, &state, &phases, duration, max_events, go_on),
+        None => of_system::from(masses, &state, &phases, duration, max_events, go_on),
     })?;
     Ok(columns(py, &trail))
 }
@@ -220,7 +179,7 @@ pub(crate) fn trail_from<'py>(
 #[expect(clippy::type_complexity, reason = "four columns")]
 pub(crate) fn follow<'py>(
     py: Python<'py>,
-    document: &str,
+    system: &System,
     path: Option<&str>,
     state: PyReadonlyArray1<'py, f64>,
     arcs: PyReadonlyArray1<'py, f64>,
@@ -228,15 +187,12 @@ pub(crate) fn follow<'py>(
     reseed: bool,
     tests: bool,
 ) -> PyResult<(Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, f64>)> {
-    let varied = if is_system(document) {
-        Varied::of_system(document, path)
-    } else {
-        Varied::of_oscillator(document, path)
-    };
-    let varied = varied.map_err(|error| refused(&error))?;
-    let document = Document::read(document)?;
-    let start = document.state(state.as_slice()?)?;
-    let contacts = document.layout.contacts;
+    let (masses, _) = system.masses()?;
+    let along = path.map(|path| (system.document(), path));
+    let varied = Varied::new(masses, along).map_err(|error| refused(&error))?;
+    let layout = Layout::of(masses);
+    let start = state_from(layout, state.as_slice()?)?;
+    let contacts = layout.contacts;
     let arcs = arcs
         .as_slice()?
         .chunks_exact(2 * contacts + 2)
@@ -250,7 +206,7 @@ pub(crate) fn follow<'py>(
             }
         })
         .collect::<Vec<_>>();
-    let last = document.phases(last.as_slice()?)?;
+    let last = phases_of(layout, last.as_slice()?)?;
     if arcs.iter().any(|arc| arc.contact >= contacts) {
         return Err(broken("a row of arcs", 2 * contacts + 2));
     }
@@ -258,7 +214,7 @@ pub(crate) fn follow<'py>(
         variation::follow(&varied, &start, &arcs, &last, reseed, tests, go_on)
     })?;
     let states = followed.states.iter().flat_map(row_of).collect::<Vec<_>>();
-    let lanes = document.layout.lanes();
+    let lanes = layout.lanes();
     let tests = followed.tests.iter().flat_map(|test| {
         let head = [
             (test.border as usize + BORDER_NAMES.len() * test.contact) as f64,

@@ -14,19 +14,6 @@ use stickslip::system::System;
 use crate::watch::watched;
 use crate::{Array, refused};
 
-/// Whether the law of a JSON document, or of the oscillator or system in it, has an internal state.
-pub(crate) fn has_state(document: &str) -> bool {
-    let named = |law: &serde_json::Value| {
-        let name = law.get("type").and_then(|name| name.as_str());
-        name.is_some_and(|name| StateLaw::NAMES.contains(&name))
-    };
-    let rubs = |value: &serde_json::Value| value.get("law").is_some_and(named);
-    serde_json::from_str::<serde_json::Value>(document).is_ok_and(|value| {
-        let contacts = value.get("contacts").and_then(|contacts| contacts.as_array());
-        named(&value) || rubs(&value) || contacts.is_some_and(|contacts| contacts.iter().any(rubs))
-    })
-}
-
 /// A law with an internal state, read once.
 #[pyclass(frozen, name = "StateLaw", module = "stickslip._core")]
 pub struct Law(StateLaw);

@@ -5,7 +5,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 use stickslip::engine::{Engine, Reached};
-use stickslip::model::{Model, Start};
+use stickslip::model::Start;
 use stickslip::place::Onward;
 use stickslip::rows::Rows;
 use stickslip::section::{Point, Surface, section as points_of};
@@ -13,6 +13,7 @@ use stickslip::sweep::{Look, Steady, Sweep, steady};
 use stickslip::zero_one;
 
 use crate::refused;
+use crate::system::System;
 use crate::watch::watched;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
@@ -77,7 +78,7 @@ fn read<T: DeserializeOwned>(document: &str) -> PyResult<T> {
 #[expect(clippy::too_many_arguments, reason = "one argument a setting")]
 pub(crate) fn section<'py>(
     py: Python<'py>,
-    document: &str,
+    system: &System,
     surface: &str,
     run: Run,
     contact: usize,
@@ -85,7 +86,7 @@ pub(crate) fn section<'py>(
     most: usize,
     max_seconds: Option<f64>,
 ) -> PyResult<(Floats<'py>, usize)> {
-    let model = Model::read(read(document)?).map_err(|error| refused(&error))?;
+    let model = system.model()?;
     let (x, v, t_end, max_events) = run;
     let start = Start {
         x: x.unwrap_or_default(),

@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+#[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
 use crate::engine::Engine;
@@ -78,16 +79,16 @@ impl<F: Fn() -> bool> Observer for Tally<'_, F> {
 }
 
 impl Batch {
-    /// The runs of a range of rows, in their order, on the threads of the present rayon pool; once `go_on` says no, what is
+    /// The runs of a range of rows, in their order, on the threads of the present rayon pool (feature `parallel`) or one
+    /// after the other; once `go_on` says no, what is
     /// left of them is cut short.
     ///
     /// # Errors
     /// The first row, in their order, whose values make no sense.
     pub fn rows(&self, range: Range<usize>, go_on: &(impl Fn() -> bool + Sync)) -> Result<Vec<Row>, Error> {
-        let rows: Vec<Result<Row, Error>> = range
-            .into_par_iter()
-            .map(|index| self.row(index, go_on))
-            .collect();
+        #[cfg(feature = "parallel")]
+        let range = range.into_par_iter();
+        let rows: Vec<Result<Row, Error>> = range.map(|index| self.row(index, go_on)).collect();
         rows.into_iter().collect()
     }
 

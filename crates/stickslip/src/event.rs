@@ -259,6 +259,8 @@ struct Search<'a, 'w, M, const H: usize> {
     ends: Ends,
     /// The ends that can be reached first: both, or one and a turn.
     guards: [Guard; 2],
+    /// The end that is met after a turn only: where it is met, a turn was less than rounding.
+    behind: Option<Guard>,
     /// The terms of the rate of the motion.
     rate: f64,
     work: &'a mut Watched<'w>,
@@ -301,7 +303,11 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
     fn verdict(&self, left: &Sample<H>, right: &Sample<H>, root: Option<End>) -> Verdict {
         let span = Span::new(right.t - left.t);
         let mut verdict = Verdict::Clear;
-        for guard in self.guards() {
+        for guard in self.guards().chain(&self.behind) {
+            let behind = guard.order == 0 && matches!(guard.end, End::Turn { .. });
+            if behind && !matches!(verdict, Verdict::Grazed) {
+                break;
+            }
             let n = guard.order;
             let bound = left.bound[1 + n].max(right.bound[1 + n]);
             let (from, to) = (guard.margin(left), guard.margin(right));
@@ -431,7 +437,12 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
             _ => {}
         }
         let leads = sample.d[1..].iter().find(|&&derivative| derivative != 0.0);
-        let heading = leads.copied().unwrap_or(0.0);
+        let heading = match start {
+            // Of a branch for one sense: a slip acceleration of rounding must not lead back.
+            Start::Low if self.ends.turns => 1.0,
+            Start::High if self.ends.turns => -1.0,
+            _ => leads.copied().unwrap_or(0.0),
+        };
         if sample.d[0] <= self.ends.low {
             if heading <= 0.0 {
                 return Some(End::Low);
@@ -445,11 +456,12 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
             sample.d[0] = self.ends.high;
         }
         if self.ends.turns && heading != 0.0 {
-            // The other end would be met after a turn only.
             let rising = heading > 0.0;
-            self.guards[usize::from(rising)].target = if rising { self.ends.high } else { self.ends.low };
-            self.guards[usize::from(!rising)] = Guard {
-                end: End::Turn { rising: !rising },
+            let end = End::Turn { rising: !rising };
+            let other = &mut self.guards[usize::from(!rising)];
+            self.behind = other.target.is_finite().then_some(Guard { end, ..*other });
+            *other = Guard {
+                end,
                 order: 1,
                 side: heading.signum(),
                 target: 0.0,
@@ -576,6 +588,7 @@ fn first_exit<const H: usize>(
         motion,
         ends,
         guards,
+        behind: None,
         rate: motion.terms_of_rate(),
         work,
     };

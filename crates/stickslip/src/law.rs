@@ -41,6 +41,7 @@ pub use tabulated::Tabulated;
 pub use two_branch::TwoBranch;
 
 use crate::error::Error;
+use crate::parameters::{Facts, Kind, Limited, Limits, Value};
 use crate::series::{Grown, Series};
 
 /// A point (slip speed, friction force) of the characteristic.
@@ -151,6 +152,14 @@ pub trait Checked {
     fn check(&self) -> Result<(), Error>;
 }
 
+impl Value for Law {
+    const KIND: Kind = Kind::Law;
+
+    fn check(&self, _name: &'static str, _limits: Limits) -> Result<(), Error> {
+        self.validate()
+    }
+}
+
 impl Checked for Law {
     fn check(&self) -> Result<(), Error> {
         self.validate()
@@ -158,12 +167,14 @@ impl Checked for Law {
 }
 
 /// The answers every law gives. To add a law: one file with this trait, one line in [`Law`], and the same in Python.
-pub trait Friction {
-    /// Check the parameters.
+pub trait Friction: Limited {
+    /// Check the parameters, by their own limits and, where a law says more, together.
     ///
     /// # Errors
     /// The first parameter that makes no sense.
-    fn validate(&self) -> Result<(), Error>;
+    fn validate(&self) -> Result<(), Error> {
+        self.within_limits()
+    }
 
     /// The largest force adhesion bears. It must not fall with the stick time nor rise with the force rate.
     fn break_away(&self, hold: Hold) -> f64;
@@ -243,6 +254,16 @@ macro_rules! laws {
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(tag = "type")]
         pub enum Law { $(#[doc = "See the struct of that name."] $name($name)),+ }
+
+        impl Law {
+            /// What is known of each law.
+            #[must_use]
+            pub fn facts() -> Vec<Facts> { vec![$(Facts::of(stringify!($name), $name::smooth)),+] }
+        }
+
+        impl Limited for Law {
+            fn within_limits(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.within_limits()),+ } }
+        }
 
         impl Friction for Law {
             fn validate(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.validate()),+ } }

@@ -1,10 +1,13 @@
-//! The motion of masses with dry friction, exact between certified events.
+#![doc = include_str!("../README.md")]
+//!
+//! # Map
 //!
 //! | module | one sentence |
 //! |---|---|
 //! | [`structure`] | the oscillator: mass, stiffness, damping, drive, law, forcing |
 //! | [`drive`] | what acts from outside, and the compensated clock |
 //! | [`law`] | friction laws: two questions, one file a law |
+//! | [`parameters`] | what is known of the parameters of a law: limits, dimensions, an example |
 //! | [`mode`] | the automaton: stick, slip, and what follows an event |
 //! | [`flow`] | closed-form motion between events |
 //! | [`event`] | the certified next event |
@@ -32,18 +35,6 @@
 //! | [`state_system`] | the right-hand side of masses under such laws |
 //! | [`elementary`] | exponential, logarithm, sine and their kin with the same bits on every machine |
 //! | [`error`] | everything a user can get wrong, one sentence each |
-//!
-//! ```
-//! use stickslip::{law::StaticKinetic, simulate::{Run, simulate}, structure::Oscillator};
-//!
-//! let oscillator = Oscillator {
-//!     mass: 1.0, stiffness: 1.0, damping: 0.0, drive_velocity: 0.2,
-//!     law: StaticKinetic { break_away: 1.0, kinetic: 0.6 }.into(), forcing: vec![],
-//! };
-//! let orbit = simulate(&oscillator, Run::stuck(100.0)).unwrap();
-//! let release: Vec<f64> = orbit.events.iter().step_by(2).map(|event| event.t).collect();
-//! assert!((release[4] - release[3] - 8.068_887_871_591_405).abs() < 1e-13);
-//! ```
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
@@ -62,6 +53,7 @@ pub mod model;
 pub mod network;
 pub mod observer;
 pub mod orbit;
+pub mod parameters;
 pub mod place;
 pub mod regime;
 pub mod replay;

@@ -8,12 +8,14 @@ use crate::drive::Harmonic;
 use crate::elementary::{exp, ln};
 use crate::engine::{Closed, Engine, Reached, Steps};
 use crate::error::{Error, wrong};
+use crate::event::Work;
 use crate::law::Friction;
 use crate::matrix::Matrix;
 use crate::network;
 use crate::observer::Observer;
+use crate::orbit;
 use crate::place::Onward;
-use crate::simulate::{Run, Stop};
+use crate::simulate::{Run, Stop, simulate_while};
 use crate::structure::Oscillator;
 use crate::system::{Drive, System};
 
@@ -134,6 +136,19 @@ impl Model {
         }
     }
 
+    /// Simulate and keep the whole orbit, as long as `go_on` says so.
+    ///
+    /// # Errors
+    /// The first value of the run that makes no sense.
+    pub fn simulate(&self, run: network::Run, go_on: impl FnMut() -> bool) -> Result<Orbit, Error> {
+        match self {
+            Self::Closed(oscillator) => {
+                simulate_while(oscillator, Run::of_one(&run), go_on).map(Orbit::Closed)
+            }
+            Self::Steps(system) => network::simulate_while(system, run, go_on).map(Orbit::Steps),
+        }
+    }
+
     /// A run from a start, of so many events at the most.
     ///
     /// # Errors
@@ -171,6 +186,87 @@ impl Model {
                 };
                 Ok(Running::Steps(Box::new(Steps::new(system, run)?)))
             }
+        }
+    }
+}
+
+/// A whole run of a model.
+#[derive(Clone, Debug)]
+#[expect(missing_docs, reason = "as of the model")]
+pub enum Orbit {
+    Closed(orbit::Orbit),
+    Steps(network::Orbit),
+}
+
+impl Orbit {
+    /// The events, in time.
+    #[must_use]
+    pub fn events(&self) -> &[orbit::Event] {
+        match self {
+            Self::Closed(orbit) => &orbit.events,
+            Self::Steps(orbit) => &orbit.events,
+        }
+    }
+
+    /// Why it ended.
+    #[must_use]
+    pub fn stop(&self) -> Stop {
+        match self {
+            Self::Closed(orbit) => orbit.stop,
+            Self::Steps(orbit) => orbit.stop,
+        }
+    }
+
+    /// What it cost.
+    #[must_use]
+    pub fn work(&self) -> Work {
+        match self {
+            Self::Closed(orbit) => orbit.work,
+            Self::Steps(orbit) => orbit.work,
+        }
+    }
+
+    /// The time up to which it is known.
+    #[must_use]
+    pub fn t_last(&self) -> f64 {
+        match self {
+            Self::Closed(orbit) => orbit.t_last(),
+            Self::Steps(orbit) => orbit.t_last(),
+        }
+    }
+
+    /// From where and how long.
+    #[must_use]
+    pub fn run(&self) -> network::Run {
+        match self {
+            Self::Closed(orbit) => network::Run {
+                x0: Some(vec![orbit.run.x0]),
+                v0: orbit.run.v0.map(|v0| vec![v0]),
+                t_end: orbit.run.t_end,
+                max_events: orbit.run.max_events,
+            },
+            Self::Steps(orbit) => orbit.run.clone(),
+        }
+    }
+
+    /// The states at `times`, in any order.
+    #[must_use]
+    pub fn states(&self, times: &[f64]) -> network::States {
+        match self {
+            Self::Closed(orbit) => {
+                let s = orbit.oscillator.drive_velocity;
+                let mut columns = network::States::default();
+                for state in orbit.states(times) {
+                    columns.x.push(state.x);
+                    columns.v.push(state.v);
+                    columns.a.push(state.a);
+                    columns.w.push(if state.stuck { 0.0 } else { s - state.v });
+                    columns.force.push(state.force);
+                    columns.stuck.push(state.stuck);
+                }
+                columns
+            }
+            Self::Steps(orbit) => orbit.states(times),
         }
     }
 }

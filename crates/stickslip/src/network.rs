@@ -119,6 +119,9 @@ const GROWN: f64 = 1e6;
 const ASKED: u64 = 64;
 /// Slip speeds below this share of the largest speed of the run are zero within rounding.
 pub(crate) const ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// A start that is known to have no slope keeps that below this share of the largest acceleration: the error with which its
+/// event was found. Adhesion that is beyond its limit by less, and relieved from there, holds.
+const STILL: f64 = 1e-12;
 
 /// What a contact does and remembers.
 #[derive(Clone, Copy, Debug)]
@@ -404,8 +407,7 @@ impl<'a> Loop<'a> {
                     continue;
                 }
                 let slope = self.motion.u[c][1];
-                // A start known to have no slope keeps that but for the error with which its event was found.
-                contact.turning &= slope.abs() <= 1e-12 * size;
+                contact.turning &= slope.abs() <= STILL * size;
                 if !contact.piece.turns {
                     continue;
                 }

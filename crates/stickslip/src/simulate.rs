@@ -6,6 +6,7 @@ use crate::event::{Arrival, Start, Work, end_of_hold, end_of_slip, end_of_stick}
 use crate::flow::exact::{Frame, Response, Slip, Stick};
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
+use crate::network;
 use crate::orbit::{Event, Orbit, Record, Segment, While};
 use crate::place::Place;
 use crate::structure::{Oscillator, with_harmonics};
@@ -109,6 +110,18 @@ impl Run {
             v0: None,
             t_end,
             max_events: 10_000_000,
+        }
+    }
+
+    /// Of one mass, from a run of masses.
+    #[must_use]
+    pub fn of_one(run: &network::Run) -> Self {
+        let first = |values: &Option<Vec<f64>>| values.as_ref().and_then(|values| values.first().copied());
+        Self {
+            x0: first(&run.x0).unwrap_or(0.0),
+            v0: first(&run.v0),
+            t_end: run.t_end,
+            max_events: run.max_events,
         }
     }
 

@@ -21,6 +21,7 @@ pub use regularised::{Regularised, Shape};
 
 use crate::error::Error;
 use crate::law::Checked;
+use crate::parameters::{Facts, Limited};
 
 impl Checked for StateLaw {
     fn check(&self) -> Result<(), Error> {
@@ -30,12 +31,14 @@ impl Checked for StateLaw {
 
 /// The answers every law with a state gives. To add one: a file with this trait, one line in [`StateLaw`], and the same in
 /// Python.
-pub trait StateFriction {
-    /// Check the parameters.
+pub trait StateFriction: Limited {
+    /// Check the parameters, by their own limits and, where a law says more, together.
     ///
     /// # Errors
     /// The first parameter that makes no sense.
-    fn validate(&self) -> Result<(), Error>;
+    fn validate(&self) -> Result<(), Error> {
+        self.within_limits()
+    }
 
     /// Whether there is a state; without one it stays at 0.
     fn has_state(&self) -> bool {
@@ -83,6 +86,14 @@ macro_rules! laws {
         impl StateLaw {
             /// The names of these laws.
             pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),+];
+
+            /// What is known of each of them.
+            #[must_use]
+            pub fn facts() -> Vec<Facts> { vec![$(Facts::of(stringify!($name), |_: &$name| true)),+] }
+        }
+
+        impl Limited for StateLaw {
+            fn within_limits(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.within_limits()),+ } }
         }
 
         impl StateFriction for StateLaw {

@@ -199,7 +199,7 @@ def section(
         run = (begin, velocity, end, max_events)
         try:
             rows, stop = _core.section(
-                system.to_json(), json.dumps(surface.to_dict()), run, contact, transient * end, most, max_seconds
+                system.core, json.dumps(surface.to_dict()), run, contact, transient * end, most, max_seconds
             )
         except ValueError as error:
             raise InputError(f"section: {error}") from None
@@ -360,16 +360,16 @@ def release_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods:
         raise InputError("release_map: phase must be a list of finite numbers")
     forcing, s, limit = system.harmonics[0], system.drive_velocity, float(limits[0])
     image, lasts, stick_time, sides = np.full((4, angles.size), np.nan)
-    document = json.loads(system.to_json())
+    surface = json.dumps({"event": "release"})
     for index, theta in enumerate(angles.tolist()):
-        document["forcing"][0]["phase"] = theta
+        shifted = system.core.with_number("/forcing/0/phase", theta)
         # The load k x + D s − A cos θ must grow in the direction of the friction that holds it.
         rate = system.stiffness * s + forcing.amplitude * forcing.frequency * np.sin(theta)
         if side * rate <= 0:
             continue
         x = (side * limit - system.damping * s + forcing.amplitude * np.cos(theta)) / system.stiffness
         run = ([x], [s], 2 * np.pi / forcing.frequency * periods, 1_000)
-        rows, _ = _core.section(json.dumps(document), json.dumps({"event": "release"}), run, 0, 0.0, 1_000, None)
+        rows, _ = _core.section(shifted, surface, run, 0, 0.0, 1_000, None)
         table = rows.reshape(-1, 7)
         # Rounding may put the first release at once or leave it out.
         later = table[table[:, 0] > 1e-9 * system.natural_period]

@@ -10,6 +10,7 @@ from typing import Any
 
 from stickslip.files.schema import Document, described
 from stickslip.laws import Law
+from stickslip.laws.bogacz_ryczek import StaticFriction
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.system import Oscillator
 
@@ -51,7 +52,7 @@ def _range(value: object, unit: str) -> tuple[float, float]:
     return low, float(f"{3 * size:.6g}")
 
 
-def _numbers(table: Document, document: dict[str, Any], path: str = "") -> list[dict[str, Any]]:
+def _numbers(table: Law | StaticFriction, document: dict[str, Any], path: str = "") -> list[dict[str, Any]]:
     """Every parameter of a law or of a table within it."""
     words = _parameters(type(table))
     shared: dict[str, int] = {}
@@ -61,10 +62,11 @@ def _numbers(table: Document, document: dict[str, Any], path: str = "") -> list[
         said = words.get(item.name, item.name.replace("_", " "))
         position = shared.get(said, 0)
         shared[said] = position + 1
-        if isinstance(value, Document):
+        if isinstance(value, Law | StaticFriction):
             numbers += _numbers(value, document[item.name], f"{path}{item.name}.")
             continue
-        unit = type(table).UNITS.get(item.name, "")
+        parameter = type(table).PARAMETERS[item.name]
+        unit = parameter.unit
         low, high = _range(value, unit)
         number = {
             "path": path + item.name,
@@ -75,7 +77,7 @@ def _numbers(table: Document, document: dict[str, Any], path: str = "") -> list[
             "low": low,
             "high": high,
         }
-        choices = getattr(type(table), "CHOICES", {}).get(item.name)
+        choices = parameter.choices
         numbers.append(number | ({"choices": list(choices)} if choices else {}))
     return numbers
 

@@ -124,7 +124,7 @@ def content_of_system(system: Oscillator, t_end: float) -> dict[str, Any]:
 
 def _start(orbit: Any) -> dict[str, Any]:
     x0, v0, _, _ = orbit._core.run
-    return {"x0": x0, "v0": v0}
+    return {"x0": x0 and x0[0], "v0": v0 and v0[0]}
 
 
 def _shown(system: Oscillator | System, settings: Mapping[str, Any], where: str) -> dict[str, Any]:

@@ -82,8 +82,6 @@ class Document:
     WHAT: ClassVar[str] = ""
     #: Keys that a table must have although the dataclass has a default for them.
     REQUIRED: ClassVar[tuple[str, ...]] = ()
-    #: The dimension of every parameter, as in :meth:`stickslip.Scale.unit`; two with a comma for a point or for nodes.
-    UNITS: ClassVar[dict[str, str]] = {}
 
     def __post_init__(self) -> None:
         title = self._title()

@@ -222,7 +222,7 @@ def _bias(problem: Problem) -> list[str]:
 
 def _choices(law: Law) -> dict[str, float]:
     """The numbers that choose the form of a law."""
-    return {name: getattr(law, name) for name in law.CHOICES}
+    return {name: getattr(law, name) for name, parameter in law.PARAMETERS.items() if parameter.choices}
 
 
 def _forms(guess: Guess) -> list[Guess]:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -16,59 +14,9 @@ from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.laws import Law
+from stickslip.laws.facts import Number
 
 Array = npt.NDArray[np.float64]
-
-#: What the two numbers of a pair are called.
-PAIRS = {
-    "A": ("w", "f"),
-    "B": ("w", "f"),
-    "C": ("w", "f"),
-    "D": ("w", "f"),
-    "l": ("slope", "intercept"),
-    "alpha": ("f_s", "drop"),
-    "nodes": ("slip_velocity", "force"),
-    "rising": ("slip_velocity", "force"),
-    "falling": ("slip_velocity", "force"),
-    "kinetic": ("slip_velocity", "force"),
-    "break_away": ("stick_time", "force"),
-}
-
-#: Limits by the last part of the name; what is not here is free.
-LIMITS = {
-    "kinetic": (0.0, math.inf),
-    "break_away": (0.0, math.inf),
-    "initial": (0.0, math.inf),
-    "limit": (0.0, math.inf),
-    "rate": (0.0, math.inf),
-    "exponent": (0.05, 3.0),
-    "scale": (0.0, math.inf),
-    "weakening": (0.0, math.inf),
-    "stiffness": (0.0, math.inf),
-    "width": (0.0, math.inf),
-    "length": (0.0, math.inf),
-    "force_rate_scale": (0.0, math.inf),
-    "force_rate_exponent": (0.05, 10.0),
-    "drop": (0.0, math.inf),
-    "drop_scale": (0.0, math.inf),
-    "drop_exponent": (0.05, 100.0),
-    "phi": (-89.99, 89.99),
-    "psi": (-89.99, 89.99),
-    "eta": (0.01, 89.99),
-    "alpha": (0.0, math.inf),
-    "beta": (0.0, math.inf),
-    "growth": (0.0, math.inf),
-    "onset": (0.0, math.inf),
-    "a": (0.0, math.inf),
-    "b": (0.0, math.inf),
-    "reference_friction": (0.0, math.inf),
-    "stick_time": (0.0, math.inf),
-    "B.w": (-math.inf, 0.0),
-    "slip_velocity": (0.0, math.inf),
-}
-
-#: Positive numbers known by their ratio: their intervals are symmetric in the logarithm.
-BY_RATIO = ("rate", "onset", "force_rate_scale", "drop_scale", "drop_exponent")
 
 Place = tuple[str | int, ...]
 
@@ -80,21 +28,39 @@ def places(law: Law) -> dict[str, Place]:
     >>> list(places(PiecewiseLinear(nodes=[(0, 1), (1, 0.5)], break_away=1)))[:3]
     ['nodes[0].slip_velocity', 'nodes[0].force', 'nodes[1].slip_velocity']
     """
-    found: dict[str, Place] = {}
+    return {name: place for name, (place, _) in _numbers(law).items()}
+
+
+def numbers(law: Law) -> dict[str, Number]:
+    """What is known of each number of a law, by name.
+
+    >>> from stickslip.laws import BogaczRyczek
+    >>> numbers(BogaczRyczek())["static_friction.initial"].low
+    0.0
+    """
+    return {name: number for name, (_, number) in _numbers(law).items()}
+
+
+def _numbers(law: Law) -> dict[str, tuple[Place, Number]]:
+    found: dict[str, tuple[Place, Number]] = {}
     for key, value in law.to_dict().items():
-        if key == "type" or key in law.CHOICES or isinstance(value, str):
+        if key == "type" or isinstance(value, str) or law.PARAMETERS[key].choices:
             continue
+        pair = law.PARAMETERS[key].numbers
         if isinstance(value, dict):
             # What a table inside the law leaves out, such as the scale of the force rate, has a name all the same.
-            found |= {f"{key}.{item.name}": (key, item.name) for item in fields(getattr(law, key))}
-        elif isinstance(value, list):
-            names = PAIRS[key]
-            if isinstance(value[0], list):
-                found |= {f"{key}[{i}].{names[j]}": (key, i, j) for i in range(len(value)) for j in range(len(names))}
-            else:
-                found |= {f"{key}.{names[j]}": (key, j) for j in range(len(names))}
+            inner = getattr(law, key).PARAMETERS.items()
+            found |= {f"{key}.{name}": ((key, name), item.numbers[-1]) for name, item in inner if item.numbers}
+        elif not isinstance(value, list):
+            found[key] = (key,), pair[-1]
+        elif isinstance(value[0], list):
+            found |= {
+                f"{key}[{i}].{number.part}": ((key, i, j), number)
+                for i in range(len(value))
+                for j, number in enumerate(pair)
+            }
         else:
-            found[key] = (key,)
+            found |= {f"{key}.{number.part}": ((key, j), number) for j, number in enumerate(pair)}
     return found
 
 
@@ -149,22 +115,6 @@ def _put(document: Any, place: Place, number: float) -> None:
     document[last] = number
 
 
-def limits(name: str) -> tuple[float, float]:
-    """Within which limits a number makes sense, by its name.
-
-    >>> limits("static_friction.initial")
-    (0.0, inf)
-    """
-    if name in LIMITS:
-        return LIMITS[name]
-    return LIMITS.get(name.rpartition(".")[2], (-math.inf, math.inf))
-
-
-def by_ratio(name: str) -> bool:
-    """Whether a number is positive and known by its ratio."""
-    return name.rpartition(".")[2] in BY_RATIO
-
-
 def check_names(law: Law, names: Iterable[str]) -> list[str]:
     """The names, each once and each a number of the law."""
     checked = list(dict.fromkeys(names))
@@ -183,13 +133,20 @@ def _place(law: Law, name: str) -> Place:
 
 
 def parameters_of_law(
+    law: Law,
     names: Sequence[str],
     within: Mapping[str, tuple[float, float]] | None = None,
     same_as: Mapping[str, str] | None = None,
 ) -> Parameters:
-    """Free numbers of a law, and those that take the value of a free one (`same_as`), with limits by their names."""
-    own = within or {}
-    free = [Parameter(name, *limits(name), logarithmic=by_ratio(name), within=own.get(name)) for name in names]
+    """Free numbers of a law, and those that take the value of a free one (`same_as`), each with its limits.
+
+    A name that the law does not have is that of a number without limits.
+    """
+    known, own = numbers(law), within or {}
+    free = []
+    for name in names:
+        number = known.get(name, Number())
+        free.append(Parameter(name, number.low, number.high, number.ratio, within=own.get(name)))
     tied = [Parameter(name, same_as=source) for name, source in (same_as or {}).items()]
     return Parameters([*free, *tied])
 
@@ -204,7 +161,7 @@ class LawParameters:
     law : holds the numbers that are not free.
     names : of the free numbers.
     same_as : numbers that take the value of a free one.
-    within : limits that are narrower than those the name gives.
+    within : limits that are narrower than those of the number.
     """
 
     def __init__(
@@ -216,9 +173,9 @@ class LawParameters:
     ) -> None:
         self.names, self.same_as = list(names), dict(same_as or {})
         self._kind, self._document, self._places = type(law), json.dumps(law.to_dict()), places(law)
-        self._parameters = parameters_of_law(names, within, same_as)
+        self._parameters = parameters_of_law(law, names, within, same_as)
         at = {name: value(law, name) for name in self.names}
-        if any(at[name] <= 0 for name in self.names if by_ratio(name)):
+        if any(at[name] <= 0 for name, ratio in zip(names, self._parameters.logarithmic, strict=True) if ratio):
             raise InputError(
                 f"{type(law).__name__}: {self.names} hold a ratio that is not positive; give another guess"
             )

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal
 
 from stickslip.files.schema import Document
+from stickslip.laws.facts import FACTS, Parameter
 from stickslip.laws.law import Law, Point
 
 
@@ -28,11 +30,7 @@ class StaticFriction(Document):
     Brockley, Wear 24 (1973) 381, in a form of our own.
     """
 
-    UNITS: ClassVar[dict[str, str]] = {
-        "initial": "force", "limit": "force", "rate": "time^-exponent", "exponent": "",
-        "force_rate_scale": "force time^-1", "force_rate_exponent": "",
-        "drop": "force", "drop_scale": "force time^-1", "drop_exponent": "",
-    }  # fmt: skip
+    PARAMETERS: ClassVar[Mapping[str, Parameter]] = FACTS["BogaczRyczek"].parameters["static_friction"].table or {}
 
     initial: float
     limit: float = 0.0
@@ -75,12 +73,6 @@ class BogaczRyczek(Law):
     >>> law.break_away_force(0.0, [0.25, 0.40]).round(3)
     array([1.896, 1.066])
     """
-
-    UNITS: ClassVar[dict[str, str]] = {
-        "static_friction": "law", "A": "velocity, force", "B": "velocity, force", "C": "velocity, force",
-        "D": "velocity, force", "l": "force velocity^-1, force", "alpha": "force, force", "beta": "velocity",
-        "phi": "angle", "psi": "angle", "eta": "angle",
-    }  # fmt: skip
 
     static_friction: StaticFriction = field(
         default_factory=lambda: StaticFriction(

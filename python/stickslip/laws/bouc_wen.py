@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.state_law import StateLaw
 
@@ -28,15 +27,6 @@ class BoucWen(StateLaw):
     >>> BoucWen(stiffness=2.0, beta=3.0, gamma=1.0, exponent=2).kinetic_force(0.1)
     1.0
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"stiffness": 4.0, "beta": 8.0, "gamma": 4.0, "exponent": 2.0}
-    UNITS: ClassVar[dict[str, str]] = {
-        "stiffness": "stiffness",
-        "beta": "length^-exponent",
-        "gamma": "length^-exponent",
-        "exponent": "",
-        "amplitude": "",
-    }
 
     stiffness: float
     beta: float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law
 
@@ -21,8 +20,5 @@ class Coulomb(Law):
     >>> Coulomb(kinetic=0.5).break_away_force()
     0.5
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"kinetic": 0.6}
-    UNITS: ClassVar[dict[str, str]] = {"kinetic": "force"}
 
     kinetic: float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law
 
@@ -23,10 +22,6 @@ class Cubic(Law):
     >>> round(Cubic(static=0.4, linear=0.45, cubic=0.6).kinetic_force(0.5), 12)
     0.25
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"static": 0.4, "linear": 0.45, "cubic": 0.6}
-    UNITS: ClassVar[dict[str, str]] = {"static": "force", "linear": "force velocity^-1", "cubic": "force velocity^-3"}
-    SMOOTH: ClassVar[bool] = True
 
     static: float
     linear: float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.state_law import StateLaw
 
@@ -27,9 +26,6 @@ class Dahl(StateLaw):
     >>> Dahl(stiffness=2.0, kinetic=1.0).rates(1.0, 0.5)
     (array(0.5), array(1.))
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"stiffness": 4.0, "kinetic": 1.0}
-    UNITS: ClassVar[dict[str, str]] = {"stiffness": "stiffness", "kinetic": "force", "exponent": ""}
 
     stiffness: float
     kinetic: float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law
 
@@ -24,9 +23,6 @@ class DwellTime(Law):
     >>> DwellTime(kinetic=0.5, limit=0.5, rate=0.4).break_away_force(float(10**6))
     1.0
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"kinetic": 0.5, "limit": 0.5, "rate": 0.4}
-    UNITS: ClassVar[dict[str, str]] = {"kinetic": "force", "limit": "force", "rate": "time^-exponent", "exponent": ""}
 
     kinetic: float
     limit: float

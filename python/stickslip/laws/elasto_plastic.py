@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
 
 from stickslip.laws.bristles import Bristles
 
@@ -25,8 +24,5 @@ class ElastoPlastic(Bristles):
     >>> law.rates(1e-4, 0.5e-5)[1]
     array(0.0001)
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = Bristles.EXAMPLE | {"elastic": 0.8}
-    UNITS: ClassVar[dict[str, str]] = Bristles.UNITS | {"elastic": "force"}
 
     elastic: float = field(kw_only=True)

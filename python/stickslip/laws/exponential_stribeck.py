@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law
 
@@ -26,17 +25,6 @@ class ExponentialStribeck(Law):
     >>> round(ExponentialStribeck(1.0, 0.5, scale=0.5).kinetic_force(0.5), 6)
     0.68394
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"break_away": 1.0, "kinetic": 0.5, "scale": 0.1, "viscous": 0.2}
-    UNITS: ClassVar[dict[str, str]] = {
-        "break_away": "force",
-        "kinetic": "force",
-        "scale": "velocity",
-        "viscous": "force velocity^-1",
-        "exponent": "",
-    }
-    CHOICES: ClassVar[dict[str, tuple[float, ...]]] = {"exponent": (1.0, 2.0)}
-    SMOOTH: ClassVar[bool] = True
 
     break_away: float
     kinetic: float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law
 
@@ -28,12 +27,6 @@ class ForceRate(Law):
     >>> law.break_away_force(float(10**6), [0.0, 0.3])
     array([1.  , 0.75])
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"kinetic": 0.5, "limit": 0.5, "rate": 0.4, "force_rate_scale": 0.3}
-    UNITS: ClassVar[dict[str, str]] = {
-        "kinetic": "force", "limit": "force", "rate": "time^-exponent", "force_rate_scale": "force time^-1",
-        "exponent": "", "force_rate_exponent": "",
-    }  # fmt: skip
 
     kinetic: float
     limit: float

@@ -18,6 +18,7 @@ from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, did_you_mean, numbers, read_toml, write_whole
 from stickslip.files.schema import Document
 from stickslip.files.schema import Point as Point
+from stickslip.laws.facts import FACTS, Parameter
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,19 +33,25 @@ class Law(Document):
 
     WHAT: ClassVar[str] = "a friction law such as stickslip.laws.Coulomb"
     ALL: ClassVar[dict[str, type[Law]]] = {}
+    #: What the core declares of each parameter.
+    PARAMETERS: ClassVar[Mapping[str, Parameter]] = {}
     #: Whether kinetic friction is one smooth curve instead of linear pieces (a Taylor series instead of a closed form).
     SMOOTH: ClassVar[bool] = False
-    #: Numbers that choose a form of the law, with those they may be; they are never fitted.
-    CHOICES: ClassVar[dict[str, tuple[float, ...]]] = {}
-    #: The parameters of :meth:`example`.
-    EXAMPLE: ClassVar[dict[str, Any]] = {}
 
     def __init_subclass__(cls, family: bool = False) -> None:
         if not family:
             Law.ALL[cls.__name__] = cls
+            facts = FACTS[cls.__name__]
+            cls.PARAMETERS, cls.SMOOTH = facts.parameters, facts.smooth
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for name, parameter in self.PARAMETERS.items():
+            if parameter.words and (chosen := getattr(self, name)) not in parameter.words:
+                self.refuse(
+                    f"{name} must be one of {', '.join(parameter.words)}, got {chosen!r}"
+                    f"{did_you_mean(chosen, parameter.words)}"
+                )
         try:
             _core.check_law(self.to_json())
         except ValueError as error:
@@ -60,7 +67,7 @@ class Law(Document):
         >>> StaticKinetic.example()
         StaticKinetic(break_away=1.0, kinetic=0.6)
         """
-        return cls(**cls.EXAMPLE)
+        return cls(**FACTS[cls.__name__].example)
 
     def to_dict(self) -> dict[str, Any]:
         """The document, with the law's name under ``type``."""
@@ -92,6 +99,9 @@ class Law(Document):
             return {"title": "Law", "anyOf": [law.schema() for law in Law.ALL.values()]}
         found = super().schema()
         found["properties"] = {"type": {"const": cls.__name__}} | found["properties"]
+        for name, parameter in cls.PARAMETERS.items():
+            if choices := parameter.words or parameter.choices:
+                found["properties"][name]["enum"] = list(choices)
         return found | {"required": ["type", *found["required"]]}
 
     def to_json(self) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law
 
@@ -23,9 +22,6 @@ class LogarithmicDwell(Law):
     >>> round(LogarithmicDwell(kinetic=0.5, growth=0.1, onset=1.0).break_away_force(1.718281828459045), 12)
     0.6
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"kinetic": 0.5, "growth": 0.1, "onset": 0.5}
-    UNITS: ClassVar[dict[str, str]] = {"kinetic": "force", "growth": "force", "onset": "time"}
 
     kinetic: float
     growth: float

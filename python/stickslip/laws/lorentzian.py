@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law
 
@@ -25,15 +24,6 @@ class Lorentzian(Law):
     >>> Lorentzian(1.0, 0.5, scale=0.1).kinetic_force(0.1)
     0.75
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"break_away": 1.0, "kinetic": 0.5, "scale": 0.1, "viscous": 0.2}
-    UNITS: ClassVar[dict[str, str]] = {
-        "break_away": "force",
-        "kinetic": "force",
-        "scale": "velocity",
-        "viscous": "force velocity^-1",
-    }
-    SMOOTH: ClassVar[bool] = True
 
     break_away: float
     kinetic: float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law, Point
 
@@ -20,9 +19,6 @@ class PiecewiseLinear(Law):
     >>> PiecewiseLinear(nodes=[(0, 1), (0.2, 0.6), (0.3, 0.61)], break_away=1).kinetic_force([0.1, 0.5])
     array([0.8 , 0.63])
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"nodes": [(0, 0.9), (0.2, 0.6), (0.6, 0.7)], "break_away": 1.0}
-    UNITS: ClassVar[dict[str, str]] = {"nodes": "velocity, force", "break_away": "force"}
 
     nodes: tuple[Point, ...]
     break_away: float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law
 
@@ -24,15 +23,6 @@ class PoppStelter(Law):
     >>> round(PoppStelter(0.4, 0.1, weakening=1.42, square=0.01).kinetic_force(1.0), 6)
     0.233967
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"break_away": 0.4, "kinetic": 0.1, "weakening": 1.42, "square": 0.01}
-    UNITS: ClassVar[dict[str, str]] = {
-        "break_away": "force",
-        "kinetic": "force",
-        "weakening": "velocity^-1",
-        "square": "force velocity^-2",
-    }
-    SMOOTH: ClassVar[bool] = True
 
     break_away: float
     kinetic: float

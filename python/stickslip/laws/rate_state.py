@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal
 
 from stickslip.laws.state_law import StateLaw
 
@@ -34,21 +33,13 @@ class RateState(StateLaw):
     0.6
     """
 
-    EXAMPLE: ClassVar[dict[str, Any]] = {
-        "normal_force": 1.0, "a": 0.01, "b": 0.015, "length": 1.0, "reference_velocity": 1.0,
-    }  # fmt: skip
-    UNITS: ClassVar[dict[str, str]] = {
-        "normal_force": "force", "a": "", "b": "", "length": "length", "reference_velocity": "velocity",
-        "reference_friction": "", "law": "",
-    }  # fmt: skip
-
     normal_force: float
     a: float
     b: float
     length: float
     reference_velocity: float
     reference_friction: float = 0.6
-    law: Annotated[str, Literal["aging", "slip"]] = "aging"
+    law: str = "aging"
 
     def state_scale(self, speed: float) -> float:
         """1, as the state is a logarithm."""

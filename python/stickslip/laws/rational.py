@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law
 
@@ -22,10 +21,6 @@ class Rational(Law):
     >>> Rational(break_away=1.0, weakening=3.0).kinetic_force(1.0)
     0.25
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"break_away": 1.0, "weakening": 3.0}
-    UNITS: ClassVar[dict[str, str]] = {"break_away": "force", "weakening": "velocity^-1"}
-    SMOOTH: ClassVar[bool] = True
 
     break_away: float
     weakening: float

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated
 
 from stickslip.files.schema import Says
 from stickslip.laws.law import Law
@@ -30,15 +30,9 @@ class Regularised(StateLaw):
     0.25
     """
 
-    EXAMPLE: ClassVar[dict[str, Any]] = {
-        "law": {"type": "Rational", "break_away": 1.0, "weakening": 3.0},
-        "width": 0.05,
-    }
-    UNITS: ClassVar[dict[str, str]] = {"law": "law", "width": "velocity", "shape": ""}
-
     law: Annotated[Law, Says(WITHOUT_STATE)]
     width: float
-    shape: Annotated[str, Literal["arctan", "tanh"]] = "arctan"
+    shape: str = "arctan"
 
     def __post_init__(self) -> None:
         if isinstance(self.law, StateLaw):

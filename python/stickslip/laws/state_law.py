@@ -7,7 +7,7 @@ has these right-hand sides; the motion is integrated by :func:`stickslip.integra
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,9 +19,6 @@ from stickslip.laws.law import Law
 
 class StateLaw(Law, family=True):
     """What the laws with an internal state have in common."""
-
-    #: No closed form: the motion is integrated.
-    SMOOTH: ClassVar[bool] = True
 
     @cached_property
     def _read(self) -> _core.StateLaw:

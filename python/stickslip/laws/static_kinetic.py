@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law
 
@@ -26,9 +25,6 @@ class StaticKinetic(Law):
     stickslip.errors.InputError: StaticKinetic: break-away force must be at least the kinetic force at zero slip velocity
     (0.6), got 0.5: raise the break-away force or lower the kinetic one
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {"break_away": 1.0, "kinetic": 0.6}
-    UNITS: ClassVar[dict[str, str]] = {"break_away": "force", "kinetic": "force"}
 
     break_away: float
     kinetic: float

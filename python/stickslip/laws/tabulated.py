@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law, Point
 
@@ -22,12 +21,6 @@ class Tabulated(Law):
     >>> law.kinetic_force([0.1, 5.0]), law.break_away_force([0.5, 1e9])
     (array([0.7, 0.6]), array([0.85, 1.  ]))
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {
-        "kinetic": [(0, 0.9), (0.1, 0.7), (0.3, 0.6), (0.6, 0.65)],
-        "break_away": [(0, 0.9), (0.5, 1.0), (2, 1.1), (6, 1.15)],
-    }
-    UNITS: ClassVar[dict[str, str]] = {"kinetic": "velocity, force", "break_away": "time, force"}
 
     kinetic: float | tuple[Point, ...]
     break_away: float | tuple[Point, ...]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 from stickslip.laws.law import Law, Point
 
@@ -32,13 +31,6 @@ class TwoBranch(Law):
     >>> force_along(law, range(4), [0.0, 0.25, 0.5, 0.25], [True, False, False, False])
     array([1.1, 1. , 1. , 0.9])
     """
-
-    EXAMPLE: ClassVar[dict[str, Any]] = {
-        "rising": [(0, 1), (0.6, 0.7)],
-        "falling": [(0, 0.6), (0.6, 0.7)],
-        "break_away": 1.0,
-    }
-    UNITS: ClassVar[dict[str, str]] = {"rising": "velocity, force", "falling": "velocity, force", "break_away": "force"}
 
     rising: float | tuple[Point, ...]
     falling: float | tuple[Point, ...]

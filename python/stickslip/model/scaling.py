@@ -161,10 +161,9 @@ class Scale:
 
     def _law(self, law: Any, way: int) -> Any:
         values = {item.name: getattr(law, item.name) for item in fields(law)}
-        exponents = {name: value for name, value in values.items() if law.UNITS[name] == ""}
-        return replace(
-            law, **{name: self._value(value, law.UNITS[name], way, exponents) for name, value in values.items()}
-        )
+        units = {name: parameter.unit for name, parameter in law.PARAMETERS.items()}
+        exponents = {name: value for name, value in values.items() if units[name] == ""}
+        return replace(law, **{name: self._value(value, units[name], way, exponents) for name, value in values.items()})
 
     def _value(self, value: Any, dimension: str, way: int, exponents: Mapping[str, Any]) -> Any:
         """A number, a point, nodes, or a law within a law; `way` is 1 to units and −1 from them."""

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 
@@ -19,8 +21,39 @@ from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive, Harmonic
 
 
+class Described(Document):
+    """What the core knows by a document, which it reads and checks once."""
+
+    def to_json(self) -> str:
+        """The document for the core; floats survive to the bit."""
+        raise NotImplementedError
+
+    @cached_property
+    def core(self) -> _core.System:
+        """What the core has read."""
+        return _core.System(self.to_json())
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "core"}
+
+    def with_number(self, name: str, value: float) -> Self:
+        """The same with another number, such as ``drive_velocity``: no document is made for it.
+
+        >>> from dataclasses import replace
+        >>> from stickslip import paper
+        >>> paper.oscillator(0.3).with_number("damping", 0.1) == replace(paper.oscillator(0.3), damping=0.1)
+        True
+        """
+        twin = copy(self)
+        try:
+            vars(twin).update({name: float(value), "core": self.core.with_number(f"/{name}", value)})
+        except ValueError as error:
+            raise InputError(f"{type(self).__name__}: {error}") from None
+        return twin
+
+
 @dataclass(frozen=True)
-class Oscillator(Document):
+class Oscillator(Described):
     """One mass on a spring and a damper that rubs on a drive: m ẍ + D ẋ + k x = F(w, memory) + Σ A cos(Ω t + φ).
 
     x is measured from the equilibrium of the moving drive, w = s − ẋ is the slip velocity, and friction on the mass has the
@@ -64,14 +97,16 @@ class Oscillator(Document):
         if isinstance(self.forcing, tuple):
             object.__setattr__(self, "forcing", self.forcing[0] if len(self.forcing) == 1 else self.forcing or None)
         try:
-            if isinstance(self.drive_velocity, Drive):
-                self.to_system()
-            else:
-                _core.check_oscillator(self.to_json())
+            self.core  # noqa: B018 - what it reads, it checks
         except InputError as error:
             raise InputError(f"Oscillator: {str(error).removeprefix('System: ')}") from None
         except ValueError as error:
             raise InputError(f"Oscillator: {error}") from None
+
+    @cached_property
+    def core(self) -> _core.System:
+        """What the core has read; under a drive that varies, the system of one mass."""
+        return self.to_system().core if isinstance(self.drive_velocity, Drive) else _core.System(self.to_json())
 
     @property
     def harmonics(self) -> tuple[Harmonic, ...]:
@@ -90,7 +125,7 @@ class Oscillator(Document):
         """Whether the motion between events is closed: a constant drive, a law of linear pieces, no undamped resonance."""
         if isinstance(self.drive_velocity, Drive) or self.law.SMOOTH:
             return False
-        return self.forcing is None or not _core.resonates(self.to_json())
+        return self.forcing is None or not self.core.resonates()
 
     def to_system(self) -> System:
         """The same as a system of one mass."""
@@ -190,7 +225,7 @@ Matrix = Annotated[Any, _Matrix()]
 
 
 @dataclass(frozen=True)
-class System(Document):
+class System(Described):
     """Masses that rub on drives and on each other: M ẍ + D ẋ + K x = Σ b_c F_c + forcing, b_c = e_mass − e_other.
 
     Parameters
@@ -245,7 +280,7 @@ class System(Document):
         ]
         object.__setattr__(self, "forcing", tuple(forces))
         try:
-            _core.check_system(self.to_json())
+            self.core  # noqa: B018 - what it reads, it checks
         except ValueError as error:
             raise InputError(f"System: {error}") from None
 

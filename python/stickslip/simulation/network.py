@@ -38,13 +38,9 @@ def simulate_network(
         max_events,
     )
     try:
-        return NetworkOrbit(system, _core.Network.simulate(_document(system), run, max_seconds))
+        return NetworkOrbit(system, _core.Orbit.simulate(system.core, run, max_seconds))
     except ValueError as error:
         raise InputError(f"simulate: {error}") from None
-
-
-def _document(system: Oscillator | System) -> str:
-    return (system if isinstance(system, System) else system.to_system()).to_json()
 
 
 class NetworkOrbit(Orbit):
@@ -53,7 +49,7 @@ class NetworkOrbit(Orbit):
     Shapes: for a system of n masses and c contacts, x and v are (..., n), slip velocity and force (..., c).
     """
 
-    def __init__(self, system: Oscillator | System, core: _core.Network) -> None:
+    def __init__(self, system: Oscillator | System, core: _core.Orbit) -> None:
         # No super().__init__: it wants the core of an orbit in closed form.
         self.system = system
         self._network = core
@@ -62,7 +58,7 @@ class NetworkOrbit(Orbit):
         self.t_end = core.t_last
 
     @property
-    def _kept(self) -> _core.Network:
+    def _kept(self) -> _core.Orbit:
         return self._network
 
     def _rows(self) -> NDArray[np.float64]:
@@ -87,8 +83,7 @@ class NetworkOrbit(Orbit):
         return pd.DataFrame(self._rows(), columns=self._names())
 
     def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-        names = ("x", "v", "a", "slip_velocity", "force", "stuck")
-        columns = dict(zip(names, self._network.states(times), strict=True))
+        columns = super()._columns(times)
         if isinstance(self.system, Oscillator):
             return columns
         widths = [self._masses] * 3 + [self._contacts] * 3
@@ -118,4 +113,4 @@ def restore(
     """The orbit that :meth:`NetworkOrbit.save` wrote, from its parts."""
     *start, stop = run
     system = system_from_dict(document)
-    return NetworkOrbit(system, _core.Network.restore(_document(system), tuple(start), stop, work, *rows))
+    return NetworkOrbit(system, _core.Orbit.restore(system.core, tuple(start), stop, work, *rows))

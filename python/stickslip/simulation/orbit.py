@@ -62,7 +62,7 @@ class Orbit:
         self.t_end = core.t_last
 
     @property
-    def _kept(self) -> _core.Orbit | _core.Network:
+    def _kept(self) -> _core.Orbit:
         """What the core keeps of it."""
         return self._core
 
@@ -142,9 +142,8 @@ class Orbit:
         return {name: column.reshape(times.shape + column.shape[1:]) for name, column in columns.items()}
 
     def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-        x, v, a, force, stuck = self._core.states(times)
-        w = np.where(stuck, 0.0, self.system.drive_velocity - v)
-        return {"x": x, "v": v, "a": a, "slip_velocity": w, "force": force, "stuck": stuck}
+        names = ("x", "v", "a", "slip_velocity", "force", "stuck")
+        return dict(zip(names, self._kept.states(times), strict=True))
 
     def times(self, per_period: int = 200, most: int = 200_000) -> NDArray[np.float64]:
         """A regular grid over the orbit, `per_period` points a natural period but no more than `most`."""
@@ -255,7 +254,7 @@ class Orbit:
 
     def _run(self) -> Any:
         x0, v0, t_end, max_events = self._core.run
-        return {"x0": x0, "v0": v0, "t_end": t_end, "max_events": max_events, "stop": self._stop}
+        return {"x0": x0 and x0[0], "v0": v0 and v0[0], "t_end": t_end, "max_events": max_events, "stop": self._stop}
 
 
 def _checksum(attrs: Mapping[Any, Any], tables: Mapping[str, NDArray[np.float64]]) -> int:
@@ -304,8 +303,9 @@ def _restore(document: dict[str, Any], run: Any, work: tuple[int, ...], rows: Se
 
         return restore(document, run, done, rows)
     system = Oscillator.from_dict(document)
-    run_of = (run["x0"], run["v0"], run["t_end"], run["max_events"])
-    return Orbit(system, _core.Orbit.restore(system.to_json(), run_of, run["stop"], done, *rows))
+    v0 = None if run["v0"] is None else [run["v0"]]
+    run_of = ([run["x0"]], v0, run["t_end"], run["max_events"])
+    return Orbit(system, _core.Orbit.restore(system.core, run_of, run["stop"], done, *rows))
 
 
 def _table(group: xr.Dataset) -> NDArray[np.float64]:

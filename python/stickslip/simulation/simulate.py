@@ -65,10 +65,11 @@ def simulate(
 
         return simulate_network(system, t_end, x0, v0, max_events, max_seconds)
     start = 0.0 if x0 is None else number("x0", x0, "simulate")
-    velocity = None if v0 is None else number("v0", v0, "simulate")
+    velocity = None if v0 is None else [number("v0", v0, "simulate")]
     end = number("t_end", t_end, "simulate")
     try:
-        core = _core.Orbit.simulate(system.to_json(), start, velocity, end, max_events, max_seconds)
+        run = ([start], velocity, end, max_events)
+        core = _core.Orbit.simulate(system.core, run, max_seconds)
     except ValueError as error:
         raise InputError(f"simulate: {error}") from None
     return Orbit(system, core)

@@ -22,6 +22,9 @@ LEAST_LEVELS = 3
 EVEN = 0.08
 """A ground that scatters by no more than this share of a blob's contrast is even: only the light varies on it."""
 
+ALIKE = 1.5
+"""Diameters of one spot in successive pictures differ by less than this factor."""
+
 MOST = 80
 """Of a crowded picture no more spots than this are looked at closely, those that stand out most."""
 
@@ -45,7 +48,19 @@ def find_blobs(
     level: float | None = None,
     opening: int = 0,
 ) -> Detections:
-    """Compact spots of high response with their centres.
+    """Compact spots of high response with their centres; see :func:`look`."""
+    return look(picture, size=size, threshold=threshold, level=level, opening=opening)[0]
+
+
+def look(
+    picture: ResponseMap,
+    *,
+    size: float | None = None,
+    threshold: float | None = None,
+    level: float | None = None,
+    opening: int = 0,
+) -> tuple[Detections, Array]:
+    """Compact spots of high response with their centres, and the height of the outline of each.
 
     The picture is cut at 16 heights; spots that lie inside each other at successive heights are one blob (as in a
     component tree). Each has its own outline, where the area changes least with the height, so uneven light does no harm.
@@ -69,7 +84,7 @@ def find_blobs(
 
     Returns
     -------
-    Detections, n >= 0.
+    Detections, n >= 0, and the heights, shape (n,).
 
     Limits: a marker must be roughly as wide as it is high (up to 1:4, for motion blur), and its contrast must exceed the
     noise about five times.
@@ -78,36 +93,88 @@ def find_blobs(
     high, wide = picture.shape
     smallest = math.pi / 4 * (0.5 * size if size else 3.0) ** 2
     largest = math.pi / 4 * (2.0 * size) ** 2 if size else 0.4 * high * wide
-    work = np.clip(picture, 0, 255).astype(np.uint8)
-    if opening > 1:
-        kernel = cv2.getStructuringElement(cv2.MORPH_RECT, (opening, opening))
-        work = cv2.morphologyEx(work, cv2.MORPH_OPEN, kernel)
-    else:
-        # with the size known, texture inside a marker must not break it into parts
-        work = cv2.GaussianBlur(work, (0, 0), max(0.8, size / 8 if size else 0.0))
+    work = _smoothed(picture, size, opening)
     low, top = (float(value) for value in np.percentile(work[:: max(1, high // 400)], [0.5, 100]))
     if top - low < 6:
-        return Detections.of([])
+        return Detections.of([]), np.zeros(0)
     step = (top - low) / (LEVELS + 1)
     least_levels = LEAST_LEVELS if threshold is None else max(1, round(threshold / step))
     heights: Array = np.array([level], float) if level is not None else low + step * np.arange(1.0, LEVELS + 1)
     chains = _chains(cv2, work, heights, smallest, largest, least_levels if level is None else 1)
-    rows = []
+    rows, outlines = [], []
     for chain in sorted(chains, key=len, reverse=True)[:MOST]:
-        row = _centre(cv2, picture, work, _outline(chain), heights, level, size)
+        spot = _outline(chain)
+        height = float(heights[spot.level])
+        row = _centre(cv2, picture, work, spot, height, level, size)
         if row is not None and (threshold is None or row[5] >= threshold):
             rows.append(row)
-    return _one_each(Detections.of(rows))
+            outlines.append(height)
+    found = Detections.of(rows)
+    kept = _one_each(found)
+    return found.take(kept), np.array(outlines)[kept]
 
 
-def _one_each(found: Detections) -> Detections:
+def look_near(
+    picture: ResponseMap,
+    height: float,
+    like: Detections,
+    place: tuple[float, float],
+    *,
+    size: float | None = None,
+    level: float | None = None,
+    opening: int = 0,
+) -> Detections:
+    """The one spot that was seen before, in a small window around where it is expected.
+
+    It is cut at the height that its outline had in the whole picture, so that centre, errors and score are those of
+    :func:`look`.
+
+    Parameters
+    ----------
+    picture : the window.
+    height : of its outline.
+    like : its last detection, one row.
+    place : where it is expected, in px of the window.
+    size, level, opening : as for :func:`look`.
+
+    Returns
+    -------
+    Detections, one row; none where nothing alike lies whole in the window.
+    """
+    cv2 = vision()
+    work = _smoothed(picture, size, opening)
+    _, _, stats, middles = cv2.connectedComponentsWithStats((work > height).view(np.uint8), connectivity=8, ltype=4)
+    left, top, wide, high, area = stats[1:].T
+    usual = math.pi / 4 * float(like.size[0]) ** 2
+    whole = (left > 0) & (top > 0) & (left + wide < picture.shape[1]) & (top + high < picture.shape[0])
+    good = np.flatnonzero(whole & (area > usual / ALIKE**2) & (area < usual * ALIKE**2))
+    if not good.size:
+        return Detections.of([])
+    nearest = int(good[np.argmin(np.hypot(*(middles[1 + good] - place).T))])
+    spot = _Spot(0, 1 + nearest, *(int(of[nearest]) for of in (area, left, top, wide, high)))
+    row = _centre(cv2, picture, work, spot, height, level, size)
+    return Detections.of([] if row is None else [row])
+
+
+def _smoothed(picture: ResponseMap, size: float | None, opening: int) -> npt.NDArray[np.uint8]:
+    """The picture in which outlines are looked for."""
+    cv2 = vision()
+    work = np.clip(picture, 0, 255).astype(np.uint8)
+    if opening > 1:
+        kernel = cv2.getStructuringElement(cv2.MORPH_RECT, (opening, opening))
+        return np.asarray(cv2.morphologyEx(work, cv2.MORPH_OPEN, kernel))
+    # with the size known, texture inside a marker must not break it into parts
+    return np.asarray(cv2.GaussianBlur(work, (0, 0), max(0.8, size / 8 if size else 0.0)))
+
+
+def _one_each(found: Detections) -> npt.NDArray[np.int64]:
     """Of blobs around one centre the most marker-like: a spot and its halo are one thing."""
     kept: list[int] = []
     for i in np.argsort(-found.score, kind="stable"):
         near = [j for j in kept if math.hypot(found.x[i] - found.x[j], found.y[i] - found.y[j]) < 0.12 * found.size[i]]
         if not near:
             kept.append(int(i))
-    return found.take(np.sort(np.array(kept, np.int64)))
+    return np.sort(np.array(kept, np.int64))
 
 
 def _chains(
@@ -185,7 +252,7 @@ def _centre(
     picture: ResponseMap,
     work: npt.NDArray[np.uint8],
     half: _Spot,
-    heights: npt.NDArray[np.float64],
+    height: float,
     level: float | None,
     wanted: float | None,
 ) -> tuple[float, ...] | None:
@@ -195,7 +262,7 @@ def _centre(
     left, right = max(0, half.left - ring), min(wide, half.left + half.width + ring)
     top, bottom = max(0, half.top - ring), min(high, half.top + half.height + ring)
     window = picture[top:bottom, left:right].astype(np.float64)
-    cut = (work[top:bottom, left:right] > heights[half.level]).view(np.uint8)
+    cut = (work[top:bottom, left:right] > height).view(np.uint8)
     _, labels = cv2.connectedComponents(cut)
     counts = np.bincount(
         labels[half.top - top : half.top - top + half.height, half.left - left : half.left - left + half.width].ravel()

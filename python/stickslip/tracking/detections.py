@@ -46,6 +46,11 @@ class Detections:
         x, y, x_error, y_error, size, contrast, score, label, cut_x, cut_y = table.T.copy()
         return cls(x, y, x_error, y_error, size, contrast, score, label.astype(np.int64), cut_x > 0, cut_y > 0)
 
+    @classmethod
+    def joined(cls, parts: list[Detections]) -> Detections:
+        """Of one picture, from several windows of it."""
+        return cls(*(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)))
+
     def take(self, which: npt.NDArray[np.int64]) -> Detections:
         """Those of the indices `which`."""
         return Detections(*(getattr(self, item.name)[which] for item in fields(self)))

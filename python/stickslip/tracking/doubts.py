@@ -101,18 +101,19 @@ def remarks(mass: int, x: Array, y: Array, size: Array) -> list[str]:
     return found
 
 
-def clearness(film: list[Detections], tracks: list[Track]) -> tuple[float, float]:
-    """The least score of the tracks over the best of all other spots (median over pictures), and how many those are.
+def clearness(film: list[Detections], whole: list[bool], tracks: list[Track]) -> tuple[float, float]:
+    """The least score of the tracks over the best of all other spots, and how many those are; over the `whole` pictures.
 
-    (inf, 0) where there are no others.
+    A median and a mean, (inf, 0) where there are no others.
     """
     chosen: dict[int, list[int]] = {}
     for track in tracks:
         for frame, place in zip(track.frames, track.places, strict=True):
-            chosen.setdefault(frame, []).append(place)
+            if whole[frame]:
+                chosen.setdefault(frame, []).append(place)
     ratios, counts = [], []
     for frame, places in chosen.items():
         others = np.delete(film[frame].score, places)
         counts.append(len(others))
         ratios.append(float(film[frame].score[places].min() / others.max()) if len(others) else math.inf)
-    return float(np.median(ratios)), float(np.mean(counts))
+    return (float(np.median(ratios)), float(np.mean(counts))) if counts else (math.inf, 0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,6 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_writable
-from stickslip.tracking.blobs import find_blobs
 from stickslip.tracking.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.detections import Array, Detections
 from stickslip.tracking.doubts import CLEAR, TEXTURE, clearness, hidden, remarks, scatter
@@ -24,12 +23,15 @@ from stickslip.tracking.response_map import response_map
 from stickslip.tracking.setup import Setup
 from stickslip.tracking.source import Film, Picture
 from stickslip.tracking.template import find_templates
+from stickslip.tracking.window import Watch
 from stickslip.tracking.writing import check_place
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Progress = Callable[[str, int, int], object]
+Finder = Callable[[Iterator[Picture | None]], Iterator[tuple[Detections, bool]]]
+"""Detections of picture after picture, and whether the whole of it was looked at."""
 
 CUT = ": cut off at the edge"
 """Follows the coordinates that an edge takes, in the reason why they are missing."""
@@ -126,6 +128,7 @@ class _Seen:
     times: list[float]
     pictures: list[Detections]
     readable: list[bool]
+    whole: list[bool]
     shape: tuple[int, int]
 
 
@@ -154,7 +157,7 @@ def _unclear(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> list
     """A sentence where other spots look as much like the marker; refused where it is one of many and none is asked for."""
     if setup.finder != "blob":
         return []
-    ratio, others = clearness(seen.pictures, tracks)
+    ratio, others = clearness(seen.pictures, seen.whole, tracks)
     if ratio >= CLEAR:
         return []
     told = any(getattr(setup, name) is not None for name in ("size", "start", "region", "threshold", "level"))
@@ -177,59 +180,70 @@ def _describe(setup: Setup) -> str:
 
 
 def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
-    seen = _Seen([], [], [], (0, 0))
+    first = next((picture for _, picture in film if picture is not None), None)
+    shape = (0, 0) if first is None else (first.shape[0], first.shape[1])
+    seen = _Seen([], [], [], [], shape)
+    if first is None:
+        return seen
+    box = _box(setup, first, film.name)
     total = len(film)
-    find: Callable[[Picture], Detections] | None = None
-    for time, picture in film:
-        seen.times.append(time)
-        seen.readable.append(picture is not None)
-        if picture is None:
-            seen.pictures.append(Detections.of([]))
-        else:
-            if find is None:
-                seen.shape = (picture.shape[0], picture.shape[1])
-                find = _finder(setup, picture, film.name)
-            seen.pictures.append(find(picture).best(max(CROWD, 3 * setup.count)))
-        if progress is not None:
-            progress(f"looking at {Path(film.name).name}", len(seen.times), max(total, len(seen.times)))
+
+    def pictures() -> Iterator[Picture | None]:
+        for time, picture in film:
+            seen.times.append(time)
+            seen.readable.append(picture is not None)
+            yield None if picture is None else picture[box]
+            if progress is not None:
+                progress(f"looking at {Path(film.name).name}", len(seen.times), max(total, len(seen.times)))
+
+    for found, whole in _finder(setup, first, film.name)(pictures()):
+        seen.pictures.append(found.best(max(CROWD, 3 * setup.count)).moved(box[1].start, box[0].start))
+        seen.whole.append(whole)
     return seen
 
 
-def _finder(setup: Setup, first: Picture, name: str) -> Callable[[Picture], Detections]:
+def _box(setup: Setup, first: Picture, name: str) -> tuple[slice, slice]:
+    """The part of the pictures that is looked at."""
     height, width = first.shape[:2]
     left, top, wide, high = setup.region or (0, 0, width, height)
     if left >= width or top >= height:
         raise InputError(f"{name}: the region begins at ({left}, {top}), outside of pictures of {width} x {height} px")
-    right, bottom = min(width, left + wide), min(height, top + high)
+    return slice(top, min(height, top + high)), slice(left, min(width, left + wide))
 
-    def cropped(picture: Picture) -> Picture:
-        return picture[top:bottom, left:right]
 
+def _finder(setup: Setup, first: Picture, name: str) -> Finder:
+    """What looks for the markers, in the pictures of the region."""
+    if setup.finder == "blob":
+        level = setup.level
+        if level is not None and setup.marker == "dark":
+            level = 255 - level
+        return Watch(
+            lambda picture: response_map(picture, setup.marker, setup.channel),
+            setup.count,
+            size=setup.size,
+            threshold=setup.threshold,
+            level=level,
+            opening=setup.opening,
+            # one that is chosen by its place or its way may be fainter than others
+            windows=setup.start is None and not setup.moving,
+        )
     if setup.finder == "fiducial":
         check_dictionary(setup.dictionary)
-        return lambda picture: find_fiducials(cropped(picture), setup.dictionary, setup.ids).moved(left, top)
-    if setup.finder == "template":
-        pieces = []
-        for x, y, w, h in setup.templates or ():
-            if x + w > width or y + h > height:
-                raise InputError(
-                    f"{name}: the template [{x}, {y}, {w}, {h}] leaves the picture of {width} x {height} px"
-                )
-            pieces.append(response_map(first[y : y + h, x : x + w], "bright", setup.channel))
-        return lambda picture: find_templates(response_map(cropped(picture), "bright", setup.channel), pieces).moved(
-            left, top
-        )
+        return _whole(lambda picture: find_fiducials(picture, setup.dictionary, setup.ids))
+    pieces = []
+    for x, y, w, h in setup.templates or ():
+        if x + w > first.shape[1] or y + h > first.shape[0]:
+            raise InputError(
+                f"{name}: the template [{x}, {y}, {w}, {h}] leaves the picture of {first.shape[1]} x {first.shape[0]} px"
+            )
+        pieces.append(response_map(first[y : y + h, x : x + w], "bright", setup.channel))
+    return _whole(lambda picture: find_templates(response_map(picture, "bright", setup.channel), pieces))
 
-    level = setup.level
-    if level is not None and setup.marker == "dark":
-        level = 255 - level
 
-    def blobs(picture: Picture) -> Detections:
-        grey = response_map(cropped(picture), setup.marker, setup.channel)
-        found = find_blobs(grey, size=setup.size, threshold=setup.threshold, level=level, opening=setup.opening)
-        return found.moved(left, top)
-
-    return blobs
+def _whole(find: Callable[[Picture], Detections]) -> Finder:
+    """Look at all of every picture."""
+    nothing = Detections.of([])
+    return lambda pictures: ((nothing if picture is None else find(picture), True) for picture in pictures)
 
 
 def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: list[str]) -> xr.Dataset:

@@ -135,7 +135,13 @@ def find_markers(
 
     if max_jump is not None:
         return markers(Limits(max_jump))
-    tried = [(reach, markers(Limits(reach))) for reach in _reaches(film)]
+    # no tracks can score higher than the best detections of every picture: a reach that does is not beaten by longer ones
+    most = sum(float(np.sort(detections.score)[-count:].sum()) for detections in film)
+    tried = []
+    for reach in _reaches(film):
+        tried.append((reach, markers(Limits(reach))))
+        if start is None and not moving and sum(track.score for track in tried[-1][1]) >= WHOLE * most:
+            break
     scores = [sum(track.score for track in tracks) for _, tracks in tried]
     for (reach, tracks), score in zip(tried, scores, strict=True):
         if score >= WHOLE * max(scores):

@@ -52,12 +52,13 @@ impl<const H: usize> Motion<H> for Reaction<'_, H> {
 ///
 /// With f₋ while the slip speed falls and f₊ > f₋ while it rises, neither branch is consistent with a balance of forces
 /// between them: the slip speed stays, as adhesion holds it at zero, and friction is the reaction that keeps it. `stick` gives
-/// that reaction; `start` says on which end it starts, there it moves inward.
+/// that reaction; `start` says on which end it starts, there it moves inward: the end is then where the reaction is, from which
+/// a branch that is steep at the slip speed held may be off by more than rounding of forces.
 #[must_use]
 pub fn end_of_hold<const H: usize>(
     stick: &Stick<H>,
     direction: f64,
-    [low, high]: [f64; 2],
+    [mut low, mut high]: [f64; 2],
     start: Start,
     horizon: f64,
     work: &mut Watched,
@@ -72,6 +73,11 @@ pub fn end_of_hold<const H: usize>(
         },
         bound: bounds(&stick.p, &stick.q, &stick.frequency),
     };
+    match start {
+        Start::Low => low = reaction.at(0.0).d[0],
+        Start::High => high = reaction.at(0.0).d[0],
+        _ => {}
+    }
     let ends = Ends {
         low,
         high,

@@ -53,9 +53,9 @@ impl Decay {
         1.0 / self.omega.max(self.gamma.abs())
     }
 
-    /// Whether it is so heavily damped that the position follows from the slip speed with two digits less.
+    /// Whether it is so heavily damped that the position follows from the slip speed with a digit less.
     pub(crate) fn steep(&self) -> bool {
-        self.kappa > 1e4 * self.natural_squared
+        self.kappa > 1e2 * self.natural_squared
     }
 
     /// No exponent of the free motion is larger in size.

@@ -1,45 +1,45 @@
 //! The surface f_s(t_s, δ): static friction from stick time and force rate.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Adhesion, Hold};
 use crate::elementary::{exp, exp_m1, power};
-use crate::error::{Error, not_negative, positive};
+use crate::error::Error;
+use crate::parameters::{Kind, Limited, Limits, Parameters, Value, parameters};
 
-/// f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
-///
-/// The growth with rest is Kato's (Kato, Sato & Matsubayashi, Wear 20 (1972) 315); the fall with the force rate follows
-/// the finding of Johannes, Green & Brockley (Wear 24 (1973) 381) in a form of our own, for what rest adds and, with Δ₀, for
-/// what there is without rest.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StaticFriction {
-    /// f_0 = f_s(0, δ → ∞).
-    pub initial: f64,
-    /// What f_s(0, δ) falls by from a vanishing to an infinite force rate, Δ₀.
-    #[serde(default)]
-    pub drop: f64,
-    /// Force rate δ₁ at which half of that is gone.
-    #[serde(default = "crate::law::one")]
-    pub drop_scale: f64,
-    /// Exponent p.
-    #[serde(default = "crate::law::one")]
-    pub drop_exponent: f64,
-    /// Growth after an infinite rest at a vanishing force rate, Δ∞.
-    #[serde(default)]
-    pub limit: f64,
-    /// Rate γ, 1/time^m.
-    #[serde(default = "crate::law::one")]
-    pub rate: f64,
-    /// Exponent m.
-    #[serde(default = "crate::law::one")]
-    pub exponent: f64,
-    /// Force rate δ₀ at which the growth is halved; none: no dependence on the force rate.
-    #[serde(default)]
-    pub force_rate_scale: Option<f64>,
-    /// Exponent q.
-    #[serde(default = "crate::law::one")]
-    pub force_rate_exponent: f64,
+parameters! {
+    /// f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
+    ///
+    /// The growth with rest is Kato's (Kato, Sato & Matsubayashi, Wear 20 (1972) 315); the fall with the force rate follows
+    /// the finding of Johannes, Green & Brockley (Wear 24 (1973) 381) in a form of our own, for what rest adds and, with Δ₀, for
+    /// what there is without rest.
+    #[derive(Copy)]
+    pub struct StaticFriction {
+        /// f_0 = f_s(0, δ → ∞).
+        pub initial: f64 = 0.68 => [FORCE.positive()],
+        /// What f_s(0, δ) falls by from a vanishing to an infinite force rate, Δ₀.
+        #[serde(default)]
+        pub drop: f64 = 1.24 => [FORCE.not_negative()],
+        /// Force rate δ₁ at which half of that is gone.
+        #[serde(default = "crate::law::one")]
+        pub drop_scale: f64 = 0.3695 => [FORCE_RATE],
+        /// Exponent p.
+        #[serde(default = "crate::law::one")]
+        pub drop_exponent: f64 = 10.0 => [PURE.positive().search(0.05, 100.0).ratio()],
+        /// Growth after an infinite rest at a vanishing force rate, Δ∞.
+        #[serde(default)]
+        pub limit: f64 = 0.39 => [FORCE.not_negative()],
+        /// Rate γ, 1/time^m.
+        #[serde(default = "crate::law::one")]
+        pub rate: f64 = 0.3 => [RATE],
+        /// Exponent m.
+        #[serde(default = "crate::law::one")]
+        pub exponent: f64 = 1.0 => [EXPONENT],
+        /// Force rate δ₀ at which the growth is halved; none: no dependence on the force rate.
+        #[serde(default)]
+        pub force_rate_scale: Option<f64> = Some(0.5) => [FORCE_RATE],
+        /// Exponent q.
+        #[serde(default = "crate::law::one")]
+        pub force_rate_exponent: f64 = 1.0 => [PURE.positive().search(0.05, 10.0)],
+    }
 }
 
 impl StaticFriction {
@@ -56,20 +56,6 @@ impl StaticFriction {
             force_rate_scale: None,
             force_rate_exponent: 1.0,
         }
-    }
-
-    pub(super) fn validate(&self) -> Result<(), Error> {
-        positive("initial static friction", self.initial)?;
-        not_negative("drop of static friction", self.drop)?;
-        positive("drop_scale", self.drop_scale)?;
-        positive("drop_exponent", self.drop_exponent)?;
-        not_negative("limit of static friction", self.limit)?;
-        positive("rate of static friction", self.rate)?;
-        positive("exponent of static friction", self.exponent)?;
-        if let Some(scale) = self.force_rate_scale {
-            positive("force_rate_scale", scale)?;
-        }
-        positive("force_rate_exponent", self.force_rate_exponent).map(drop)
     }
 
     pub(super) fn force(&self, hold: Hold) -> f64 {
@@ -171,4 +157,12 @@ fn steepest([low, high]: [f64; 2], scale: f64, p: f64) -> f64 {
         power(if p > 1.0 { high } else { low }, p - 1.0)
     };
     p * most / (least * least * scale)
+}
+
+impl Value for StaticFriction {
+    const KIND: Kind = Kind::Table(Self::PARAMETERS);
+
+    fn check(&self, _name: &'static str, _limits: Limits) -> Result<(), Error> {
+        self.within_limits()
+    }
 }

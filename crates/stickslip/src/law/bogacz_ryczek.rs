@@ -11,71 +11,46 @@
 //!    └────────────────────────────────── u = |w|
 //! ```
 
-use serde::{Deserialize, Serialize};
-
 use super::table::Table;
 use super::{Adhesion, End, Friction, Hold, Memory, Piece, Point, StaticFriction};
 use crate::elementary::tan;
-use crate::error::{Error, finite, not_negative};
+use crate::error::Error;
+use crate::parameters::{Limited, Parameters, parameters};
 
-/// The friction law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
-///
-/// Pencils A, C and D may lie at infinity (`None`); their lines then have the angles φ, ψ and η.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BogaczRyczek {
-    /// The surface f_s(t_s, δ).
-    pub static_friction: StaticFriction,
-    /// Pencil of the upper, falling lines.
-    #[serde(rename = "A")]
-    pub a: Option<Point>,
-    /// Pencil of the lower lines.
-    #[serde(rename = "B")]
-    pub b: Point,
-    /// Pencil of the common, rising lines.
-    #[serde(rename = "C")]
-    pub c: Option<Point>,
-    /// Pencil of the lines that climb from the lower to the upper branch.
-    #[serde(rename = "D")]
-    pub d: Option<Point>,
-    /// The line of corners, (slope, intercept).
-    pub l: Point,
-    /// α(f_s): how far friction falls after break-away, the same after every one or a table over the break-away force.
-    pub alpha: Table,
-    /// β: the slip speed over which it falls.
-    pub beta: f64,
-    /// φ in degrees: angle of the upper line when A lies at infinity.
-    pub phi: f64,
-    /// ψ in degrees: angle of the common line when C lies at infinity.
-    pub psi: f64,
-    /// η in degrees: angle of the steepest climb, and of every passage between the branches but D's.
-    pub eta: f64,
+parameters! {
+    /// The friction law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
+    ///
+    /// Pencils A, C and D may lie at infinity (`None`); their lines then have the angles φ, ψ and η.
+    pub struct BogaczRyczek {
+        /// The surface f_s(t_s, δ).
+        pub static_friction: StaticFriction = StaticFriction::example() => [],
+        /// Pencil of the upper, falling lines.
+        pub a: Option<Point> as "A" = None => [W, F],
+        /// Pencil of the lower lines.
+        pub b: Point as "B" = [-0.41, 1.33] => [W.search(f64::NEG_INFINITY, 0.0), F],
+        /// Pencil of the common, rising lines.
+        pub c: Option<Point> as "C" = None => [W, F],
+        /// Pencil of the lines that climb from the lower to the upper branch.
+        pub d: Option<Point> as "D" = Some([0.33, 2.40]) => [W, F],
+        /// The line of corners, (slope, intercept).
+        pub l: Point = [3.41, -0.28] => [Number::of("force velocity^-1").part("slope"), FORCE.part("intercept")],
+        /// α(f_s): how far friction falls after break-away, the same after every one or a table over the break-away force.
+        pub alpha: Table = Table::Nodes(vec![[1.9, 0.0], [2.9, 1.7]]) => [FORCE.part("f_s"), FORCE.part("drop").not_negative()],
+        /// β: the slip speed over which it falls.
+        pub beta: f64 = 0.01 => [VELOCITY.not_negative()],
+        /// φ in degrees: angle of the upper line when A lies at infinity.
+        pub phi: f64 = -58.0 => [ANGLE.search(-89.99, 89.99)],
+        /// ψ in degrees: angle of the common line when C lies at infinity.
+        pub psi: f64 = 39.0 => [ANGLE.search(-89.99, 89.99)],
+        /// η in degrees: angle of the steepest climb, and of every passage between the branches but D's.
+        pub eta: f64 = 89.0 => [ANGLE.search(0.01, 89.99)],
+    }
 }
 
 /// The paper's geometry with our calibration of what it leaves open: f_s(t_s, δ), α.
 impl Default for BogaczRyczek {
     fn default() -> Self {
-        Self {
-            static_friction: StaticFriction {
-                drop: 1.24,
-                drop_scale: 0.3695,
-                drop_exponent: 10.0,
-                limit: 0.39,
-                rate: 0.3,
-                force_rate_scale: Some(0.5),
-                ..StaticFriction::constant(0.68)
-            },
-            a: None,
-            b: [-0.41, 1.33],
-            c: None,
-            d: Some([0.33, 2.40]),
-            l: [3.41, -0.28],
-            alpha: Table::Nodes(vec![[1.9, 0.0], [2.9, 1.7]]),
-            beta: 0.01,
-            phi: -58.0,
-            psi: 39.0,
-            eta: 89.0,
-        }
+        Self::example()
     }
 }
 
@@ -270,28 +245,9 @@ impl BogaczRyczek {
 
 impl Friction for BogaczRyczek {
     fn validate(&self) -> Result<(), Error> {
-        self.static_friction.validate()?;
-        let points = [
-            ("A", self.a),
-            ("B", Some(self.b)),
-            ("C", self.c),
-            ("D", self.d),
-            ("l", Some(self.l)),
-        ];
-        for (name, point) in points {
-            if let Some([w, f]) = point {
-                finite(name, w)?;
-                finite(name, f)?;
-            }
-        }
-        self.alpha.validate("alpha")?;
-        not_negative("beta", self.beta)?;
-        for (name, angle, low, high) in [
-            ("phi", self.phi, -90.0, 90.0),
-            ("psi", self.psi, -90.0, 90.0),
-            ("eta", self.eta, 0.0, 90.0),
-        ] {
-            if finite(name, angle)? <= low || angle >= high {
+        self.within_limits()?;
+        for (angle, low) in [(self.phi, -90.0), (self.psi, -90.0), (self.eta, 0.0)] {
+            if angle <= low || angle >= 90.0 {
                 return Err(Error::Geometry {
                     what: "the angles phi, psi must lie in (−90°, 90°) and eta in (0°, 90°)",
                     value: angle,

@@ -1,31 +1,22 @@
 //! Friction that weakens and then grows again, as a cubic.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Friction, Hold, Memory, Piece};
-use crate::error::{Error, finite, not_negative};
+use crate::parameters::parameters;
 use crate::series::{Grown, Series, product};
 
-/// F(u) = μ_s − k₁ u + k₃ u³, |F| ≤ μ_s at rest (Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Cubic {
-    /// Friction at rest μ_s.
-    #[serde(rename = "static")]
-    pub at_rest: f64,
-    /// Linear fall k₁.
-    pub linear: f64,
-    /// Cubic rise k₃.
-    pub cubic: f64,
+parameters! {
+    /// F(u) = μ_s − k₁ u + k₃ u³, |F| ≤ μ_s at rest (Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389).
+    pub struct Cubic {
+        /// Friction at rest μ_s.
+        pub at_rest: f64 as "static" = 0.4 => [FORCE.not_negative()],
+        /// Linear fall k₁.
+        pub linear: f64 = 0.45 => [Number::of("force velocity^-1")],
+        /// Cubic rise k₃.
+        pub cubic: f64 = 0.6 => [Number::of("force velocity^-3")],
+    }
 }
 
 impl Friction for Cubic {
-    fn validate(&self) -> Result<(), Error> {
-        not_negative("static", self.at_rest)?;
-        finite("linear", self.linear)?;
-        finite("cubic", self.cubic).map(drop)
-    }
-
     fn break_away(&self, _hold: Hold) -> f64 {
         self.at_rest
     }

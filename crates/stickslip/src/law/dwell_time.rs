@@ -1,23 +1,21 @@
 //! Static friction that grows while the contact rests.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Adhesion, Friction, Hold, Memory, Piece, StaticFriction};
-use crate::error::{Error, not_negative, positive};
+use crate::parameters::parameters;
 
-/// f_s(t_s) = f_k + Δ∞ (1 − exp(−γ t_s^m)), F = f_k sgn w in motion (Kato, Sato & Matsubayashi, Wear 20 (1972) 315).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DwellTime {
-    /// Kinetic force f_k.
-    pub kinetic: f64,
-    /// Growth of static friction after an infinite rest, Δ∞.
-    pub limit: f64,
-    /// Rate γ, 1/time^m.
-    pub rate: f64,
-    /// Exponent m.
-    #[serde(default = "crate::law::one")]
-    pub exponent: f64,
+parameters! {
+    /// f_s(t_s) = f_k + Δ∞ (1 − exp(−γ t_s^m)), F = f_k sgn w in motion (Kato, Sato & Matsubayashi, Wear 20 (1972) 315).
+    pub struct DwellTime {
+        /// Kinetic force f_k.
+        pub kinetic: f64 = 0.5 => [FORCE.not_negative()],
+        /// Growth of static friction after an infinite rest, Δ∞.
+        pub limit: f64 = 0.5 => [FORCE.not_negative()],
+        /// Rate γ, 1/time^m.
+        pub rate: f64 = 0.4 => [RATE],
+        /// Exponent m.
+        #[serde(default = "crate::law::one")]
+        pub exponent: f64 = 1.0 => [EXPONENT],
+    }
 }
 
 impl DwellTime {
@@ -32,13 +30,6 @@ impl DwellTime {
 }
 
 impl Friction for DwellTime {
-    fn validate(&self) -> Result<(), Error> {
-        not_negative("kinetic", self.kinetic)?;
-        not_negative("limit", self.limit)?;
-        positive("rate", self.rate)?;
-        positive("exponent", self.exponent).map(drop)
-    }
-
     fn break_away(&self, hold: Hold) -> f64 {
         self.static_friction().force(hold)
     }

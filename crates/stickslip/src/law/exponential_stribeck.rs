@@ -1,40 +1,37 @@
 //! Friction that weakens exponentially with speed, with a viscous part.
 
-use serde::{Deserialize, Serialize};
-
 use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Hold, Memory, Piece};
 use crate::elementary::exp;
-use crate::error::{Error, finite, not_negative, positive};
+use crate::error::Error;
+use crate::parameters::{Limited, parameters};
 use crate::series::{Grown, Series, exponential, product};
 
-/// F(u) = f_k + (f_s − f_k) exp(−(u/w_s)ⁿ) + b u, |F| ≤ f_s at rest.
-///
-/// n = 1: Tustin, J. IEE 94 (1947) 143. n = 2, the Gaussian: Armstrong-Hélouvry, Dupont & Canudas de Wit, Automatica 30
-/// (1994) 1083, among the exponents of Bo & Pavelescu, Wear 82 (1982) 277.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExponentialStribeck {
-    /// Break-away force f_s.
-    pub break_away: f64,
-    /// Kinetic force f_k at high speed, but for the viscous part.
-    pub kinetic: f64,
-    /// Slip speed w_s over which friction falls.
-    pub scale: f64,
-    /// Viscous coefficient b.
-    #[serde(default)]
-    pub viscous: f64,
-    /// Exponent n, 1 or 2.
-    #[serde(default = "crate::law::one")]
-    pub exponent: f64,
+parameters! {
+    /// F(u) = f_k + (f_s − f_k) exp(−(u/w_s)ⁿ) + b u, |F| ≤ f_s at rest.
+    ///
+    /// n = 1: Tustin, J. IEE 94 (1947) 143. n = 2, the Gaussian: Armstrong-Hélouvry, Dupont & Canudas de Wit, Automatica 30
+    /// (1994) 1083, among the exponents of Bo & Pavelescu, Wear 82 (1982) 277.
+    pub struct ExponentialStribeck {
+        /// Break-away force f_s.
+        pub break_away: f64 = 1.0 => [FORCE.not_negative()],
+        /// Kinetic force f_k at high speed, but for the viscous part.
+        pub kinetic: f64 = 0.5 => [FORCE.not_negative()],
+        /// Slip speed w_s over which friction falls.
+        pub scale: f64 = 0.1 => [VELOCITY.positive()],
+        /// Viscous coefficient b.
+        #[serde(default)]
+        pub viscous: f64 = 0.2 => [Number::of("force velocity^-1")],
+        /// Exponent n, 1 or 2.
+        #[serde(default = "crate::law::one")]
+        pub exponent: f64 = 1.0 => [PURE.choices(&[1.0, 2.0])],
+    }
 }
 
 impl Friction for ExponentialStribeck {
     fn validate(&self) -> Result<(), Error> {
-        let kinetic = not_negative("kinetic", self.kinetic)?;
-        at_least_kinetic(self.break_away, kinetic)?;
-        positive("scale", self.scale)?;
-        finite("viscous", self.viscous)?;
+        self.within_limits()?;
+        at_least_kinetic(self.break_away, self.kinetic)?;
         if self.exponent != 1.0 && self.exponent != 2.0 {
             return Err(Error::Geometry {
                 what: "exponent must be 1 or 2, as friction in between has no slope to start slip with",

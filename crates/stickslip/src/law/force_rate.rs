@@ -1,31 +1,29 @@
 //! Static friction that grows while the contact rests and falls with the rate at which it is loaded.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Adhesion, Friction, Hold, Memory, Piece, StaticFriction};
-use crate::error::{Error, not_negative, positive};
+use crate::parameters::parameters;
 
-/// f_s(t_s, δ) = f_k + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q), F = f_k sgn w in motion.
-///
-/// That static friction falls with the rate of loading is the finding of Johannes, Green & Brockley, Wear 24 (1973) 381,
-/// and of Richardson & Nolle, Wear 37 (1976) 87; the form of the fall is our own.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ForceRate {
-    /// Kinetic force f_k.
-    pub kinetic: f64,
-    /// Growth of static friction after an infinite rest at a vanishing force rate, Δ∞.
-    pub limit: f64,
-    /// Rate γ, 1/time^m.
-    pub rate: f64,
-    /// Force rate δ₀ at which the growth is halved.
-    pub force_rate_scale: f64,
-    /// Exponent m.
-    #[serde(default = "crate::law::one")]
-    pub exponent: f64,
-    /// Exponent q.
-    #[serde(default = "crate::law::one")]
-    pub force_rate_exponent: f64,
+parameters! {
+    /// f_s(t_s, δ) = f_k + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q), F = f_k sgn w in motion.
+    ///
+    /// That static friction falls with the rate of loading is the finding of Johannes, Green & Brockley, Wear 24 (1973) 381,
+    /// and of Richardson & Nolle, Wear 37 (1976) 87; the form of the fall is our own.
+    pub struct ForceRate {
+        /// Kinetic force f_k.
+        pub kinetic: f64 = 0.5 => [FORCE.not_negative()],
+        /// Growth of static friction after an infinite rest at a vanishing force rate, Δ∞.
+        pub limit: f64 = 0.5 => [FORCE.not_negative()],
+        /// Rate γ, 1/time^m.
+        pub rate: f64 = 0.4 => [RATE],
+        /// Force rate δ₀ at which the growth is halved.
+        pub force_rate_scale: f64 = 0.3 => [FORCE_RATE],
+        /// Exponent m.
+        #[serde(default = "crate::law::one")]
+        pub exponent: f64 = 1.0 => [EXPONENT],
+        /// Exponent q.
+        #[serde(default = "crate::law::one")]
+        pub force_rate_exponent: f64 = 1.0 => [PURE.positive().search(0.05, 10.0)],
+    }
 }
 
 impl ForceRate {
@@ -42,15 +40,6 @@ impl ForceRate {
 }
 
 impl Friction for ForceRate {
-    fn validate(&self) -> Result<(), Error> {
-        not_negative("kinetic", self.kinetic)?;
-        not_negative("limit", self.limit)?;
-        positive("rate", self.rate)?;
-        positive("force_rate_scale", self.force_rate_scale)?;
-        positive("exponent", self.exponent)?;
-        positive("force_rate_exponent", self.force_rate_exponent).map(drop)
-    }
-
     fn break_away(&self, hold: Hold) -> f64 {
         self.static_friction().force(hold)
     }

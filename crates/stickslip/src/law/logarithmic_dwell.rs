@@ -1,30 +1,22 @@
 //! Static friction that grows with the logarithm of rest, without end.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Friction, Hold, Memory, Piece};
 use crate::elementary::ln_1p;
-use crate::error::{Error, not_negative, positive};
+use crate::parameters::parameters;
 
-/// f_s(t_s) = f_k + A ln(1 + t_s/t_c), F = f_k sgn w in motion (Dieterich, J. Geophysical Research 77 (1972) 3690).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LogarithmicDwell {
-    /// Kinetic force f_k.
-    pub kinetic: f64,
-    /// Growth A for every e-fold of rest.
-    pub growth: f64,
-    /// Rest t_c after which the logarithm sets in.
-    pub onset: f64,
+parameters! {
+    /// f_s(t_s) = f_k + A ln(1 + t_s/t_c), F = f_k sgn w in motion (Dieterich, J. Geophysical Research 77 (1972) 3690).
+    pub struct LogarithmicDwell {
+        /// Kinetic force f_k.
+        pub kinetic: f64 = 0.5 => [FORCE.not_negative()],
+        /// Growth A for every e-fold of rest.
+        pub growth: f64 = 0.1 => [FORCE.not_negative()],
+        /// Rest t_c after which the logarithm sets in.
+        pub onset: f64 = 0.5 => [Number::of("time").positive().ratio()],
+    }
 }
 
 impl Friction for LogarithmicDwell {
-    fn validate(&self) -> Result<(), Error> {
-        not_negative("kinetic", self.kinetic)?;
-        not_negative("growth", self.growth)?;
-        positive("onset", self.onset).map(drop)
-    }
-
     fn break_away(&self, hold: Hold) -> f64 {
         self.kinetic + self.growth * ln_1p(hold.stick_time.max(0.0) / self.onset)
     }

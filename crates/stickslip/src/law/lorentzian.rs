@@ -1,33 +1,30 @@
 //! Friction that weakens with the square of the speed, as a Lorentz curve, with a viscous part.
 
-use serde::{Deserialize, Serialize};
-
 use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Hold, Memory, Piece};
-use crate::error::{Error, finite, not_negative, positive};
+use crate::error::Error;
+use crate::parameters::{Limited, parameters};
 use crate::series::{Grown, Series, product, reciprocal};
 
-/// F(u) = f_k + (f_s − f_k)/(1 + (u/w_s)²) + b u, |F| ≤ f_s at rest (Hess & Soom, J. Tribology 112 (1990) 147).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Lorentzian {
-    /// Break-away force f_s.
-    pub break_away: f64,
-    /// Kinetic force f_k at high speed, but for the viscous part.
-    pub kinetic: f64,
-    /// Slip speed w_s at which half of the difference is gone.
-    pub scale: f64,
-    /// Viscous coefficient b.
-    #[serde(default)]
-    pub viscous: f64,
+parameters! {
+    /// F(u) = f_k + (f_s − f_k)/(1 + (u/w_s)²) + b u, |F| ≤ f_s at rest (Hess & Soom, J. Tribology 112 (1990) 147).
+    pub struct Lorentzian {
+        /// Break-away force f_s.
+        pub break_away: f64 = 1.0 => [FORCE.not_negative()],
+        /// Kinetic force f_k at high speed, but for the viscous part.
+        pub kinetic: f64 = 0.5 => [FORCE.not_negative()],
+        /// Slip speed w_s at which half of the difference is gone.
+        pub scale: f64 = 0.1 => [VELOCITY.positive()],
+        /// Viscous coefficient b.
+        #[serde(default)]
+        pub viscous: f64 = 0.2 => [Number::of("force velocity^-1")],
+    }
 }
 
 impl Friction for Lorentzian {
     fn validate(&self) -> Result<(), Error> {
-        let kinetic = not_negative("kinetic", self.kinetic)?;
-        at_least_kinetic(self.break_away, kinetic)?;
-        positive("scale", self.scale)?;
-        finite("viscous", self.viscous).map(drop)
+        self.within_limits()?;
+        at_least_kinetic(self.break_away, self.kinetic)
     }
 
     fn break_away(&self, _hold: Hold) -> f64 {

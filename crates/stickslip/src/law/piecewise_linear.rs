@@ -1,19 +1,18 @@
 //! Kinetic friction by a table of nodes, linear between them.
 
-use serde::{Deserialize, Serialize};
-
 use super::static_kinetic::at_least_kinetic;
 use super::{End, Friction, Hold, Memory, Piece, Point};
 use crate::error::{Error, finite};
+use crate::parameters::{Kind, Limited, Limits, Value, parameters};
 
-/// F(w) linear between nodes (w_i, f_i), w_0 = 0; the last slope goes on beyond the last node. |F| ≤ f_s at rest.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PiecewiseLinear {
-    /// Nodes (slip speed, kinetic force), the first at slip speed 0.
-    pub nodes: Vec<Point>,
-    /// Break-away force f_s.
-    pub break_away: f64,
+parameters! {
+    /// F(w) linear between nodes (w_i, f_i), w_0 = 0; the last slope goes on beyond the last node. |F| ≤ f_s at rest.
+    pub struct PiecewiseLinear {
+        /// Nodes (slip speed, kinetic force), the first at slip speed 0.
+        pub nodes: Vec<Point> = vec![[0.0, 0.9], [0.2, 0.6], [0.6, 0.7]] => [SLIP_VELOCITY, NODE_FORCE],
+        /// Break-away force f_s.
+        pub break_away: f64 = 1.0 => [FORCE.not_negative()],
+    }
 }
 
 impl PiecewiseLinear {
@@ -34,6 +33,7 @@ impl PiecewiseLinear {
 
 impl Friction for PiecewiseLinear {
     fn validate(&self) -> Result<(), Error> {
+        self.within_limits()?;
         if self.nodes.len() < 2 {
             return Err(Error::TooFewNodes {
                 name: "nodes",
@@ -41,12 +41,7 @@ impl Friction for PiecewiseLinear {
                 got: self.nodes.len(),
             });
         }
-        increasing("nodes", &self.nodes)?;
-        if self.nodes[0][0] != 0.0 {
-            return Err(Error::FirstNodeNotAtZero {
-                got: self.nodes[0][0],
-            });
-        }
+        from_zero(&self.nodes)?;
         at_least_kinetic(self.break_away, self.nodes[0][1])
     }
 
@@ -70,6 +65,22 @@ impl Friction for PiecewiseLinear {
             End::Low => self.piece(index - 1),
             End::Turn { .. } => *piece,
         }
+    }
+}
+
+impl Value for Vec<Point> {
+    const KIND: Kind = Kind::Nodes;
+
+    fn check(&self, name: &'static str, _limits: Limits) -> Result<(), Error> {
+        increasing(name, self)
+    }
+}
+
+/// Check that the first node lies at zero.
+pub(super) fn from_zero(nodes: &[Point]) -> Result<(), Error> {
+    match nodes.first() {
+        Some(&[got, _]) if got != 0.0 => Err(Error::FirstNodeNotAtZero { got }),
+        _ => Ok(()),
     }
 }
 

@@ -1,33 +1,30 @@
 //! The law of Popp and Stelter: a hyperbola that falls to a kinetic force, and a square that rises from it.
 
-use serde::{Deserialize, Serialize};
-
 use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Hold, Memory, Piece};
-use crate::error::{Error, finite, not_negative};
+use crate::error::Error;
+use crate::parameters::{Limited, parameters};
 use crate::series::{Grown, Series, product, reciprocal};
 
-/// F(u) = (f_s − f_k)/(1 + λ₁ u) + f_k + λ₂ u², |F| ≤ f_s at rest (Popp & Stelter, Phil. Trans. R. Soc. A 332 (1990) 89).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PoppStelter {
-    /// Break-away force f_s.
-    pub break_away: f64,
-    /// Force the hyperbola falls to, f_k.
-    pub kinetic: f64,
-    /// How fast it falls, λ₁ in 1/velocity.
-    pub weakening: f64,
-    /// The square part λ₂.
-    #[serde(default)]
-    pub square: f64,
+parameters! {
+    /// F(u) = (f_s − f_k)/(1 + λ₁ u) + f_k + λ₂ u², |F| ≤ f_s at rest (Popp & Stelter, Phil. Trans. R. Soc. A 332 (1990) 89).
+    pub struct PoppStelter {
+        /// Break-away force f_s.
+        pub break_away: f64 = 0.4 => [FORCE.not_negative()],
+        /// Force the hyperbola falls to, f_k.
+        pub kinetic: f64 = 0.1 => [FORCE.not_negative()],
+        /// How fast it falls, λ₁ in 1/velocity.
+        pub weakening: f64 = 1.42 => [Number::of("velocity^-1").not_negative()],
+        /// The square part λ₂.
+        #[serde(default)]
+        pub square: f64 = 0.01 => [Number::of("force velocity^-2")],
+    }
 }
 
 impl Friction for PoppStelter {
     fn validate(&self) -> Result<(), Error> {
-        let kinetic = not_negative("kinetic", self.kinetic)?;
-        at_least_kinetic(self.break_away, kinetic)?;
-        not_negative("weakening", self.weakening)?;
-        finite("square", self.square).map(drop)
+        self.within_limits()?;
+        at_least_kinetic(self.break_away, self.kinetic)
     }
 
     fn break_away(&self, _hold: Hold) -> f64 {

@@ -1,27 +1,20 @@
 //! Friction that weakens with speed as a hyperbola.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Friction, Hold, Memory, Piece};
-use crate::error::{Error, not_negative};
+use crate::parameters::parameters;
 use crate::series::{Grown, Series, reciprocal};
 
-/// F(u) = f_s/(1 + δ u), |F| ≤ f_s at rest (Leine, van Campen, de Kraker & van den Steen, Nonlinear Dynamics 16 (1998) 41).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Rational {
-    /// Break-away force f_s.
-    pub break_away: f64,
-    /// How fast friction weakens, δ in 1/velocity.
-    pub weakening: f64,
+parameters! {
+    /// F(u) = f_s/(1 + δ u), |F| ≤ f_s at rest (Leine, van Campen, de Kraker & van den Steen, Nonlinear Dynamics 16 (1998) 41).
+    pub struct Rational {
+        /// Break-away force f_s.
+        pub break_away: f64 = 1.0 => [FORCE.not_negative()],
+        /// How fast friction weakens, δ in 1/velocity.
+        pub weakening: f64 = 3.0 => [Number::of("velocity^-1").not_negative()],
+    }
 }
 
 impl Friction for Rational {
-    fn validate(&self) -> Result<(), Error> {
-        not_negative("break_away", self.break_away)?;
-        not_negative("weakening", self.weakening).map(drop)
-    }
-
     fn break_away(&self, _hold: Hold) -> f64 {
         self.break_away
     }

@@ -1,24 +1,23 @@
 //! Static and kinetic friction: adhesion bears more than slip produces.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Friction, Hold, Memory, Piece};
-use crate::error::{Error, finite, not_negative};
+use crate::error::{Error, finite};
+use crate::parameters::{Limited, parameters};
 
-/// |F| ≤ f_s at rest, F = f_k sgn w in motion, f_s ≥ f_k.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StaticKinetic {
-    /// Break-away force f_s.
-    pub break_away: f64,
-    /// Kinetic force f_k.
-    pub kinetic: f64,
+parameters! {
+    /// |F| ≤ f_s at rest, F = f_k sgn w in motion, f_s ≥ f_k.
+    pub struct StaticKinetic {
+        /// Break-away force f_s.
+        pub break_away: f64 = 1.0 => [FORCE.not_negative()],
+        /// Kinetic force f_k.
+        pub kinetic: f64 = 0.6 => [FORCE.not_negative()],
+    }
 }
 
 impl Friction for StaticKinetic {
     fn validate(&self) -> Result<(), Error> {
-        let kinetic = not_negative("kinetic", self.kinetic)?;
-        at_least_kinetic(self.break_away, kinetic)
+        self.within_limits()?;
+        at_least_kinetic(self.break_away, self.kinetic)
     }
 
     fn break_away(&self, _hold: Hold) -> f64 {

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::piecewise_linear::increasing;
 use super::{Piece, Point};
-use crate::error::{Error, not_negative};
+use crate::error::Error;
+use crate::parameters::{Kind, Limits, Value};
 
 /// A function of one variable: constant, or linear between nodes and constant beyond the first and the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -16,27 +17,27 @@ pub enum Table {
     Nodes(Vec<Point>),
 }
 
-impl Table {
-    /// Check that there is a node, that abscissae increase and that no value is negative.
-    pub(super) fn validate(&self, name: &'static str) -> Result<(), Error> {
+impl Value for Table {
+    const KIND: Kind = Kind::NumberOrNodes;
+
+    /// There is a node, abscissae increase, and each value is within its limits.
+    fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error> {
         match self {
-            Self::Constant(value) => not_negative(name, *value).map(drop),
+            Self::Constant(value) => limits.check(name, *value),
+            Self::Nodes(nodes) if nodes.is_empty() => Err(Error::TooFewNodes {
+                name,
+                expected: 1,
+                got: 0,
+            }),
             Self::Nodes(nodes) => {
-                if nodes.is_empty() {
-                    return Err(Error::TooFewNodes {
-                        name,
-                        expected: 1,
-                        got: 0,
-                    });
-                }
                 increasing(name, nodes)?;
-                nodes
-                    .iter()
-                    .try_for_each(|node| not_negative(name, node[1]).map(drop))
+                nodes.iter().try_for_each(|node| limits.check(name, node[1]))
             }
         }
     }
+}
 
+impl Table {
     /// The value at `at`.
     pub(super) fn at(&self, at: f64) -> f64 {
         self.line(at)[0]

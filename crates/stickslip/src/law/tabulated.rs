@@ -1,32 +1,27 @@
 //! Friction as it was measured: a table over slip speed, a table over stick time, or both.
 
-use serde::{Deserialize, Serialize};
-
+use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
 use super::table::Table;
 use super::{Adhesion, End, Friction, Hold, Memory, Piece};
 use crate::error::Error;
+use crate::parameters::{Limited, parameters};
 
-/// F(w) linear between nodes (w_i, f_i), f_s(t_s) linear between nodes (t_i, f_i), both constant beyond the last.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Tabulated {
-    /// Kinetic force, a number or nodes (slip speed, force), the first at slip speed 0.
-    pub kinetic: Table,
-    /// Break-away force, a number or nodes (stick time, force), the first at stick time 0; it must not fall.
-    pub break_away: Table,
+parameters! {
+    /// F(w) linear between nodes (w_i, f_i), f_s(t_s) linear between nodes (t_i, f_i), both constant beyond the last.
+    pub struct Tabulated {
+        /// Kinetic force, a number or nodes (slip speed, force), the first at slip speed 0.
+        pub kinetic: Table = Table::Nodes(vec![[0.0, 0.9], [0.1, 0.7], [0.3, 0.6], [0.6, 0.65]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
+        /// Break-away force, a number or nodes (stick time, force), the first at stick time 0; it must not fall.
+        pub break_away: Table = Table::Nodes(vec![[0.0, 0.9], [0.5, 1.0], [2.0, 1.1], [6.0, 1.15]]) => [STICK_TIME, NODE_FORCE.not_negative()],
+    }
 }
 
 impl Friction for Tabulated {
     fn validate(&self) -> Result<(), Error> {
-        for (name, table) in [("kinetic", &self.kinetic), ("break_away", &self.break_away)] {
-            table.validate(name)?;
-            if let Some(first) = table.nodes().first()
-                && first[0] != 0.0
-            {
-                return Err(Error::FirstNodeNotAtZero { got: first[0] });
-            }
-        }
+        self.within_limits()?;
+        from_zero(self.kinetic.nodes())?;
+        from_zero(self.break_away.nodes())?;
         let nodes = self.break_away.nodes();
         for (index, pair) in nodes.windows(2).enumerate() {
             if pair[1][1] < pair[0][1] {

@@ -1,25 +1,25 @@
 //! Friction with one branch while the slip speed rises and another while it falls, which need not meet.
 
-use serde::{Deserialize, Serialize};
-
+use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
 use super::table::Table;
 use super::{End, Friction, Hold, Memory, Piece};
 use crate::error::Error;
+use crate::parameters::{Limited, parameters};
 
-/// F = f₊(u) while u = |w| rises, f₋(u) while it falls, |F| ≤ f_s at rest (Hunt, Torbe & Spencer, Wear 8 (1965) 455).
-///
-/// Where f₋ < f₊, friction between the two holds the slip speed: F is set-valued at u̇ = 0 as it is at w = 0. Where
-/// f₋ > f₊, both branches are consistent for forces between them, and the motion stays on its branch until that ends.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TwoBranch {
-    /// f₊: a number or nodes (slip speed, force), the first at slip speed 0; constant beyond the last.
-    pub rising: Table,
-    /// f₋, likewise.
-    pub falling: Table,
-    /// Break-away force f_s.
-    pub break_away: f64,
+parameters! {
+    /// F = f₊(u) while u = |w| rises, f₋(u) while it falls, |F| ≤ f_s at rest (Hunt, Torbe & Spencer, Wear 8 (1965) 455).
+    ///
+    /// Where f₋ < f₊, friction between the two holds the slip speed: F is set-valued at u̇ = 0 as it is at w = 0. Where
+    /// f₋ > f₊, both branches are consistent for forces between them, and the motion stays on its branch until that ends.
+    pub struct TwoBranch {
+        /// f₊: a number or nodes (slip speed, force), the first at slip speed 0; constant beyond the last.
+        pub rising: Table = Table::Nodes(vec![[0.0, 1.0], [0.6, 0.7]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
+        /// f₋, likewise.
+        pub falling: Table = Table::Nodes(vec![[0.0, 0.6], [0.6, 0.7]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
+        /// Break-away force f_s.
+        pub break_away: f64 = 1.0 => [FORCE.not_negative()],
+    }
 }
 
 impl TwoBranch {
@@ -52,14 +52,9 @@ impl TwoBranch {
 
 impl Friction for TwoBranch {
     fn validate(&self) -> Result<(), Error> {
-        for (name, table) in [("rising", &self.rising), ("falling", &self.falling)] {
-            table.validate(name)?;
-            if let Some(first) = table.nodes().first()
-                && first[0] != 0.0
-            {
-                return Err(Error::FirstNodeNotAtZero { got: first[0] });
-            }
-        }
+        self.within_limits()?;
+        from_zero(self.rising.nodes())?;
+        from_zero(self.falling.nodes())?;
         at_least_kinetic(self.break_away, self.rising.at(0.0).max(self.falling.at(0.0)))
     }
 

@@ -25,6 +25,8 @@ pub(super) struct Question<'a> {
     pub(super) wants: Vec<f64>,
     /// The drive velocities of all contacts.
     pub(super) drives: &'a [Series],
+    /// An acceleration that is zero but for the error with which an event was found.
+    pub(super) still: f64,
     /// The contact that cannot stick, by its place in `zero`.
     pub(super) released: Option<(usize, f64)>,
     /// The contact that is at its limit and relieved from there, by its place in `zero`: it sticks.
@@ -110,7 +112,8 @@ impl Question<'_> {
             let unheld = left[row].abs() > 1e-9 * size || self.follows(grip, row) == Some(false);
             // A contact at its limit beside one that breaks breaks too.
             let room = if self.returned == Some(row) {
-                1.0 + RELIEVED
+                let held = self.limit[row] * self.frame.coupling(self.zero[row], self.zero[row]);
+                1.0 + RELIEVED.max(self.still / held)
             } else if self.released.is_some() {
                 1.0 - ROOM
             } else {

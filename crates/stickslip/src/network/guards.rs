@@ -1,7 +1,7 @@
 //! What ends a mode: the first guard of any contact that a step meets.
 
 use super::release::end_of_adhesion;
-use super::{Loop, ROUNDING};
+use super::{Loop, ROUNDING, STILL};
 use crate::law::End;
 use crate::series::{derivative, first_root};
 
@@ -25,7 +25,8 @@ impl Loop<'_> {
                     continue;
                 }
                 let rested = self.rested(c);
-                match end_of_adhesion(self.laws[c], &self.motion.force[c], rested, reach, grazes) {
+                let still = STILL * self.frame.rate * self.scale / self.frame.coupling(c, c);
+                match end_of_adhesion(self.laws[c], &self.motion.force[c], rested, still, reach, grazes) {
                     Ok(Some(h)) if h < reach || found.is_none() => {
                         (found, reach) = (Some((h, c, Cause::Release)), h);
                     }

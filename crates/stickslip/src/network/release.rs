@@ -6,12 +6,14 @@ use crate::series::{PASSED, Series, curvature, first_root, free_time, slope_at};
 /// A search of so many rounds gives up where it is: the motion goes on from there.
 const ROUNDS: u32 = 10_000;
 
-/// When adhesion under `force` breaks within `reach`, for a contact that has rested for `rested`; an error is the time up to
-/// which it holds, where the search gave up.
+/// When adhesion under `force` breaks within `reach`, for a contact that has rested for `rested`; a force that starts beyond
+/// the limit by no more than `still` and is relieved from there does not break it. An error is the time up to which it holds,
+/// where the search gave up.
 pub(super) fn end_of_adhesion(
     law: &Law,
     force: &Series,
     rested: f64,
+    still: f64,
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Result<Option<f64>, f64> {
@@ -23,7 +25,7 @@ pub(super) fn end_of_adhesion(
     };
     let feels_rate = law.feels_force_rate();
     let bears = limit(0.0, force[1]);
-    let rounding = 4.0 * f64::EPSILON * bears;
+    let rounding = (4.0 * f64::EPSILON * bears).max(2.0 * still / PASSED);
     if !feels_rate && law.growth_bound(rested) == 0.0 {
         let mut upper = force.map(|term| -term);
         let mut lower = *force;
@@ -35,6 +37,12 @@ pub(super) fn end_of_adhesion(
     }
     let bend = curvature(force, reach);
     let flat = bend * reach * reach <= rounding;
+    // A force that stays what it is within rounding, below a limit that does not fall, breaks nothing.
+    let swing = force[1].abs() * reach + 0.5 * bend * reach * reach;
+    let least = if feels_rate { limit(0.0, force[1].abs() + bend * reach) } else { bears };
+    if swing <= rounding && force[0].abs() - least <= rounding {
+        return Ok(None);
+    }
     let tiny = f64::EPSILON * reach;
     let mut t = 0.0;
     for _ in 0..ROUNDS {

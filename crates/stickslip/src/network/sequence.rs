@@ -76,10 +76,7 @@ pub fn resume(
     go_on: impl FnMut() -> bool,
 ) -> Result<Orbit, Error> {
     admit(system)?;
-    let layout = Layout {
-        masses: system.masses(),
-        contacts: system.contacts.len(),
-    };
+    let layout = Layout::of(system);
     let part = |from: fn(Layout, usize) -> usize| {
         (0..layout.masses)
             .map(|i| state.numbers[from(layout, i)])

@@ -1,7 +1,7 @@
 //! Which contacts stick and which slip, and where: at the start, and after every event, for all of them at once.
 
 use super::grip::Question;
-use super::{Contact, Loop, ROUNDING};
+use super::{Contact, Loop, ROUNDING, STILL};
 use crate::flow::taylor::Rub;
 use crate::law::{Friction, Hold};
 use crate::mode::Kind;
@@ -147,6 +147,7 @@ impl Loop<'_> {
             kinetic: &kinetic,
             wants: zero.iter().map(|&c| wants[c]).collect(),
             drives: self.motion.drives(),
+            still: STILL * self.frame.rate * self.scale,
             released: passage.released.map(|(c, force)| (row_of(c), force.signum())),
             returned: passage.returned.map(row_of),
         };

@@ -17,10 +17,14 @@ impl Loop<'_> {
                 if contact.direction == 0.0 || contact.between.is_some() || contact.piece.low > 0.0 {
                     return false;
                 }
-                if other == c {
-                    return cause == Cause::End(End::Low);
-                }
                 let (speed, slope) = slope_at(&self.motion.u[other], h);
+                if other == c {
+                    // A slip that turns back before its speed is more than rounding never began.
+                    return match cause {
+                        Cause::End(End::Turn { rising: false }) => speed <= tolerance,
+                        _ => cause == Cause::End(End::Low),
+                    };
+                }
                 // One that has just left zero with no slope has no sign of it yet.
                 speed <= tolerance && slope < 0.0 && !(h == 0.0 && contact.turning)
             })

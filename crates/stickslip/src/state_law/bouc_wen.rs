@@ -1,29 +1,28 @@
 //! A loop of restoring force over displacement, whose shape two numbers turn from softening to hardening.
 
-use serde::{Deserialize, Serialize};
-
 use super::StateFriction;
 use crate::elementary::power;
-use crate::error::{Error, finite, positive};
+use crate::error::Error;
+use crate::parameters::{Limited, parameters};
 
-/// ż = A w − β |w| |z|^(n−1) z − γ w |z|^n, F = k z, rate-independent.
-///
-/// Bouc (1967, n = 1); Wen, J. Engineering Mechanics Division ASCE 102 (1976) 249.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BoucWen {
-    /// Stiffness k of the hysteretic force.
-    pub stiffness: f64,
-    /// β > 0, 1/length^n.
-    pub beta: f64,
-    /// γ with |γ| ≤ β.
-    pub gamma: f64,
-    /// Exponent n ≥ 1.
-    #[serde(default = "crate::law::one")]
-    pub exponent: f64,
-    /// A > 0, 1 as a rule.
-    #[serde(default = "crate::law::one")]
-    pub amplitude: f64,
+parameters! {
+    /// ż = A w − β |w| |z|^(n−1) z − γ w |z|^n, F = k z, rate-independent.
+    ///
+    /// Bouc (1967, n = 1); Wen, J. Engineering Mechanics Division ASCE 102 (1976) 249.
+    pub struct BoucWen {
+        /// Stiffness k of the hysteretic force.
+        pub stiffness: f64 = 4.0 => [Number::of("stiffness").positive()],
+        /// β > 0, 1/length^n.
+        pub beta: f64 = 8.0 => [Number::of("length^-exponent").positive()],
+        /// γ with |γ| ≤ β.
+        pub gamma: f64 = 4.0 => [Number::of("length^-exponent")],
+        /// Exponent n ≥ 1.
+        #[serde(default = "crate::law::one")]
+        pub exponent: f64 = 2.0 => [PURE.search(1.0, 3.0)],
+        /// A > 0, 1 as a rule.
+        #[serde(default = "crate::law::one")]
+        pub amplitude: f64 = 1.0 => [PURE.positive()],
+    }
 }
 
 impl BoucWen {
@@ -34,16 +33,14 @@ impl BoucWen {
 
 impl StateFriction for BoucWen {
     fn validate(&self) -> Result<(), Error> {
-        positive("stiffness", self.stiffness)?;
-        positive("beta", self.beta)?;
-        positive("amplitude", self.amplitude)?;
-        if finite("gamma", self.gamma)? > self.beta || self.gamma <= -self.beta {
+        self.within_limits()?;
+        if self.gamma > self.beta || self.gamma <= -self.beta {
             return Err(Error::Geometry {
                 what: "gamma must lie in (−beta, beta], as the contact would create energy or never slip",
                 value: self.gamma,
             });
         }
-        if finite("exponent", self.exponent)? < 1.0 {
+        if self.exponent < 1.0 {
             return Err(Error::Geometry {
                 what: "exponent must be at least 1",
                 value: self.exponent,

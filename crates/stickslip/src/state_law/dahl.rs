@@ -1,33 +1,25 @@
 //! Friction that yields before it slips, like a strained solid.
 
-use serde::{Deserialize, Serialize};
-
 use super::StateFriction;
 use crate::elementary::{exp, power};
-use crate::error::{Error, positive};
+use crate::parameters::parameters;
 
-/// dF/dx = σ |1 − (F/f_k) sgn w|^i sgn(1 − (F/f_k) sgn w), rate-independent; the state is F itself.
-///
-/// Dahl, A solid friction model, Aerospace Corporation TOR-158(3107-18) (1968).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Dahl {
-    /// Stiffness σ at F = 0.
-    pub stiffness: f64,
-    /// Friction f_k of steady slip.
-    pub kinetic: f64,
-    /// Exponent i: 1 as a rule, below for brittle, above for ductile contacts.
-    #[serde(default = "crate::law::one")]
-    pub exponent: f64,
+parameters! {
+    /// dF/dx = σ |1 − (F/f_k) sgn w|^i sgn(1 − (F/f_k) sgn w), rate-independent; the state is F itself.
+    ///
+    /// Dahl, A solid friction model, Aerospace Corporation TOR-158(3107-18) (1968).
+    pub struct Dahl {
+        /// Stiffness σ at F = 0.
+        pub stiffness: f64 = 4.0 => [Number::of("stiffness").positive()],
+        /// Friction f_k of steady slip.
+        pub kinetic: f64 = 1.0 => [FORCE.positive()],
+        /// Exponent i: 1 as a rule, below for brittle, above for ductile contacts.
+        #[serde(default = "crate::law::one")]
+        pub exponent: f64 = 1.0 => [EXPONENT],
+    }
 }
 
 impl StateFriction for Dahl {
-    fn validate(&self) -> Result<(), Error> {
-        positive("stiffness", self.stiffness)?;
-        positive("kinetic", self.kinetic)?;
-        positive("exponent", self.exponent).map(drop)
-    }
-
     fn rates(&self, w: f64, z: f64) -> (f64, f64) {
         if w == 0.0 {
             return (z, 0.0);

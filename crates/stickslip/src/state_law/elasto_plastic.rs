@@ -1,23 +1,22 @@
 //! Bristles that are purely elastic at first, so that a stuck contact does not drift.
 
-use serde::{Deserialize, Serialize};
-
 use super::{LuGre, StateFriction};
 use crate::elementary::sin_cos;
-use crate::error::{Error, not_negative};
+use crate::error::Error;
+use crate::parameters::{Limited, parameters};
 
-/// ż = w (1 − α(z, w) z/z∞(w)), F = σ₀ z + σ₁ ż + σ₂ w, z∞ = g(w) sgn w/σ₀, g as for [`super::LuGre`].
-///
-/// α = 0 where |z| ≤ z_e or z and w differ in sign, 1 where |z| ≥ |z∞|, and ½ + ½ sin π (|z| − (|z∞| + z_e)/2)/(|z∞| − z_e)
-/// between. Dupont, Hayward, Armstrong & Altpeter, IEEE Trans. Automatic Control 47 (2002) 787.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ElastoPlastic {
-    /// The bristles, whose parameters stand beside `elastic` in a document.
-    #[serde(flatten)]
-    pub bristles: LuGre,
-    /// The force up to which the contact is purely elastic, σ₀ z_e.
-    pub elastic: f64,
+parameters! {
+    /// ż = w (1 − α(z, w) z/z∞(w)), F = σ₀ z + σ₁ ż + σ₂ w, z∞ = g(w) sgn w/σ₀, g as for [`super::LuGre`].
+    ///
+    /// α = 0 where |z| ≤ z_e or z and w differ in sign, 1 where |z| ≥ |z∞|, and ½ + ½ sin π (|z| − (|z∞| + z_e)/2)/(|z∞| − z_e)
+    /// between. Dupont, Hayward, Armstrong & Altpeter, IEEE Trans. Automatic Control 47 (2002) 787.
+    pub struct ElastoPlastic {
+        /// The bristles, whose parameters stand beside `elastic` in a document.
+        #[serde(flatten)]
+        pub bristles: LuGre = LuGre::example() => [],
+        /// The force up to which the contact is purely elastic, σ₀ z_e.
+        pub elastic: f64 = 0.8 => [FORCE.not_negative()],
+    }
 }
 
 impl ElastoPlastic {
@@ -36,8 +35,7 @@ impl ElastoPlastic {
 
 impl StateFriction for ElastoPlastic {
     fn validate(&self) -> Result<(), Error> {
-        self.bristles.validate()?;
-        not_negative("elastic", self.elastic)?;
+        self.within_limits()?;
         let weakest = self.bristles.kinetic.min(self.bristles.break_away);
         if self.elastic >= weakest {
             return Err(Error::ElasticBeyondSlip {

@@ -1,32 +1,31 @@
 //! Bristles that bend, yield along a Stribeck curve and damp.
 
-use serde::{Deserialize, Serialize};
-
 use super::StateFriction;
 use crate::elementary::{exp, power};
-use crate::error::{Error, not_negative, positive};
+use crate::error::Error;
+use crate::parameters::{Kind, Limited, Limits, Parameters, Value, parameters};
 
-/// ż = w − σ₀ |w| z/g(w), F = σ₀ z + σ₁ ż + σ₂ w, g(w) = f_k + (f_s − f_k) exp(−|w/w_s|^n).
-///
-/// Canudas de Wit, Olsson, Åström & Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LuGre {
-    /// Stiffness of the bristles, σ₀.
-    pub stiffness: f64,
-    /// Damping of the bristles, σ₁.
-    pub damping: f64,
-    /// Viscous friction, σ₂.
-    pub viscous: f64,
-    /// Friction f_k of fast steady slip.
-    pub kinetic: f64,
-    /// Friction f_s of vanishing steady slip.
-    pub break_away: f64,
-    /// Velocity w_s over which friction falls.
-    pub scale: f64,
-    /// Exponent n of the fall, 2 as a rule.
-    #[serde(default = "two")]
-    pub exponent: f64,
+parameters! {
+    /// ż = w − σ₀ |w| z/g(w), F = σ₀ z + σ₁ ż + σ₂ w, g(w) = f_k + (f_s − f_k) exp(−|w/w_s|^n).
+    ///
+    /// Canudas de Wit, Olsson, Åström & Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419.
+    pub struct LuGre {
+        /// Stiffness of the bristles, σ₀.
+        pub stiffness: f64 = 100.0 => [Number::of("stiffness").positive()],
+        /// Damping of the bristles, σ₁.
+        pub damping: f64 = 2.0 => [Number::of("damping").not_negative()],
+        /// Viscous friction, σ₂.
+        pub viscous: f64 = 0.1 => [Number::of("damping").not_negative()],
+        /// Friction f_k of fast steady slip.
+        pub kinetic: f64 = 1.0 => [FORCE.positive()],
+        /// Friction f_s of vanishing steady slip.
+        pub break_away: f64 = 1.5 => [FORCE.positive()],
+        /// Velocity w_s over which friction falls.
+        pub scale: f64 = 0.1 => [VELOCITY.positive()],
+        /// Exponent n of the fall, 2 as a rule.
+        #[serde(default = "two")]
+        pub exponent: f64 = 2.0 => [EXPONENT],
+    }
 }
 
 fn two() -> f64 {
@@ -42,16 +41,6 @@ impl LuGre {
 }
 
 impl StateFriction for LuGre {
-    fn validate(&self) -> Result<(), Error> {
-        positive("stiffness", self.stiffness)?;
-        not_negative("damping", self.damping)?;
-        not_negative("viscous", self.viscous)?;
-        positive("kinetic", self.kinetic)?;
-        positive("break_away", self.break_away)?;
-        positive("scale", self.scale)?;
-        positive("exponent", self.exponent).map(drop)
-    }
-
     fn rates(&self, w: f64, z: f64) -> (f64, f64) {
         let rate = w - self.stiffness * w.abs() * z / self.curve(w);
         (self.stiffness * z + self.damping * rate + self.viscous * w, rate)
@@ -69,5 +58,13 @@ impl StateFriction for LuGre {
         let steady = self.steady(w);
         let distance = self.stiffness * (w * time).abs() / self.curve(w);
         steady + (z - steady) * exp(-distance)
+    }
+}
+
+impl Value for LuGre {
+    const KIND: Kind = Kind::Beside(Self::PARAMETERS);
+
+    fn check(&self, _name: &'static str, _limits: Limits) -> Result<(), Error> {
+        self.within_limits()
     }
 }

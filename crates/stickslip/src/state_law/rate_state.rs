@@ -1,46 +1,44 @@
 //! Friction of rock: it depends on how fast a contact slips and how long its asperities have lived.
 
-use serde::{Deserialize, Serialize};
-
 use super::StateFriction;
 use crate::elementary::{asinh, exp, ln};
-use crate::error::{Error, finite, positive};
+use crate::parameters::{parameters, words};
 
-/// How the state evolves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Evolution {
-    /// θ̇ = 1 − |w| θ/L: contacts age at rest (Dieterich).
-    #[default]
-    Aging,
-    /// θ̇ = −(|w| θ/L) ln(|w| θ/L): contacts evolve by slip alone (Ruina).
-    Slip,
+words! {
+    /// How the state evolves.
+    pub enum Evolution {
+        /// θ̇ = 1 − |w| θ/L: contacts age at rest (Dieterich).
+        #[default]
+        Aging = "aging",
+        /// θ̇ = −(|w| θ/L) ln(|w| θ/L): contacts evolve by slip alone (Ruina).
+        Slip = "slip",
+    }
 }
 
-/// F = N a asinh((w/2V₀) exp((μ₀ + b ψ)/a)), the state ψ = ln(V₀ θ/L).
-///
-/// For |w| ≫ V₀ exp(−μ₀/a) it is N (μ₀ + a ln(|w|/V₀) + b ψ) sgn w of Dieterich, J. Geophysical Research 84 (1979) 2161,
-/// and Ruina, ibid. 88 (1983) 10359; the inverse sine passes through w = 0 (Rice, Lapusta & Ranjith, J. Mechanics and
-/// Physics of Solids 49 (2001) 1865).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RateState {
-    /// Normal force N.
-    pub normal_force: f64,
-    /// Direct effect a.
-    pub a: f64,
-    /// Evolution effect b.
-    pub b: f64,
-    /// Length of slip L (D_c) over which the state evolves.
-    pub length: f64,
-    /// Reference velocity V₀.
-    pub reference_velocity: f64,
-    /// Friction coefficient μ₀ of steady slip at V₀.
-    #[serde(default = "rock")]
-    pub reference_friction: f64,
-    /// Evolution of the state.
-    #[serde(default)]
-    pub law: Evolution,
+parameters! {
+    /// F = N a asinh((w/2V₀) exp((μ₀ + b ψ)/a)), the state ψ = ln(V₀ θ/L).
+    ///
+    /// For |w| ≫ V₀ exp(−μ₀/a) it is N (μ₀ + a ln(|w|/V₀) + b ψ) sgn w of Dieterich, J. Geophysical Research 84 (1979) 2161,
+    /// and Ruina, ibid. 88 (1983) 10359; the inverse sine passes through w = 0 (Rice, Lapusta & Ranjith, J. Mechanics and
+    /// Physics of Solids 49 (2001) 1865).
+    pub struct RateState {
+        /// Normal force N.
+        pub normal_force: f64 = 1.0 => [FORCE.positive()],
+        /// Direct effect a.
+        pub a: f64 = 0.01 => [PURE.positive()],
+        /// Evolution effect b.
+        pub b: f64 = 0.015 => [PURE.search(0.0, f64::INFINITY)],
+        /// Length of slip L (D_c) over which the state evolves.
+        pub length: f64 = 1.0 => [Number::of("length").positive()],
+        /// Reference velocity V₀.
+        pub reference_velocity: f64 = 1.0 => [VELOCITY.positive()],
+        /// Friction coefficient μ₀ of steady slip at V₀.
+        #[serde(default = "rock")]
+        pub reference_friction: f64 = 0.6 => [PURE.positive()],
+        /// Evolution of the state.
+        #[serde(default)]
+        pub law: Evolution = Evolution::Aging => [],
+    }
 }
 
 fn rock() -> f64 {
@@ -65,15 +63,6 @@ impl RateState {
 }
 
 impl StateFriction for RateState {
-    fn validate(&self) -> Result<(), Error> {
-        positive("normal_force", self.normal_force)?;
-        positive("a", self.a)?;
-        finite("b", self.b)?;
-        positive("length", self.length)?;
-        positive("reference_velocity", self.reference_velocity)?;
-        positive("reference_friction", self.reference_friction).map(drop)
-    }
-
     fn rates(&self, w: f64, z: f64) -> (f64, f64) {
         let speed = w.abs();
         let rate = match self.law {

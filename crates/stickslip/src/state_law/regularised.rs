@@ -1,40 +1,38 @@
 //! A memoryless law whose sign is smoothed: what other codes call friction, offered under its name.
 
-use serde::{Deserialize, Serialize};
-
 use super::StateFriction;
 use crate::elementary::{atan, tanh};
-use crate::error::{Error, positive};
-use crate::law::{Friction, Law, Memory};
+use crate::error::Error;
+use crate::law::{Friction, Law, Memory, Rational};
+use crate::parameters::{Limited, parameters, words};
 
-/// The smooth sign.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Shape {
-    /// (2/π) arctan(w/width).
-    #[default]
-    Arctan,
-    /// tanh(w/width).
-    Tanh,
+words! {
+    /// The smooth sign.
+    pub enum Shape {
+        /// (2/π) arctan(w/width).
+        #[default]
+        Arctan = "arctan",
+        /// tanh(w/width).
+        Tanh = "tanh",
+    }
 }
 
-/// F = s(w/width) f(|w|) with the kinetic force f of a memoryless law. It creeps where the law itself would stick.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Regularised {
-    /// The law whose kinetic force is used.
-    pub law: Law,
-    /// Slip velocity over which the sign changes.
-    pub width: f64,
-    /// The smooth sign.
-    #[serde(default)]
-    pub shape: Shape,
+parameters! {
+    /// F = s(w/width) f(|w|) with the kinetic force f of a memoryless law. It creeps where the law itself would stick.
+    pub struct Regularised {
+        /// The law whose kinetic force is used.
+        pub law: Law = Rational::example().into() => [],
+        /// Slip velocity over which the sign changes.
+        pub width: f64 = 0.05 => [VELOCITY.positive()],
+        /// The smooth sign.
+        #[serde(default)]
+        pub shape: Shape = Shape::Arctan => [],
+    }
 }
 
 impl StateFriction for Regularised {
     fn validate(&self) -> Result<(), Error> {
-        self.law.validate()?;
-        positive("width", self.width)?;
+        self.within_limits()?;
         let piece = self.law.begin(0.0, f64::INFINITY, &mut Memory::default());
         if piece.turns || self.law.feels_force_rate() || self.law.growth_bound(0.0) > 0.0 {
             return Err(Error::Remembers);

@@ -100,10 +100,7 @@ impl<'a> Course<'a> {
         Self {
             varied,
             laws: laws(base),
-            layout: Layout {
-                masses: base.masses(),
-                contacts: base.contacts.len(),
-            },
+            layout: Layout::of(base),
             spare: RefCell::new(Place::of(&frame, beside.iter().map(|(frame, _)| frame))),
             frame,
             beside,

@@ -2,6 +2,7 @@
 
 use crate::dual::Dual;
 use crate::law::{End, Memory, Piece};
+use crate::system::System;
 
 /// Numbers of a contact in a state: line of friction (offset, slope, low, high), memory (anchor, corner, last break-away
 /// force), and how long it has stuck.
@@ -110,6 +111,15 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// Of the states of a system.
+    #[must_use]
+    pub fn of(system: &System) -> Self {
+        Self {
+            masses: system.masses(),
+            contacts: system.contacts.len(),
+        }
+    }
+
     /// Position of a mass.
     #[must_use]
     pub fn x(self, mass: usize) -> usize {

@@ -1,6 +1,6 @@
 //! A system that varies with one number of its document, and what its laws answer to numbers that carry derivatives.
 
-use serde::de::DeserializeOwned;
+use serde::Deserialize;
 use serde_json::Value;
 
 use crate::dual::Dual;
@@ -44,13 +44,19 @@ fn refused(reason: &impl ToString) -> Error {
     }
 }
 
-/// The documents around one, as systems, and the size of a step.
-fn around<T: DeserializeOwned>(
-    document: &str,
-    path: &str,
-    system: impl Fn(&T) -> System,
-) -> Result<([System; 4], f64), Error> {
-    let mut table: Value = serde_json::from_str(document).map_err(|error| refused(&error))?;
+/// The system of a document, of an oscillator or of masses.
+fn system_of(document: &Value) -> Result<System, Error> {
+    let system = if document.get("contacts").is_some() {
+        System::deserialize(document)
+    } else {
+        Oscillator::deserialize(document).map(|oscillator| System::from(&oscillator))
+    };
+    system.map_err(|error| refused(&error))
+}
+
+/// The systems around that of a document, and the size of a step.
+fn around(document: &Value, path: &str) -> Result<([System; 4], f64), Error> {
+    let mut table = document.clone();
     let number = table.pointer(path).and_then(Value::as_f64);
     let value = number.ok_or_else(|| refused(&format!("the system document has no number {path:?}")))?;
     let step = step_of(value, RELATIVE_STEP);
@@ -58,8 +64,7 @@ fn around<T: DeserializeOwned>(
         if let Some(place) = table.pointer_mut(path) {
             *place = (value + steps * step).into();
         }
-        let document = serde_json::from_value(table.clone()).map_err(|error| refused(&error))?;
-        let system = system(&document);
+        let system = system_of(&table)?;
         admit(&system).map_err(|error| {
             refused(&format!(
                 "{} = {value} has no derivative, which is taken from values up to 0.2 % beside it: {error}",
@@ -90,26 +95,13 @@ fn admit(system: &System) -> Result<(), Error> {
 }
 
 impl Varied {
-    /// Of the document of an oscillator; `path` names the number that varies, such as `/law/kinetic`.
+    /// A system, and the number of its document that varies, such as `/law/kinetic` of an oscillator's.
     ///
     /// # Errors
-    /// What is wrong with the document or the path.
-    pub fn of_oscillator(document: &str, path: Option<&str>) -> Result<Self, Error> {
-        let base = System::from(&Oscillator::from_json(document)?);
-        let system = |oscillator: &Oscillator| System::from(oscillator);
-        let around = path.map(|path| around(document, path, system)).transpose()?;
-        Ok(Self { base, around })
-    }
-
-    /// Of the document of a system; `path` names the number that varies, such as `/contacts/0/law/kinetic`.
-    ///
-    /// # Errors
-    /// What is wrong with the document or the path.
-    pub fn of_system(document: &str, path: Option<&str>) -> Result<Self, Error> {
-        let base = System::from_json(document)?;
-        let around = path
-            .map(|path| around(document, path, System::clone))
-            .transpose()?;
+    /// What is wrong with the path, or with the systems beside this one.
+    pub fn new(base: &System, along: Option<(&Value, &str)>) -> Result<Self, Error> {
+        let around = along.map(|(document, path)| around(document, path)).transpose()?;
+        let base = base.clone();
         Ok(Self { base, around })
     }
 

@@ -23,19 +23,23 @@ class Shown:
 
     Attributes
     ----------
+    speed : the drive velocity.
     stop : why it ended.
     size : half the range of x in the last tenth, and `size_before` some time earlier.
     stick_time : mean duration of the sticks in the last tenth, 0 without any, and `stick_before` some time earlier.
-    events : captures, crossings and holds in the last tenth.
-    end : x and v.
+    events : captures, crossings and holds in the last tenth, those of a natural period.
+    short : whether its sticks are hardly longer than what counts as one.
+    end : x and v, of a motion that sticks at the last capture, as nothing before that is remembered.
     """
 
+    speed: float
     stop: str
     size: float
     size_before: float
     stick_time: float
     stick_before: float
-    events: int
+    events: float
+    short: bool
     end: tuple[float, float]
 
     @property
@@ -87,7 +91,7 @@ def shown(system: Oscillator, cycles: float, x0: float | None = None, v0: float 
     count = int(40 * np.clip(_WINDOW * t_end / period, 1, 50))
     sizes: list[float] = []
     means: list[float] = []
-    counts: list[int] = []
+    counts: list[float] = []
     for end in (_BEFORE * orbit.t_end, orbit.t_end):
         begin = end - _WINDOW * t_end
         x = orbit.at(np.linspace(max(begin, 0.0), end, count))[0]
@@ -96,7 +100,19 @@ def shown(system: Oscillator, cycles: float, x0: float | None = None, v0: float 
         held = sticks[late & (kinds == "release")]
         held = held[held > _NO_STICK * period]
         means.append(float(held.mean()) if held.size else 0.0)
-        counts.append(int((late & np.isin(kinds, ("capture", "crossing", "hold"))).sum()) if held.size else 0)
+        counts.append(float((late & np.isin(kinds, ("capture", "crossing", "hold"))).sum()) if held.size else 0.0)
     sizes = [size if size > least else 0.0 for size in sizes]
-    x, v = orbit.at(orbit.t_end)
-    return Shown(orbit.stop, sizes[1], sizes[0], means[1], means[0], counts[1], (x, v))
+    captures = times[(kinds == "capture") & (times > orbit.t_end - _WINDOW * t_end)]
+    last = orbit.at(captures[-1] if captures.size else orbit.t_end)
+    short = 0 < means[1] < 2 * _NO_STICK * period
+    return Shown(
+        system.drive_velocity,
+        orbit.stop,
+        sizes[1],
+        sizes[0],
+        means[1],
+        means[0],
+        counts[1] * period / (_WINDOW * t_end),
+        short,
+        last,
+    )

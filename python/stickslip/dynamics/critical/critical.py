@@ -42,6 +42,8 @@ _SAME = 1e-6
 Run = Callable[[float, float], Shown]
 #: What runs of one kind show over the speeds.
 Sweep = tuple[Run, list[tuple[float, Shown]]]
+#: Two runs, below a speed and above it.
+Sides = tuple[Shown, Shown]
 
 
 @dataclass(frozen=True)
@@ -142,24 +144,27 @@ def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None =
         others = [abs(other - value) for _, other, _ in candidates if abs(other - value) > _SAME * (high - low)]
         run = _beside(system, value) if special is None else _from_orbit(system, special)
         sides = _sides(run, value, min(others, default=math.inf))
-        if sides is None:
+        if sides is None or (special is not None and not _attracts(system, value, *sides)):
             continue
         if kind != "vanishing_stick":
             found.append((kind, value))
         if special is not None and sides[0].sticks and not sides[1].sticks:
             ends.append(value)
     for run, looks in sweeps:
-        for value, sticks in _unexplained(run, looks, [*ends, *(value for _, value in found)]):
-            if sticks:
+        for value, sides in _changes_of_sticking(run, looks, [*ends, *(value for _, value in found)]):
+            # From rest a change is one whatever it comes from; beside steady slip it may be that of a basin.
+            if run is not sweeps[0][0] and not _attracts(system, value, *sides):
+                continue
+            if sides[0].sticks:
                 ends.append(value)
-            else:
+            elif value not in (other for _, other in found):
                 found.append(("onset_of_stick_slip", value))
     if ends:
         found.append(("end_of_stick_slip", max(ends)))
     return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral))
 
 
-def _sides(run: Run, value: float, gap: float) -> tuple[Shown, Shown] | None:
+def _sides(run: Run, value: float, gap: float) -> Sides | None:
     """What runs below and above a speed show, nearer to it than the next candidate; None where they show the same."""
     first = None
     for share, cycles in _CONFIRM:
@@ -170,6 +175,26 @@ def _sides(run: Run, value: float, gap: float) -> tuple[Shown, Shown] | None:
                 return below, above
             first = first or (below, above)
     return first
+
+
+def _attracts(system: Oscillator, value: float, below: Shown, above: Shown) -> bool:
+    """Whether a motion that attracts on one side does not on the other: from where it ended it goes on on both sides.
+
+    Where neither motion changes, the start of the runs left the basin of one for that of the other.
+    """
+
+    def goes_on(side: Shown, speed: float, cycles: float) -> Shown:
+        return shown(with_number(system, _PATH, speed), cycles, *side.end)
+
+    sides = [below, above]
+    for i, side in enumerate(sides):
+        if abs(side.size - side.size_before) > 1e-3 * side.size:  # it has not settled
+            sides[i] = goes_on(side, side.speed, 3000)
+    return any(
+        goes_on(side, side.speed, cycles).differs(goes_on(side, 2 * value - side.speed, cycles))
+        for cycles in (300, 3000)
+        for side in sides
+    )
 
 
 def _from_rest(system: Oscillator) -> Run:
@@ -216,26 +241,38 @@ def _sweeps(system: Oscillator, low: float, high: float) -> list[Sweep]:
     ]
 
 
-def _unexplained(
+def _changes_of_sticking(
     run: Run, looks: Sequence[tuple[float, Shown]], known: Sequence[float]
-) -> Iterator[tuple[float, bool]]:
-    """Where a sweep shows an end or an onset of stick-slip that no known speed explains, by bisection on runs alone."""
+) -> Iterator[tuple[float, Sides]]:
+    """Where a sweep shows an end or an onset of stick-slip: at a known speed that explains it, else by bisection on runs."""
     for (low, below), (high, above) in itertools.pairwise(looks):
+        sticks = below.sticks
+        if sticks == above.sticks:
+            continue
         slack = 0.02 * low
-        if below.sticks == above.sticks or any(low - slack <= value <= high + slack for value in known):
-            continue
-        sticks = run(low, _LONG).sticks
-        if sticks == run(high, _LONG).sticks:
-            continue
-        while high - low > 1e-9 * high:
-            middle = (low + high) / 2
-            if run(middle, _LONG).sticks == sticks:
-                low = middle
-            else:
-                high = middle
-        sides = _sides(run, low, math.inf)
-        if sides is not None and sides[0].sticks != sides[1].sticks:
-            yield low, sticks
+        for value in known:
+            if low - slack <= value <= high + slack:
+                sides = _sides(run, value, math.inf)
+                if sides is not None and sides[0].sticks == sticks != sides[1].sticks:
+                    yield value, sides
+                    break
+        else:
+            if run(low, _LONG).sticks != sticks or run(high, _LONG).sticks == sticks:
+                continue
+            while high - low > 1e-9 * high:
+                middle = (low + high) / 2
+                if run(middle, _LONG).sticks == sticks:
+                    low = middle
+                else:
+                    high = middle
+            sides = _sides(run, low, math.inf)
+            # Sticks that go below what counts as one, at no speed in particular, do not end there.
+            if (
+                sides is not None
+                and sides[0].sticks != sides[1].sticks
+                and not run(low if sticks else high, _LONG).short
+            ):
+                yield low, sides
 
 
 def _branches(

@@ -126,8 +126,7 @@ def one_period(closed: Return, period: float) -> Orbit:
     if isinstance(system, System) or not system.closed_form:
         start = sequence.start.copy()
         start[0] = 0.0
-        document = (system if isinstance(system, System) else system.to_system()).to_json()
-        moving = _core.Network.resume(document, start, np.ascontiguousarray(sequence.modes[0]), period)
+        moving = _core.Orbit.resume(system.core, start, np.ascontiguousarray(sequence.modes[0]), period)
         return NetworkOrbit(system, moving)
     followed = sequence.follow()
     states = np.vstack([sequence.start, followed.states])
@@ -154,8 +153,8 @@ def one_period(closed: Return, period: float) -> Orbit:
         [states[1:, 0] - t0, kinds, contact, states[1:, 1], states[1:, 2], force, sticking, missing]
     )
     core = _core.Orbit.restore(
-        system.to_json(),
-        (float(sequence.start[1]), float(sequence.start[2]), period, 10_000_000),
+        system.core,
+        ([float(sequence.start[1])], [float(sequence.start[2])], period, 10_000_000),
         _core.STOPS.index("t_end"),
         (len(kinds), 0, 0, 0),
         np.ascontiguousarray(rows.ravel()),

@@ -12,7 +12,6 @@ from stickslip.dynamics.periodic.event_sequence import EventSequence, check, poi
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.model.system import System
-from stickslip.simulation.network import NetworkOrbit
 from stickslip.simulation.orbit import Orbit
 
 if TYPE_CHECKING:
@@ -98,5 +97,5 @@ def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
 
 def _sequence(orbit: Orbit, t_end: float) -> tuple[EventSequence, list[str], str]:
     check(orbit.system, "fundamental_matrix")
-    run = orbit._network.run if isinstance(orbit, NetworkOrbit) else orbit._core.run
+    run = orbit._kept.run
     return EventSequence.of_run(orbit.system, t_end, run[0], run[1], run[3])

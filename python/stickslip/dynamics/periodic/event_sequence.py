@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -107,25 +106,16 @@ def pointer(system: Oscillator | System, name: str, who: str) -> str:
 
 def read(system: Oscillator | System, path: str) -> float:
     """The number at a place."""
-    place: Any = document_of(system)
-    for key in path[1:].split("/"):
-        place = place[int(key)] if isinstance(place, list) else place[key]
-    return float(place)
+    number = system.core.number(path)
+    assert number is not None, path
+    return number
 
 
 def with_number(system: Any, path: str, value: float) -> Any:
     """The system with another number at a place."""
     if "/" not in path[1:]:
-        # The law, which is checked anew when it is made, stays as it is.
-        changes: Any = {path[1:]: float(value)}
-        return replace(system, **changes)
+        return system.with_number(path[1:], value)
     return varied(document_of(system), [path[1:].replace("/", ".")], [float(value)])[0]
-
-
-@lru_cache(maxsize=8)
-def _document(system: Oscillator | System) -> str:
-    """What the core reads; Newton's method asks for it again and again."""
-    return system.to_json()
 
 
 @dataclass(frozen=True)
@@ -185,12 +175,12 @@ class EventSequence:
         cls, system: Any, t_end: float, x0: Any = None, v0: Any = None, max_events: int = 100_000
     ) -> tuple[EventSequence, list[str], str]:
         """The sequence of a run, the kinds of its events and why it ended."""
-        return cls._made(system, lambda text: _core.trail(text, as_list(x0), as_list(v0), t_end, max_events))
+        return cls._made(system, lambda core: _core.trail(core, as_list(x0), as_list(v0), t_end, max_events))
 
     def continued(self, duration: float, max_events: int = 100_000) -> tuple[EventSequence, list[str], str]:
         """What the real motion does from this start, for a duration."""
         modes = np.ascontiguousarray(self.modes[0])
-        return self._made(self.system, lambda text: _core.trail_from(text, self.start, modes, duration, max_events))
+        return self._made(self.system, lambda core: _core.trail_from(core, self.start, modes, duration, max_events))
 
     def from_event(
         self, phase: int, duration: float, followed: Followed | None = None
@@ -203,10 +193,10 @@ class EventSequence:
 
     @classmethod
     def _made(
-        cls, system: Any, core: Callable[[str], tuple[Floats, Floats, list[str], str]]
+        cls, system: Any, run: Callable[[_core.System], tuple[Floats, Floats, list[str], str]]
     ) -> tuple[EventSequence, list[str], str]:
         try:
-            start, phases, kinds, stop = core(_document(system))
+            start, phases, kinds, stop = run(system.core)
         except ValueError as error:
             raise InputError(f"event sequence: {error}") from None
         rows = phases.reshape(-1, 2 * layout_of(system).contacts + 2)
@@ -220,7 +210,7 @@ class EventSequence:
         phases, last = np.ascontiguousarray(self.phases.ravel()), np.ascontiguousarray(self.last)
         try:
             states, rates, durations, boundaries = _core.follow(
-                _document(self.system), path, self.start, phases, last, reseed, tests
+                self.system.core, path, self.start, phases, last, reseed, tests
             )
         except ValueError as error:
             raise InputError(f"event sequence: {error}") from None

@@ -74,7 +74,7 @@ def stribeck(
 
 def exponential(evidence: Evidence) -> Guess:
     """A fall and a line, the fall an exponential or a Gaussian."""
-    choices = ExponentialStribeck.CHOICES["exponent"]
+    choices = ExponentialStribeck.PARAMETERS["exponent"].choices
     laws: list[Law] = [ExponentialStribeck(*stribeck(evidence, "ExponentialStribeck", n), exponent=n) for n in choices]
     return Guess(laws[0], ["break_away", "kinetic", "scale", "viscous"], candidates=laws[1:])
 

@@ -23,7 +23,7 @@ from stickslip.identification.estimator.uncertainty import (
     variance_inflation,
 )
 from stickslip.identification.kinetic.motion import WITH_MEMORY, Motion
-from stickslip.identification.law_parameters import by_ratio, parameters_of_law, value, with_values
+from stickslip.identification.law_parameters import numbers, parameters_of_law, value, with_values
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import Coulomb, Law
 from stickslip.laws.state_law import StateLaw
@@ -87,7 +87,7 @@ class Problem:
         self.law = law
         # A constant in the measured force is no number of the law; it stands last.
         self.free = [*free, OFFSET] if offset else list(free)
-        self.parameters = parameters_of_law(self.free, within, ties)
+        self.parameters = parameters_of_law(law, self.free, within, ties)
         self.relative = relative
         # Break-aways tell Coulomb's law nothing, but it predicts them.
         self.every_row = every_row
@@ -129,18 +129,10 @@ class Problem:
         force = float(np.median([np.median(np.abs(m.record.force[~m.record.stuck])) for m in self.motions]))
         speed = float(np.max([np.max(np.abs(m.slip_velocity)) for m in self.motions]))
         force, speed = max(force, 1e-300), max(speed, 1e-300)
-        scales: dict[str, float] = {}
-        for name in self.free:
-            last = name.rpartition(".")[2]
-            if last in ("w", "slip_velocity", "beta"):
-                scales[name] = speed
-            elif last == "slope":
-                scales[name] = force / speed
-            elif last in ("phi", "psi", "eta", "exponent", "force_rate_exponent") or by_ratio(name):
-                scales[name] = 1.0
-            else:
-                scales[name] = force
-        return scales
+        sizes = {"": 1.0, "angle": 1.0, "velocity": speed, "force velocity^-1": force / speed}
+        known = numbers(self.law)
+        by_name = {name: 1.0 if item.ratio else sizes.get(item.unit, force) for name, item in known.items()}
+        return {name: by_name.get(name, force) for name in self.free}
 
     # --- numbers <-> law
 
@@ -339,9 +331,8 @@ def _assumed(problem: Problem, sigma: Sequence[Array], tau: Sequence[float], bet
     found = []
     for (number, kind), row, t, apart in zip(problem.groups, sigma, tau, between, strict=True):
         motion = problem.motions[number]
-        noise = motion.record.constants.get("noise", 0.0)
-        if kind == "kinetic" and motion.indirect and noise > 0:
-            found.append(np.full_like(row, noise))
+        if kind == "kinetic" and motion.indirect and not motion.by_work:
+            found.append(np.full_like(row, motion.record.constants["noise"]))
         else:
             found.append(np.hypot(row * math.sqrt(min(t, MOST_CORRELATED)), apart * math.sqrt(row.size)))
     return found

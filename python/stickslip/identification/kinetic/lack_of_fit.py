@@ -36,7 +36,7 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
         off.append(float(weight @ rest))
         levels.append(float(weight @ np.abs(record.force[moving])))
         driven.append(float(weight @ (sense * predicted[moving] < 0)))
-        if motion.indirect and motion.stretches:
+        if motion.indirect and not motion.by_work and motion.stretches:
             left = float(np.sqrt(np.mean(motion.misfit(law, offset) ** 2)))
             noisy.append(left / record.constants["noise"])
     if max(driven) > DRIVEN:

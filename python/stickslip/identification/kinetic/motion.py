@@ -97,8 +97,7 @@ class Motion:
                     unseen |= _near_turns(compact, w, turn, first, last)
                 stretches += [(a, b) for a, b in _runs(~unseen[start - first :], start) if b - a >= FEWEST]
         rate = _force_rate(record, compact)
-        latent = None if issubclass(law, WITHOUT_SHAPE) else _latent(compact)
-        return cls(compact, w, rate, turns, stretches, law, latent)
+        return cls(compact, w, rate, turns, stretches, law, _latent(compact))
 
     @property
     def by_work(self) -> bool:

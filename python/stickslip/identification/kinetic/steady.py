@@ -38,12 +38,19 @@ from stickslip.identification.law_parameters import places, value
 from stickslip.identification.records import opened
 from stickslip.laws import Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
+from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.noise import noise_level
 
 Array = npt.NDArray[np.float64]
 
-SENSE = 0.05
-"""Below this share of its top speed (and within four sigmas of its noise) a record does not tell which way it slides."""
+SENSE = 4.0
+"""Within so many standard errors of rest a record does not tell which way it slides."""
+SLOW = 0.05
+"""Below this share of its top speed a record is asked whether friction is a function of the slip velocity at all."""
+FEWEST = 4
+"""Samples of which a median has an error."""
+OCTAVE = 2.0
+"""Ratio of the ends of a range of speeds in which that is asked."""
 GAIN = 0.02
 """A form whose mean squared misfit of held-back rows is less than this share lower predicts no better, however surely."""
 EVIDENCE = 2.0
@@ -375,7 +382,9 @@ def _rows(tree: Any, name: str) -> Rows:
         place = _numbers(root, "displacement", name) if "displacement" in root else unknown
         rows = Rows(w, force, np.ones(len(w)), unknown, place, np.full(len(w), name), True)
         _check(rows, name, "sample")
-        moving = np.abs(w) > max(SENSE * float(np.quantile(np.abs(w), 0.99)), 4 * noise_level(w))
+        stated = "slip_velocity_error" in root
+        moving = np.abs(w) > SENSE * (_numbers(root, "slip_velocity_error", name) if stated else noise_level(w))
+        moving &= np.abs(w) > _slowest(w, force, moving)
         if "stuck" in root:
             moving &= ~root["stuck"].to_numpy().astype(bool)
     elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
@@ -395,6 +404,28 @@ def _rows(tree: Any, name: str) -> Rows:
     if not moving.any():
         raise InputError(f"{name}: nothing slides in it, so it holds no friction of slip; measure a record that slides")
     return rows.take(moving)
+
+
+def _slowest(w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> float:
+    """Speed below which friction is none of the slip velocity: it differs between speeding up and slowing down.
+
+    After a turn friction builds up over a path (presliding, backlash). Medians of the two are laid beside each other in
+    ranges of speed, from `SLOW` of the top speed downwards, as far as either can be told.
+    """
+    speed, speeding = np.abs(w), np.gradient(np.abs(w)) > 0
+    end = SLOW * float(np.quantile(speed, 0.99))
+    while True:
+        inside = moving & (speed > end / OCTAVE) & (speed <= end)
+        for way in (w > 0, w < 0):
+            up, down = (force[inside & way & branch] for branch in (speeding, ~speeding))
+            if min(up.size, down.size) < FEWEST and max(up.size, down.size) > 0:
+                return end
+            (first, its_error), (second, other_error) = median_and_error(up), median_and_error(down)
+            if abs(first - second) > SENSE * math.hypot(its_error, other_error):
+                return end
+        if not inside.any():
+            return end
+        end /= OCTAVE
 
 
 def _numbers(table: xr.Dataset, key: str, name: str) -> Array:
@@ -542,8 +573,8 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
         )
     if rows.series:
         notes.append(
-            "Samples slower than a twentieth of the top speed, or not clear of their noise, were left out: there the sense "
-            "of the slip is not sure."
+            "Samples whose slip velocity is not clear of its error were left out, as the sense of the slip is not sure "
+            "there, and slow ones at which friction differs between speeding up and slowing down."
         )
     for name, row in best.parameters.iterrows():
         if row["low"] <= 0 <= row["high"]:

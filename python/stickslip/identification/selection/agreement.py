@@ -216,7 +216,7 @@ def unknown_constants(record: FrictionRecord) -> str:
         return ""
     return (
         f"{record.name}: the record does not say its {', '.join(missing)}, so no motion can be simulated beside it; add "
-        "what is missing to the rig (instrument direct_force: mass, stiffness, a column drive_velocity) and measure again"
+        "what is missing to a rig that measures the motion (direct_force: mass, stiffness, a column drive_velocity)"
     )
 
 

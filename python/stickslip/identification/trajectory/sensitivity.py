@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.law_parameters import limits, value, with_values
+from stickslip.identification.law_parameters import numbers, value, with_values
 from stickslip.identification.result import Identification
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.simulation.orbit import Orbit
@@ -93,13 +93,13 @@ def sensitivity(identification: Identification, record: int = 0) -> Sensitivity:
     """
     record_misfit = MotionMisfit(identification.records[record], 0.4)
     names = [str(name) for name in identification.parameters.index]
-    rows = {}
+    rows, known = {}, numbers(identification.law)
     for name in names:
         middle = value(identification.law, name)
         step = STEP * abs(middle) or ZERO_STEP
         found = []
         for number in (middle + step, middle - step):
-            number = min(max(number, limits(name)[0]), limits(name)[1])
+            number = min(max(number, known[name].low), known[name].high)
             try:
                 found.append((number, record_misfit.landmarks(with_values(identification.law, {name: number}))[0]))
             except InputError:

@@ -35,6 +35,7 @@ class _Run:
 
     record: Samples
     w: Array
+    w_error: Array
     acceleration: Array
     force: Array
     error: Array
@@ -145,6 +146,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         series = {
             "time": (run.record.time, "s"),
             "slip_velocity": (run.w, run.speed_unit),
+            "slip_velocity_error": (run.w_error, run.speed_unit),
             "slip_acceleration": (run.acceleration, run.speed_unit + "^2"),
             "force": (run.force, run.unit),
             "force_error": (run.error, run.unit),
@@ -172,11 +174,11 @@ def _run(record: Samples, bench: Bench) -> _Run:
     notes = list(record.notes)
     if "velocity" in record:
         smooth = jerk_spline(time, record["velocity"], cutoff=bench.maybe("cutoff"))
-        w, acceleration, acceleration_error = smooth.x, smooth.v, smooth.v_error
+        w, w_error, acceleration, acceleration_error = smooth.x, smooth.x_error, smooth.v, smooth.v_error
         speed_unit = record.units["velocity"]
     elif "displacement" in record:
         smooth = jerk_spline(time, record["displacement"], cutoff=bench.maybe("cutoff"))
-        w, acceleration, acceleration_error = smooth.v, smooth.a, smooth.a_error
+        w, w_error, acceleration, acceleration_error = smooth.v, smooth.v_error, smooth.a, smooth.a_error
         speed_unit = "m/s" if record.units["displacement"] == "m" else "rad/s"
     else:
         raise InputError(f"{record.source}: a direct_force instrument needs a column of displacement or of velocity")
@@ -245,7 +247,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
         seen = np.isfinite(drive)
         facts["drive_velocity"] = float(np.median(drive[seen])) if seen.any() else math.nan
         notes.append(f"the drive's speed has drop-outs in {100 * np.mean(~seen):.1f} % of the samples; they are masked")
-    return _Run(record, w, acceleration, friction, error, stuck, unit, speed_unit, notes, facts)
+    return _Run(record, w, w_error, acceleration, friction, error, stuck, unit, speed_unit, notes, facts)
 
 
 def _stuck(w: Array, level: float) -> Mask:

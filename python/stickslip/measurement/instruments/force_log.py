@@ -19,6 +19,9 @@ from stickslip.measurement.sticks import turning_points
 
 Array = npt.NDArray[np.float64]
 
+AS_STATED = 0.02
+"""A loading rate that differs from stiffness x drive velocity by less than this part is as the rig says."""
+
 
 class _ForceLog(Instrument):
     """Takes along a film of the spring's two ends, on another clock."""
@@ -83,13 +86,21 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     ]
     drive, stiffness = bench.maybe("drive_velocity"), bench.maybe("stiffness")
     rate = float(np.nanmedian(rates)) if rates else float("nan")
-    if drive is not None and stiffness is not None and rates:
-        notes.append(
-            f"median loading rate {rate:.3g} N/s is {rate / (drive * stiffness):.2f} times stiffness x drive velocity: what "
-            "is missing is creep and small slips within a stick"
-        )
+    if drive is not None and stiffness is not None and np.isfinite(rates).any():
+        ratio = rate / (drive * stiffness)
+        # the standard error of a median is 1.25 times that of a mean
+        error = 1.25 * float(np.nanstd(rates)) / np.sqrt(np.count_nonzero(np.isfinite(rates))) / (drive * stiffness)
+        words = f"median loading rate {rate:.3g} N/s is {ratio:.2f} ± {error:.2g} times stiffness x drive velocity"
+        if ratio > 1 + max(2 * error, AS_STATED):
+            words += (
+                ", which no creep explains: stiffness or drive velocity of the rig is too small, or the drive uneven"
+            )
+        elif ratio < 1 - max(2 * error, AS_STATED):
+            words += ": what is missing is creep and small slips within a stick, or the rig is wrong by that"
+        notes.append(words)
     events = event_table(rows)
     facts: dict[str, float | str] = {"slips": float(len(rows))}
+    facts |= {name: value for name, value in (("stiffness", stiffness), ("drive_velocity", drive)) if value is not None}
     if len(rows) > 2:
         facts["regime"] = "stick_slip"
     if rows:
@@ -102,8 +113,8 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             "force_rate": rate,
         }
         both = np.isfinite(values[:, 2]) & (values[:, 2] > 0)
-        if np.count_nonzero(both) > 5:
-            logarithm = np.log10(values[both, 2])
+        logarithm = np.log10(values[both, 2])
+        if logarithm.size > 5 and np.ptp(logarithm) > 0:
             slope, error = straight_line(logarithm, values[both, 6])
             facts |= {"force_per_decade": slope, "force_per_decade_error": error}
             facts["correlation"] = float(np.corrcoef(logarithm, values[both, 6])[0, 1])

@@ -1,0 +1,174 @@
+"""Markers in small windows around where they are expected, the whole picture only now and then."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.tracking.blobs import look, look_near
+from stickslip.tracking.detections import Array, Detections
+from stickslip.tracking.doubts import CLEAR
+from stickslip.tracking.response_map import ResponseMap
+from stickslip.tracking.source import Picture
+
+RIVAL = 1 / CLEAR
+"""Spots with this share of the score of the wanted markers are followed too, so that they can be told from them."""
+
+FAINT = 0.75
+"""A spot of less than this share of its last score is looked for in the whole picture."""
+
+MOST_RIVALS = 3
+"""Where there are more rivals than this for every marker, whole pictures are looked at."""
+
+KEPT = 1 << 26
+"""Bytes of pictures that are kept until a whole picture shows that nothing new has come."""
+
+LONGEST = 64
+"""Pictures at most from one whole picture to the next."""
+
+SPARE = 6.0
+"""What a spot may be off where it is expected, in px."""
+
+
+@dataclass
+class _Spot:
+    """One followed spot.
+
+    Its last row; height of its outline and score in the last whole picture; its velocity, and how far off that predicted it.
+    """
+
+    row: Detections
+    height: float
+    score: float
+    velocity: tuple[float, float] = (0.0, 0.0)
+    off: float = 0.0
+
+    @property
+    def ahead(self) -> tuple[float, float]:
+        """Where it is expected."""
+        return float(self.row.x[0]) + self.velocity[0], float(self.row.y[0]) + self.velocity[1]
+
+    def missed(self, row: Detections) -> float:
+        """Distance of a detection from there."""
+        return math.dist(self.ahead, (float(row.x[0]), float(row.y[0])))
+
+    def moved_to(self, row: Detections) -> _Spot:
+        dx, dy = float(row.x[0] - self.row.x[0]), float(row.y[0] - self.row.y[0])
+        return _Spot(row, self.height, self.score, (dx, dy), max(self.missed(row), 0.7 * self.off))
+
+
+@dataclass
+class Watch:
+    """Detections of picture after picture, in order.
+
+    A spot is looked for in a window around where its last velocity takes it, cut at the height that its outline had in the
+    last whole picture. The whole picture is looked at in the beginning, where a followed spot is not found again as it was,
+    and every `LONGEST` pictures. Where a spot was lost, or a whole picture shows a rival of the markers that was not there,
+    the pictures since the last whole one are looked at again as a whole.
+
+    Parameters
+    ----------
+    response : from a picture to its response map.
+    count : markers that are wanted.
+    size, threshold, level, opening : as for :func:`stickslip.tracking.blobs.look`.
+    windows : False: look at whole pictures only.
+    """
+
+    response: Callable[[Picture], ResponseMap]
+    count: int
+    size: float | None = None
+    threshold: float | None = None
+    level: float | None = None
+    opening: int = 0
+    windows: bool = True
+
+    def __call__(self, pictures: Iterator[Picture | None]) -> Iterator[tuple[Detections, bool]]:
+        """Detections of each picture, none of one that cannot be read, and whether all of it was looked at."""
+        followed: list[_Spot] = []
+        known = Detections.of([])
+        waiting: list[tuple[Picture | None, Detections]] = []
+        for picture in pictures:
+            near = None if picture is None or self._due(picture, waiting) else self._near(picture, followed)
+            if near is not None and picture is not None:
+                followed = near
+                rows = Detections.joined([spot.row for spot in followed])
+                waiting.append((picture, rows))
+                continue
+            if picture is None:
+                waiting.append((None, Detections.of([])))
+                continue
+            # what a marker may be mistaken for where it is lost shows in whole pictures only
+            lost = bool(followed) and not self._due(picture, waiting)
+            found, heights = self._look(picture)
+            followed, new = self._rivals(found, heights, followed, known)
+            yield from self._settled(waiting, new or lost)
+            known, waiting = found, []
+            yield found, True
+        yield from self._settled(waiting, False)
+
+    def _due(self, picture: Picture, waiting: list[tuple[Picture | None, Detections]]) -> bool:
+        return not self.windows or len(waiting) >= min(LONGEST, KEPT // picture.nbytes)
+
+    def _settled(
+        self, waiting: list[tuple[Picture | None, Detections]], again: bool
+    ) -> Iterator[tuple[Detections, bool]]:
+        for picture, found in waiting:
+            yield (self._look(picture)[0], True) if again and picture is not None else (found, picture is None)
+
+    def _look(self, picture: Picture) -> tuple[Detections, Array]:
+        return look(
+            self.response(picture),
+            size=self.size,
+            threshold=self.threshold,
+            level=self.level,
+            opening=self.opening,
+        )
+
+    def _rivals(
+        self, found: Detections, heights: Array, before: list[_Spot], known: Detections
+    ) -> tuple[list[_Spot], bool]:
+        """What is followed from here on, and whether a rival is among it that the last whole picture did not show."""
+        if len(found) < self.count:
+            return [], False
+        spots, new = [], False
+        for i in np.flatnonzero(found.score >= RIVAL * np.sort(found.score)[-self.count]):
+            row = found.take(np.array([i]))
+            spot = _Spot(row, float(heights[i]), float(row.score[0]))
+            near = float(row.size[0]) / 2
+            last = min(before, key=lambda one: one.missed(row), default=None)
+            if last is not None and last.missed(row) < max(SPARE + 2 * last.off, near):
+                spot = replace(last.moved_to(row), height=spot.height, score=spot.score)
+            else:
+                new |= not (np.hypot(known.x - row.x, known.y - row.y) < near).any()
+            if not (row.cut_x[0] or row.cut_y[0]):
+                spots.append(spot)
+        return spots if self.count <= len(spots) <= self.count * (1 + MOST_RIVALS) else [], new
+
+    def _near(self, picture: Picture, followed: list[_Spot]) -> list[_Spot] | None:
+        """The followed spots in this picture; None where one of them is not found as it was, or none is followed."""
+        found = []
+        for spot in followed:
+            x, y = spot.ahead
+            size = float(spot.row.size[0])
+            # the ground around a spot is a part of what is measured
+            half = 0.6 * size + 10 + 0.25 * size + SPARE + 2 * spot.off
+            left, top = max(round(x - half), 0), max(round(y - half), 0)
+            window = picture[top : round(y + half) + 1, left : round(x + half) + 1]
+            if min(window.shape[:2]) < size:
+                return None
+            row = look_near(
+                self.response(window),
+                spot.height,
+                spot.row,
+                (x - left, y - top),
+                size=self.size,
+                level=self.level,
+                opening=self.opening,
+            ).moved(left, top)
+            if not len(row) or row.score[0] < FAINT * spot.score:
+                return None
+            found.append(spot.moved_to(row))
+        return found or None
