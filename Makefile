@@ -97,6 +97,7 @@ format: .venv/.installed .tools/.rust
 
 bench: .venv/.built .venv/.peers
 	$(BIN)/python benchmarks/run.py -o docs/evidence/speed.md
+	$(BIN)/python benchmarks/explorer.py
 
 # What is built here is committed: nothing else needs Node or the target. No file names this machine.
 WASM := wasm32-unknown-unknown

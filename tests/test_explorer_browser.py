@@ -195,6 +195,17 @@ def test_a_saved_page_opens_as_it_was_saved(opened, tmp_path):
     assert opened.run("explorer.state.system.law.D") == [0.36, 2.2]
 
 
+def test_a_motion_that_carries_on_keeps_to_its_kind(opened, address):
+    opened.open(f"{address}#stick-slip&start.x0=[1.2]&start.v0=[0]")
+    opened.run("explorer.play(false)")
+    assert facts(opened).startswith("Stable slip")
+    opened.run("document.getElementById('carry').click()")
+    opened.run("explorer.change([['system.drive_velocity', 0.19]])")
+    assert facts(opened).startswith("Stable slip")
+    opened.run("document.getElementById('anew').click()")
+    assert facts(opened).startswith("Stick-slip")
+
+
 def test_every_step_of_every_lesson_sets_a_state_and_names_what_is_there(opened):
     lessons = opened.run("explorer.lessons.all")
     assert len(lessons) == 7

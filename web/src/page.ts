@@ -54,6 +54,8 @@ class Page {
   settled: Steady | null = null;
   refused = "";
   clock = 0;
+  /** Whether a change goes on from where the motion is, so that hysteresis is felt. */
+  carry = false;
   playing: boolean;
   /** Columns of the diagram that have come: up and down. */
   swept = [0, 0];
@@ -168,9 +170,20 @@ class Page {
   change(changes: Change[]): void {
     this.notes = [];
     for (const [path, value] of changes) this.state = put(this.state, path, value);
+    if (this.carry && changes.some(([path]) => path.startsWith("system."))) this.goOn();
     if (changes.some(([path]) => path.startsWith("chain.masses"))) this.state = put(this.state, "start", { x0: null, v0: null });
     // What the diagram is swept over does not change the diagram itself.
     this.update(!changes.length || changes.every(([path]) => path === `system.${this.state.diagram.over}`));
+  }
+
+  /** The motion begins where it ended; a mass that stuck goes with the belt as it is now. What the law remembers starts anew. */
+  private goOn(): void {
+    const { orbit, state } = this;
+    if (!orbit || this.refused) return;
+    const last = ({ length }: ArrayLike<number>) => length - 1;
+    const x0 = orbit.x.map((x) => x[last(x)]!);
+    const v0 = orbit.v.map((v, i) => (orbit.mode[i]![last(v)]! < 0 ? (state.system["drive_velocity"] as number) : v[last(v)]!));
+    this.state = put(state, "start", { x0, v0 });
   }
 
   private update(sameDiagram = false): void {
@@ -283,7 +296,7 @@ class Page {
         const { state } = this;
         const { names, row } = prepare(state);
         const look = lookOf(state, 60);
-        Object.assign(look, { window: 0.5 * look["window"], points: 1 });
+        Object.assign(look, { points: 1 }, state.system["forcing"].length ? { window: 60 } : {});
         return { system: documentOf(state), names, rows: panel.rows().map((values) => row(...values)), look, chain: false, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
       },
       hear: ({ from, rows, refused }) => {
@@ -549,6 +562,8 @@ class Page {
         const next = { ...this.state.diagram, [end]: (target as HTMLInputElement).valueAsNumber };
         if (next.low < next.high) this.change([["diagram", next]]);
       };
+    $<HTMLInputElement>("carry").onchange = ({ target }) => (this.carry = (target as HTMLInputElement).checked);
+    $("anew").onclick = () => this.change([["start", { x0: null, v0: null }]]);
     $("play").onclick = () => this.play(!this.playing);
     this.play(this.playing);
     const heard = () => $("listen").setAttribute("aria-pressed", String(this.sound.on));
