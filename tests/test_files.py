@@ -25,7 +25,7 @@ STARTS = "--x 0:1:2 --v 0:1:2 --transient 1 --window 1"
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory):
-    from stickslip.tracking.writing import write_pictures
+    from stickslip.tracking.video.writing import write_pictures
 
     folder = tmp_path_factory.mktemp("inputs")
     orbit = ss.simulate(ss.paper.oscillator(0.2), t_end=40)

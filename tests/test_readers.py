@@ -18,7 +18,7 @@ from stickslip.files import child_process
 from stickslip.files.netcdf import read_tree
 from stickslip.measurement import Layout, Rig, load_rig, measure, read_columns
 from stickslip.measurement.read import as_record, open_motion
-from stickslip.tracking.source import read_picture
+from stickslip.tracking.video.source import read_picture
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "readers.py"
 

@@ -7,11 +7,11 @@ import pytest
 
 from stickslip.errors import InputError
 from stickslip.tracking import Calibration, Film, Lens, read_calibration, read_osp, track
-from stickslip.tracking.blobs import find_blobs
-from stickslip.tracking.detections import Detections
+from stickslip.tracking.finding.blobs import find_blobs
+from stickslip.tracking.finding.detections import Detections
+from stickslip.tracking.finding.response_map import response_map
 from stickslip.tracking.linking import find_markers
-from stickslip.tracking.response_map import response_map
-from stickslip.tracking.ruler import find_marks
+from stickslip.tracking.scale.ruler import find_marks
 from stickslip.tracking.window import Watch
 
 cv2 = pytest.importorskip("cv2")

@@ -54,6 +54,7 @@ ARROWS = {
             "explorer",
             "files",
             "identification",
+            "laws",
             "measurement",
             "model",
             "paper",

@@ -325,7 +325,7 @@ def pictures() -> list[bytes]:
 
 def films() -> list[bytes]:
     """A short film."""
-    from stickslip.tracking.writing import write_pictures
+    from stickslip.tracking.video.writing import write_pictures
 
     frames = [np.full((48, 64, 3), 20 * i, np.uint8) for i in range(8)]
     return [_file(lambda path: write_pictures(path, frames, 25.0, lossless=False), end) for end in (".avi", ".mp4")]
@@ -420,7 +420,7 @@ def read_system(source: Any, _: random.Random) -> None:
 
 def read_setup(source: Any, _: random.Random) -> None:
     """A setup and its calibration."""
-    from stickslip.tracking.calibration import read_calibration
+    from stickslip.tracking.scale.calibration import read_calibration
     from stickslip.tracking.setup import Setup
 
     setup = Setup.of(source)
@@ -430,21 +430,21 @@ def read_setup(source: Any, _: random.Random) -> None:
 
 def read_tracker(path: Path, _: random.Random) -> None:
     """A motion of OSP Tracker."""
-    from stickslip.tracking.osp import read_osp
+    from stickslip.tracking.video.osp import read_osp
 
     read_osp(path)
 
 
 def read_image(path: Path, _: random.Random) -> None:
     """A picture of 8 bits."""
-    from stickslip.tracking.source import read_picture
+    from stickslip.tracking.video.source import read_picture
 
     assert read_picture(path).dtype == np.uint8
 
 
 def read_film(path: Path, _: random.Random) -> None:
     """All pictures of a film."""
-    from stickslip.tracking.source import Film
+    from stickslip.tracking.video.source import Film
 
     for _time, _picture in Film(path):
         pass

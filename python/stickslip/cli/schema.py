@@ -34,7 +34,7 @@ def _schemas() -> dict[str, Callable[[], dict[str, Any]]]:
         return law_schema()
 
     def rig() -> dict[str, Any]:
-        from stickslip.measurement.rig_file import rig_schema
+        from stickslip.measurement.rigs.rig_file import rig_schema
 
         return rig_schema()
 

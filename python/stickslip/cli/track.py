@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> None:
     InputError
         where the film cannot be tracked; of many films, where any could not, after all others are done.
     """
-    from stickslip.tracking.source import IMAGES
+    from stickslip.tracking.video.source import IMAGES
 
     given: dict[str, Any] = {name: getattr(options, name) for name in (*OPTIONS, "frame_rate", "times", "moving")}
     if options.scale is not None:
@@ -84,7 +84,7 @@ def _track_one(source: str | list[Path], options: argparse.Namespace, given: dic
         save_figure(tracks_over_film(motion, source).figure, options.plot)
     facts = _facts(motion)
     if options.free_fall:
-        from stickslip.tracking.scale_check import free_fall
+        from stickslip.tracking.scale.scale_check import free_fall
 
         fall = free_fall(motion)
         facts |= {"free_fall": fall.sentence, "drift": fall.drift, "residual": fall.residual}

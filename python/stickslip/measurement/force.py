@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 from scipy.special import erfc
 
-from stickslip.measurement.pieces import Kind, Oscillator, Part, PiecewiseFit
+from stickslip.measurement.signals.pieces import Kind, Oscillator, Part, PiecewiseFit
 from stickslip.measurement.sticks import Stick, cutoff_limits, own_period
 
 Array = npt.NDArray[np.float64]

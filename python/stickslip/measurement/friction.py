@@ -13,7 +13,6 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.measurement.break_away import break_aways
-from stickslip.measurement.chain import Chain, pull_together
 from stickslip.measurement.consistency import (
     check_rise,
     check_sampling,
@@ -27,15 +26,16 @@ from stickslip.measurement.force import Friction, fit_pieces, friction_force
 from stickslip.measurement.instruments import INSTRUMENTS, Bench
 from stickslip.measurement.limits import LimitSearch, refine_sticks
 from stickslip.measurement.masses import masses_of, opened
-from stickslip.measurement.noise import impulses, noise_level
-from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.read import Record, as_record
 from stickslip.measurement.recalibration import Draft, most_mistaken, recalibrated
 from stickslip.measurement.regime import intermittence, regime, slow_share, undecided
 from stickslip.measurement.result import release
-from stickslip.measurement.rig import Rig
-from stickslip.measurement.rig_file import load_rig
-from stickslip.measurement.spectra import Line
+from stickslip.measurement.rigs.chain import Chain, pull_together
+from stickslip.measurement.rigs.rig import Rig
+from stickslip.measurement.rigs.rig_file import load_rig
+from stickslip.measurement.signals.noise import impulses, noise_level
+from stickslip.measurement.signals.pieces import Oscillator
+from stickslip.measurement.signals.spectra import Line
 from stickslip.measurement.sticks import (
     Presmoothed,
     Stick,

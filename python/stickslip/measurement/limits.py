@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.interpolate import BSpline
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from stickslip.measurement.pieces import DEGREE, GAUSS_NODES, GAUSS_WEIGHTS, Oscillator
+from stickslip.measurement.signals.pieces import DEGREE, GAUSS_NODES, GAUSS_WEIGHTS, Oscillator
 from stickslip.measurement.sticks import Stick, own_period
 
 Array = npt.NDArray[np.float64]

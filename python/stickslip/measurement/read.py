@@ -19,8 +19,8 @@ from stickslip.measurement.formats.look import look_table
 from stickslip.measurement.formats.matlab import matlab_table
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.formats.text import text_table
-from stickslip.measurement.layout import Layout
-from stickslip.measurement.rig import Rig
+from stickslip.measurement.rigs.layout import Layout
+from stickslip.measurement.rigs.rig import Rig
 
 Array = npt.NDArray[np.float64]
 

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.measurement.consistency import MOSTLY_SLOW
-from stickslip.measurement.pieces import Oscillator
 from stickslip.measurement.regime import regime, slow_share
-from stickslip.measurement.rig import Rig
-from stickslip.measurement.spectra import Line, main_line
+from stickslip.measurement.rigs.rig import Rig
+from stickslip.measurement.signals.pieces import Oscillator
+from stickslip.measurement.signals.spectra import Line, main_line
 from stickslip.measurement.sticks import Flanks, Presmoothed, Stick, StickSlope, creeping_sticks
 
 Array = npt.NDArray[np.float64]

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from stickslip.measurement.pieces import Oscillator, PiecewiseFit
 from stickslip.measurement.regime import quiet_window
+from stickslip.measurement.signals.pieces import Oscillator, PiecewiseFit
 
 Array = npt.NDArray[np.float64]
 

@@ -156,7 +156,7 @@ def demo(folder: str | Path, progress: Callable[[str, int, int], Any] | None = N
 
 def _no_films() -> str | None:
     """Why no film can be made here, None where one can."""
-    from stickslip.tracking.vision import vision
+    from stickslip.tracking.video.vision import vision
 
     try:
         vision()

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stickslip.tracking.batch import track_films
-    from stickslip.tracking.calibration import Calibration, Lens, read_calibration
     from stickslip.tracking.check_film import draw_tracks, tracks_over_film, write_check_film
     from stickslip.tracking.follow import track
-    from stickslip.tracking.osp import read_osp
-    from stickslip.tracking.scale_check import FreeFall, free_fall
+    from stickslip.tracking.scale.calibration import Calibration, Lens, read_calibration
+    from stickslip.tracking.scale.scale_check import FreeFall, free_fall
     from stickslip.tracking.setup import Setup
-    from stickslip.tracking.source import Film
     from stickslip.tracking.synthetic import Camera, film
+    from stickslip.tracking.video.osp import read_osp
+    from stickslip.tracking.video.source import Film
 
 # Imported when first asked for: the command line builds its parser from here and must not wait for numpy.
 _HOME = {

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.tracking.source import Film, Picture
-from stickslip.tracking.vision import vision
-from stickslip.tracking.writing import write_pictures
+from stickslip.tracking.video.source import Film, Picture
+from stickslip.tracking.video.vision import vision
+from stickslip.tracking.video.writing import write_pictures
 
 if TYPE_CHECKING:
     import xarray as xr

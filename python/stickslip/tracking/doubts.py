@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.detections import Array, Detections
+from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.linking import Track
 
 ORDER = 6

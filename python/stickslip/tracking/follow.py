@@ -12,19 +12,19 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_writable
-from stickslip.tracking.calibration import PIXELS, Calibration, read_calibration
-from stickslip.tracking.detections import Array, Detections
 from stickslip.tracking.doubts import CLEAR, TEXTURE, clearness, hidden, remarks, scatter
-from stickslip.tracking.fiducial import check_dictionary, find_fiducials
+from stickslip.tracking.finding.detections import Array, Detections
+from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
+from stickslip.tracking.finding.response_map import response_map
+from stickslip.tracking.finding.template import find_templates
 from stickslip.tracking.linking import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
-from stickslip.tracking.osp import PROJECTS, TEXTS, read_osp
-from stickslip.tracking.response_map import response_map
+from stickslip.tracking.scale.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.setup import Setup
-from stickslip.tracking.source import Film, Picture
-from stickslip.tracking.template import find_templates
+from stickslip.tracking.video.osp import PROJECTS, TEXTS, read_osp
+from stickslip.tracking.video.source import Film, Picture
+from stickslip.tracking.video.writing import check_place
 from stickslip.tracking.window import Watch
-from stickslip.tracking.writing import check_place
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.detections import Array, Detections
+from stickslip.tracking.finding.detections import Array, Detections
 
 SURE = 2.0
 """What is measured on the clearest tracks may be exceeded by this factor."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.files.documents import write_whole
-from stickslip.tracking.calibration import Calibration
-from stickslip.tracking.detections import Array
+from stickslip.tracking.finding.detections import Array
+from stickslip.tracking.scale.calibration import Calibration
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, number, read_toml
 from stickslip.files.schema import Document, Kind, Limits, Positive, Says, kinds
-from stickslip.tracking.response_map import check_marker
+from stickslip.tracking.finding.response_map import check_marker
 
 Box = tuple[int, int, int, int]
 
@@ -58,9 +58,9 @@ class Setup(Document):
     names : what the masses are called.
     reference : numbers (from 0) of the masses that are marks fixed to the ground: what they move is the camera's, is taken
         from all others, and they are left out of the motion.
-    frame_rate : pictures per second of the camera; see `stickslip.tracking.source.Film`.
+    frame_rate : pictures per second of the camera; see `stickslip.tracking.video.source.Film`.
     times : a file with one time a line.
-    calibration : a table, see `stickslip.tracking.calibration.read_calibration`; without it coordinates are pixels.
+    calibration : a table, see `stickslip.tracking.scale.calibration.read_calibration`; without it coordinates are pixels.
     folder : where the relative paths of the document begin.
 
     Raises

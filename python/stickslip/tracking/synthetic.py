@@ -13,13 +13,13 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.tracking.calibration import Calibration, Lens
-from stickslip.tracking.detections import Array
+from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.motion import motion_dataset
+from stickslip.tracking.scale.calibration import Calibration, Lens
 from stickslip.tracking.setup import Setup
-from stickslip.tracking.source import Picture
-from stickslip.tracking.vision import vision
-from stickslip.tracking.writing import write_pictures
+from stickslip.tracking.video.source import Picture
+from stickslip.tracking.video.vision import vision
+from stickslip.tracking.video.writing import write_pictures
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +54,7 @@ class Camera:
     noise : white noise, given as the distance in px by which it shifts one pixel's reading of an edge: its standard
         deviation in grey levels is `noise` times the steepest slope of a marker's rim.
     blur : standard deviation of the lens blur in px.
-    k1 : radial lens distortion, see :class:`stickslip.tracking.calibration.Lens`.
+    k1 : radial lens distortion, see :class:`stickslip.tracking.scale.calibration.Lens`.
     light : how much darker the picture is at the dim corner than at the bright one, 0 to 0.8.
     exposure : share of the time between pictures during which the shutter is open, 0 to 1.
     seed : of the noise and the belt's texture.

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.tracking.blobs import look, look_near
-from stickslip.tracking.detections import Array, Detections
 from stickslip.tracking.doubts import CLEAR
-from stickslip.tracking.response_map import ResponseMap
-from stickslip.tracking.source import Picture
+from stickslip.tracking.finding.blobs import look, look_near
+from stickslip.tracking.finding.detections import Array, Detections
+from stickslip.tracking.finding.response_map import ResponseMap
+from stickslip.tracking.video.source import Picture
 
 RIVAL = 1 / CLEAR
 """Spots with this share of the score of the wanted markers are followed too, so that they can be told from them."""
@@ -72,7 +72,7 @@ class Watch:
     ----------
     response : from a picture to its response map.
     count : markers that are wanted.
-    size, threshold, level, opening : as for :func:`stickslip.tracking.blobs.look`.
+    size, threshold, level, opening : as for :func:`stickslip.tracking.finding.blobs.look`.
     windows : False: look at whole pictures only.
     """
 

@@ -39,7 +39,7 @@ from stickslip.identification.records import opened
 from stickslip.laws import Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
 from stickslip.measurement.instruments.scatter import median_and_error
-from stickslip.measurement.noise import noise_level
+from stickslip.measurement.signals.noise import noise_level
 
 Array = npt.NDArray[np.float64]
 

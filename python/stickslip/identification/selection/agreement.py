@@ -17,7 +17,7 @@ from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.reading import read_motion
 from stickslip.laws import Law
-from stickslip.measurement.spectra import main_line
+from stickslip.measurement.signals.spectra import main_line
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate

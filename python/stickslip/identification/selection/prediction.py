@@ -23,9 +23,9 @@ from stickslip.identification.selection.agreement import CYCLES, TRANSIENT, cycl
 from stickslip.identification.selection.reading import Reading, read_motion
 from stickslip.laws import Law
 from stickslip.measurement.instruments import Bench
-from stickslip.measurement.rig import Rig
-from stickslip.measurement.rig_file import load_rig
-from stickslip.measurement.spectra import main_line
+from stickslip.measurement.rigs.rig import Rig
+from stickslip.measurement.rigs.rig_file import load_rig
+from stickslip.measurement.signals.spectra import main_line
 from stickslip.simulation.simulate import simulate
 
 Array = npt.NDArray[np.float64]

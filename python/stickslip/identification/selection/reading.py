@@ -18,7 +18,7 @@ from stickslip.files.documents import number
 from stickslip.identification.kinetic.motion import velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.measurement.regime import regime, slow_share
-from stickslip.measurement.rig import Rig
+from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.sticks import Presmoothed, creeping_sticks, find_flanks
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit

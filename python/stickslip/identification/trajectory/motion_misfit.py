@@ -16,7 +16,7 @@ from stickslip.errors import InputError
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.trajectory.tangent import Tangent, why_differences
 from stickslip.laws import Law
-from stickslip.measurement.noise import noise_level
+from stickslip.measurement.signals.noise import noise_level
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate

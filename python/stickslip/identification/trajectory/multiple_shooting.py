@@ -21,7 +21,7 @@ from stickslip.identification.trajectory.search import Refined, distance
 from stickslip.identification.trajectory.slip import Slip, slips_of
 from stickslip.laws import Law
 from stickslip.laws.state_law import StateLaw
-from stickslip.measurement.noise import noise_level
+from stickslip.measurement.signals.noise import noise_level
 
 if TYPE_CHECKING:
     from stickslip.identification.result import Identification

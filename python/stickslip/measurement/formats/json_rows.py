@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.measurement.formats.table import Table
-from stickslip.measurement.layout import Layout
+from stickslip.measurement.rigs.layout import Layout
 
 
 def json_table(path: Path, content: bytes, layout: Layout) -> Table:

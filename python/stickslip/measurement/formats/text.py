@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.measurement.formats.table import Table
-from stickslip.measurement.layout import DELIMITERS, Layout
+from stickslip.measurement.rigs.layout import DELIMITERS, Layout
 
 HEADER_LINES = 60
 """So far down a header is looked for where the first line is none."""

@@ -11,7 +11,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples, notes_of
 from stickslip.measurement.result import facts_of_runs, friction_tree
-from stickslip.measurement.smooth import jerk_spline
+from stickslip.measurement.signals.smooth import jerk_spline
 
 Array = npt.NDArray[np.float64]
 

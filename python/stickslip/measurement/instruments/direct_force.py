@@ -13,13 +13,13 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
 from stickslip.measurement.instruments.scatter import median_and_error
-from stickslip.measurement.noise import noise_level
 from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
-from stickslip.measurement.smooth import jerk_spline
-from stickslip.measurement.spectra import main_line
+from stickslip.measurement.signals.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
+from stickslip.measurement.signals.noise import noise_level
+from stickslip.measurement.signals.smooth import jerk_spline
+from stickslip.measurement.signals.spectra import main_line
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

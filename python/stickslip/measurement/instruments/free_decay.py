@@ -9,7 +9,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
 from stickslip.measurement.result import friction_tree
-from stickslip.measurement.smooth import Smooth, jerk_spline
+from stickslip.measurement.signals.smooth import Smooth, jerk_spline
 
 Array = npt.NDArray[np.float64]
 

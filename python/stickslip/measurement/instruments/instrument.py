@@ -17,8 +17,8 @@ from stickslip.files.documents import check_keys
 from stickslip.files.schema import Document, Says, kind_of
 from stickslip.files.units import find_unit, quantity, si_unit
 from stickslip.measurement.formats.table import Table
-from stickslip.measurement.layout import Layout
 from stickslip.measurement.read import check_finite, check_increasing, one_segment, read_table, table_of
+from stickslip.measurement.rigs.layout import Layout
 
 Array = npt.NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from stickslip.errors import InputError
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples, notes_of
 from stickslip.measurement.instruments.scatter import block_error
 from stickslip.measurement.result import facts_of_runs, friction_tree
-from stickslip.measurement.spectra import main_line
+from stickslip.measurement.signals.spectra import main_line
 
 Array = npt.NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from scipy.ndimage import median_filter
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
 from stickslip.measurement.instruments.scatter import block_error
-from stickslip.measurement.noise import noise_level
 from stickslip.measurement.result import friction_tree
+from stickslip.measurement.signals.noise import noise_level
 
 Array = npt.NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_writable, write_whole
-from stickslip.tracking.source import Picture
-from stickslip.tracking.vision import vision
+from stickslip.tracking.video.source import Picture
+from stickslip.tracking.video.vision import vision
 
 CODECS = {".avi": ("FFV1", "MJPG"), ".mkv": ("FFV1", "MJPG"), ".mp4": ("mp4v", "mp4v")}
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.tracking.detections import Array
-from stickslip.tracking.source import Picture
-from stickslip.tracking.vision import vision
+from stickslip.tracking.finding.detections import Array
+from stickslip.tracking.video.source import Picture
+from stickslip.tracking.video.vision import vision
 
 
 def find_marks(

@@ -15,10 +15,10 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, number
-from stickslip.tracking.detections import Array
-from stickslip.tracking.ruler import find_marks
-from stickslip.tracking.source import read_picture
-from stickslip.tracking.vision import vision
+from stickslip.tracking.finding.detections import Array
+from stickslip.tracking.scale.ruler import find_marks
+from stickslip.tracking.video.source import read_picture
+from stickslip.tracking.video.vision import vision
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "ft": 0.3048, "1": 1.0}
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.detections import Array, Detections
-from stickslip.tracking.response_map import ResponseMap
-from stickslip.tracking.vision import vision
+from stickslip.tracking.finding.detections import Array, Detections
+from stickslip.tracking.finding.response_map import ResponseMap
+from stickslip.tracking.video.vision import vision
 
 LEVELS = 16
 """Heights at which a picture is cut."""

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.detections import Detections
-from stickslip.tracking.vision import vision
+from stickslip.tracking.finding.detections import Detections
+from stickslip.tracking.video.vision import vision
 
 Grey = npt.NDArray[np.float32]
 

@@ -9,10 +9,10 @@ from typing import Any
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean, read_toml
 from stickslip.files.schema import complete
-from stickslip.measurement.chain import EACH, Chain
 from stickslip.measurement.instruments import INSTRUMENTS as OTHERS
 from stickslip.measurement.instruments import Bench
-from stickslip.measurement.rig import INSTRUMENTS, Rig
+from stickslip.measurement.rigs.chain import EACH, Chain
+from stickslip.measurement.rigs.rig import INSTRUMENTS, Rig
 
 
 def load_rig(rig: Rig | Chain | Bench | str | Path | dict[str, Any]) -> Rig | Chain | Bench:

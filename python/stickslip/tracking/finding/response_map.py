@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.tracking.source import Picture
+from stickslip.tracking.video.source import Picture
 
 ResponseMap = npt.NDArray[np.float32]
 

@@ -11,7 +11,7 @@ from stickslip.files.documents import did_you_mean
 from stickslip.files.schema import Document, Limits, NotNegative, Positive, Says
 from stickslip.files.units import UNITS as SIZES
 from stickslip.files.units import find_unit
-from stickslip.measurement.layout import Layout
+from stickslip.measurement.rigs.layout import Layout
 
 if TYPE_CHECKING:
     from stickslip.model.system import Oscillator

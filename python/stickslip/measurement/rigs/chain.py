@@ -14,7 +14,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.measurement.rig import Rig
+from stickslip.measurement.rigs.rig import Rig
 
 Array = npt.NDArray[np.float64]
 

@@ -12,15 +12,15 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean
-from stickslip.measurement.chain import Chain
 from stickslip.measurement.friction import measure_record
 from stickslip.measurement.instruments import Bench
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import as_record
 from stickslip.measurement.result import release
-from stickslip.measurement.rig import Rig
-from stickslip.measurement.rig_file import load_rig
-from stickslip.measurement.smooth import Smooth, jerk_spline, kalman, savitzky_golay
+from stickslip.measurement.rigs.chain import Chain
+from stickslip.measurement.rigs.rig import Rig
+from stickslip.measurement.rigs.rig_file import load_rig
+from stickslip.measurement.signals.smooth import Smooth, jerk_spline, kalman, savitzky_golay
 
 Array = npt.NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.tracking.detections import Detections
-from stickslip.tracking.source import Picture
-from stickslip.tracking.vision import vision
+from stickslip.tracking.finding.detections import Detections
+from stickslip.tracking.video.source import Picture
+from stickslip.tracking.video.vision import vision
 
 CORNER_ERROR = 0.1
 """Standard error of a refined corner in px, as found on drawn markers with noise; see tests/test_track_finders.py."""

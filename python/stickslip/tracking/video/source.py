@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.documents import input_file, read_text
-from stickslip.tracking.vision import MOST_PIXELS, vision
+from stickslip.tracking.video.vision import MOST_PIXELS, vision
 
 Picture = npt.NDArray[np.uint8]
 

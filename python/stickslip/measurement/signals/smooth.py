@@ -15,8 +15,8 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from stickslip.errors import InputError
-from stickslip.measurement.noise import noise_level
-from stickslip.measurement.pieces import Oscillator, PiecewiseFit
+from stickslip.measurement.signals.noise import noise_level
+from stickslip.measurement.signals.pieces import Oscillator, PiecewiseFit
 
 Array = npt.NDArray[np.float64]
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import read_bytes, read_text
-from stickslip.tracking.calibration import UNITS, Calibration
 from stickslip.tracking.motion import motion_dataset
+from stickslip.tracking.scale.calibration import UNITS, Calibration
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,0 +1,1 @@
+"""Displacement, velocity and acceleration from noisy samples; clocks, noise and spectra."""

@@ -1,0 +1,1 @@
+"""What finds markers in one picture: blobs, templates, fiducial markers."""

@@ -1,0 +1,1 @@
+"""From pixels to lengths: calibration, rulers, and checks of the scale."""

@@ -1,0 +1,1 @@
+"""Pictures in and out: films, folders, stacks, and the library that decodes them."""
