@@ -460,7 +460,9 @@ impl<'a, const H: usize> Loop<'a, H> {
             return next;
         }
         let (holding, rate, _) = self.at_rest().at(0.0);
-        let mode = mode::at_zero(self.law, holding, rate, &mut self.memory);
+        // Friction stopped this slip: adhesion holds against no more than that, and what is more is rounding.
+        let pull = direction * (direction * holding).min(piece.force(0.0));
+        let mode = mode::at_zero(self.law, pull, rate, &mut self.memory);
         let kind = if mode == Mode::Stick {
             Kind::Capture
         } else {

@@ -189,8 +189,10 @@ pub fn end_of_stick<const H: usize>(
                 Err(free) => step = free - t,
             }
         }
-        // However small the step that the bounds allow, only the margin itself says whether adhesion breaks.
-        t += step.max(2.0 * f64::EPSILON * t.max(1e-3 * reach.min(1.0)));
+        // However small the step that the bounds allow, only the margin itself says whether adhesion breaks: the force changes
+        // by no more than rounding in the least one.
+        let least = margin_time(rounding, 0.0, rate, curvature).min(f64::EPSILON * reach);
+        t += step.max(least).max(2.0 * f64::EPSILON * t);
         if t >= horizon {
             return None;
         }

@@ -131,7 +131,16 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
     fn between_extrema(&mut self, piece: &Piece, start: Start, horizon: f64) -> Option<Arrival> {
         if start.turns(self.du.start(&self.slip.decay)) {
             // Known to be zero here; rounding must not shift the extrema.
-            self.du = self.du.started_at_zero(&self.slip.decay);
+            let decay = &self.slip.decay;
+            if decay.separates() {
+                // Nor feed a fast exponential: one that grows would make more of it than of the motion.
+                self.u.free = decay.coefficients(decay.start(self.u.free), 0.0);
+                let [slow, _] = decay.derivative(self.u.free);
+                self.du.free = [slow, -slow];
+                self.ddu.free = decay.derivative(self.du.free);
+            } else {
+                self.du = self.du.started_at_zero(decay);
+            }
         }
         if self.du.free == [0.0; 2] {
             return None;
