@@ -93,7 +93,7 @@ class Look:
     ----------
     sticks : whether it sticks, and `crossings` whether the slip velocity changes its sign without a stick.
     size : the range of the position, and `settled` whether it was the same before.
-    held : the mean stick time over a period.
+    held : the mean stick time over a period, and `captures` their number in a period.
     end : where it ends; of a motion that sticks at the last capture, as nothing before that is remembered.
     """
 
@@ -102,6 +102,7 @@ class Look:
     size: float
     settled: bool
     held: float
+    captures: float
     end: tuple[float, float]
 
 
@@ -131,7 +132,9 @@ def look(system: ss.Oscillator, speed: float, cycles: float, x0: float | None = 
     )
     captures = when[(kinds == "capture") & (when > 0.8 * orbit.t_end)]
     end = orbit.at(captures[-1] if captures.size else orbit.t_end)
-    return Look(sticks, crossings, size, abs(size - before) <= 0.02 * size, means[-1] / period, end)
+    settled = abs(size - before) <= 0.02 * size
+    often = captures.size * period / (0.2 * orbit.t_end) if sticks else 0.0
+    return Look(sticks, crossings, size, settled, means[-1] / period, often, end)
 
 
 def aside(system: ss.Oscillator, speed: float, share: float = 1e-4) -> tuple[float, float]:
@@ -139,10 +142,10 @@ def aside(system: ss.Oscillator, speed: float, share: float = 1e-4) -> tuple[flo
     return float(system.law.kinetic_force(speed)) / system.stiffness, share * speed
 
 
-def growth(system: ss.Oscillator, speed: float) -> float:
+def growth(system: ss.Oscillator, speed: float, cycles: float = 150) -> float:
     """The logarithm of what becomes of a small motion beside steady slip, whose undamped range is 2 v/ω."""
     start = aside(system, speed)
-    return math.log(look(system, speed, 150, *start).size * math.pi / (start[1] * system.natural_period))
+    return math.log(look(system, speed, cycles, *start).size * math.pi / (start[1] * system.natural_period))
 
 
 def nature(found: float) -> int:
@@ -171,8 +174,9 @@ def changes(system: ss.Oscillator, low: float, high: float, count: int = SPEEDS)
 
 def differ(one: Look, other: Look) -> bool:
     """Whether the ends of two runs are motions of different kinds."""
-    sizes = sorted((one.size, other.size))
-    return one.sticks != other.sticks or one.crossings != other.crossings or sizes[1] > 1.2 * sizes[0]
+    sizes, often = sorted((one.size, other.size)), sorted((one.captures, other.captures))
+    kinds = one.sticks != other.sticks or one.crossings != other.crossings
+    return kinds or sizes[1] > 1.2 * sizes[0] or often[1] > 1.2 * often[0]
 
 
 def confirmed(system: ss.Oscillator, kind: str, value: float, gap: float) -> bool:
@@ -191,6 +195,10 @@ def confirmed(system: ss.Oscillator, kind: str, value: float, gap: float) -> boo
         step = min(width * value, gap / 3)
         speeds = (value - step, value + step)
         slow = cycles * (1 if system.law.SMOOTH else 3)
+        if "hopf" in kind:
+            decays, grows = sorted(growth(system, speed, slow) for speed in speeds)
+            if decays < -0.01 and grows > 0.01:
+                return True
         rest = [look(system, speed, slow) for speed in speeds]
         if kind in ("end_of_stick_slip", "onset_of_stick_slip") and differ(*rest):
             return True

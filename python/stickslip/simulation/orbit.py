@@ -17,14 +17,15 @@ from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import write_whole
 from stickslip.files.netcdf import read_tree
-from stickslip.model.system import Oscillator, System
+from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.regimes import regime_of
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-#: The columns of the events in a file.
+#: The columns of a sampled motion, and of the events in a file.
+COLUMNS = ("x", "v", "a", "slip_velocity", "force", "stuck")
 EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
 
 
@@ -43,38 +44,36 @@ class Work:
 
 
 class Orbit:
-    """The motion of an oscillator from event to event.
+    """The motion of an oscillator or of a system of masses from event to event.
+
+    Shapes: of an oscillator x, v, slip velocity and force have the shape of the times asked for; of a system of n masses and
+    c contacts x and v are (..., n), slip velocity and force (..., c).
 
     Attributes
     ----------
-    system : the oscillator.
+    system : the oscillator or system.
     stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"``, ``"accumulation"``, ``"diverged"``, ``"stiff"``,
         ``"not_a_number"`` or ``"memory"``; `stop_sentence` says what it means.
     work : events, evaluations, grazes and fallbacks.
     t_end : the time up to which the orbit is known.
     """
 
-    def __init__(self, system: Oscillator, core: _core.Orbit) -> None:
+    def __init__(self, system: Oscillator | System, core: _core.Orbit) -> None:
         self.system: Any = system
         self._core = core
         self._stop, self.stop, self.stop_sentence = core.stop
         self.work = Work(*core.work)
         self.t_end = core.t_last
 
-    @property
-    def _kept(self) -> _core.Orbit:
-        """What the core keeps of it."""
-        return self._core
-
     def _steady(self, look: str, period: float, surface: str, contact: int) -> Any:
         """What an observer of the core sees as steady in it, as a table of one row."""
         del contact  # The look names it.
-        return self._kept.steady(look, period, surface)
+        return self._core.steady(look, period, surface)
 
     def _points(self, surface: str, kind: str | None, contact: int, after: float, most: int) -> NDArray[np.float64]:
         """The points of a section, rows t, x, v, w, force, stick_time, force_rate; of events of a `kind` or of a surface."""
         del kind
-        return self._kept.section(surface, contact, after, most)[0].reshape(-1, 7)
+        return self._core.section(surface, contact, after, most)[0].reshape(-1, 7)
 
     @property
     def _masses(self) -> int:
@@ -97,18 +96,32 @@ class Orbit:
         """
         import pandas as pd
 
-        rows = self._kept.events().reshape(-1, len(EVENTS))
+        rows = self._tables()["events"]
         kinds = pd.Categorical.from_codes(rows[:, 1].astype(np.int64), categories=pd.Index(_core.KINDS))
         return pd.DataFrame(rows, columns=list(EVENTS)).assign(kind=kinds, contact=rows[:, 2].astype(int))
 
     @cached_property
     def segments(self) -> pd.DataFrame:
-        """The modes: start time and state, direction of slip (0 while stuck) and the line of friction there."""
+        """The modes, or the Taylor steps where the motion has no closed form.
+
+        Start time (t + t_low) and state, and of each contact the direction of slip (0 while stuck) and the line of friction.
+        """
         import pandas as pd
 
-        columns = ["t", "t_low", "x", "v", "direction", "offset", "slope", "branch"]
-        frame = pd.DataFrame(self._core.segments().reshape(-1, 8), columns=columns)
-        return frame.astype({"direction": int, "branch": int})
+        frame = pd.DataFrame(self._tables()["segments"], columns=self._names())
+        return frame.astype({name: int for name in self._names() if name.startswith(("direction", "branch"))})
+
+    def _names(self) -> list[str]:
+        """The columns of the segments; those of several masses and contacts carry their numbers."""
+        many = isinstance(self.system, System)
+        masses = [f"_{i}" for i in range(self._masses)] if many else [""]
+        contacts = [f"_{i}" for i in range(self._contacts)] if many else [""]
+        friction = ("direction", "offset", "slope", "branch")
+        return [
+            *("t", "t_low"),
+            *(f"{name}{i}" for name in "xv" for i in masses),
+            *(f"{name}{c}" for c in contacts for name in friction),
+        ]
 
     def at(self, t: ArrayLike) -> tuple[Any, Any]:
         """Position and velocity at any time up to `t_end`, exact.
@@ -142,8 +155,11 @@ class Orbit:
         return {name: column.reshape(times.shape + column.shape[1:]) for name, column in columns.items()}
 
     def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-        names = ("x", "v", "a", "slip_velocity", "force", "stuck")
-        return dict(zip(names, self._kept.states(times), strict=True))
+        columns = dict(zip(COLUMNS, self._core.states(times), strict=True))
+        if not isinstance(self.system, System):
+            return columns
+        widths = {name: self._masses if name in ("x", "v", "a") else self._contacts for name in columns}
+        return {name: column.reshape(times.size, widths[name]) for name, column in columns.items()}
 
     def times(self, per_period: int = 200, most: int = 200_000) -> NDArray[np.float64]:
         """A regular grid over the orbit, `per_period` points a natural period but no more than `most`."""
@@ -206,14 +222,14 @@ class Orbit:
 
         The segments are exact: :func:`load` gives back the same orbit to the bit.
         """
-        columns = {"events": EVENTS, "segments": [str(name) for name in self.segments]}
+        columns = {"events": EVENTS, "segments": self._names()}
         return self._write(path, {"run": json.dumps(self._run())}, self._tables(), columns)
 
     def _tables(self) -> dict[str, NDArray[np.float64]]:
         """All that an orbit is made from again, beside its system and its run."""
         return {
             "events": self._core.events().reshape(-1, len(EVENTS)),
-            "segments": self._core.segments().reshape(-1, 8),
+            "segments": self._core.segments().reshape(-1, len(self._names())),
         }
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -252,9 +268,9 @@ class Orbit:
         tree = xr.DataTree.from_dict({"/": root, **{f"/{name}": group for name, group in groups.items()}})
         return write_whole(path, lambda draft: tree.to_netcdf(draft, engine="h5netcdf"))
 
-    def _run(self) -> Any:
-        x0, v0, t_end, max_events = self._core.run
-        return {"x0": x0 and x0[0], "v0": v0 and v0[0], "t_end": t_end, "max_events": max_events, "stop": self._stop}
+    def _run(self) -> list[Any]:
+        """Start, end, bound of the events and stop."""
+        return [*self._core.run, self._stop]
 
 
 def _checksum(attrs: Mapping[Any, Any], tables: Mapping[str, NDArray[np.float64]]) -> int:
@@ -295,17 +311,15 @@ def load(path: str | Path) -> Orbit:
 
 
 def _restore(document: dict[str, Any], run: Any, work: tuple[int, ...], rows: Sequence[NDArray[np.float64]]) -> Orbit:
-    """An orbit from its parts: a list as run is that of a network."""
+    """An orbit from its parts."""
+    if isinstance(run, dict):  # of an older version, with the numbers of one mass
+        start = ([run["x0"]], None if run["v0"] is None else [run["v0"]])
+        run = [*start, run["t_end"], run["max_events"], run["stop"]]
+    *start, stop = run
     events, evaluations, grazes, fallbacks = work
+    system = system_from_dict(document)
     done = (events, evaluations, grazes, fallbacks)
-    if isinstance(run, list):
-        from stickslip.simulation.network import restore
-
-        return restore(document, run, done, rows)
-    system = Oscillator.from_dict(document)
-    v0 = None if run["v0"] is None else [run["v0"]]
-    run_of = ([run["x0"]], v0, run["t_end"], run["max_events"])
-    return Orbit(system, _core.Orbit.restore(system.core, run_of, run["stop"], done, *rows))
+    return Orbit(system, _core.Orbit.restore(system.core, tuple(start), stop, done, *rows))
 
 
 def _table(group: xr.Dataset) -> NDArray[np.float64]:

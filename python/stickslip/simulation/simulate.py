@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import number, time_limit, whole_number
+from stickslip.files.documents import number, numbers, time_limit, whole_number
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 
@@ -60,15 +60,14 @@ def simulate(
         from stickslip.simulation.integration import integrate
 
         return integrate(system, t_end, x0, v0, max_events, max_seconds=max_seconds)
-    if isinstance(system, System) or not system.closed_form:
-        from stickslip.simulation.network import simulate_network
-
-        return simulate_network(system, t_end, x0, v0, max_events, max_seconds)
-    start = 0.0 if x0 is None else number("x0", x0, "simulate")
-    velocity = None if v0 is None else [number("v0", v0, "simulate")]
-    end = number("t_end", t_end, "simulate")
+    masses = system.masses if isinstance(system, System) else 1
+    run = (
+        None if x0 is None else numbers("x0", x0, masses, "simulate", "mass"),
+        None if v0 is None else numbers("v0", v0, masses, "simulate", "mass"),
+        number("t_end", t_end, "simulate"),
+        max_events,
+    )
     try:
-        run = ([start], velocity, end, max_events)
         core = _core.Orbit.simulate(system.core, run, max_seconds)
     except ValueError as error:
         raise InputError(f"simulate: {error}") from None

@@ -65,8 +65,11 @@ class Walk:
                     onward = self._cross(point, *boundary)
                     if onward is None:
                         break
+                    try:
+                        self._add(onward)
+                    except InputError:
+                        break
                     point, step = onward, 0.003
-                    self._add(point)
                     continue
                 step /= 2
                 if step < _SMALLEST:

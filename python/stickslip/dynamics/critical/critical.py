@@ -321,9 +321,9 @@ def _branch(system: Oscillator, value: float, guess: Any, family: Family, known:
             return None
         sequence = cycle.closed.sequence
         start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+        way = start.direction * (1.0 if start.direction[-1] > 0 else -1.0)
+        up = Walk(family, 200).go(Point(start.here, start.values, way))
+        down = Walk(family, 60).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
     except (InputError, Lost):
         return None
-    way = start.direction * (1.0 if start.direction[-1] > 0 else -1.0)
-    up = Walk(family, 200).go(Point(start.here, start.values, way))
-    down = Walk(family, 60).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
     return up if down is None else down.reversed().joined(up)

@@ -26,7 +26,6 @@ from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
-from stickslip.simulation.network import NetworkOrbit
 from stickslip.simulation.orbit import Orbit
 
 #: How far from 1 the size of a multiplier lies at most that rounding alone keeps from it.
@@ -127,7 +126,7 @@ def one_period(closed: Return, period: float) -> Orbit:
         start = sequence.start.copy()
         start[0] = 0.0
         moving = _core.Orbit.resume(system.core, start, np.ascontiguousarray(sequence.modes[0]), period)
-        return NetworkOrbit(system, moving)
+        return Orbit(system, moving)
     followed = sequence.follow()
     states = np.vstack([sequence.start, followed.states])
     stuck, held = sequence.phases[:, 0] == 0, sequence.phases[:, 1] != 0

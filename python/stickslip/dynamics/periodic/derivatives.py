@@ -97,5 +97,5 @@ def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
 
 def _sequence(orbit: Orbit, t_end: float) -> tuple[EventSequence, list[str], str]:
     check(orbit.system, "fundamental_matrix")
-    run = orbit._kept.run
+    run = orbit._core.run
     return EventSequence.of_run(orbit.system, t_end, run[0], run[1], run[3])
