@@ -86,7 +86,7 @@ def test_where_the_rig_does_not_say_what_swings_the_law_is_found_and_the_remedy_
     assert main(["identify", friction, "--law", "StaticKinetic", "--plot", str(folder / "no.png")]) == 2
     said = capsys.readouterr().err
     assert "does not say its mass, stiffness" in said
-    assert "instrument direct_force: mass, stiffness" in said
+    assert "direct_force: mass, stiffness" in said
     assert main(["identify", friction, "--law", "StaticKinetic", "--predict", friction]) == 2
     assert "does not say its mass, stiffness" in capsys.readouterr().err
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -146,7 +147,9 @@ def parameters_of_law(
     free = []
     for name in names:
         number = known.get(name, Number())
-        free.append(Parameter(name, number.low, number.high, number.ratio, within=own.get(name)))
+        # Nodes may fall below zero on the way: a record whose friction drives is refused, not fitted by a law that does not.
+        low = -math.inf if number.part == "f" or name.endswith("].force") else number.low
+        free.append(Parameter(name, low, number.high, number.ratio, within=own.get(name)))
     tied = [Parameter(name, same_as=source) for name, source in (same_as or {}).items()]
     return Parameters([*free, *tied])
 

@@ -11,7 +11,7 @@ parameters! {
         /// Nodes (slip speed, kinetic force), the first at slip speed 0.
         pub nodes: Vec<Point> = vec![[0.0, 0.9], [0.2, 0.6], [0.6, 0.7]] => [SLIP_VELOCITY, NODE_FORCE],
         /// Break-away force f_s.
-        pub break_away: f64 = 1.0 => [FORCE.not_negative()],
+        pub break_away: f64 = 1.0 => [FORCE],
     }
 }
 
