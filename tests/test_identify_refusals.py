@@ -133,15 +133,17 @@ def measured(noise=0.005, change=lambda x: x, t_end=200):
 
 def test_noise_as_large_as_the_falls_is_refused():
     with pytest.raises(
-        InputError, match=r"the noise of the gauge is .* in force, and a break-away falls by .* less noise"
+        InputError, match=r"the noise of the instrument is .* in force, and a break-away falls by .* less noise"
     ):
         identify(measured(noise=1.5, t_end=60), law="StaticKinetic")
 
 
 def test_a_clipped_gauge_is_refused_with_the_reading_at_which_it_was():
-    with pytest.raises(InputError, match=r"readings of the displacement are exactly 0\.8, so the gauge was clipped"):
+    with pytest.raises(
+        InputError, match=r"readings of the displacement are exactly 0\.8, so the instrument was clipped"
+    ):
         identify(measured(change=lambda x: np.minimum(x, 0.8)), law="StaticKinetic")
-    # A gauge of few steps is not clipped.
+    # An instrument of few steps is not clipped.
     coarse = identify(measured(change=lambda x: np.round(x, 2)), law="StaticKinetic")
     assert coarse.law.kinetic == pytest.approx(0.6, abs=0.01)
 
@@ -213,7 +215,7 @@ def test_a_law_of_the_wrong_form_or_rig_is_told_by_the_noise_it_leaves():
 
     def leaves(friction, pieces):
         found = identify(friction, law="PiecewiseLinear", pieces=pieces)
-        return any("times the noise of the gauge" in note for note in found.notes)
+        return any("times the noise of the instrument" in note for note in found.notes)
 
     assert not leaves(right, 2)
     assert leaves(right, 1)

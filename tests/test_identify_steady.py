@@ -175,7 +175,7 @@ def test_a_robot_joint_has_its_torques_in_the_interval(shared_data: Path) -> Non
     known = np.array([1.69, 1.79, 1.79, 2.10, 2.56])
     assert ((low <= known) & (known <= high)).all()
     assert inside(found.parameters, "viscous", (2.56 - 1.79) / 1.0)  # growth from .3 to 1.3 rad/s
-    assert "an offset of the gauge or of gravity cannot be told" in " ".join(found.notes)
+    assert "an offset of the instrument or of gravity cannot be told" in " ".join(found.notes)
 
 
 def test_seal_friction_grows_with_the_pressure(shared_data: Path) -> None:

@@ -13,7 +13,7 @@ from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify, sensitivity
 from stickslip.identification.coverage import CASES, coverage
-from stickslip.identification.law_parameters import LawParameters, places, value
+from stickslip.identification.law_parameters import LawParameters, pointers, value
 from stickslip.identification.records import read_records
 from stickslip.identification.trajectory.motion_misfit import Landmarks, MotionMisfit
 from stickslip.identification.trajectory.single_shooting import SingleShooting
@@ -104,7 +104,7 @@ def test_slopes_through_events_are_those_of_differences(name, monkeypatch):
     case = CASES[name]
     records = read_records([record(case.law, s, case.damping) for s in case.drive_velocities])
     misfits = [MotionMisfit(item, 0.0) for item in records]
-    free = case.free or [item for item in places(case.law) if item not in ("exponent", "nodes[0].slip_velocity")]
+    free = case.free or [item for item in pointers(case.law) if item not in ("exponent", "nodes[0].slip_velocity")]
     ties = {"break_away": "kinetic"} if name == "StaticKinetic" else {}
     fit = SingleShooting(misfits, LawParameters(case.law, [item for item in free if item not in ties], ties))
     shifts = [record_misfit.first_shift(case.law, record_misfit.time.size) for record_misfit in misfits]

@@ -145,19 +145,19 @@ def _piecewise_linear(evidence: Evidence) -> Guess:
     values = np.maximum(np.linalg.lstsq(hats, force, rcond=None)[0], 0.0)
     free = [f"nodes[{i}].force" for i in range(len(nodes))]
     free += [f"nodes[{i}].slip_velocity" for i in range(1, len(nodes) - 1)]
-    notes, ties = [], {}
+    notes, constraints = [], {}
     if len(evidence.rows) >= 2:
         top = max(evidence.break_away, float(values[0]))
         free.append("break_away")
     else:
         top = float(values[0])
-        ties["break_away"] = "nodes[0].force"
+        constraints["break_away"] = "nodes[0].force"
         notes.append(
             "The records hold no break-away, so the break-away force was set to the kinetic force at w = 0, which is an "
             "extrapolation."
         )
     law = PiecewiseLinear(nodes=tuple((float(w), float(f)) for w, f in zip(nodes, values, strict=True)), break_away=top)
-    return Guess(law, free, ties=ties, notes=notes)
+    return Guess(law, free, constraints=constraints, notes=notes)
 
 
 GUESSES: dict[type[Law], Callable[[Evidence], Guess]] = {

@@ -79,7 +79,7 @@ class Problem:
         law: Law,
         free: Sequence[str],
         relative: bool = False,
-        ties: Mapping[str, str] | None = None,
+        constraints: Mapping[str, str] | None = None,
         within: Mapping[str, tuple[float, float]] | None = None,
         offset: bool = False,
         every_row: bool = False,
@@ -87,7 +87,7 @@ class Problem:
         self.law = law
         # A constant in the measured force is no number of the law; it stands last.
         self.free = [*free, OFFSET] if offset else list(free)
-        self.parameters = parameters_of_law(law, self.free, within, ties)
+        self.parameters = parameters_of_law(law, self.free, within, constraints)
         self.relative = relative
         # Break-aways tell Coulomb's law nothing, but it predicts them.
         self.every_row = every_row
@@ -325,8 +325,8 @@ def _record_scatter(problem: Problem, groups: Sequence[Array]) -> list[float]:
 def _assumed(problem: Problem, sigma: Sequence[Array], tau: Sequence[float], between: Sequence[float]) -> list[Array]:
     """Standard deviations by which rows are weighed in the fit, as if each row stood alone.
 
-    Where the noise of the gauge is known it is that: a group that fits badly may not excuse itself by a large scale. What
-    sets records apart is common to the n rows of a group, so that it counts n times in each.
+    Where the noise of the instrument is known it is that: a group that fits badly may not excuse itself by a large
+    scale. What sets records apart is common to the n rows of a group, so that it counts n times in each.
     """
     found = []
     for (number, kind), row, t, apart in zip(problem.groups, sigma, tau, between, strict=True):
@@ -467,7 +467,7 @@ def _usual_rate(record: FrictionRecord) -> float:
 def _lag(record: FrictionRecord) -> float:
     """How late the end of a stick may be seen where friction does not jump at it.
 
-    After such a release the slip path grows like (k V / m) t³ / 6; it shows once it passes the noise of the gauge.
+    After such a release the slip path grows like (k V / m) t³ / 6; it shows once it passes the noise of the instrument.
     """
     known = record.constants
     if not {"noise", "mass", "stiffness", "drive_velocity"} <= set(known):

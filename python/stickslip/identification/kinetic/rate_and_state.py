@@ -144,7 +144,7 @@ def fit_velocity_steps(friction: xr.DataTree | str | Path) -> VelocityStepsFit:
 
     Parameters
     ----------
-    friction : a friction DataTree or file of the gauge ``velocity_steps`` whose force is a friction coefficient.
+    friction : a friction DataTree or file of the instrument ``velocity_steps`` whose force is a friction coefficient.
 
     Returns
     -------

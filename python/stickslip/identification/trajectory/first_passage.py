@@ -21,7 +21,7 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER
 from stickslip.identification.estimator.uncertainty import robust_scale
-from stickslip.identification.law_parameters import LawParameters, places, value, with_values
+from stickslip.identification.law_parameters import LawParameters, pointers, value, with_values
 from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
@@ -48,7 +48,7 @@ def own_number(law: Law) -> str:
     >>> own_number(DwellTime(kinetic=0.5, limit=0.5, rate=0.3))
     'limit'
     """
-    known = places(law)
+    known = pointers(law)
     for name in OWN:
         if name in known:
             return name

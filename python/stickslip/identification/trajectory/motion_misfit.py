@@ -99,7 +99,7 @@ class MotionMisfit:
         origin = float(record.time[kept][0])
         self._smooth = (record.time[kept] - origin, record.displacement[kept], record.stuck[kept])
         self._velocity = self.drive_velocity - record.slip_velocity[kept]
-        # The gauge's own samples have white noise, which can be told; those of a smoothed record do not.
+        # The instrument's own samples have white noise, which can be told; those of a smoothed record do not.
         self.white = record.recorded is not None
         signal = record.displacement if record.recorded is None else record.recorded
         good = kept & np.isfinite(signal)

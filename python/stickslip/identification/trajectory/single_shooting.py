@@ -35,14 +35,14 @@ CLOSE = 0.05
 class SingleShooting:
     """Records and free numbers: the misfit of the motions, its slopes, and the way down.
 
-    The vector of unknowns is (free numbers, one shift of time a record); `gauge_error` holds the standard errors of the
-    gauge's zero (a length) and scale (relative).
+    The vector of unknowns is (free numbers, one shift of time a record); `instrument_error` holds the standard errors of the
+    instrument's zero (a length) and scale (relative).
     """
 
     def __init__(
-        self, misfits: Sequence[MotionMisfit], free: LawParameters, gauge_error: tuple[float, float] = (0.0, 0.0)
+        self, misfits: Sequence[MotionMisfit], free: LawParameters, instrument_error: tuple[float, float] = (0.0, 0.0)
     ) -> None:
-        self.misfits, self.free, self.gauge_error = list(misfits), free, np.array(gauge_error)
+        self.misfits, self.free, self.instrument_error = list(misfits), free, np.array(instrument_error)
         self.count = len(free.names)
         self.known = all(math.isfinite(misfit.noise) for misfit in misfits)
         #: Standard deviation of the residuals of each record, by which they count.
@@ -193,7 +193,7 @@ class SingleShooting:
     def covariance(self, unknowns: Array) -> Array:
         """Of all unknowns, from the slopes, the scatter of each record and its correlation from sample to sample.
 
-        What an error of the gauge's zero and scale, common to all records, would do to the unknowns is added.
+        What an error of the instrument's zero and scale, common to all records, would do to the unknowns is added.
         """
         residuals, slopes = self.residuals(unknowns), self.slopes(unknowns)
         edges = np.cumsum([0, *self.lengths(1.0)])
@@ -204,8 +204,8 @@ class SingleShooting:
             freedom = max(part.size - unknowns.size / len(self.misfits), 1.0)
             excess = float(np.sum(part**2)) / freedom * correlation_time(part)
             information += slopes[a:b].T @ slopes[a:b] / excess
-            gauge = np.stack([np.ones(b - a), misfit.displacement], axis=1) * self.gauge_error / sigma
-            pulls += slopes[a:b].T @ gauge / excess
+            instrument = np.stack([np.ones(b - a), misfit.displacement], axis=1) * self.instrument_error / sigma
+            pulls += slopes[a:b].T @ instrument / excess
         if (silent := self.silent(unknowns)) or not np.diag(information).all():
             raise InputError(
                 f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: leave it out of "
