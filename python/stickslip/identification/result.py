@@ -29,8 +29,8 @@ class Identification(Result):
     law : the law.
     parameters : DataFrame over the names of the fitted numbers: value, error (standard error), low and high (95 %).
     covariance : DataFrame, names in both directions.
-    groups : DataFrame of the residuals' groups: record, kind, rows, independent (rows that count), scale, between (standard
-        deviation from record to record, where records differ from one another).
+    groups : DataFrame of the residuals' groups: record, kind, rows, independent (rows that count), scale, record_scatter
+        (standard deviation from record to record, where records differ from one another).
     rms : root mean square of measured minus predicted kinetic force.
     static : fits of static friction over stick time, None for fewer than five break-aways.
     notes : plain sentences: what was assumed, what could not be told.

@@ -408,9 +408,9 @@ def _covariance(rows: Rows, scaled: Array, rest: Array) -> tuple[Array, float]:
         scaled, z, max(chi, 1.0) if rows.known else chi, period, count / (free + 2) if count > FEW else 1.0
     )
     if levels is not None:
-        between, left = record_scatter_of(rows, whole, scaled)
+        record_scatter, left = record_scatter_of(rows, whole, scaled)
         moves = np.linalg.pinv(scaled) @ (levels / rows.error[:, None])
-        covariance += between**2 * moves @ moves.T
+        covariance += record_scatter**2 * moves @ moves.T
         freedom = min(freedom, left)
     return covariance, freedom
 

@@ -218,7 +218,7 @@ class _Law:
 
     def __init__(self, law: Identification) -> None:
         self.law = law.law
-        self.further = "between" in law.groups and bool((law.groups["between"] > 0).any())
+        self.further = "record_scatter" in law.groups and bool((law.groups["record_scatter"] > 0).any())
         # Numbers that scatter from record to record scatter once more to the next one.
         self.covariance = law.covariance.to_numpy() * (1 + len(law.records) if self.further else 1)
         self.names = [str(name) for name in law.parameters.index]
@@ -266,8 +266,8 @@ class _Law:
 
     def credibility(self, beyond: float) -> float:
         """Probability that the law says the kind of a run at this distance rightly."""
-        worth = math.exp(-beyond)
-        return (1 + worth * self.right) / (2 + worth * self.decided)
+        weight = math.exp(-beyond)
+        return (1 + weight * self.right) / (2 + weight * self.decided)
 
     def draws(self, run: FrictionRecord, beyond: float) -> list[Reading]:
         """Motions of the laws that may as well be."""

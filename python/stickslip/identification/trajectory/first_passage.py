@@ -122,7 +122,7 @@ class Passage:
     by_force: Array
 
     @property
-    def pull(self) -> Array:
+    def score(self) -> Array:
         """ψ(off): straight for small scatter, bounded for sticks far out."""
         return np.asarray(self.off / np.sqrt(1 + (self.off / OUTLIER) ** 2))
 
@@ -164,7 +164,7 @@ def solve(sticks: Sticks, free: LawParameters, numbers: Array, static: list[int]
     for _ in range(ITERATIONS):
         found = passage(sticks, free, at, static)
         steep = found.instruments.T @ (found.give[:, None] * found.by[:, static])
-        push = -np.linalg.pinv(steep, rcond=1e-12) @ (found.instruments.T @ found.pull)
+        push = -np.linalg.pinv(steep, rcond=1e-12) @ (found.instruments.T @ found.score)
         push *= min(1.0, LONGEST / max(float(np.max(np.abs(push))), 1e-300))
         ahead = at.copy()
         ahead[static] = np.clip(at[static] + push, free.low[static], free.high[static])

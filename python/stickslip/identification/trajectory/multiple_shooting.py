@@ -1,4 +1,4 @@
-"""Slips laid over those that a law makes, each begun anew from its own break-away: multiple shooting."""
+"""Slips compared with those that a law makes, each begun anew from its own break-away: multiple shooting."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def scattering(first: Identification, settled_after: float) -> str | None:
 
 
 class MultipleShooting:
-    """Slips and free numbers: the misfit of the slips, its slopes, and the way down.
+    """Slips and free numbers: the misfit of the slips, its slopes, and the descent.
 
     The vector of unknowns is (free numbers, how late each slip begins, how far off, and the level of its friction), the
     latter three in parts of the slip; `instrument_error` holds the standard errors of the instrument's zero (a length) and
@@ -199,7 +199,7 @@ class MultipleShooting:
         return np.concatenate([self.free.low, -around]), np.concatenate([self.free.high, around])
 
     def near(self, numbers: Array) -> Array:
-        """The numbers: a slip is short, so the way down leads from far."""
+        """The numbers: a slip is short, so a descent converges from far."""
         return numbers
 
     def lay(self, numbers: Array) -> float:
@@ -263,7 +263,7 @@ class MultipleShooting:
         covariance, freedom = self._covariance(unknowns, ends, static)
         motions = self._motions(unknowns)
         notes = [
-            f"Sharpened by the agreement of {len(self.slips)} slips, each begun at its own break-away: they lie "
+            f"Refined by the agreement of {len(self.slips)} slips, each begun at its own break-away: they lie "
             f"{distance(motions):.2g} of the displacement's standard deviation apart. The intervals come from how the slips "
             "differ from each other.",
             f"Each stick has its own {self.own}: they scatter by {robust_scale(ends.own - np.median(ends.own)):.3g} about "
@@ -333,7 +333,7 @@ class MultipleShooting:
         rest, slopes = self.residuals(unknowns), self.slopes(unknowns)
         root = np.sqrt(1 + (rest / OUTLIER) ** 2)
         size, slips = len(moving), len(self.slips)
-        pulls, gives = np.zeros((slips, self.count)), np.zeros((slips, self.count, self.count))
+        scores, gives = np.zeros((slips, self.count)), np.zeros((slips, self.count, self.count))
         instrument = np.zeros((self.count, 2))
         for i, (slip, sigma, known) in enumerate(zip(self.slips, self.sigma, self._known, strict=True)):
             rows = slice(self._edges[i], self._edges[i + 1])
@@ -345,18 +345,18 @@ class MultipleShooting:
             freed = shared - beginning @ onto
             zero = np.zeros((rest[rows].size, 2))
             zero[:-1] = np.stack([np.ones(slip.x.size), slip.x + slip.position], axis=1) * self.instrument_error / sigma
-            pulls[i, :size] = freed.T @ (rest[rows] / root[rows])
+            scores[i, :size] = freed.T @ (rest[rows] / root[rows])
             gives[i, :size, :size] = freed.T @ (heavy * shared)
             instrument[:size] += freed.T @ (heavy * zero)
             lever = ends.give[i] * ends.instruments[i]
-            pulls[i, size:] = ends.pull[i] * ends.instruments[i]
+            scores[i, size:] = ends.score[i] * ends.instruments[i]
             gives[i, size:] = np.outer(lever, ends.by[i, order])
             force = known["stiffness"] * np.array([1.0, slip.position]) * np.sign(known["drive_velocity"])
             instrument[size:] -= np.outer(lever, ends.by_force[i] * force * self.instrument_error)
         whole = gives.sum(axis=0)
         for part in (slice(0, size), slice(size, None)):
             inverse(whole[part, part], [self.free.names[j] for j in order[part]])
-        away = np.stack([np.linalg.solve(whole - give, pull) for give, pull in zip(gives, pulls, strict=True)])
+        away = np.stack([np.linalg.solve(whole - give, score) for give, score in zip(gives, scores, strict=True)])
         alike = np.sqrt([correlation_time(column) for column in away.T])
         away *= alike * math.sqrt((slips - 1) / slips)
         by_instrument = np.linalg.solve(whole, instrument)

@@ -1,4 +1,4 @@
-"""A law sharpened by the agreement of motions: those it makes, laid over the measured ones."""
+"""A law refined until its simulated motions agree with the measured ones."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def fit_trajectories(
 
     Returns
     -------
-    Identification with the sharpened law, its parameters and covariance; ``rms`` is that of the displacement, in standard
+    Identification with the refined law, its parameters and covariance; ``rms`` is that of the displacement, in standard
     deviations of the motion; ``motions`` has a row for each record.
 
     Raises

@@ -85,7 +85,9 @@ def slips_of(record: FrictionRecord, number: int, settled_after: float) -> Itera
         where the record holds no displacement, or a constant of the oscillator is not known.
     """
     if record.displacement is None:
-        raise InputError(f"{record.name}: holds no displacement, so no motion can be laid over it; measure it again")
+        raise InputError(
+            f"{record.name}: holds no displacement, so no motion can be compared with it; measure it again"
+        )
     for name in CONSTANTS:
         if name not in record.constants:
             raise InputError(f"{record.name}: {name} is not known; measure it with a rig that says it")
