@@ -7,10 +7,14 @@ use std::time::Instant;
 
 use stickslip::batch::Batch;
 use stickslip::drive::Harmonic;
+use stickslip::engine::{Engine, Steps};
 use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, StaticKinetic};
+use stickslip::network;
+use stickslip::observer::Observer;
 use stickslip::rows::Rows;
 use stickslip::simulate::{Run, simulate};
 use stickslip::structure::Oscillator;
+use stickslip::system::{Contact, System};
 
 fn oscillator(
     law: impl Into<Law>,
@@ -126,6 +130,58 @@ fn main() {
     if only.is_empty() || only == "P4" {
         sweep(rounds.div_ceil(50));
     }
+    if only.is_empty() || only == "chains" {
+        for blocks in [10, 20, 50, 100] {
+            chain(blocks, rounds.div_ceil(50));
+        }
+    }
+}
+
+/// So many blocks on one drive, each on a spring to the ground and to its neighbours.
+fn chain(blocks: usize, rounds: u32) {
+    let mut system = System {
+        mass: vec![vec![0.0; blocks]; blocks],
+        stiffness: vec![vec![0.0; blocks]; blocks],
+        damping: vec![vec![0.0; blocks]; blocks],
+        contacts: Vec::new(),
+        forcing: Vec::new(),
+    };
+    for i in 0..blocks {
+        system.mass[i][i] = 1.0;
+        system.damping[i][i] = 0.05;
+        system.stiffness[i][i] += 1.0;
+        if i > 0 {
+            for (a, b, k) in [
+                (i, i, 1.0),
+                (i - 1, i - 1, 1.0),
+                (i, i - 1, -1.0),
+                (i - 1, i, -1.0),
+            ] {
+                system.stiffness[a][b] += k;
+            }
+        }
+        system.contacts.push(Contact {
+            mass: i,
+            other: None,
+            drive_velocity: 0.3.into(),
+            law: StaticKinetic {
+                break_away: 1.0 + 0.3 * (1.7 * i as f64).sin(),
+                kinetic: 0.5,
+            }
+            .into(),
+        });
+    }
+    let run = network::Run::driven(40.0);
+    let (time, events, _) = best(rounds, || {
+        struct Nobody;
+        impl Observer for Nobody {
+            const PASSES: bool = false;
+        }
+        let mut engine = Steps::new(&system, run.clone()).expect("a good system");
+        engine.go(40.0, 0.0, &mut Nobody).expect("a good run");
+        (engine.events(), 0)
+    });
+    println!("{:18}{time:10.1}{events:10}", format!("chain of {blocks}"));
 }
 
 /// P3 over a thousand frequencies, 400 periods of each, on one thread.
