@@ -117,8 +117,8 @@ def fall_records(*velocities):
     for s in velocities:
         orbit = ss.simulate(replace(ss.paper.oscillator(s), law=FALLING), 160)
         t = np.arange(100, 160, 0.02)
-        gauge = 0.005 * float(np.std(orbit.at(t)[0]))
-        made.append(friction_of_orbit(orbit, t, 0.003, seed=1, displacement_noise=gauge))
+        instrument = 0.005 * float(np.std(orbit.at(t)[0]))
+        made.append(friction_of_orbit(orbit, t, 0.003, seed=1, displacement_noise=instrument))
     return made
 
 

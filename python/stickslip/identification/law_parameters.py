@@ -19,17 +19,17 @@ from stickslip.laws.facts import Number
 
 Array = npt.NDArray[np.float64]
 
-Place = tuple[str | int, ...]
+Pointer = tuple[str | int, ...]
 
 
-def places(law: Law) -> dict[str, Place]:
+def pointers(law: Law) -> dict[str, Pointer]:
     """Where each number of a law stands in its document, by name.
 
     >>> from stickslip.laws import PiecewiseLinear
-    >>> list(places(PiecewiseLinear(nodes=[(0, 1), (1, 0.5)], break_away=1)))[:3]
+    >>> list(pointers(PiecewiseLinear(nodes=[(0, 1), (1, 0.5)], break_away=1)))[:3]
     ['nodes[0].slip_velocity', 'nodes[0].force', 'nodes[1].slip_velocity']
     """
-    return {name: place for name, (place, _) in _numbers(law).items()}
+    return {name: pointer for name, (pointer, _) in _numbers(law).items()}
 
 
 def numbers(law: Law) -> dict[str, Number]:
@@ -42,8 +42,8 @@ def numbers(law: Law) -> dict[str, Number]:
     return {name: number for name, (_, number) in _numbers(law).items()}
 
 
-def _numbers(law: Law) -> dict[str, tuple[Place, Number]]:
-    found: dict[str, tuple[Place, Number]] = {}
+def _numbers(law: Law) -> dict[str, tuple[Pointer, Number]]:
+    found: dict[str, tuple[Pointer, Number]] = {}
     for key, value in law.to_dict().items():
         if key == "type" or isinstance(value, str) or law.PARAMETERS[key].choices:
             continue
@@ -86,7 +86,7 @@ def value(law: Law, name: str) -> float:
 def maybe(law: Law, name: str) -> float | None:
     """One number of a law, None where it is not set."""
     here: Any = law.to_dict()
-    for key in _place(law, name):
+    for key in _pointer(law, name):
         here = None if isinstance(here, dict) and key not in here else here[key]
     return None if here is None or isinstance(here, str) else float(here)
 
@@ -105,12 +105,12 @@ def with_values(law: Law, values: Mapping[str, float]) -> Law:
     """
     document = law.to_dict()
     for name, number in values.items():
-        _put(document, _place(law, name), float(number))
+        _put(document, _pointer(law, name), float(number))
     return type(law).from_dict(document, type(law).__name__)
 
 
-def _put(document: Any, place: Place, number: float) -> None:
-    *way, last = place
+def _put(document: Any, pointer: Pointer, number: float) -> None:
+    *way, last = pointer
     for key in way:
         document = document[key]
     document[last] = number
@@ -120,12 +120,12 @@ def check_names(law: Law, names: Iterable[str]) -> list[str]:
     """The names, each once and each a number of the law."""
     checked = list(dict.fromkeys(names))
     for name in checked:
-        _place(law, name)
+        _pointer(law, name)
     return checked
 
 
-def _place(law: Law, name: str) -> Place:
-    known = places(law)
+def _pointer(law: Law, name: str) -> Pointer:
+    known = pointers(law)
     if name not in known:
         raise InputError(
             f"{type(law).__name__} has no parameter {name!r}{did_you_mean(name, known)}; it has {', '.join(known)}"
@@ -175,7 +175,7 @@ class LawParameters:
         within: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
         self.names, self.same_as = list(names), dict(same_as or {})
-        self._kind, self._document, self._places = type(law), json.dumps(law.to_dict()), places(law)
+        self._kind, self._document, self._pointers = type(law), json.dumps(law.to_dict()), pointers(law)
         self._parameters = parameters_of_law(law, names, within, same_as)
         at = {name: value(law, name) for name in self.names}
         if any(at[name] <= 0 for name, ratio in zip(names, self._parameters.logarithmic, strict=True) if ratio):
@@ -193,7 +193,7 @@ class LawParameters:
         """The law with these free numbers; an InputError where they make no law."""
         document = json.loads(self._document)
         for name, number in self._parameters.values(self._raw(numbers)).items():
-            _put(document, self._places[name], number)
+            _put(document, self._pointers[name], number)
         return self._kind.from_dict(document, self._kind.__name__)
 
     def _raw(self, numbers: Array) -> Array:

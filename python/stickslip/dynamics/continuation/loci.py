@@ -148,13 +148,13 @@ def locus(
             raise InputError(f"locus: the point is not found again in two parameters: {error}") from None
         walked = 0
 
-        def told(points: int) -> None:
+        def notify(points: int) -> None:
             if progress is not None:
                 progress(walked + points, 2 * most)
 
         halves = []
         for sign in (-1.0, 1.0):
-            halves.append(_half(replace(start, direction=sign * start.direction), family, most, told))
+            halves.append(_half(replace(start, direction=sign * start.direction), family, most, notify))
             walked += most
     rows = np.array(halves[0][::-1] + halves[1][1:])
     curve.values, curve.x_min, curve.x_max = rows[:, :2], rows[:, 2], rows[:, 3]
@@ -164,12 +164,12 @@ def locus(
 _Row = tuple[float, float, float, float]
 
 
-def _half(point: Point, family: Family, most: int, told: Callable[[int], None]) -> list[_Row]:
+def _half(point: Point, family: Family, most: int, notify: Callable[[int], None]) -> list[_Row]:
     """One way along the curve until a bound or another boundary."""
     rows = [_row(point)]
     step = 0.01
     while len(rows) < most and step >= _SMALLEST:
-        told(len(rows))
+        notify(len(rows))
         try:
             ahead = stepped(point, point.here.forcing_periods, family, step)
         except Lost:

@@ -166,19 +166,19 @@ def _through_nodes(
     """A curve that is linear in the forces at its nodes, of which each sample has its `weights`."""
     values = np.maximum(np.linalg.lstsq(weights, force, rcond=None)[0], 0.0)
     free = [*(f"nodes[{i}].force" for i in range(len(nodes))), *free]
-    notes, ties = [], {}
+    notes, constraints = [], {}
     if len(evidence.rows) >= 2:
         top = max(evidence.break_away, float(values[0]))
         free.append("break_away")
     else:
         top = float(values[0])
-        ties["break_away"] = "nodes[0].force"
+        constraints["break_away"] = "nodes[0].force"
         notes.append(
             "The records hold no break-away, so the break-away force was set to the kinetic force at w = 0, which is an "
             "extrapolation."
         )
     pairs = tuple((float(w), float(f)) for w, f in zip(nodes, values, strict=True))
-    return Guess(law(nodes=pairs, break_away=top), free, ties=ties, notes=notes)
+    return Guess(law(nodes=pairs, break_away=top), free, constraints=constraints, notes=notes)
 
 
 GUESSES: dict[type[Law], Callable[[Evidence], Guess]] = {

@@ -219,14 +219,14 @@ def fit_static_friction(friction: Any) -> StaticFriction:
                 "force are left out; give the drop of each break-away."
             )
     rows = rows.assign(used=rows["force"] - rows["level"] + level if relative else rows["force"])
-    ties = tied(rows)
-    fits = _fits(rows, level, rates_differ=not ties)
+    constraints = tied(rows)
+    fits = _fits(rows, level, rates_differ=not constraints)
     chosen, sentence = _choose(fits)
     notes = [
         *notes,
         sentence,
         *_unlike(rows, fits),
-        *ties,
+        *constraints,
         *loading_line(rows, fits),
         *drift(rows, fits),
         *threshold(rows),
