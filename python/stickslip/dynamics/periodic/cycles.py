@@ -41,8 +41,9 @@ class PeriodicOrbit:
     period : its time T; `forcing_periods` says how many periods of the forcing that is (0 without forcing).
     multipliers : Floquet multipliers, complex, the largest first; an autonomous orbit has a 1 for the shift in time, and a
         stick brings a 0 (the direction it forgets).
-    stable : whether all but the 1 of an autonomous orbit lie inside the unit circle.
-    marginal : whether the largest of these has size 1 within 1e-9, so that neither is decided by it.
+    stable : whether all but the 1 of an autonomous orbit lie inside the unit circle; None where the orbit is marginal.
+    marginal : whether the largest of these has size 1, so that neither is decided by it: within 1e-9, or because the orbit
+        is a multiple root of the return map, as at the edge of a continuum of orbits, and known only to a root of rounding.
     residual : end minus start, the largest relative to the motion; `rounds` of Newton's method it took.
     state : t, x, v where the section is, at the event `section`; of a system x and v are of shape (n,).
     events : kinds of the endings of its phases, in order.
@@ -66,12 +67,12 @@ class PeriodicOrbit:
     @property
     def marginal(self) -> bool:
         """Whether small disturbances neither grow nor decay, as around a centre."""
-        return abs(self.largest - 1) < _MARGINAL
+        return self.closed.multiple or abs(self.largest - 1) < _MARGINAL
 
     @property
-    def stable(self) -> bool:
-        """Whether small disturbances decay."""
-        return self.largest < 1 and not self.marginal
+    def stable(self) -> bool | None:
+        """Whether small disturbances decay; None where they neither decay nor grow."""
+        return None if self.marginal else self.largest < 1
 
     @property
     def state(self) -> tuple[float, Any, Any]:
@@ -144,13 +145,18 @@ def one_period(closed: Return, period: float) -> Orbit:
         ]
     )
     kinds = [_core.KINDS.index(kind) for kind in kinds_of(sequence)]
-    missing = np.full(len(kinds), np.nan)
-    force = system.stiffness * states[1:, 1] * missing
-    sticking = np.where(stuck, closed.durations, np.nan)
-    contact = np.zeros(len(kinds))
-    table = np.column_stack(
-        [states[1:, 0] - t0, kinds, contact, states[1:, 1], states[1:, 2], force, sticking, missing]
+    times, x, v = states[1:, 0] - t0, states[1:, 1], states[1:, 2]
+    angles = [harmonic.frequency * times + harmonic.phase for harmonic in system.harmonics]
+    driven = sum((f.amplitude * np.cos(a) for f, a in zip(system.harmonics, angles, strict=True)), np.zeros(len(kinds)))
+    rate = system.stiffness * v + sum(
+        f.amplitude * f.frequency * np.sin(a) for f, a in zip(system.harmonics, angles, strict=True)
     )
+    # Just before the event: what holds the mass, or what the line of friction says.
+    direction = sequence.phases[:, 0]
+    line = direction * states[:-1, 3] + states[:-1, 4] * (system.drive_velocity - v)
+    force = np.where(stuck | held, system.stiffness * x + system.damping * v - driven, line)
+    sticking, loading = (np.where(stuck, column, np.nan) for column in (closed.durations, np.sign(force) * rate))
+    table = np.column_stack([times, kinds, np.zeros(len(kinds)), x, v, force, sticking, loading])
     core = _core.Orbit.restore(
         system.core,
         ([float(sequence.start[1])], [float(sequence.start[2])], period, 10_000_000),
@@ -327,7 +333,10 @@ def amplitude(cycle: PeriodicOrbit) -> float:
 
 def finished(closed: Return, rounds: int) -> PeriodicOrbit:
     """A closed orbit as a result, its consistency checked."""
-    here = closed if len(closed.tests) else return_of(closed.sequence, closed.forcing_periods, tests=True)
+    here = closed
+    if not len(here.tests):
+        tested = return_of(closed.sequence, closed.forcing_periods, tests=True)
+        here = replace(tested, multiple=closed.multiple)
     reason = inconsistency(here)
     if reason is not None:
         raise InputError(
