@@ -53,6 +53,10 @@ def forcing_period(system: Oscillator | System) -> float | None:
     raise InputError(f"periodic_orbit: the forcing has no common period, its frequencies are {frequencies}")
 
 
+class Lost(Exception):
+    """No orbit of this event sequence is found near the guess."""
+
+
 @dataclass(frozen=True)
 class Return:
     """One period of a cycle: the return map at its start, differentiated.
