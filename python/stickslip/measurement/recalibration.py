@@ -161,7 +161,7 @@ def another_drive_velocity(draft: Draft, rig: Rig) -> list[str]:
     if not rigid:
         slope = stick_slope(draft.time, draft.extension, draft.weight, draft.flanks, draft.presmoothed, speed)
     stated = draft.oscillator.drive_velocity
-    if slope is None or abs(slope.value / stated - 1) <= most_mistaken(rig):
+    if slope is None or slope.value <= 0 or abs(slope.value / stated - 1) <= most_mistaken(rig):
         return []
     slow = _slow_if_stuck(replace(draft, rigid=rigid), slope.value, trial)
     if slow is None or slow < MOSTLY_SLOW:

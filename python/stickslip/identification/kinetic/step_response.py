@@ -19,6 +19,7 @@ from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.law_parameters import places
 from stickslip.identification.records import opened
 from stickslip.laws.law import save_law
+from stickslip.laws.numbers import units_of
 from stickslip.laws.rate_state import RateState
 
 Array = npt.NDArray[np.float64]
@@ -97,4 +98,4 @@ def save_rate_and_state(
     """Write the law file of a fit to steps of the speed: what the law has not, the machine's stiffness, is in its source."""
     of_law = [name for name in covariance.index if name in places(law)]
     values = {"values": parameters["value"].to_dict(), "errors": parameters["error"].to_dict()}
-    return save_law(path, law, covariance.loc[of_law, of_law], {**values, **source})
+    return save_law(path, law, covariance.loc[of_law, of_law], {**values, **source}, units_of(law, "1"))
