@@ -15,9 +15,9 @@ from stickslip.identification.estimator.uncertainty import recurrence
 from stickslip.identification.guesses.evidence import Evidence
 from stickslip.identification.guesses.first_guess import first_guess
 from stickslip.identification.kinetic.motion import Motion
-from stickslip.identification.law_parameters import value
 from stickslip.identification.records import read_records
 from stickslip.identification.static.break_away import break_away_rows
+from stickslip.laws.numbers import value
 from stickslip.measurement import Rig
 
 #: The paper's law with one f_s(0), whatever the force rate.
@@ -39,7 +39,9 @@ def records(found, noise, seed, step=0.1):
 def covered(law, velocities, repetitions, **options):
     """How often each interval holds the truth, and the stated over the observed standard error."""
     motions = orbits(law, velocities)
-    tables = [identify(records(motions, 0.01, seed), law=type(law), **options).parameters for seed in range(repetitions)]
+    tables = [
+        identify(records(motions, 0.01, seed), law=type(law), **options).parameters for seed in range(repetitions)
+    ]
     hits = {
         name: sum(t.loc[name, "low"] <= value(law, name) <= t.loc[name, "high"] for t in tables)
         for name in tables[0].index

@@ -23,9 +23,10 @@ from stickslip.identification.estimator.uncertainty import (
     variance_inflation,
 )
 from stickslip.identification.kinetic.motion import WITH_MEMORY, Motion
-from stickslip.identification.law_parameters import numbers, parameters_of_law, value, with_values
+from stickslip.identification.law_parameters import parameters_of_law
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import Coulomb, Law
+from stickslip.laws.numbers import numbers, value, with_values
 from stickslip.laws.state_law import StateLaw
 
 Array = npt.NDArray[np.float64]
