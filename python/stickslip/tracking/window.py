@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.tracking.doubts import CLEAR
-from stickslip.tracking.finding.blobs import look, look_near
-from stickslip.tracking.finding.detections import Array, Detections
+from stickslip.tracking.finding.blobs import find_blobs, look_near
+from stickslip.tracking.finding.detections import Detections
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.video.source import Picture
 
@@ -63,8 +63,8 @@ class _Spot:
 class Watch:
     """Detections of picture after picture, in order.
 
-    A spot is looked for in a window around where its last velocity takes it, cut at the heights of the last whole
-    picture. The whole picture is looked at in the beginning and every `LONGEST` pictures. Where that shows a rival of the
+    A spot is looked for in a window around where its last velocity takes it, cut at half its
+    contrast. The whole picture is looked at in the beginning and every `LONGEST` pictures. Where that shows a rival of the
     markers that was not there, the pictures since the last whole one are looked at again as a whole. Where a spot is not
     found again as it was, they are too, and all that follow: what a lost marker may be mistaken for must be known.
 
@@ -72,7 +72,7 @@ class Watch:
     ----------
     response : from a picture to its response map.
     count : markers that are wanted.
-    size, threshold, level, opening : as for :func:`stickslip.tracking.finding.blobs.look`.
+    size, threshold, level, opening, black : as for :func:`stickslip.tracking.finding.blobs.find_blobs`.
     windows : False: look at whole pictures only.
     """
 
@@ -82,16 +82,17 @@ class Watch:
     threshold: float | None = None
     level: float | None = None
     opening: int = 0
+    black: float | None = None
     windows: bool = True
 
     def __call__(self, pictures: Iterator[Picture | None]) -> Iterator[tuple[Detections, bool]]:
         """Detections of each picture, none of one that cannot be read, and whether all of it was looked at."""
         followed: list[_Spot] = []
-        known, heights, windows = Detections.of([]), np.zeros(0), self.windows
+        known, windows = Detections.of([]), self.windows
         waiting: list[tuple[Picture | None, Detections]] = []
         for picture in pictures:
             due = picture is not None and len(waiting) >= min(LONGEST, KEPT // picture.nbytes)
-            near = self._near(picture, followed, heights) if picture is not None and windows and not due else None
+            near = self._near(picture, followed) if picture is not None and windows and not due else None
             if near is not None and picture is not None:
                 followed = near
                 rows = Detections.joined([spot.row for spot in followed])
@@ -102,7 +103,7 @@ class Watch:
                 continue
             # what a marker may be mistaken for where it is lost shows in whole pictures only
             lost = windows and bool(followed) and not due
-            found, heights = self._look(picture)
+            found = self._look(picture)
             followed, new = self._rivals(found, followed, known)
             yield from self._settled(waiting, new or lost)
             windows = windows and not lost
@@ -114,15 +115,16 @@ class Watch:
         self, waiting: list[tuple[Picture | None, Detections]], again: bool
     ) -> Iterator[tuple[Detections, bool]]:
         for picture, found in waiting:
-            yield (self._look(picture)[0], True) if again and picture is not None else (found, picture is None)
+            yield (self._look(picture), True) if again and picture is not None else (found, picture is None)
 
-    def _look(self, picture: Picture) -> tuple[Detections, Array]:
-        return look(
+    def _look(self, picture: Picture) -> Detections:
+        return find_blobs(
             self.response(picture),
             size=self.size,
             threshold=self.threshold,
             level=self.level,
             opening=self.opening,
+            black=self.black,
         )
 
     def _rivals(self, found: Detections, before: list[_Spot], known: Detections) -> tuple[list[_Spot], bool]:
@@ -143,7 +145,7 @@ class Watch:
                 spots.append(spot)
         return spots if self.count <= len(spots) <= self.count * (1 + MOST_RIVALS) else [], new
 
-    def _near(self, picture: Picture, followed: list[_Spot], heights: Array) -> list[_Spot] | None:
+    def _near(self, picture: Picture, followed: list[_Spot]) -> list[_Spot] | None:
         """The followed spots in this picture; None where one of them is not found as it was, or none is followed."""
         found = []
         for spot in followed:
@@ -157,12 +159,12 @@ class Watch:
                 return None
             row = look_near(
                 self.response(window),
-                heights,
                 spot.row,
                 (x - left, y - top),
                 size=self.size,
                 level=self.level,
                 opening=self.opening,
+                black=self.black,
             ).moved(left, top)
             if not len(row) or row.score[0] < FAINT * spot.score:
                 return None

@@ -31,7 +31,7 @@ MOST = 80
 
 @dataclass(frozen=True)
 class _Spot:
-    level: int
+    cut: float
     label: int
     area: int
     left: int
@@ -47,30 +47,20 @@ def find_blobs(
     threshold: float | None = None,
     level: float | None = None,
     opening: int = 0,
+    black: float | None = None,
 ) -> Detections:
-    """Compact spots of high response with their centres; see :func:`look`."""
-    return look(picture, size=size, threshold=threshold, level=level, opening=opening)[0]
-
-
-def look(
-    picture: ResponseMap,
-    *,
-    size: float | None = None,
-    threshold: float | None = None,
-    level: float | None = None,
-    opening: int = 0,
-) -> tuple[Detections, Array]:
-    """Compact spots of high response with their centres, and the heights at which the picture was cut.
+    """Compact spots of high response with their centres.
 
     The picture is cut at 16 heights; spots that lie inside each other at successive heights are one blob (as in a
     component tree). Each has its own outline, where the area changes least with the height, so uneven light does no harm.
     The centre is that of the response I above the ground around the blob, a plane (uneven light shifts a dark marker of 12 px
-    by 0.035 px otherwise),
+    by 0.035 px otherwise); the contrast c grows and falls with the light, so where `black` is known it is proportional to
+    the brightness |ground − black| (without that, light that falls by 10 % over 200 px shifts a marker of 20 px by 0.008 px),
 
-        x_c = Σ x_i g_i / Σ g_i,   g_i = clip(½ + s ((I_i − ground)/(crown − ground) − ½), 0, 1),
+        x_c = Σ x_i g_i / Σ g_i,   g_i = clip(½ + s ((I_i − ground_i)/c_i − ½), 0, 1),   c = crown − ground,
 
     s = 1 up to 12 px of diameter and 2 from 24 px on (then only the rim is weighed, not the face's texture), and its
-    standard error that of the picture's noise σ around the blob, σ_x = s σ/(crown − ground) √Σ(x_i − x_c)² / Σ g_i, the
+    standard error that of the picture's noise σ around the blob, σ_x = s σ/c √Σ(x_i − x_c)² / Σ g_i, the
     sum under the root over the rim where 0 < g_i < 1.
 
     Parameters
@@ -81,10 +71,11 @@ def look(
     threshold : least contrast in grey levels; default a sixth of the picture's range.
     level : cut only here; for a body whose outline is known to be at that response.
     opening : thin things (strings, rims) narrower than this many px are taken off the blobs first.
+    black : the response of what reflects no light: 255 of a map for dark markers, 0 for bright ones; None: not known.
 
     Returns
     -------
-    Detections, n >= 0, and the heights.
+    Detections, n >= 0.
 
     Limits: a marker must be roughly as wide as it is high (up to 1:4, for motion blur), and its contrast must exceed the
     noise about five times.
@@ -96,70 +87,64 @@ def look(
     work = _smoothed(picture, size, opening)
     low, top = (float(value) for value in np.percentile(work[:: max(1, high // 400)], [0.5, 100]))
     if top - low < 6:
-        return Detections.of([]), np.zeros(0)
+        return Detections.of([])
     step = (top - low) / (LEVELS + 1)
     least_levels = LEAST_LEVELS if threshold is None else max(1, round(threshold / step))
     heights: Array = np.array([level], float) if level is not None else low + step * np.arange(1.0, LEVELS + 1)
     chains = _chains(cv2, work, heights, smallest, largest, least_levels if level is None else 1)
-    rows = _rows(picture, work, chains, heights, level, size)
+    spots = [_outline(chain) for chain in sorted(chains, key=len, reverse=True)[:MOST]]
+    rows = [row for spot in spots if (row := _centre(cv2, picture, work, spot, level, size, black)) is not None]
     found = Detections.of([row for row in rows if threshold is None or row[5] >= threshold])
-    return _one_each(found), heights
+    return _one_each(found)
 
 
 def look_near(
     picture: ResponseMap,
-    heights: Array,
     like: Detections,
     place: tuple[float, float],
     *,
     size: float | None = None,
     level: float | None = None,
     opening: int = 0,
+    black: float | None = None,
 ) -> Detections:
     """The one spot that was seen before, in a small window around where it is expected.
 
-    The window is cut at the heights of the whole picture, so that outline, centre, errors and score are those of
-    :func:`look`.
+    The window is cut once, half of the spot's contrast below its crown, which must stand out most in it.
 
     Parameters
     ----------
     picture : the window.
-    heights : of the whole picture.
     like : its last detection, one row.
     place : where it is expected, in px of the window.
-    size, level, opening : as for :func:`look`.
+    size, level, opening, black : as for :func:`find_blobs`.
 
     Returns
     -------
     Detections, one row; none where nothing alike lies whole in the window.
     """
+    cv2 = vision()
     work = _smoothed(picture, size, opening)
-    if level is None:
-        # the noise of its crown moves the heights from picture to picture, as it does in whole ones
-        ground = heights[0] - (heights[1] - heights[0])
-        heights = ground + (float(work.max()) - ground) / (LEVELS + 1) * np.arange(1.0, LEVELS + 1)
     usual = math.pi / 4 * float(like.size[0]) ** 2
-    least = LEAST_LEVELS if level is None else 1
-    chains = _chains(vision(), work, heights, usual / 4, min(4 * usual, 0.5 * picture.size), least)
-    found = _one_each(Detections.of(_rows(picture, work, chains, heights, level, size)))
-    ratio = found.size / like.size[0]
-    found = found.take(np.flatnonzero((ratio < ALIKE) & (ratio > 1 / ALIKE) & ~found.cut_x & ~found.cut_y))
-    nearest = np.argsort(np.hypot(found.x - place[0], found.y - place[1]))[:1]
-    return found.take(nearest)
-
-
-def _rows(
-    picture: ResponseMap,
-    work: npt.NDArray[np.uint8],
-    chains: list[list[_Spot]],
-    heights: Array,
-    level: float | None,
-    size: float | None,
-) -> list[tuple[float, ...]]:
-    """Centres of the spots that stand out most."""
-    spots = [_outline(chain) for chain in sorted(chains, key=len, reverse=True)[:MOST]]
-    rows = [_centre(vision(), picture, work, spot, heights, level, size) for spot in spots]
-    return [row for row in rows if row is not None]
+    if level is None:
+        middle = work.size - round(0.5 * usual)
+        height = float(np.partition(work, middle, axis=None)[middle]) - 0.5 * float(like.contrast[0])
+    else:
+        height = level
+    _, _, stats, centroids = cv2.connectedComponentsWithStats((work > height).view(np.uint8), connectivity=8, ltype=4)
+    apart = np.hypot(centroids[:, 0] - place[0], centroids[:, 1] - place[1])
+    area = stats[:, 4]
+    for label in np.argsort(apart):
+        if label == 0 or not usual / ALIKE**2 < area[label] < usual * ALIKE**2:
+            continue
+        spot = _Spot(height, int(label), int(area[label]), *(int(value) for value in stats[label, :4]))
+        row = _centre(cv2, picture, work, spot, level, size, black)
+        found = Detections.of([] if row is None else [row])
+        alike = len(found) and 1 / ALIKE < found.size[0] / like.size[0] < ALIKE
+        if alike and not (found.cut_x[0] or found.cut_y[0]):
+            return found
+        break
+    return Detections.of([])
 
 
 def _smoothed(picture: ResponseMap, size: float | None, opening: int) -> npt.NDArray[np.uint8]:
@@ -198,7 +183,7 @@ def _chains(
         good = (area >= smallest) & (area <= largest) & (area >= 0.45 * box) & (narrow >= 0.25)
         good[0] = False
         spots = {
-            int(label): _Spot(level, int(label), int(area[label]), *(int(value) for value in stats[label, :4]))
+            int(label): _Spot(float(heights[level]), int(label), int(area[label]), *(int(value) for value in stats[label, :4]))
             for label in np.flatnonzero(good)
         }
         parents: dict[int, list[list[_Spot]]] = {}
@@ -238,19 +223,29 @@ def _outline(chain: list[_Spot]) -> _Spot:
     return chain[1 + int(np.argmin(growth + 0.3 * middle))]
 
 
-def _tilt(window: Array, around: npt.NDArray[np.bool_], ground: float, contrast: float) -> Array:
+def _median(values: Array) -> float:
+    """The upper median, without what a general one costs."""
+    middle = values.size // 2
+    return float(np.partition(values, middle)[middle])
+
+
+def _tilt(window: Array, around: npt.NDArray[np.bool_], ground: float, spread: float, contrast: float) -> Array:
     """How much the light falls off across the window: the plane through what is around the blob, less its middle.
 
     Zero where that is no even ground but holds edges or texture.
     """
-    spread = 1.4826 * float(np.median(np.abs(window[around] - ground)))
     plain = around & (np.abs(window - ground) <= 3 * spread + 1)
-    if spread > EVEN * contrast or plain.sum() < 0.95 * around.sum():
+    rows, columns = np.nonzero(plain)
+    if spread > EVEN * contrast or len(rows) < 0.95 * np.count_nonzero(around):
         return np.zeros_like(window)
-    places = np.moveaxis(np.indices(window.shape, float), 0, -1)
-    places -= places[around].mean(axis=0)
-    slopes = np.linalg.lstsq(places[plain], window[plain] - np.mean(window[plain]), rcond=None)[0]
-    return np.asarray(places @ slopes)
+    y, x, bright = (values - values.mean() for values in (rows, columns, window[plain]))
+    xx, yy, xy, xb, yb = x @ x, y @ y, x @ y, x @ bright, y @ bright
+    determinant = xx * yy - xy * xy
+    if determinant <= 0:
+        return np.zeros_like(window)
+    right, down = (xb * yy - yb * xy) / determinant, (yb * xx - xb * xy) / determinant
+    high, wide = window.shape
+    return np.asarray(down * (np.arange(high) - rows.mean())[:, None] + right * (np.arange(wide) - columns.mean()))
 
 
 def _centre(
@@ -258,9 +253,9 @@ def _centre(
     picture: ResponseMap,
     work: npt.NDArray[np.uint8],
     half: _Spot,
-    heights: npt.NDArray[np.float64],
     level: float | None,
     wanted: float | None,
+    black: float | None,
 ) -> tuple[float, ...] | None:
     high, wide = picture.shape
     reach = min(6, 2 + math.ceil(0.12 * math.sqrt(half.area)))
@@ -268,7 +263,7 @@ def _centre(
     left, right = max(0, half.left - ring), min(wide, half.left + half.width + ring)
     top, bottom = max(0, half.top - ring), min(high, half.top + half.height + ring)
     window = picture[top:bottom, left:right].astype(np.float64)
-    cut = (work[top:bottom, left:right] > heights[half.level]).view(np.uint8)
+    cut = (work[top:bottom, left:right] > half.cut).view(np.uint8)
     _, labels = cv2.connectedComponents(cut)
     counts = np.bincount(
         labels[half.top - top : half.top - top + half.height, half.left - left : half.left - left + half.width].ravel()
@@ -285,14 +280,18 @@ def _centre(
     if around.sum() < 12:
         return None
     inside = core.astype(bool)
-    ground = float(np.median(window[around]))
-    crown = float(np.median(window[inside]))
-    contrast = crown - ground
+    ground = _median(window[around])
+    contrast = _median(window[inside]) - ground
     if contrast <= 0:
         return None
     steep = float(np.clip(math.sqrt(half.area) / 12, 1, 2))
-    middle = ground + 0.5 * contrast if level is None else level
-    share = np.clip(0.5 + steep * (window - middle - _tilt(window, around, ground, contrast)) / contrast, 0, 1)
+    spread = 1.4826 * _median(np.abs(window[around] - ground))
+    tilt = _tilt(window, around, ground, spread, contrast)
+    bright = math.nan if black is None else ground - black
+    # what reflects little says little of the light
+    here = contrast * (1 + tilt / bright) if abs(bright) > 0.5 * contrast else contrast
+    middle = ground + 0.5 * here if level is None else level
+    share = np.clip(0.5 + steep * (window - tilt - middle) / here, 0, 1)
     share[~near | (others & ~inside)] = 0
     share[share < 0.1] = 0  # the ground's noise far from the centre weighs most
     weight = float(share.sum())
@@ -304,7 +303,6 @@ def _centre(
         float((a * b * shares).sum() / weight)
         for a, b in ((columns - x, columns - x), (rows - y, rows - y), (columns - x, rows - y))
     )
-    spread = 1.4826 * float(np.median(np.abs(window[around] - ground)))
     noise = math.hypot(max(spread, 0.3), 1 / math.sqrt(12))
     rim = shares < 0.98
     rough = steep * noise / (contrast * weight)
