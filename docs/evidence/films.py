@@ -126,7 +126,9 @@ def disc(x: Array, y: Array, radius: float, blur: float) -> Array:
 def strip(x: Array, y: Array, wide: float, high: float, blur: float) -> Array:
     """A rectangle of half sides wide and high, as :func:`disc`."""
     soft = math.sqrt(2 * (blur**2 + 1 / 12))
-    sides = [0.25 * (erf((half + at) / soft) + 1) * (erf((half - at) / soft) + 1) for at, half in ((x, wide), (y, high))]
+    sides = [
+        0.25 * (erf((half + at) / soft) + 1) * (erf((half - at) / soft) + 1) for at, half in ((x, wide), (y, high))
+    ]
     return np.asarray(sides[0] * sides[1])
 
 
@@ -136,7 +138,9 @@ def part(wanted: npt.NDArray[np.bool_]) -> tuple[slice, slice]:
     return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
 
-def spot(bright: Array, u: Array, v: Array, at: Array, ground: float, radius: float, contrast: float, blur: float) -> None:
+def spot(
+    bright: Array, u: Array, v: Array, at: Array, ground: float, radius: float, contrast: float, blur: float
+) -> None:
     """A resting dot on a light disc, drawn into a picture."""
     near = part(np.hypot(u - at[0], v - at[1]) < ground + 6)
     x, y = u[near] - at[0], v[near] - at[1]
@@ -223,7 +227,9 @@ class Film:
                 stream.options = {"qmin": str(scene.quality), "qmax": str(scene.quality)}
             else:
                 options = {"qp": "0"} if scene.quality == 0 else {"crf": str(scene.quality)}
-                stream = container.add_stream("libx264", rate=Fraction(scene.rate), options={"preset": "fast", **options})
+                stream = container.add_stream(
+                    "libx264", rate=Fraction(scene.rate), options={"preset": "fast", **options}
+                )
                 stream.pix_fmt = "gray" if scene.quality == 0 else "yuv420p"
             stream.width, stream.height = scene.width, scene.height
             stream.time_base = stream.codec_context.time_base = clock

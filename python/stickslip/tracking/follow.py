@@ -225,9 +225,8 @@ def _finder(setup: Setup, first: Picture, name: str) -> Finder:
             level=level,
             opening=setup.opening,
             black={"dark": 255.0, "bright": 0.0}.get(setup.marker),
-            # one that is chosen by its place or its way may be fainter than others, and of several each may be mistaken for
-            # what windows do not show
-            windows=setup.count == 1 and setup.start is None and not setup.moving,
+            # one that is chosen by its place or its way may be fainter than others
+            windows=setup.start is None and not setup.moving,
         )
     if setup.finder == "fiducial":
         check_dictionary(setup.dictionary)

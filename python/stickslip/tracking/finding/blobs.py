@@ -25,6 +25,12 @@ EVEN = 0.08
 ALIKE = 1.5
 """Diameters of one spot in successive pictures differ by less than this factor."""
 
+DEPTHS = (0.5, 0.3, 0.7)
+"""Shares of its contrast below its crown at which a spot that is known is cut out."""
+
+SAME = 0.9
+"""One that has this share of its last score is the same, and not looked for at another depth."""
+
 MOST = 80
 """Of a crowded picture no more spots than this are looked at closely, those that stand out most."""
 
@@ -110,7 +116,8 @@ def look_near(
 ) -> Detections:
     """The one spot that was seen before, in a small window around where it is expected.
 
-    The window is cut once, half of the spot's contrast below its crown, which must stand out most in it.
+    The window is cut half of the spot's contrast below its crown, which must stand out most in it, and higher or lower where
+    something beside it runs into the spot.
 
     Parameters
     ----------
@@ -123,28 +130,46 @@ def look_near(
     -------
     Detections, one row; none where nothing alike lies whole in the window.
     """
-    cv2 = vision()
     work = _smoothed(picture, size, opening)
-    usual = math.pi / 4 * float(like.size[0]) ** 2
+    cuts = [level]
     if level is None:
-        middle = work.size - round(0.5 * usual)
-        height = float(np.partition(work, middle, axis=None)[middle]) - 0.5 * float(like.contrast[0])
-    else:
-        height = level
-    _, _, stats, centroids = cv2.connectedComponentsWithStats((work > height).view(np.uint8), connectivity=8, ltype=4)
-    apart = np.hypot(centroids[:, 0] - place[0], centroids[:, 1] - place[1])
-    area = stats[:, 4]
-    for label in np.argsort(apart):
-        if label == 0 or not usual / ALIKE**2 < area[label] < usual * ALIKE**2:
-            continue
-        spot = _Spot(height, int(label), int(area[label]), *(int(value) for value in stats[label, :4]))
-        row = _centre(cv2, picture, work, spot, level, size, black)
-        found = Detections.of([] if row is None else [row])
-        alike = len(found) and 1 / ALIKE < found.size[0] / like.size[0] < ALIKE
-        if alike and not (found.cut_x[0] or found.cut_y[0]):
-            return found
-        break
-    return Detections.of([])
+        middle = work.size - round(0.125 * math.pi * float(like.size[0]) ** 2)
+        crown = float(np.partition(work, middle, axis=None)[middle])
+        cuts = [crown - share * float(like.contrast[0]) for share in DEPTHS]
+    best = Detections.of([])
+    for cut in cuts:
+        found = _spot_at(picture, work, cut, like, place, level, size, black)
+        if len(found) and (not len(best) or found.score[0] > best.score[0]):
+            best = found
+        if len(best) and best.score[0] > SAME * like.score[0]:
+            break
+    return best
+
+
+def _spot_at(
+    picture: ResponseMap,
+    work: npt.NDArray[np.uint8],
+    cut: float,
+    like: Detections,
+    place: tuple[float, float],
+    level: float | None,
+    size: float | None,
+    black: float | None,
+) -> Detections:
+    """The spot nearest to a place, with the outline at one height; none where it is not like before, or not whole."""
+    cv2 = vision()
+    _, _, stats, middles = cv2.connectedComponentsWithStats((work > cut).view(np.uint8), connectivity=8, ltype=4)
+    usual = math.pi / 4 * float(like.size[0]) ** 2
+    alike = (stats[:, 4] > usual / ALIKE**2) & (stats[:, 4] < usual * ALIKE**2)
+    alike[0] = False
+    if not alike.any():
+        return Detections.of([])
+    label = int(np.argmin(np.where(alike, np.hypot(middles[:, 0] - place[0], middles[:, 1] - place[1]), np.inf)))
+    left, top, wide, high, area = (int(value) for value in stats[label])
+    row = _centre(cv2, picture, work, _Spot(cut, label, area, left, top, wide, high), level, size, black)
+    found = Detections.of([] if row is None else [row])
+    whole = len(found) and not (found.cut_x[0] or found.cut_y[0])
+    return found if whole and 1 / ALIKE < found.size[0] / like.size[0] < ALIKE else Detections.of([])
 
 
 def _smoothed(picture: ResponseMap, size: float | None, opening: int) -> npt.NDArray[np.uint8]:
@@ -183,7 +208,9 @@ def _chains(
         good = (area >= smallest) & (area <= largest) & (area >= 0.45 * box) & (narrow >= 0.25)
         good[0] = False
         spots = {
-            int(label): _Spot(float(heights[level]), int(label), int(area[label]), *(int(value) for value in stats[label, :4]))
+            int(label): _Spot(
+                float(heights[level]), int(label), int(area[label]), *(int(value) for value in stats[label, :4])
+            )
             for label in np.flatnonzero(good)
         }
         parents: dict[int, list[list[_Spot]]] = {}
@@ -238,14 +265,15 @@ def _tilt(window: Array, around: npt.NDArray[np.bool_], ground: float, spread: f
     rows, columns = np.nonzero(plain)
     if spread > EVEN * contrast or len(rows) < 0.95 * np.count_nonzero(around):
         return np.zeros_like(window)
-    y, x, bright = (values - values.mean() for values in (rows, columns, window[plain]))
+    centre_y, centre_x = rows.sum() / len(rows), columns.sum() / len(columns)
+    y, x, bright = rows - centre_y, columns - centre_x, window[plain] - ground
     xx, yy, xy, xb, yb = x @ x, y @ y, x @ y, x @ bright, y @ bright
     determinant = xx * yy - xy * xy
     if determinant <= 0:
         return np.zeros_like(window)
     right, down = (xb * yy - yb * xy) / determinant, (yb * xx - xb * xy) / determinant
     high, wide = window.shape
-    return np.asarray(down * (np.arange(high) - rows.mean())[:, None] + right * (np.arange(wide) - columns.mean()))
+    return np.asarray(down * (np.arange(high) - centre_y)[:, None] + right * (np.arange(wide) - centre_x))
 
 
 def _centre(
@@ -294,20 +322,16 @@ def _centre(
     share = np.clip(0.5 + steep * (window - tilt - middle) / here, 0, 1)
     share[~near | (others & ~inside)] = 0
     share[share < 0.1] = 0  # the ground's noise far from the centre weighs most
-    weight = float(share.sum())
-    rows, columns = np.nonzero(share)
-    shares = share[rows, columns]
-    x = float((columns * shares).sum() / weight)
-    y = float((rows * shares).sum() / weight)
-    xx, yy, xy = (
-        float((a * b * shares).sum() / weight)
-        for a, b in ((columns - x, columns - x), (rows - y, rows - y), (columns - x, rows - y))
-    )
+    along, down = share.sum(axis=0), share.sum(axis=1)
+    weight = float(along.sum())
+    x, y = float(along @ np.arange(len(along))) / weight, float(down @ np.arange(len(down))) / weight
+    columns, rows = np.arange(len(along)) - x, np.arange(len(down)) - y
+    xx, yy, xy = (float(v) / weight for v in (along @ columns**2, down @ rows**2, rows @ share @ columns))
     noise = math.hypot(max(spread, 0.3), 1 / math.sqrt(12))
-    rim = shares < 0.98
+    rim = (share > 0) & (share < 0.98)
     rough = steep * noise / (contrast * weight)
-    x_error = rough * math.sqrt(float(((columns - x)[rim] ** 2).sum()))
-    y_error = rough * math.sqrt(float(((rows - y)[rim] ** 2).sum()))
+    x_error = rough * math.sqrt(float(rim.sum(axis=0) @ columns**2))
+    y_error = rough * math.sqrt(float(rim.sum(axis=1) @ rows**2))
     determinant = max(xx * yy - xy * xy, 1e-12)
     compact = min(1.0, weight / (4 * math.pi * math.sqrt(determinant)))
     wide_axis = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
