@@ -52,7 +52,7 @@ class Scene:
     of a picture's time during which the shutter is open, from its stamp on, `line_time` the delay of each row after the one
     above. `dropped` and `jitter` are the share of pictures that are missing and the scatter of the others' moments in shares
     of their distance; the stamps of the file are right. `finger` and `impostor` are seconds of a finger before the marker
-    and the contrast of a resting dot. `setup` is what a user says of the film.
+    and the contrast of a resting dot.
     """
 
     rate: float = 240.0
@@ -76,7 +76,6 @@ class Scene:
     marks: int = 0
     codec: str = "h264"
     quality: int = 0
-    setup: dict[str, Any] = field(default_factory=dict)
 
 
 def place(moment: npt.ArrayLike) -> Array:
@@ -240,7 +239,6 @@ class Film:
             container.mux(stream.encode())
 
 
-LENS = {"k1": 0.06, "centre": [239.5, 99.5], "radius": 260.0}
 SCENES = {
     "clean": Scene(),
     "noise of 8 grey levels": Scene(noise=8.0),
@@ -256,7 +254,7 @@ SCENES = {
     "one picture in ten dropped": Scene(dropped=0.1),
     "variable stamps": Scene(jitter=0.2),
     "plane tilted by 20 degrees": Scene(tilt=20.0, marks=4),
-    "lens, k1 = 0.06": Scene(k1=0.06, setup={"calibration": {"lens": LENS}}),
+    "lens, k1 = 0.06": Scene(k1=0.06),
     "shutter open for 90 %": Scene(exposure=0.9),
     "finger": Scene(finger=0.5),
     "shake of 1.5 px": Scene(shake=1.5, marks=2),
@@ -275,8 +273,17 @@ def setup_of(scene: Scene, film: Film) -> dict[str, Any]:
         setup |= {"finder": "template", "templates": [[left, round(ROW) - 28, 57, 57]]}
     if scene.shake:
         setup |= {"masses": 1 + scene.marks, "reference": [0, scene.marks]}
-    for name, value in scene.setup.items():
-        setup[name] = setup.get(name, {}) | value if isinstance(value, dict) else value
+    if scene.tilt:  # marks clicked to the pixel
+        clicked = np.rint(film.view.to_pixels(MARKS[: scene.marks])).tolist()
+        flat = (MARKS[: scene.marks] - [(scene.width - 1) / 2, ROW]) * [1, -1] / SCALE + [MIDDLE, 0]
+        setup["calibration"] = {"marks": clicked, "positions": flat.tolist()}
+    if scene.k1:
+        centre = list(film.view.centre)
+        setup["calibration"]["lens"] = {"k1": scene.k1, "centre": centre, "radius": film.view.radius}
+    if scene.exposure:
+        setup["exposure"] = scene.exposure / scene.rate
+    if scene.line_time:
+        setup["line_time"] = scene.line_time
     return setup
 
 
