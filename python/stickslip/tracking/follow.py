@@ -16,6 +16,7 @@ from stickslip.tracking.doubts import CLEAR, TEXTURE, clearness, hidden, remarks
 from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.finding.response_map import response_map
+from stickslip.tracking.finding.subset import Subset
 from stickslip.tracking.finding.template import find_templates
 from stickslip.tracking.linking import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
@@ -231,13 +232,13 @@ def _finder(setup: Setup, first: Picture, name: str) -> Finder:
     if setup.finder == "fiducial":
         check_dictionary(setup.dictionary)
         return _whole(lambda picture: find_fiducials(picture, setup.dictionary, setup.ids))
-    pieces = []
+    pieces: list[Subset] = []
     for x, y, w, h in setup.templates or ():
         if x + w > first.shape[1] or y + h > first.shape[0]:
             raise InputError(
                 f"{name}: the template [{x}, {y}, {w}, {h}] leaves the picture of {first.shape[1]} x {first.shape[0]} px"
             )
-        pieces.append(response_map(first[y : y + h, x : x + w], "bright", setup.channel))
+        pieces.append(Subset(response_map(first[y : y + h, x : x + w], "bright", setup.channel)))
     return _whole(lambda picture: find_templates(response_map(picture, "bright", setup.channel), pieces))
 
 
