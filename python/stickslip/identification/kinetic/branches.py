@@ -16,6 +16,7 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER, minimize
 from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.uncertainty import (
+    clipped_scale,
     cluster_scores,
     correlation_time,
     recurrence,
@@ -299,7 +300,7 @@ def _scales(
         row = np.maximum(np.hypot(stated, inner), floor)
         # Rows whose stated errors are too small or too large for their scatter: believe the scatter.
         if rest.size >= 5:
-            row = np.maximum(row * robust_scale(rest / row), floor)
+            row = np.maximum(row * clipped_scale(rest / row), floor)
         sigma.append(row)
         tau.append(correlation_time(rest / row))
     return sigma, tau
