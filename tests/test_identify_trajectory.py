@@ -75,7 +75,7 @@ def test_intervals_hold_the_truth(name):
 
 
 def test_repetitions_go_on_from_their_file(tmp_path):
-    path, case = tmp_path / "coverage.csv", replace(CASES["StaticKinetic"], drive_velocities=(0.2,), duration=15.0)
+    path, case = tmp_path / "coverage.csv", replace(CASES["StaticKinetic"], drive_velocities=(0.2, 0.3), duration=20.0)
     short = coverage(case, repetitions=1, path=path)
     before = path.read_text()
     told = []
