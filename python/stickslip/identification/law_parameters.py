@@ -12,6 +12,7 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.laws import Law
 from stickslip.laws.facts import Number
 from stickslip.laws.numbers import numbers, pointers, put, value
@@ -96,4 +97,4 @@ class LawParameters:
     def estimate(self, numbers: Array, covariance: Array, freedom: float) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Value, error and 95 % interval by name, and the covariance, from the covariance of the vector."""
         unit = np.outer(self._unit, self._unit)
-        return self._parameters.estimate(self._raw(numbers), covariance * unit, freedom)
+        return estimate(self._parameters, self._raw(numbers), covariance * unit, freedom)

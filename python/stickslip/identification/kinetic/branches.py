@@ -19,6 +19,7 @@ from stickslip.identification.estimator.uncertainty import (
     clipped_scale,
     cluster_scores,
     correlation_time,
+    estimate,
     recurrence,
     robust_scale,
     variance_inflation,
@@ -401,7 +402,7 @@ def _result(
     repeats = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges)
     covariance = covariance * np.sqrt(np.outer(repeats, repeats))
     freedom_of = np.maximum(freedom_of / repeats, 1.0)
-    table, whole = problem.parameters.estimate(numbers, covariance, freedom_of)
+    table, whole = estimate(problem.parameters, numbers, covariance, freedom_of)
     rows = [
         {
             "record": problem.motions[number].record.name,
