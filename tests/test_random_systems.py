@@ -46,6 +46,13 @@ def tabulated(random):
     return ss.laws.Tabulated(table(random, first=growth[0] - 0.1), list(zip(times, growth, strict=True)))
 
 
+def piecewise_polynomial(random):
+    drop, scale, rise = random.uniform(0, 0.6), random.uniform(0.1, 0.6), random.uniform(0.05, 0.3)
+    top, error = random.uniform(0.3, 2.0), random.choice([1e-13, 1e-4])
+    f = lambda w: 0.4 + drop * np.exp(-w / scale) + rise * w  # noqa: E731
+    return ss.laws.smooth_from_function(f, top, break_away=0.4 + drop + random.choice([0.0, 0.3]), error=error)
+
+
 def paper_law(random):
     law = ss.laws.BogaczRyczek()
     if random.random() < 0.5:
@@ -81,6 +88,7 @@ def like_the_example(kind):
 
 LAWS = {name: like_the_example(kind) for name, kind in ss.laws.Law.ALL.items() if not issubclass(kind, StateLaw)} | {
     "PiecewiseLinear": piecewise_linear,
+    "PiecewisePolynomial": piecewise_polynomial,
     "Tabulated": tabulated,
     "TwoBranch": two_branch,
     "BogaczRyczek": paper_law,

@@ -14,6 +14,7 @@ mod force_rate;
 mod logarithmic_dwell;
 mod lorentzian;
 mod piecewise_linear;
+mod piecewise_polynomial;
 mod popp_stelter;
 mod rational;
 mod static_kinetic;
@@ -33,6 +34,7 @@ pub use force_rate::ForceRate;
 pub use logarithmic_dwell::LogarithmicDwell;
 pub use lorentzian::Lorentzian;
 pub use piecewise_linear::PiecewiseLinear;
+pub use piecewise_polynomial::PiecewisePolynomial;
 pub use popp_stelter::PoppStelter;
 pub use rational::Rational;
 pub use static_kinetic::StaticKinetic;
@@ -305,5 +307,6 @@ laws!(
     Tabulated,
     TwoBranch,
     Lorentzian,
-    LogarithmicDwell
+    LogarithmicDwell,
+    PiecewisePolynomial
 );

@@ -82,7 +82,7 @@ impl Model {
         };
         let oscillator: Oscillator = serde_json::from_value(document).map_err(refused)?;
         oscillator.validate()?;
-        if drive.is_none() && !oscillator.law.smooth() && !oscillator.resonates() {
+        if drive.is_none() && oscillator.closed() {
             return Ok(Self::Closed(oscillator));
         }
         let mut system = System::from(&oscillator);

@@ -24,10 +24,12 @@ from stickslip.laws.logarithmic_dwell import LogarithmicDwell as LogarithmicDwel
 from stickslip.laws.lorentzian import Lorentzian as Lorentzian
 from stickslip.laws.lu_gre import LuGre as LuGre
 from stickslip.laws.piecewise_linear import PiecewiseLinear as PiecewiseLinear
+from stickslip.laws.piecewise_polynomial import PiecewisePolynomial as PiecewisePolynomial
 from stickslip.laws.popp_stelter import PoppStelter as PoppStelter
 from stickslip.laws.rate_state import RateState as RateState
 from stickslip.laws.rational import Rational as Rational
 from stickslip.laws.regularised import Regularised as Regularised
+from stickslip.laws.smooth_function import smooth_from_function as smooth_from_function
 from stickslip.laws.static_kinetic import StaticKinetic as StaticKinetic
 from stickslip.laws.tabulated import Tabulated as Tabulated
 from stickslip.laws.tabulation import from_function as from_function

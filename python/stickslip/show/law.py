@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.laws import BogaczRyczek, ForceRate, Law, PiecewiseLinear, Tabulated, TwoBranch, force_along
+from stickslip.laws import (
+    BogaczRyczek,
+    ForceRate,
+    Law,
+    PiecewiseLinear,
+    PiecewisePolynomial,
+    Tabulated,
+    TwoBranch,
+    force_along,
+)
 from stickslip.show.canvas import OKABE_ITO, axes, label
 
 if TYPE_CHECKING:
@@ -130,7 +139,7 @@ def _long_rest(law: Law) -> float:
 
 
 def _reach(law: Law) -> float:
-    if isinstance(law, PiecewiseLinear):
+    if isinstance(law, PiecewiseLinear | PiecewisePolynomial):
         return 1.5 * law.nodes[-1][0]
     tables: tuple[object, ...] = ()
     if isinstance(law, Tabulated):

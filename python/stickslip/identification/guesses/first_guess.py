@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import lagrange
 
 from stickslip.errors import InputError
 from stickslip.identification.guesses.evidence import Evidence, Guess, need_rows
@@ -22,6 +24,7 @@ from stickslip.laws import (
     Law,
     LogarithmicDwell,
     PiecewiseLinear,
+    PiecewisePolynomial,
     StaticKinetic,
 )
 
@@ -29,6 +32,8 @@ Array = npt.NDArray[np.float64]
 
 RATES = 1.5
 """Force rates (10th to 90th percentile) within this ratio say nothing about their effect."""
+DEGREE = 4
+"""Degree of the polynomial that is first laid through a curve of any shape."""
 
 
 def first_guess(kind: type[Law], evidence: Evidence) -> Guess:
@@ -142,22 +147,38 @@ def _piecewise_linear(evidence: Evidence) -> Guess:
     if not (np.diff(nodes) > 0).all():
         raise InputError(f"identify: the slip velocities are too few for {evidence.pieces} pieces; ask for fewer")
     hats = np.stack([np.interp(speed, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
-    values = np.maximum(np.linalg.lstsq(hats, force, rcond=None)[0], 0.0)
-    free = [f"nodes[{i}].force" for i in range(len(nodes))]
-    free += [f"nodes[{i}].slip_velocity" for i in range(1, len(nodes) - 1)]
-    notes, ties = [], {}
+    inner = [f"nodes[{i}].slip_velocity" for i in range(1, len(nodes) - 1)]
+    return _through_nodes(PiecewiseLinear, evidence, nodes, hats, force, inner)
+
+
+def _piecewise_polynomial(evidence: Evidence) -> Guess:
+    speed, force = curve_of(evidence, "PiecewisePolynomial")
+    nodes = 0.5 * float(speed.max()) * (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE))
+    weights = np.stack([lagrange(nodes, unit)(speed) for unit in np.eye(len(nodes))], axis=1)
+    guess = _through_nodes(partial(PiecewisePolynomial, degree=DEGREE), evidence, nodes, weights, force, [])
+    guess.notes.append(f"The curve is one polynomial of degree {DEGREE} up to the highest slip speed.")
+    return guess
+
+
+def _through_nodes(
+    law: Callable[..., Law], evidence: Evidence, nodes: Array, weights: Array, force: Array, free: Sequence[str]
+) -> Guess:
+    """A curve that is linear in the forces at its nodes, of which each sample has its `weights`."""
+    values = np.maximum(np.linalg.lstsq(weights, force, rcond=None)[0], 0.0)
+    free = [*(f"nodes[{i}].force" for i in range(len(nodes))), *free]
+    notes, constraints = [], {}
     if len(evidence.rows) >= 2:
         top = max(evidence.break_away, float(values[0]))
         free.append("break_away")
     else:
         top = float(values[0])
-        ties["break_away"] = "nodes[0].force"
+        constraints["break_away"] = "nodes[0].force"
         notes.append(
             "The records hold no break-away, so the break-away force was set to the kinetic force at w = 0, which is an "
             "extrapolation."
         )
-    law = PiecewiseLinear(nodes=tuple((float(w), float(f)) for w, f in zip(nodes, values, strict=True)), break_away=top)
-    return Guess(law, free, ties=ties, notes=notes)
+    pairs = tuple((float(w), float(f)) for w, f in zip(nodes, values, strict=True))
+    return Guess(law(nodes=pairs, break_away=top), free, constraints=constraints, notes=notes)
 
 
 GUESSES: dict[type[Law], Callable[[Evidence], Guess]] = {
@@ -166,6 +187,7 @@ GUESSES: dict[type[Law], Callable[[Evidence], Guess]] = {
     DwellTime: _dwell_time,
     LogarithmicDwell: _logarithmic_dwell,
     PiecewiseLinear: _piecewise_linear,
+    PiecewisePolynomial: _piecewise_polynomial,
     ForceRate: _force_rate,
     BogaczRyczek: bogacz_ryczek,
     **CURVES,

@@ -118,9 +118,9 @@ def _tabulated(evidence: Evidence) -> Guess:
     if len(evidence.rows) < 2:
         note = "The records hold no break-away, so static friction is the kinetic force at w = 0, an extrapolation."
         law = Tabulated(kinetic, kinetic[0][1])
-        return Guess(law, free, ties={"break_away": "kinetic[0].force"}, notes=[note])
+        return Guess(law, free, constraints={"break_away": "kinetic[0].force"}, notes=[note])
     time = evidence.rows["stick_time"].to_numpy()
-    bears = evidence.rows["force"].to_numpy()
+    limit = evidence.rows["force"].to_numpy()
     low, high = np.quantile(time, [0.1, 0.9])
     if len(evidence.rows) < 5 or high < NARROW_TIMES * low:
         top = max(evidence.break_away, 1.001 * kinetic[0][1])
@@ -128,14 +128,14 @@ def _tabulated(evidence: Evidence) -> Guess:
     # A node at the middle of each third of the stick times, unless it is that of the one before; none below that.
     static = [(0.0, kinetic[0][1])]
     for part in np.array_split(np.argsort(time), 3):
-        at, force_there = float(np.median(time[part])), float(np.median(bears[part]))
+        at, force_there = float(np.median(time[part])), float(np.median(limit[part]))
         if at > NARROW_TIMES * static[-1][0]:
             static.append((at, max(force_there, static[-1][1])))
     note = "The break-away force at stick time 0 was set to the kinetic force at w = 0, which is an extrapolation."
     return Guess(
         Tabulated(kinetic, tuple(static)),
         [*free, *(f"break_away[{i}].force" for i in range(1, len(static)))],
-        ties={"break_away[0].force": "kinetic[0].force"},
+        constraints={"break_away[0].force": "kinetic[0].force"},
         notes=[note],
     )
 
