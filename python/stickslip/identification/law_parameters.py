@@ -48,9 +48,11 @@ def _numbers(law: Law) -> dict[str, tuple[Pointer, Number]]:
         if key == "type" or isinstance(value, str) or law.PARAMETERS[key].choices:
             continue
         pair = law.PARAMETERS[key].numbers
-        if isinstance(value, dict):
+        if isinstance(part := getattr(law, key), Law):
+            found |= {f"{key}.{name}": ((key, *pointer), item) for name, (pointer, item) in _numbers(part).items()}
+        elif isinstance(value, dict):
             # What a table inside the law leaves out, such as the scale of the force rate, has a name all the same.
-            inner = getattr(law, key).PARAMETERS.items()
+            inner = part.PARAMETERS.items()
             found |= {f"{key}.{name}": ((key, name), item.numbers[-1]) for name, item in inner if item.numbers}
         elif not isinstance(value, list):
             found[key] = (key,), pair[-1]

@@ -117,8 +117,10 @@ impl Motion {
                 if rub.holds() {
                     continue;
                 }
-                let size = if frame.smooth[c] {
-                    laws[c].extend(&self.u[c], k, &mut self.grown[c])
+                let size = if frame.is_smooth(c, rub.direction) {
+                    laws[c]
+                        .toward(rub.direction)
+                        .extend(&self.u[c], k, &mut self.grown[c])
                 } else {
                     rub.slope * self.u[c][k] + if k == 0 { rub.offset } else { 0.0 }
                 };
@@ -186,10 +188,6 @@ impl Frame {
     pub(crate) fn response(&self, contact: usize, mass: usize) -> f64 {
         self.response[contact][mass]
     }
-
-    pub(crate) fn is_smooth(&self, contact: usize) -> bool {
-        self.smooth[contact]
-    }
 }
 
 impl Tangent {
@@ -254,7 +252,7 @@ impl Tangent {
                     continue;
                 }
                 let mut force = Lanes::NOTHING;
-                if frame.smooth[c] {
+                if frame.is_smooth(c, rub.direction) {
                     for (j, slope) in slopes[c][..=k].iter().enumerate() {
                         force.add(rub.direction * slope, self.u[c][k - j]);
                     }
