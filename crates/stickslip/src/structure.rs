@@ -92,6 +92,12 @@ impl<L: Checked + DeserializeOwned> Oscillator<L> {
 }
 
 impl Oscillator {
+    /// Whether its motion on a constant drive is in closed form: a law of linear pieces away from undamped resonance.
+    #[must_use]
+    pub fn closed(&self) -> bool {
+        !self.law.smooth() && !self.resonates()
+    }
+
     /// Whether a harmonic meets so faint a damping on one of the pieces its law has from the start that the closed form, which
     /// holds the response of all times, would lose digits: such a motion belongs on a Taylor series.
     #[must_use]

@@ -33,7 +33,7 @@ pub struct Trail {
 /// # Errors
 /// What makes no sense in the oscillator or the run.
 pub fn run(oscillator: &Oscillator, run: Run, go_on: impl FnMut() -> bool) -> Result<Trail, Error> {
-    if oscillator.law.smooth() {
+    if !oscillator.closed() {
         let run = network::Run {
             x0: Some(vec![run.x0]),
             v0: run.v0.map(|v| vec![v]),
@@ -75,7 +75,7 @@ pub fn from(
     max_events: u64,
     go_on: impl FnMut() -> bool,
 ) -> Result<Trail, Error> {
-    if oscillator.law.smooth() {
+    if !oscillator.closed() {
         let system = System::from(oscillator);
         return sequence::from(&system, state, &[phase], duration, max_events, go_on);
     }

@@ -83,6 +83,12 @@ class Document:
     #: Keys that a table must have although the dataclass has a default for them.
     REQUIRED: ClassVar[tuple[str, ...]] = ()
 
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[str, ...]:
+        """Those of which the number `name` may have a unit, where its annotation does not say it."""
+        del name
+        return ()
+
     def __post_init__(self) -> None:
         title = self._title()
         for name, kind in kinds(type(self)).items():
@@ -495,5 +501,10 @@ def kinds(cls: type) -> dict[str, Kind]:
     # Annotations can be read only when all of their modules are there, and not for every document anew.
     if cls not in _KNOWN:
         hints = typing.get_type_hints(cls, include_extras=True)
+        assert issubclass(cls, Document)
+        for name, hint in hints.items():
+            if hint in (float, float | None) and (dimensions := cls.dimensions(name)):
+                number = Annotated[float, Limits(dimensions=dimensions)]
+                hints[name] = number if hint is float else number | None
         _KNOWN[cls] = {item.name: kind_of(hints[item.name]) for item in _items(cls)}
     return _KNOWN[cls]

@@ -29,6 +29,10 @@ COLUMNS = ("x", "v", "a", "slip_velocity", "force", "stuck")
 EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
 
 
+#: The regime of a run whose numbers left their range, by why it stopped: what it did before says nothing.
+OUT_OF_RANGE = {"diverged": "diverged", "not_a_number": "unfinished"}
+
+
 @dataclass(frozen=True)
 class Work:
     """What a run cost: events that occurred and evaluations of the closed-form motion to find them.
@@ -196,7 +200,8 @@ class Orbit:
         -------
         ``"stick_slip"``: adhesion breaks again and again; ``"at_rest"``: stuck throughout; ``"stable_slip"``: slip velocity
         constant within 0.2 % of its size; ``"almost_harmonic"``: it oscillates and keeps its sign; ``"back_and_forth"``: it
-        changes its sign without sticking. The words and their criteria stand in :data:`stickslip.simulation.regimes.REGIMES`.
+        changes its sign without sticking; ``"diverged"`` and ``"unfinished"`` where the numbers left their range. The words
+        and their criteria stand in :data:`stickslip.simulation.regimes.REGIMES`.
 
         Limits: a slow transient near a threshold needs a longer orbit; look at two lengths.
         """
@@ -204,6 +209,8 @@ class Orbit:
             raise InputError(f"regime: transient must lie in [0, 1), got {transient}")
         if not 0 <= contact < self._contacts:
             raise InputError(f"regime: contact must lie from 0 to {self._contacts - 1}, got {contact}")
+        if self.stop in OUT_OF_RANGE:
+            return OUT_OF_RANGE[self.stop]
         start = transient * self.t_end
         times = self.times()
         late = self._all(times[times >= start])

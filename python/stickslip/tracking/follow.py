@@ -16,6 +16,7 @@ from stickslip.tracking.doubts import CLEAR, TEXTURE, clearness, hidden, remarks
 from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.finding.response_map import response_map
+from stickslip.tracking.finding.subset import Subset
 from stickslip.tracking.finding.template import find_templates
 from stickslip.tracking.linking import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
@@ -224,20 +225,20 @@ def _finder(setup: Setup, first: Picture, name: str) -> Finder:
             threshold=setup.threshold,
             level=level,
             opening=setup.opening,
-            # one that is chosen by its place or its way may be fainter than others, and of several each may be mistaken for
-            # what windows do not show
-            windows=setup.count == 1 and setup.start is None and not setup.moving,
+            black={"dark": 255.0, "bright": 0.0}.get(setup.marker),
+            # one that is chosen by its place or its way may be fainter than others
+            windows=setup.start is None and not setup.moving,
         )
     if setup.finder == "fiducial":
         check_dictionary(setup.dictionary)
         return _whole(lambda picture: find_fiducials(picture, setup.dictionary, setup.ids))
-    pieces = []
+    pieces: list[Subset] = []
     for x, y, w, h in setup.templates or ():
         if x + w > first.shape[1] or y + h > first.shape[0]:
             raise InputError(
                 f"{name}: the template [{x}, {y}, {w}, {h}] leaves the picture of {first.shape[1]} x {first.shape[0]} px"
             )
-        pieces.append(response_map(first[y : y + h, x : x + w], "bright", setup.channel))
+        pieces.append(Subset(response_map(first[y : y + h, x : x + w], "bright", setup.channel)))
     return _whole(lambda picture: find_templates(response_map(picture, "bright", setup.channel), pieces))
 
 
@@ -270,11 +271,12 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
     calibration = PIXELS
     if setup.calibration is not None:
         calibration = read_calibration(
-            setup.calibration, setup.folder, float(np.nanmedian(size)), beside=Path(film.name)
+            setup.calibration, setup.folder, float(np.nanmedian(size)), beside=Path(film.name), shape=seen.shape
         )
-    motion = motion_dataset(
-        np.array(seen.times), x, y, x_error, y_error, lost, calibration, source=film.name, frame_rate=film.rate
-    )
+    times = np.array(seen.times)
+    motion = motion_dataset(times, x, y, x_error, y_error, lost, calibration, source=film.name, frame_rate=film.rate)
+    if setup.exposure or setup.line_time:
+        doubts.append(_shutter(motion, setup.exposure or 0.0, setup.line_time or 0.0))
     if setup.names is not None:
         motion = motion.assign_coords(name=("mass", list(setup.names)))
     if setup.reference:
@@ -283,6 +285,33 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
     motion.attrs["setup"] = setup.to_toml()
     motion.attrs["notes"] = [*film.notes, *calibration.notes, *_remarks(motion, calibration, size), *doubts]
     return motion
+
+
+def _shutter(motion: xr.Dataset, exposure: float, line_time: float) -> str:
+    """Give all places the time of the middle of their exposure, as their rows see it; the sentence says what was done.
+
+    The time is that of the first mass, on whose row it is taken; the others are moved along their own way to it, by cubic
+    splines.
+    """
+    from scipy.interpolate import CubicSpline
+
+    rows = motion["y_px"].to_numpy()
+    stamps = motion["time"].to_numpy() + 0.5 * exposure
+    own = stamps[:, None] + line_time * rows
+    height = float(np.nanmedian(rows[:, 0]))
+    common = stamps + line_time * height
+    for name in ("x", "y"):
+        for mass in range(rows.shape[1]):
+            seen = np.flatnonzero(np.isfinite(motion[name].to_numpy()[:, mass]))
+            moments = own[seen, mass]
+            if line_time and len(seen) > 3 and (np.diff(moments) > 0).all():
+                motion[name][seen, mass] = CubicSpline(moments, motion[name].to_numpy()[seen, mass])(common[seen])
+    motion.coords["time"] = ("time", common, motion["time"].attrs)
+    return (
+        f"Times are those of the middle of the exposure, {1e3 * (0.5 * exposure + line_time * height):.4g} ms after the "
+        "stamps, and of row "
+        f"{height:.0f}."
+    )
 
 
 def _hide(lost: np.ndarray, x: Array, y: Array, size: Array) -> None:

@@ -21,7 +21,7 @@ pub(super) struct Question<'a> {
     pub(super) limit: &'a [[f64; 2]],
     /// Friction slip would start with, likewise.
     pub(super) kinetic: &'a [[f64; 2]],
-    /// The relative accelerations that the contacts must make up for to hold.
+    /// The relative accelerations that all contacts must make up for to hold.
     pub(super) wants: Vec<f64>,
     /// The drive velocities of all contacts.
     pub(super) drives: &'a [Series],
@@ -80,25 +80,20 @@ impl Question<'_> {
             } else {
                 toward(self.kinetic[from], grip[from])
             };
-            let force = grip[from] * size;
-            for (to, want) in wants.iter_mut().enumerate() {
-                *want -= self.frame.coupling(place(to), place(from)) * force;
-            }
+            self.frame.relieve(&mut wants, place(from), grip[from] * size);
         }
         let stuck: Vec<usize> = (0..grip.len()).filter(|&row| grip[row] == 0.0).collect();
         let mut load = vec![0.0; grip.len()];
         if !stuck.is_empty() {
             let held = self.frame.held(stuck.iter().map(|&row| place(row)).collect());
-            for (row, force) in stuck.iter().zip(held.forces(|i| wants[stuck[i]])) {
+            for (row, force) in stuck.iter().zip(held.forces(|i| wants[place(stuck[i])])) {
                 load[*row] = force;
             }
             for &from in &stuck {
-                for (to, want) in wants.iter_mut().enumerate() {
-                    *want -= self.frame.coupling(place(to), place(from)) * load[from];
-                }
+                self.frame.relieve(&mut wants, place(from), load[from]);
             }
         }
-        (load, wants)
+        (load, self.zero.iter().map(|&c| wants[c]).collect())
     }
 
     /// The most overloaded of the stuck contacts, with its direction; or a slipping one that would go backwards, with 0.
@@ -107,10 +102,8 @@ impl Question<'_> {
         // Less than what the search for the end of adhesion takes for a limit that was passed.
         const RELIEVED: f64 = 5e-10;
         let (load, left) = self.loads(grip);
-        let size = self
-            .wants
-            .iter()
-            .fold(0.0, |most: f64, want| most.max(want.abs()));
+        let sizes = self.zero.iter().map(|&c| self.wants[c].abs());
+        let size = sizes.fold(0.0, f64::max);
         let mut worst = None;
         let mut most = 1.0 + ROOM;
         for row in (0..grip.len()).filter(|&row| grip[row] == 0.0) {

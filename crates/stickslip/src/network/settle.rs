@@ -95,7 +95,11 @@ impl Loop<'_> {
 
     /// Decide for all contacts with zero slip velocity at once.
     pub(super) fn settle(&mut self, passage: &Passage) {
-        let is_new = |c: usize| passage.arrived.contains(&c);
+        let mut new = vec![false; self.contacts.len()];
+        for &c in &passage.arrived {
+            new[c] = true;
+        }
+        let is_new = |c: usize| new[c];
         let zero: Vec<usize> = (0..self.contacts.len())
             .filter(|&c| self.contacts[c].direction == 0.0 && !passage.starting || is_new(c))
             .collect();
@@ -134,23 +138,26 @@ impl Loop<'_> {
             .collect();
         let mut wants = Vec::new();
         self.motion.wants(&self.frame, &self.x, &self.v, &mut wants);
+        // The place of each among those with zero slip velocity.
+        let mut row_of = vec![None; self.contacts.len()];
+        for (row, &c) in zero.iter().enumerate() {
+            row_of[c] = Some(row);
+        }
         for (c, contact) in self.contacts.iter().enumerate() {
-            if zero.contains(&c) {
+            if row_of[c].is_some() {
                 continue;
             }
             let speed = contact.direction * (self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]));
             let force = contact.friction(self.laws[c], speed.max(0.0));
-            for (to, want) in wants.iter_mut().enumerate() {
-                *want -= self.frame.coupling(to, c) * force;
-            }
+            self.frame.relieve(&mut wants, c, force);
         }
-        let row_of = |c: usize| zero.iter().position(|&other| other == c).unwrap_or(0);
+        let row_of = |c: usize| row_of[c].unwrap_or(0);
         let question = Question {
             frame: &self.frame,
             zero: &zero,
             limit: &limit,
             kinetic: &kinetic,
-            wants: zero.iter().map(|&c| wants[c]).collect(),
+            wants,
             drives: self.motion.drives(),
             still: STILL * self.frame.rate * self.scale,
             released: passage.released.map(|(c, force)| (row_of(c), force.signum())),

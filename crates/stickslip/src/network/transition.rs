@@ -66,6 +66,7 @@ impl Loop<'_> {
     pub(super) fn leave(&mut self, c: usize, end: End, speed: f64) {
         let law = self.laws[c].toward(self.contacts[c].direction);
         let rate = self.rate_if_stuck(c);
+        let follows = self.follows(c);
         let contact = &mut self.contacts[c];
         contact.memory.force_rate = rate;
         contact.sense = 0.0;
@@ -83,8 +84,8 @@ impl Loop<'_> {
         }
         let speed = match end {
             End::Turn { rising } => {
-                // Friction that jumps to another branch takes the slip acceleration with it.
-                contact.turning = apart(law, speed).is_none();
+                // Friction that jumps to another branch takes the slip acceleration with it, unless others give the motion.
+                contact.turning = follows || apart(law, speed).is_none();
                 return self.turn(c, rising, speed);
             }
             End::Low => contact.piece.low,

@@ -226,7 +226,8 @@ impl<'a> Course<'a> {
             })
             .collect();
         for (row, &c) in held.contacts.iter().enumerate() {
-            for (slip, gain) in slip.iter().zip(held.gain(row)) {
+            for &(at, gain) in held.gain(row) {
+                let slip = &slip[at];
                 for i in 0..self.layout.masses {
                     let share = self.frame.response(c, i) * gain;
                     let number = &mut state.numbers[self.layout.v(i)];

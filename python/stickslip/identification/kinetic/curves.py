@@ -19,6 +19,7 @@ from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.uncertainty import (
     correlated_covariance,
     correlation_time,
+    estimate,
     half_width,
     recurrence,
 )
@@ -362,7 +363,7 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
         return None  # two of its terms are one and the same on these rows
     covariance, freedom = _covariance(rows, scaled, rest)
     covariance /= np.outer(size, size)
-    table, _ = Parameters([Parameter(name) for name in names]).estimate(np.array(values), covariance, freedom)
+    table, _ = estimate(Parameters([Parameter(name) for name in names]), np.array(values), covariance, freedom)
     losses = held_back(rows, blank)
     if losses is None:
         return None

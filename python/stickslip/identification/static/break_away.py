@@ -19,7 +19,7 @@ from stickslip.files.documents import write_whole
 from stickslip.identification.estimator.least_squares import OUTLIER, linear, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result
-from stickslip.identification.estimator.uncertainty import correlated_covariance, robust_scale
+from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate, robust_scale
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.static.forms import BY_RATIO, Form, forms
 
@@ -402,7 +402,7 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
     covariance, freedom = correlated_covariance(found.jacobian[order], (residuals / sigma)[order], max(variance, 1e-24))
     numbers = Parameters([Parameter(name, logarithmic=name in BY_RATIO) for name in form.names])
-    table, _ = numbers.estimate(found.vector, covariance, freedom)
+    table, _ = estimate(numbers, found.vector, covariance, freedom)
     scatter = robust_scale(residuals)
     cut = np.minimum(residuals**2, (3 * max(scatter, 1e-300)) ** 2)
     penalty = 2 * (free + 1) * count / max(count - free - 2, 1)

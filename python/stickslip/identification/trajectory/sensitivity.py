@@ -12,9 +12,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.law_parameters import numbers, value, with_values
 from stickslip.identification.result import Identification
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
+from stickslip.laws.numbers import numbers, value, with_values
 from stickslip.simulation.orbit import Orbit
 
 STEP = 1e-3
