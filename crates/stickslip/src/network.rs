@@ -23,7 +23,7 @@ use crate::engine::steps::Step;
 use crate::error::{Error, finite, positive};
 use crate::event::Work;
 use crate::flow::taylor::{Frame, Held, Motion, Rub};
-use crate::law::{End, Law, Memory, Piece};
+use crate::law::{End, Friction, Law, Memory, Piece};
 use crate::mode::Kind;
 use crate::observer::Observer;
 use crate::orbit::Event;
@@ -145,6 +145,11 @@ struct Contact {
 }
 
 impl Contact {
+    /// Friction on its mass at a slip speed, by the law of its direction.
+    fn friction(&self, law: &Law, speed: f64) -> f64 {
+        self.direction * law.toward(self.direction).force(&self.piece, speed)
+    }
+
     /// What it does, as far as the flow cares.
     fn rub(&self) -> Rub {
         let (offset, slope) = if self.direction == 0.0 {

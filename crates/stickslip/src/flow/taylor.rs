@@ -71,7 +71,8 @@ pub(crate) struct Frame {
     moved: Rows<()>,
     forcing: Vec<crate::system::Force>,
     pub(crate) drives: Vec<Drive>,
-    smooth: Vec<bool>,
+    /// Whether the law of a contact is smooth, backward and forward.
+    smooth: Vec<[bool; 2]>,
     /// L without friction.
     pub(crate) rate: f64,
     /// The highest frequency of drives and forces.
@@ -184,8 +185,15 @@ impl Frame {
             moved,
             forcing: system.forcing.clone(),
             drives,
-            smooth: system.contacts.iter().map(|c| c.law.smooth()).collect(),
+            smooth: (system.contacts.iter())
+                .map(|c| [-1.0, 1.0].map(|direction| c.law.toward(direction).smooth()))
+                .collect(),
         }
+    }
+
+    /// Whether the law of a contact is smooth in a direction of slip.
+    pub(crate) fn is_smooth(&self, contact: usize, direction: f64) -> bool {
+        self.smooth[contact][usize::from(direction >= 0.0)]
     }
 
     /// The mass of a contact.
@@ -431,8 +439,10 @@ impl Motion {
                     continue;
                 }
                 self.u[c][k] = rub.direction * w;
-                let size = if frame.smooth[c] {
-                    laws[c].extend(&self.u[c], k, &mut self.grown[c])
+                let size = if frame.is_smooth(c, rub.direction) {
+                    laws[c]
+                        .toward(rub.direction)
+                        .extend(&self.u[c], k, &mut self.grown[c])
                 } else if k == 0 {
                     rub.offset + rub.slope * self.u[c][0]
                 } else {
@@ -505,7 +515,7 @@ impl Motion {
             u[ORDER] = 0.0;
             return;
         }
-        let smooth = frame.smooth[0];
+        let (smooth, law) = (frame.is_smooth(0, direction), law.toward(direction));
         let grown = &mut self.grown[0];
         let pull = response * direction;
         for k in 0..ORDER {
@@ -593,13 +603,14 @@ impl Motion {
         mut step: f64,
     ) -> f64 {
         for (c, rub) in rubs.iter().enumerate() {
-            if !frame.smooth[c] || rub.direction == 0.0 {
+            if !frame.is_smooth(c, rub.direction) || rub.direction == 0.0 {
                 continue;
             }
-            let room = |speed: f64| laws[c].resolution(speed).unwrap_or(f64::INFINITY);
+            let law = laws[c].toward(rub.direction);
+            let room = |speed: f64| law.resolution(speed).unwrap_or(f64::INFINITY);
             let bound = AGREES * scale / frame.coupling(c, c);
             let agrees = |t: f64, speed: f64| {
-                let law = rub.direction * laws[c].force(&Piece::constant(0.0), speed);
+                let law = rub.direction * law.force(&Piece::constant(0.0), speed);
                 t * (at(&self.force[c], t) - law).abs() <= bound
             };
             let u = &self.u[c];

@@ -307,10 +307,10 @@ impl<'a> Course<'a> {
         if place.lanes == 1 {
             return;
         }
-        let smooth = |c: usize| self.frame.is_smooth(c);
+        let smooth = |c: usize| self.frame.is_smooth(c, rubs[c].direction);
         for (c, slope) in place.slopes.iter_mut().enumerate() {
             if smooth(c) && !rubs[c].holds() {
-                *slope = stiffening(self.laws[c], &place.motion.u[c]);
+                *slope = stiffening(self.laws[c].toward(rubs[c].direction), &place.motion.u[c]);
             }
         }
         self.give(mode, clock, place);

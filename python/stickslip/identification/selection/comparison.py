@@ -19,7 +19,17 @@ from stickslip.identification.law_fit import Options, fit_law
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.static.break_away import break_away_rows, is_relative
-from stickslip.laws import BoucWen, Coulomb, Law, PiecewisePolynomial, RateState, Regularised, Tabulated
+from stickslip.laws import (
+    Asymmetric,
+    BoucWen,
+    Combined,
+    Coulomb,
+    Law,
+    PiecewisePolynomial,
+    RateState,
+    Regularised,
+    Tabulated,
+)
 from stickslip.laws.state_law import StateLaw
 
 Array = npt.NDArray[np.float64]
@@ -32,7 +42,7 @@ INNER = 4
 """Blocks into which a held-back part is cut again where there are few, for the error of a difference."""
 LEAST = 0.01
 """Predictions whose errors differ by less than this part are alike."""
-BY_NAME_ONLY = (BoucWen, PiecewisePolynomial, RateState, Regularised, Tabulated)
+BY_NAME_ONLY = (Asymmetric, BoucWen, Combined, PiecewisePolynomial, RateState, Regularised, Tabulated)
 """Laws that are compared where they are asked for: for what a record tells they are others (Dahl, a logarithm, a curve with a
 width that is no number of the contact, linear pieces), and they would crowd the table."""
 COUNTED = ("PiecewiseLinear", "TwoBranch")
