@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit
 from stickslip.dynamics.periodic.shooting import Label, Point
+from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 
@@ -39,8 +40,8 @@ class SpecialPoint:
     label: Label | None = field(default=None, repr=False, compare=False)
 
 
-@dataclass
-class Branch:
+@dataclass(repr=False)
+class Branch(InNotebook):
     """One curve of motions: a row a point.
 
     Attributes
@@ -65,6 +66,17 @@ class Branch:
     sticks: list[bool] = field(default_factory=list)
     special_points: list[SpecialPoint] = field(default_factory=list)
 
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        ends = f"{min(self.values):.6g} to {max(self.values):.6g}" if self.values else "nothing"
+        stable = f"{sum(self.stable)} of {len(self.values)} points"
+        points = [f"{item.kind} at {item.parameter:.6g}" for item in self.special_points]
+        return {"kind": self.kind, "from": ends, "stable": stable, "special_points": points or "none"}
+
+    def __repr__(self) -> str:
+        facts = self.facts()
+        return f"<Branch of {self.kind} from {facts['from']}, stable at {facts['stable']}>"
+
     def add(self, cycle: PeriodicOrbit, value: float) -> None:
         """One more point."""
         low, high = range_of(cycle)
@@ -88,7 +100,7 @@ COLUMNS = ("values", "stable", "period", "multiplier", "x_min", "x_max", "sticks
 
 
 @dataclass(frozen=True)
-class Branches:
+class Branches(InNotebook):
     """The branches of a continuation.
 
     Attributes
@@ -139,6 +151,11 @@ class Branches:
             "kinds": ", ".join(branch.kind for branch in self.branches),
         }
         return xr.Dataset(data, attrs=attrs)
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        points = [f"{item.kind} at {item.parameter:.6g}" for item in self.special_points]
+        return {"parameter": self.parameter, "branches": list(self.branches), "special_points": points or "none"}
 
     def __repr__(self) -> str:
         found = ", ".join(f"{item.kind} {item.parameter:.9g}" for item in self.special_points) or "none"
