@@ -1,6 +1,6 @@
 """Films whose truth is known, drawn by code that shares nothing with the tracker, and what it and others make of them.
 
-python docs/evidence/films.py FOLDER               # draws the films into FOLDER once, writes films.md beside this file
+python docs/evidence/films.py FOLDER               # draws the films into FOLDER, writes films.md; what is done is kept there
 python docs/evidence/films.py FOLDER --only clean  # prints the line of one film
 
 Needs the packages `av` (encoding), and `pyidi` and `trackpy` for their columns.
@@ -9,6 +9,7 @@ Needs the packages `av` (encoding), and `pyidi` and `trackpy` for their columns.
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import re
 import time
@@ -16,6 +17,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +41,8 @@ SCALE = 18_000.0
 """Px per m in the plane of motion."""
 ROW = 90.0
 """Row of the marker in the plane, in px."""
+FEWER = 240
+"""Pictures that others are given, the first ones: some are slow."""
 LOST = 5.0
 """Px off the truth from which on something else was taken for the marker."""
 MARKS = np.array([[40.0, 30.0], [440.0, 30.0], [40.0, 172.0], [440.0, 172.0], [240.0, 172.0], [240.0, 30.0]])
@@ -341,11 +345,11 @@ def with_stickslip(path: Path, film: Film) -> Line:
 
 # The others are given the place of the marker in the first picture and its size; their pixels become m by the true map.
 def pictures_of(path: Path) -> list[npt.NDArray[np.uint8]]:
-    """All pictures of a film, grey."""
+    """The first pictures of a film, grey."""
     import av
 
     with av.open(str(path)) as container:
-        return [frame.to_ndarray(format="gray") for frame in container.decode(video=0)]
+        return [frame.to_ndarray(format="gray") for frame in islice(container.decode(video=0), FEWER)]
 
 
 def with_pyidi(pictures: list[npt.NDArray[np.uint8]], start: Array, size: float) -> Array:
@@ -359,7 +363,7 @@ def with_pyidi(pictures: list[npt.NDArray[np.uint8]], start: Array, size: float)
         method.set_points(np.rint(start[None, ::-1]).astype(int))
         method.configure(roi_size=(2 * round(0.8 * size) + 1,) * 2, pad=12, verbose=0, show_pbar=False)
         found = method.get_displacements(autosave=False)
-    return np.rint(start) + np.asarray(found)[0][:, ::-1]
+    return start + np.asarray(found)[0][:, ::-1]
 
 
 def with_trackpy(pictures: list[npt.NDArray[np.uint8]], start: Array, size: float) -> Array:
@@ -383,7 +387,7 @@ def with_optical_flow(pictures: list[npt.NDArray[np.uint8]], start: Array, size:
 
     place, found = start.astype(np.float32).reshape(1, 1, 2), [start]
     window = (2 * round(0.8 * size) + 1,) * 2
-    for last, picture in zip(pictures, pictures[1:], strict=False):
+    for last, picture in pairwise(pictures):
         place, _, _ = cv2.calcOpticalFlowPyrLK(last, picture, place, None, winSize=window)
         found.append(place.ravel().astype(float))
     return np.array(found)
@@ -402,7 +406,7 @@ def with_peer(path: Path, film: Film, peer: str) -> Line:
     pictures = pictures_of(path)
     first = np.array([float(film.column(START)), ROW])
     start = film.view.to_pixels(first[None])[0] + film.shakes[0]
-    nothing = np.full(len(film.stamps), np.nan)
+    nothing = np.full(len(pictures), np.nan)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -411,7 +415,9 @@ def with_peer(path: Path, film: Film, peer: str) -> Line:
         return Line(nothing, nothing, math.nan, said=[f"{type(error).__name__}: {error}"])
     rate = len(pictures) / (time.process_time() - began)
     delay = 0.5 * film.scene.exposure / film.scene.rate + film.scene.line_time * ROW
-    off = film.view.to_plane(found - film.shakes)[:, 0] - film.column(START + film.stamps[: len(found)] + delay)
+    off = film.view.to_plane(found - film.shakes[: len(found)])[:, 0] - film.column(
+        START + film.stamps[: len(found)] + delay
+    )
     return Line(off - np.nanmean(off) if film.zero_is_free else off, nothing, rate)
 
 
@@ -436,42 +442,52 @@ light that falls by a quarter across the picture, a belt with texture. Scale and
 Error: rms off the truth in px. Stated: median of the stated errors. Held: share of the pictures whose 95 % interval holds the
 truth. Lost: pictures without a place, or more than 5 px off. Friction: rms error in % of f_s, pictures beside an event left
 out. Rate: pictures a second of processor time, decoding included; for a comparison on one machine. Other programs are given
-the first place of the marker and its size, say no errors, and are told the true times, plane, lens and shake.
+the first place of the marker and its size, say no errors, and are told the true times, plane, lens and
+shake, for the first second of a film (240 pictures).
 
 """
 
 
-def table(folder: Path) -> str:
-    """The page."""
+def line(folder: Path, name: str) -> dict[str, Any]:
+    """What is made of one film: cells of the table, intervals, those that hold, sentences. Kept in the folder."""
+    film, path = filmed(folder, name, SCENES[name])
+    kept = path.with_suffix(".json")
+    if kept.exists():
+        return dict(json.loads(kept.read_text()))
+    own = with_stickslip(path, film)
+    known = np.isfinite(own.off)
+    inside = np.abs(own.off[known]) < 1.96 * own.errors[known]
+    cells = [name, rms(own.off), f"{np.median(own.errors[known]):.4f}" if known.any() else "none"]
+    cells += [f"{100 * inside.mean():.1f}" if known.any() else "none", str(lost(own.off))]
+    cells += [f"{100 * own.force:.1f}", f"{own.rate:.0f}"]
+    said = [f"- {name}: {sentence}" for sentence in own.said]
+    for peer in PEERS:
+        other = with_peer(path, film, peer)
+        cells += [rms(other.off), str(lost(other.off)), f"{other.rate:.0f}"]
+        said += [f"- {name}, {peer}: {sentence}" for sentence in other.said]
+    found = {"cells": cells, "intervals": int(known.sum()), "held": int(inside.sum()), "said": said}
+    kept.write_text(json.dumps(found))
+    return found
+
+
+def page(folder: Path) -> str:
+    """The page, of all films."""
     head = ["film", "error", "stated", "held, %", "lost", "friction, %", "rate"]
     for peer in PEERS:
         head += [f"{peer}: error", "lost", "rate"]
     lines = ["| " + " | ".join(head) + " |", "|---" + "|---:" * (len(head) - 1) + "|"]
-    held, said = [], []
-    for name, scene in SCENES.items():
-        film, path = filmed(folder, name, scene)
-        own = with_stickslip(path, film)
-        inside = np.abs(own.off) < 1.96 * own.errors
-        known = np.isfinite(own.off)
-        share = f"{100 * inside[known].mean():.1f}" if known.any() else "none"
-        cells = [name, rms(own.off), f"{np.nanmedian(own.errors[known]):.4f}" if known.any() else "none", share]
-        cells += [str(lost(own.off)), f"{100 * own.force:.1f}", f"{own.rate:.0f}"]
-        for peer in PEERS:
-            other = with_peer(path, film, peer)
-            cells += [rms(other.off), str(lost(other.off)), f"{other.rate:.0f}"]
-        lines.append("| " + " | ".join(cells) + " |")
-        held.append(inside[known])
-        said += [f"- {name}: {sentence}" for sentence in own.said]
-        print(lines[-1], flush=True)
-    whole = np.concatenate(held)
+    found = [line(folder, name) for name in SCENES]
+    lines += ["| " + " | ".join(one["cells"]) + " |" for one in found]
+    share, count = (sum(one[key] for one in found) for key in ("held", "intervals"))
     lines += [
         "",
-        f"All together {100 * whole.mean():.1f} % of {len(whole)} intervals hold the truth.",
+        f"All together {100 * share / count:.1f} % of {count} intervals hold the truth.",
         "",
         "## What is said",
         "",
     ]
-    return INTRODUCTION + "\n".join([*lines, *said]).replace(str(folder) + "/", "") + "\n"
+    said = [sentence.replace(f"{folder}/", "") for one in found for sentence in one["said"]]
+    return INTRODUCTION + "\n".join([*lines, *said]) + "\n"
 
 
 def filmed(folder: Path, name: str, scene: Scene) -> tuple[Film, Path]:
@@ -491,9 +507,6 @@ if __name__ == "__main__":
     reader.add_argument("--only", choices=list(SCENES))
     given = reader.parse_args()
     if given.only:
-        SCENES = {given.only: SCENES[given.only]}
-    made = table(given.folder)
-    if given.only:
-        print(made)
+        print(" | ".join(line(given.folder, given.only)["cells"]))
     else:
-        PAGE.write_text(made)
+        PAGE.write_text(page(given.folder))
