@@ -1,7 +1,7 @@
-"""The explorer: time from a moved slider to new plots, questions to the core, time of an orbit diagram, and what blocks the page.
+"""The explorer: time from a moved slider to new plots, questions to the core, time of a diagram, and what blocks the page.
 
-Time of the processor is that of the page's own thread, so that other work on the machine does not count; where it keeps the
-processor, the clock shows more. The diagram has 300 columns of 60 periods, in one worker. Needs a browser: python benchmarks/explorer.py
+Time of the processor is that of the page's own thread, so that other work on the machine does not count; by the clock it
+does. The diagram has 300 columns of 60 periods, in one worker. Needs a browser: python benchmarks/explorer.py
 """
 
 import sys
@@ -24,7 +24,8 @@ SWEEP = """new Promise((done) => { const begun = performance.now();
   const look = () => (explorer.swept[0] === 300 && !explorer.stale ? done(performance.now() - begun) : setTimeout(look, 1));
   requestAnimationFrame(() => requestAnimationFrame(look)); })"""
 # A slider is moved once in each of sixty frames while the diagrams are swept: the tasks of the page.
-BLOCKED = """new Promise((done) => { const slider = document.querySelector('input[aria-label="belt speed s"]'); const tasks = [];
+BLOCKED = """new Promise((done) => { const tasks = [];
+  const slider = document.querySelector('input[aria-label="belt speed s"]');
   const frame = explorer.frame.bind(explorer); let count = 0; const now = slider.valueAsNumber;
   explorer.frame = (time) => { const begun = performance.now(); frame(time); tasks.push(performance.now() - begun); };
   const step = () => { slider.value = now + count % 5; slider.dispatchEvent(new Event('input'));
@@ -59,9 +60,9 @@ def main() -> None:
             shortest, usual, longest = browser.run(BLOCKED)
             frame = (busy(browser) - begun) / 60
             sys.stdout.write(
-                f"{preset}: slider to plots {each:.1f} ms of processor (least {least:.1f} by the clock), {calls:g} questions; "
+                f"{preset}: slider to plots {each:.1f} ms of processor ({least:.1f} by the clock), {calls:g} questions; "
                 f"diagram {sweep:.0f} ms; with the diagrams on their way a frame takes {frame:.1f} ms of processor "
-                f"(by the clock {shortest:.1f} to {longest:.1f}, half below {usual:.1f})\n"
+                f"({shortest:.1f} to {longest:.1f} by the clock, half below {usual:.1f})\n"
             )
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 from browser import Browser
 from matplotlib.figure import Figure
+from PIL import Image
 
 import stickslip as ss
 from stickslip.explorer import content_of, content_of_system, page

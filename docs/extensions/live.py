@@ -32,7 +32,7 @@ def _come_alive(app, doctree, docname):
         image.parent.insert(place, nodes.raw("", opening, format="html"))
 
 
-def _add_program(app, pagename, templatename, context, doctree):
+def _add_program(_app, _pagename, _templatename, context, _doctree):
     if "<stick-slip " in context.get("body", ""):
         context["body"] += program()
 

@@ -39,6 +39,10 @@ export class DiagramSweep {
     this.sweepers[1]!.ask({ ...question, rows: rows.toReversed() });
   }
 
+  get done(): boolean {
+    return this.swept.every((count) => count >= COLUMNS);
+  }
+
   private hear(which: number, { from, rows, refused, lost }: SweepPart): void {
     const { diagram } = this;
     const column = (row: number) => (which ? COLUMNS - 1 - row : row);

@@ -30,6 +30,9 @@ import { toolbar } from "./toolbar";
 
 const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getElementById(id) as T;
 
+/** Milliseconds between two pictures of a diagram on its way: all its points are drawn each time. */
+const DIAGRAM_PAUSE = 60;
+
 export async function start(source: string, program: string): Promise<void> {
   const module = await unpack($("core").textContent!);
   const page = new Page(readData(), new Core(module), program, source);
@@ -214,6 +217,17 @@ export class Page {
     return this.orbit && sceneOf(this.core, this.state, this.orbit, this.settled, this.record);
   }
 
+  /** Whether the orbit diagram would look another one: its own number moves no point of it. */
+  private diagramIsOld(): boolean {
+    const { plot, refused } = this.diagram;
+    const key = JSON.stringify([this.sweeps.swept, refused, plot.host.clientWidth, plot.host.clientHeight, theme().dark, this.state.diagram, this.refused]);
+    const old = key !== this.diagramKey;
+    this.diagramKey = key;
+    return old;
+  }
+  private diagramKey = "";
+  private diagramDrawn = 0;
+
   private drawPanel(panel: Panel): void {
     const scene = this.scene();
     if (!scene || this.refused) return;
@@ -253,7 +267,7 @@ export class Page {
     }
     this.jobs.next();
     this.tellRecord();
-    for (const panel of this.panels) this.drawPanel(panel);
+    for (const panel of this.panels) if (panel !== this.diagram || this.diagramIsOld()) this.drawPanel(panel);
     if (this.sound.on) this.listen();
     this.tell();
     document.body.classList.toggle("refused", Boolean(this.refused));
@@ -359,11 +373,11 @@ export class Page {
     const step = Math.min(0.1, (now - this.last) / 1000);
     this.last = now;
     if (this.stale) {
-      this.stale = this.sweeps.stale = false;
+      this.stale = false;
       this.redraw();
-    } else if (this.sweeps.stale) {
-      this.sweeps.stale = false;
-      this.drawPanel(this.diagram);
+    } else if (this.sweeps.stale && (now > this.diagramDrawn + DIAGRAM_PAUSE || this.sweeps.done)) {
+      [this.sweeps.stale, this.diagramDrawn] = [false, now];
+      if (this.diagramIsOld()) this.drawPanel(this.diagram);
     }
     if (this.jobs.stale) {
       this.drawPanel(this.jobs.stale);
