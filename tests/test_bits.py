@@ -36,6 +36,8 @@ PINNED = {
     "ForceRate": "ea0519109065",
     "Tabulated": "12b4607f5a92",
     "TwoBranch": "3f3bc0d072f3",
+    "Asymmetric": "0ff871e017f4",
+    "Combined": "39d70d011aa4",
     "chain": "33e2d7a5826c",
 }
 

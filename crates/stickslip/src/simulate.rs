@@ -265,8 +265,8 @@ const KEPT: usize = 4;
 
 struct Loop<'a, const H: usize> {
     law: &'a Law,
-    /// What adhesion bears, if that never changes.
-    bears: Option<f64>,
+    /// What adhesion bears backward and forward, if that never changes.
+    bears: Option<[f64; 2]>,
     frame: Frame<H>,
     responses: [Response<H>; KEPT],
     clock: Clock,
@@ -290,7 +290,7 @@ impl<'a, const H: usize> Loop<'a, H> {
         };
         Self {
             law,
-            bears: steady.then(|| law.break_away(hold)),
+            bears: steady.then(|| [-1.0, 1.0].map(|direction| law.toward(direction).break_away(hold))),
             responses: [frame.response(f64::NAN); KEPT],
             clock,
             forces: frame.forces(clock),
@@ -458,12 +458,19 @@ impl<'a, const H: usize> Loop<'a, H> {
         self.v = self.frame.drive_velocity;
         self.wait(t);
         let (holding, rate, _) = self.at_rest().at(0.0);
-        let force = self.bears.unwrap_or_else(|| {
-            self.law.break_away(Hold {
+        let force = match self.bears {
+            Some([backward, forward]) => {
+                if holding < 0.0 {
+                    backward
+                } else {
+                    forward
+                }
+            }
+            None => self.law.toward(holding).break_away(Hold {
                 stick_time: t,
                 force_rate: rate.abs(),
-            })
-        });
+            }),
+        };
         let (stick_time, force_rate) = (t, rate * holding.signum());
         record.event(Event {
             stick_time,

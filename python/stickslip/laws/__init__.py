@@ -6,9 +6,11 @@ Every law answers two questions: what force adhesion can bear (:meth:`Law.break_
 
 from __future__ import annotations
 
+from stickslip.laws.asymmetric import Asymmetric as Asymmetric
 from stickslip.laws.bogacz_ryczek import BogaczRyczek as BogaczRyczek
 from stickslip.laws.bogacz_ryczek import StaticFriction as StaticFriction
 from stickslip.laws.bouc_wen import BoucWen as BoucWen
+from stickslip.laws.combined import Combined as Combined
 from stickslip.laws.coulomb import Coulomb as Coulomb
 from stickslip.laws.cubic import Cubic as Cubic
 from stickslip.laws.dahl import Dahl as Dahl

@@ -45,6 +45,7 @@ class Law(Document):
     SMOOTH: ClassVar[bool] = False
 
     def __init_subclass__(cls, family: bool = False) -> None:
+        super().__init_subclass__()
         if not family:
             Law.ALL[cls.__name__] = cls
             facts = FACTS[cls.__name__]
@@ -133,7 +134,8 @@ class Law(Document):
         Parameters
         ----------
         stick_time : time of adhesion t_s, any shape.
-        force_rate : |dF/dt| while stuck δ, same shape or a number.
+        force_rate : dF/dt while stuck, of the size δ, same shape or a number; where friction differs between the directions,
+            its sign is that of the friction force.
 
         Returns
         -------
@@ -157,12 +159,13 @@ class Law(Document):
         array([-0.6,  0.6])
         """
         w = np.asarray(w, float)
-        speed, back = np.unique(np.abs(w), return_inverse=True)
-        path = np.concatenate([[0.0], speed])
-        stuck = np.arange(path.size) == 0
-        force = force_along(self, np.zeros_like(path), path, stuck, np.zeros_like(path))[1:]
-        signed = force[back].reshape(w.shape) * np.where(w < 0, -1.0, 1.0)
-        return signed if w.ndim else float(signed)
+        force = np.empty_like(w)
+        for direction, part in ((1.0, ~(w < 0)), (-1.0, w < 0)):
+            speed, back = np.unique(np.abs(w[part]), return_inverse=True)
+            path = direction * np.concatenate([[0.0], speed])
+            stuck = np.arange(path.size) == 0
+            force[part] = force_along(self, np.zeros_like(path), path, stuck, np.zeros_like(path))[1:][back]
+        return force if w.ndim else float(force)
 
     @property
     def covariance(self) -> pd.DataFrame:

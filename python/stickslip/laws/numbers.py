@@ -26,7 +26,7 @@ def pointers(law: Law) -> dict[str, Pointer]:
     """Where each number of a law stands in its document, by name.
 
     >>> from stickslip.laws import PiecewiseLinear
-    >>> list(places(PiecewiseLinear(nodes=[(0, 1), (1, 0.5)], break_away=1)))[:3]
+    >>> list(pointers(PiecewiseLinear(nodes=[(0, 1), (1, 0.5)], break_away=1)))[:3]
     ['nodes[0].slip_velocity', 'nodes[0].force', 'nodes[1].slip_velocity']
     """
     return {name: pointer for name, (pointer, _) in _numbers(law).items()}
@@ -48,10 +48,13 @@ def _numbers(law: Law) -> dict[str, tuple[Pointer, Number]]:
         if key == "type" or isinstance(value, str) or law.PARAMETERS[key].choices:
             continue
         pair = law.PARAMETERS[key].numbers
-        if isinstance(value, dict):
+        if isinstance(value, dict) and "type" in value:
+            inner = _numbers(getattr(law, key))
+            found |= {f"{key}.{name}": ((key, *pointer), number) for name, (pointer, number) in inner.items()}
+        elif isinstance(value, dict):
             # What a table inside the law leaves out, such as the scale of the force rate, has a name all the same.
-            inner = getattr(law, key).PARAMETERS.items()
-            found |= {f"{key}.{name}": ((key, name), item.numbers[-1]) for name, item in inner if item.numbers}
+            items = getattr(law, key).PARAMETERS.items()
+            found |= {f"{key}.{name}": ((key, name), item.numbers[-1]) for name, item in items if item.numbers}
         elif not isinstance(value, list):
             found[key] = (key,), pair[-1]
         elif isinstance(value[0], list):

@@ -17,6 +17,7 @@ from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import write_whole
 from stickslip.files.netcdf import read_tree
+from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.regimes import regime_of
 
@@ -53,7 +54,7 @@ class Work:
     fallbacks: int = 0
 
 
-class Orbit:
+class Orbit(InNotebook):
     """The motion of an oscillator or of a system of masses from event to event.
 
     Shapes: of an oscillator x, v, slip velocity and force have the shape of the times asked for; of a system of n masses and
@@ -95,6 +96,12 @@ class Orbit:
 
     def __repr__(self) -> str:
         return f"<Orbit of {self.work.events} events to t = {self.t_end:g}, stop: {self.stop}>"
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        kinds = self.events["kind"].value_counts(sort=False)
+        counts = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count) or "none"
+        return {"regime": self.regime(), "t_end": self.t_end, "stop": self.stop_sentence, "events": counts}
 
     @cached_property
     def events(self) -> pd.DataFrame:

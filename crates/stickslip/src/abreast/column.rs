@@ -117,7 +117,7 @@ pub(super) struct Constants {
 }
 
 impl Constants {
-    /// Of an oscillator of the kind that goes in lanes: adhesion with a constant limit, one line of friction in slip, at most
+    /// Of an oscillator of the kind that goes in lanes: friction alike in both directions, adhesion with a constant limit, one line of friction in slip, at most
     /// one harmonic, a drive that moves forward, slip that oscillates and does not grow.
     pub(super) fn of(oscillator: &Oscillator) -> Option<Self> {
         let law = &oscillator.law;
@@ -127,7 +127,8 @@ impl Constants {
             _ => return None,
         };
         let constant = law.growth_bound(0.0) == 0.0 && !(law.feels_force_rate() && forced.is_some());
-        if law.smooth() || !constant || law.branches(0.0).is_some() {
+        let alike = std::ptr::eq(law, law.toward(-1.0));
+        if !alike || law.smooth() || !constant || law.branches(0.0).is_some() {
             return None;
         }
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);

@@ -35,6 +35,8 @@ pub(crate) struct Rub {
     pub offset: f64,
     /// The slope of that line; infinite where the slip speed is held.
     pub slope: f64,
+    /// The slip acceleration is zero at the start, by what led there: rounding must not give it a sign.
+    pub still: bool,
 }
 
 impl Rub {
@@ -69,7 +71,8 @@ pub(crate) struct Frame {
     moved: Rows<()>,
     forcing: Vec<crate::system::Force>,
     pub(crate) drives: Vec<Drive>,
-    smooth: Vec<bool>,
+    /// Whether the law of a contact is smooth, backward and forward.
+    smooth: Vec<[bool; 2]>,
     /// L without friction.
     pub(crate) rate: f64,
     /// The highest frequency of drives and forces.
@@ -182,8 +185,15 @@ impl Frame {
             moved,
             forcing: system.forcing.clone(),
             drives,
-            smooth: system.contacts.iter().map(|c| c.law.smooth()).collect(),
+            smooth: (system.contacts.iter())
+                .map(|c| [-1.0, 1.0].map(|direction| c.law.toward(direction).smooth()))
+                .collect(),
         }
+    }
+
+    /// Whether the law of a contact is smooth in a direction of slip.
+    pub(crate) fn is_smooth(&self, contact: usize, direction: f64) -> bool {
+        self.smooth[contact][usize::from(direction >= 0.0)]
     }
 
     /// The mass of a contact.
@@ -287,13 +297,18 @@ impl Frame {
 
     /// Give the held contacts exactly zero slip velocity, at no change of momentum where two masses meet.
     pub(crate) fn stop(&self, held: &Held, clock: Clock, v: &mut [f64]) {
+        self.keep(held, |_| 0.0, clock, v);
+    }
+
+    /// The same for any slip velocity.
+    pub(crate) fn keep(&self, held: &Held, kept: impl Fn(usize) -> f64, clock: Clock, v: &mut [f64]) {
         let mut drive = ZERO;
         let slip: Vec<f64> = held
             .contacts
             .iter()
             .map(|&c| {
                 self.drives[c].expand(clock, &mut drive);
-                drive[0] - self.across(c, |i| v[i])
+                drive[0] - self.across(c, |i| v[i]) - kept(c)
             })
             .collect();
         for (row, &c) in held.contacts.iter().enumerate() {
@@ -424,8 +439,10 @@ impl Motion {
                     continue;
                 }
                 self.u[c][k] = rub.direction * w;
-                let size = if frame.smooth[c] {
-                    laws[c].extend(&self.u[c], k, &mut self.grown[c])
+                let size = if frame.is_smooth(c, rub.direction) {
+                    laws[c]
+                        .toward(rub.direction)
+                        .extend(&self.u[c], k, &mut self.grown[c])
                 } else if k == 0 {
                     rub.offset + rub.slope * self.u[c][0]
                 } else {
@@ -450,6 +467,12 @@ impl Motion {
                 // Every mass keeps its speed, without rounding.
                 self.acceleration.fill(0.0);
             }
+            if k == 0 {
+                for (c, _) in rubs.iter().enumerate().filter(|(_, rub)| rub.still) {
+                    let slope = self.drive[c][1] - frame.across(c, |i| self.acceleration[i]);
+                    frame.push(c, slope / frame.coupling(c, c), &mut self.acceleration);
+                }
+            }
             let share = INVERSE[k + 1];
             for i in 0..frame.masses {
                 self.x[i][k + 1] = self.v[i][k] * share;
@@ -472,6 +495,7 @@ impl Motion {
             direction,
             offset,
             slope,
+            still,
         } = rub;
         if rub.holds() {
             for k in 0..ORDER {
@@ -488,7 +512,7 @@ impl Motion {
             u[ORDER] = 0.0;
             return;
         }
-        let smooth = frame.smooth[0];
+        let (smooth, law) = (frame.is_smooth(0, direction), law.toward(direction));
         let grown = &mut self.grown[0];
         let pull = response * direction;
         for k in 0..ORDER {
@@ -499,7 +523,11 @@ impl Motion {
                 slope * u[k] + if k == 0 { offset } else { 0.0 }
             };
             force[k] = direction * size;
-            let a = input[k] - spring * x[k] - damper * v[k] + pull * size;
+            let a = if still && k == 0 {
+                drive[1]
+            } else {
+                input[k] - spring * x[k] - damper * v[k] + pull * size
+            };
             x[k + 1] = v[k] * INVERSE[k + 1];
             v[k + 1] = a * INVERSE[k + 1];
         }
@@ -572,13 +600,14 @@ impl Motion {
         mut step: f64,
     ) -> f64 {
         for (c, rub) in rubs.iter().enumerate() {
-            if !frame.smooth[c] || rub.direction == 0.0 {
+            if !frame.is_smooth(c, rub.direction) || rub.direction == 0.0 {
                 continue;
             }
-            let room = |speed: f64| laws[c].resolution(speed).unwrap_or(f64::INFINITY);
+            let law = laws[c].toward(rub.direction);
+            let room = |speed: f64| law.resolution(speed).unwrap_or(f64::INFINITY);
             let bound = AGREES * scale / frame.coupling(c, c);
             let agrees = |t: f64, speed: f64| {
-                let law = rub.direction * laws[c].force(&Piece::constant(0.0), speed);
+                let law = rub.direction * law.force(&Piece::constant(0.0), speed);
                 t * (at(&self.force[c], t) - law).abs() <= bound
             };
             let u = &self.u[c];

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -12,14 +13,17 @@ from scipy.interpolate import lagrange
 
 from stickslip.errors import InputError
 from stickslip.identification.guesses.evidence import Evidence, Guess, need_rows
-from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of
+from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of, exponential
 from stickslip.identification.guesses.loops import bogacz_ryczek
 from stickslip.identification.guesses.state_laws import STATES
 from stickslip.identification.static.break_away import NARROW
 from stickslip.laws import (
+    Asymmetric,
     BogaczRyczek,
+    Combined,
     Coulomb,
     DwellTime,
+    ExponentialStribeck,
     ForceRate,
     Law,
     LogarithmicDwell,
@@ -32,6 +36,8 @@ Array = npt.NDArray[np.float64]
 
 RATES = 1.5
 """Force rates (10th to 90th percentile) within this ratio say nothing about their effect."""
+LEAST_SAMPLES = 10
+"""So many samples of slip in a direction say something of its friction."""
 DEGREE = 4
 """Degree of the polynomial that is first laid through a curve of any shape."""
 
@@ -160,6 +166,46 @@ def _piecewise_polynomial(evidence: Evidence) -> Guess:
     return guess
 
 
+def _asymmetric(evidence: Evidence) -> Guess:
+    parts: dict[str, Guess] = {}
+    for name, sense in (("forward", 1.0), ("backward", -1.0)):
+        one = evidence.toward(sense)
+        if one.curve[0].size < LEAST_SAMPLES:
+            raise InputError(
+                f"identify: Asymmetric needs slip in both directions, and the records hold {one.curve[0].size} samples "
+                f"of slip {name}: add a record that goes there, or ask for the law of one direction"
+            )
+        sticks = len(one.rows) >= 2 and one.break_away > one.kinetic
+        parts[name] = _static_kinetic(one) if sticks else _coulomb(one)
+    note = "The law of each direction is {}, as its own break-aways tell; give a law of another kind with names to fit."
+    kinds = " and ".join(type(part.law).__name__ for part in parts.values())
+    free = [f"{name}.{number}" for name, part in parts.items() for number in part.free]
+    return Guess(Asymmetric(parts["forward"].law, parts["backward"].law), free, notes=[note.format(kinds)])
+
+
+def _combined(evidence: Evidence) -> Guess:
+    curve = exponential(evidence)
+    grown = _dwell_time(evidence, "Combined")
+    laws: list[Law] = []
+    for kinetic in (curve.law, *curve.candidates):
+        assert isinstance(kinetic, ExponentialStribeck)
+        for static in (grown.law, *grown.candidates):
+            assert isinstance(static, DwellTime)
+            # What grows does so from the kinetic force at w = 0.
+            limit = max(static.kinetic + static.limit - kinetic.break_away, 0.1 * static.limit)
+            laws.append(Combined(replace(static, kinetic=kinetic.break_away, limit=limit), kinetic))
+    return Guess(
+        laws[0],
+        [*(f"kinetic.{name}" for name in curve.free), "static.limit", "static.rate"],
+        constraints={"static.kinetic": "kinetic.break_away"},
+        candidates=laws[1:],
+        notes=[
+            *grown.notes,
+            "Static friction grows as DwellTime from the kinetic force at w = 0, an ExponentialStribeck.",
+        ],
+    )
+
+
 def _through_nodes(
     law: Callable[..., Law], evidence: Evidence, nodes: Array, weights: Array, force: Array, free: Sequence[str]
 ) -> Guess:
@@ -188,6 +234,8 @@ GUESSES: dict[type[Law], Callable[[Evidence], Guess]] = {
     LogarithmicDwell: _logarithmic_dwell,
     PiecewiseLinear: _piecewise_linear,
     PiecewisePolynomial: _piecewise_polynomial,
+    Asymmetric: _asymmetric,
+    Combined: _combined,
     ForceRate: _force_rate,
     BogaczRyczek: bogacz_ryczek,
     **CURVES,

@@ -125,8 +125,9 @@ class Problem:
         if self.relative:
             table = table[table["slip"].notna()]
         rate = table["force_rate"].abs().fillna(_usual_rate(record))
+        sense = [record.sense_of(slip) for slip in table["slip"]]
         late = _lag(record) if isinstance(self.law, WITH_MEMORY) else 0.0
-        return table.assign(rate=rate, stated=np.hypot(table["force_error"].fillna(0.0), rate * late))
+        return table.assign(rate=rate, sense=sense, stated=np.hypot(table["force_error"].fillna(0.0), rate * late))
 
     def _natural_scales(self) -> dict[str, float]:
         force = float(np.median([np.median(np.abs(m.record.force[~m.record.stuck])) for m in self.motions]))
@@ -170,10 +171,12 @@ class Problem:
                 found.append(motion.misfit(law, offset))
             table = self.tables[number]
             if len(table):
-                limit = law.break_away_force(table["stick_time"].to_numpy(), table["rate"].to_numpy())
+                limit = law.break_away_force(
+                    table["stick_time"].to_numpy(), (table["sense"] * table["rate"]).to_numpy()
+                )
                 rest = table["force"].to_numpy() - limit
                 if offset:
-                    rest = rest - offset * np.array([motion.record.sense_of(slip) for slip in table["slip"]])
+                    rest = rest - offset * table["sense"].to_numpy()
                 if self.relative:
                     ahead = motion.record.force - motion.replay(law) - offset
                     means = [motion.record.sense(*slip) * motion.work_mean(ahead, *slip) for slip in table["slip"]]

@@ -23,6 +23,7 @@ from stickslip.identification.estimator.uncertainty import (
     half_width,
     recurrence,
 )
+from stickslip.laws import ExponentialStribeck
 
 Array = npt.NDArray[np.float64]
 
@@ -152,7 +153,9 @@ class Curve:
             case "logarithm":
                 return np.asarray(sense * np.log(np.maximum(speed, 1e-300) / self.reference))
             case "weakening":
-                return np.asarray(sense * np.exp(-((speed / self.scale) ** self.exponent)))
+                return np.asarray(
+                    ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(rows.w)
+                )
             case "offset":
                 return np.ones(len(rows))
             case "restoring":

@@ -235,7 +235,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
 
 
 def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
-    """All break-aways with a known stick time, with `record` (its number) and `level` (kinetic force of its slip).
+    """All break-aways with a known stick time, with its `record`, and `level` (kinetic force) and `sense` of its slip.
 
     Where the mass creeps, its force rates fall short of k V by its own creep, most in the shortest sticks; that is no rate at
     which it was loaded, and they are given as k V.
@@ -245,8 +245,10 @@ def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
         table = record.break_away.copy()
         if record.attrs.get("creeps") and {"stiffness", "drive_velocity"} <= set(record.constants):
             table["force_rate"] = record.constants["stiffness"] * record.constants["drive_velocity"]
+        slips = record.own_slip()
         table["record"] = number
-        table["level"] = [math.nan if slip is None else record.slip_level(*slip) for slip in record.own_slip()]
+        table["level"] = [math.nan if slip is None else record.slip_level(*slip) for slip in slips]
+        table["sense"] = [record.sense_of(slip) for slip in slips]
         frames.append(table[table["stick_time"].notna() & (table["stick_time"] > 0)])
     return pd.concat(frames, ignore_index=True)
 

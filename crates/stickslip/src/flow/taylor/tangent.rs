@@ -117,8 +117,10 @@ impl Motion {
                 if rub.holds() {
                     continue;
                 }
-                let size = if frame.smooth[c] {
-                    laws[c].extend(&self.u[c], k, &mut self.grown[c])
+                let size = if frame.is_smooth(c, rub.direction) {
+                    laws[c]
+                        .toward(rub.direction)
+                        .extend(&self.u[c], k, &mut self.grown[c])
                 } else {
                     rub.slope * self.u[c][k] + if k == 0 { rub.offset } else { 0.0 }
                 };
@@ -173,10 +175,6 @@ impl Frame {
         for &c in &held.contacts {
             self.push(c, force[c][k], acceleration);
         }
-    }
-
-    pub(crate) fn is_smooth(&self, contact: usize) -> bool {
-        self.smooth[contact]
     }
 }
 
@@ -242,7 +240,7 @@ impl Tangent {
                     continue;
                 }
                 let mut force = Lanes::NOTHING;
-                if frame.smooth[c] {
+                if frame.is_smooth(c, rub.direction) {
                     for (j, slope) in slopes[c][..=k].iter().enumerate() {
                         force.add(rub.direction * slope, self.u[c][k - j]);
                     }
