@@ -15,6 +15,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.files.documents import toml_table
 from stickslip.files.netcdf import read_tree
+from stickslip.files.notebook import InNotebook
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -24,8 +25,8 @@ ROWS = ("t", "stick_time", "force_rate", "force", "drop")
 FEWEST_SAMPLES = 10
 
 
-@dataclass(frozen=True)
-class FrictionRecord:
+@dataclass(frozen=True, repr=False)
+class FrictionRecord(InNotebook):
     """Friction force and slip velocity over time, and the break-aways in it.
 
     Attributes
@@ -55,6 +56,20 @@ class FrictionRecord:
     displacement: Array | None = None
     recorded: Array | None = None
     units: Mapping[str, str] = field(default_factory=dict)
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        span = f"{self.time[0]:.6g} to {self.time[-1]:.6g}"
+        counts = {"samples": self.time.size, "time": span, "break_aways": len(self.break_away)}
+        return {
+            "name": self.name,
+            **counts,
+            **self.constants,
+            "units": [f"{one}: {of}" for one, of in self.units.items()],
+        }
+
+    def __repr__(self) -> str:
+        return f"<FrictionRecord {self.name}: {self.time.size} samples, {len(self.break_away)} break-aways>"
 
     @property
     def slips(self) -> list[tuple[int, int]]:

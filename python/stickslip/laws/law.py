@@ -45,6 +45,7 @@ class Law(Document):
     SMOOTH: ClassVar[bool] = False
 
     def __init_subclass__(cls, family: bool = False) -> None:
+        super().__init_subclass__()
         if not family:
             Law.ALL[cls.__name__] = cls
             facts = FACTS[cls.__name__]

@@ -78,11 +78,11 @@ class _Spot:
 class Watch:
     """Detections of picture after picture, in order.
 
-    A spot is looked for in a window around where its last velocity takes it, cut at half its
-    contrast. The whole picture is looked at until all spots have a velocity and every `LONGEST` pictures. Where that shows a rival of the
-    markers that was not there, the pictures since the last whole one are looked at again as a whole. Where a spot is not
-    found again as it was, they are too, and those that follow until all spots are where they are expected: what a lost marker
-    may be mistaken for must be known.
+    A spot is looked for in a window around where its last velocity takes it, cut at half its contrast. The whole picture is
+    looked at until all spots have a velocity, and every `LONGEST` pictures. Where that shows a rival of the markers that was
+    not there, the pictures since the last whole one are looked at again as a whole. Where a spot is not found again as it
+    was, they are too, and those that follow until all spots are where they are expected: what a lost marker may be mistaken
+    for must be known.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ use stickslip_lanes::{Lane, Mask};
 use super::column::{Column, HALVINGS, State, Step};
 use super::elementary::{exp, sin_cos, turned};
 
-/// So many cells; a slip that lasts longer is likely to last for ever. Rounding grows with every cell.
+/// So many cells; a slip that lasts longer, by the longest of them, is likely to last for ever. Rounding grows with every cell.
 const CELLS: u32 = 256;
 /// So many exact evaluations.
 const ROUNDS: usize = 8;
@@ -210,7 +210,7 @@ pub(super) fn arrival<L: Lane>(
     }
     let mut arrival = Arrival {
         found: L::Mask::none(),
-        lasts: lasts | active,
+        lasts: lasts | (active & level.at_most(zero)),
         lasted: zero,
         periods: zero,
         t: zero,

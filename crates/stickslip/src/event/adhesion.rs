@@ -1,7 +1,7 @@
 //! When adhesion breaks, and when friction leaves the branches between which it holds a slip speed.
 
 use super::slip::{add_waves, bounds, waves};
-use super::{DEGREE, Ends, Motion, Sample, Start, first_exit};
+use super::{ANEW, BESIDE, DEGREE, Ends, Motion, Sample, Start, certified, first_exit};
 use crate::flow::exact::Stick;
 use crate::law::{End, Friction, Hold, Law};
 use crate::series::free_time;
@@ -113,9 +113,41 @@ pub fn end_of_stick<const H: usize>(
     horizon: f64,
     work: &mut Watched,
 ) -> Option<f64> {
-    if let Some(bears) = bears {
-        return constant_limit(stick, bears, horizon, work);
-    }
+    let end = match bears {
+        Some(bears) => constant_limit(stick, bears, horizon, work),
+        None => changing_limit(stick, law, horizon, work),
+    };
+    debug_assert!(
+        end.is_none_or(|t| breaks(stick, law, bears, t)),
+        "{end:?} is no end of {stick:?}, {law:?}"
+    );
+    end
+}
+
+/// The certificate of a break-away.
+fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, bears: Option<[f64; 2]>, t: f64) -> bool {
+    let fastest = stick.frequency.iter().copied().fold(0.0, f64::max);
+    certified(t, if H == 0 { 0.0 } else { BESIDE / fastest }, |t| {
+        let (force, rate, _) = stick.at(t);
+        let hold = Hold {
+            stick_time: t,
+            force_rate: rate.abs(),
+        };
+        let limit = bears.map_or_else(
+            || law.toward(force.signum()).break_away(hold),
+            |[backward, forward]| if force < 0.0 { backward } else { forward },
+        );
+        [limit - force.abs(), ANEW * stick.rounding(t, limit)]
+    })
+}
+
+/// Adhesion with a limit that grows with the stick time and falls with the force rate.
+fn changing_limit<const H: usize>(
+    stick: &Stick<H>,
+    law: &Law,
+    horizon: f64,
+    work: &mut Watched,
+) -> Option<f64> {
     if H == 0 && stick.rate == 0.0 {
         return None;
     }

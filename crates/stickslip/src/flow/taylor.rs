@@ -35,6 +35,8 @@ pub(crate) struct Rub {
     pub offset: f64,
     /// The slope of that line; infinite where the slip speed is held.
     pub slope: f64,
+    /// The slip acceleration is zero at the start, by what led there: rounding must not give it a sign.
+    pub still: bool,
 }
 
 impl Rub {
@@ -295,13 +297,18 @@ impl Frame {
 
     /// Give the held contacts exactly zero slip velocity, at no change of momentum where two masses meet.
     pub(crate) fn stop(&self, held: &Held, clock: Clock, v: &mut [f64]) {
+        self.keep(held, |_| 0.0, clock, v);
+    }
+
+    /// The same for any slip velocity.
+    pub(crate) fn keep(&self, held: &Held, kept: impl Fn(usize) -> f64, clock: Clock, v: &mut [f64]) {
         let mut drive = ZERO;
         let slip: Vec<f64> = held
             .contacts
             .iter()
             .map(|&c| {
                 self.drives[c].expand(clock, &mut drive);
-                drive[0] - self.across(c, |i| v[i])
+                drive[0] - self.across(c, |i| v[i]) - kept(c)
             })
             .collect();
         for (row, &c) in held.contacts.iter().enumerate() {
@@ -460,6 +467,12 @@ impl Motion {
                 // Every mass keeps its speed, without rounding.
                 self.acceleration.fill(0.0);
             }
+            if k == 0 {
+                for (c, _) in rubs.iter().enumerate().filter(|(_, rub)| rub.still) {
+                    let slope = self.drive[c][1] - frame.across(c, |i| self.acceleration[i]);
+                    frame.push(c, slope / frame.coupling(c, c), &mut self.acceleration);
+                }
+            }
             let share = INVERSE[k + 1];
             for i in 0..frame.masses {
                 self.x[i][k + 1] = self.v[i][k] * share;
@@ -482,6 +495,7 @@ impl Motion {
             direction,
             offset,
             slope,
+            still,
         } = rub;
         if rub.holds() {
             for k in 0..ORDER {
@@ -509,7 +523,11 @@ impl Motion {
                 slope * u[k] + if k == 0 { offset } else { 0.0 }
             };
             force[k] = direction * size;
-            let a = input[k] - spring * x[k] - damper * v[k] + pull * size;
+            let a = if still && k == 0 {
+                drive[1]
+            } else {
+                input[k] - spring * x[k] - damper * v[k] + pull * size
+            };
             x[k + 1] = v[k] * INVERSE[k + 1];
             v[k + 1] = a * INVERSE[k + 1];
         }

@@ -123,6 +123,7 @@ pub fn resume(
             Phase::Hold(direction) => {
                 contact.direction = direction;
                 contact.between = motion.laws[c].toward(direction).branches(direction * speeds[c]);
+                contact.kept = speeds[c];
             }
         }
     }

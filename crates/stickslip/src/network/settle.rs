@@ -47,6 +47,7 @@ impl Loop<'_> {
             contact.memory.force_rate = rate;
             contact.direction = direction;
             contact.between = between.filter(|[falling, rising]| (falling..rising).contains(&&balance));
+            contact.kept = if contact.between.is_some() { w } else { 0.0 };
             let law = self.laws[c].toward(direction);
             contact.piece = law.begin(w.abs(), balance, &mut contact.memory);
             force[c] = direction * law.force(&contact.piece, w.abs());
@@ -83,6 +84,7 @@ impl Loop<'_> {
             direction: 0.0,
             offset: 0.0,
             slope: 0.0,
+            still: false,
         };
         let held = self
             .frame

@@ -70,6 +70,7 @@ impl Loop<'_> {
         let contact = &mut self.contacts[c];
         contact.memory.force_rate = rate;
         contact.sense = 0.0;
+        contact.kept = 0.0;
         if let Some([falling, rising]) = contact.between.take() {
             let (bound, balance) = if end == End::High {
                 (rising, f64::INFINITY)
@@ -115,6 +116,7 @@ impl Loop<'_> {
         let force = contact.direction * law.force(&contact.piece, speed);
         let kind = if between.is_some() {
             contact.between = between;
+            contact.kept = contact.direction * speed;
             Kind::Hold
         } else {
             contact.piece = law.next(&contact.piece, End::Turn { rising }, speed, &mut contact.memory);

@@ -73,11 +73,13 @@ pub(super) fn rubs(phases: &[Phase], line: impl Fn(usize) -> [f64; 2]) -> Vec<Ru
             direction: 0.0,
             offset: 0.0,
             slope: 0.0,
+            still: false,
         },
         Phase::Hold(direction) => Rub {
             direction,
             offset: 0.0,
             slope: f64::INFINITY,
+            still: false,
         },
         Phase::Slip(direction) => {
             let [offset, slope] = line(c);
@@ -85,6 +87,7 @@ pub(super) fn rubs(phases: &[Phase], line: impl Fn(usize) -> [f64; 2]) -> Vec<Ru
                 direction,
                 offset,
                 slope,
+                still: false,
             }
         }
     };

@@ -19,6 +19,7 @@ from stickslip.dynamics.periodic.shooting import Family, Lost, Point, corrected,
 from stickslip.dynamics.periodic.switching_boundaries import name_of, worst
 from stickslip.errors import InputError
 from stickslip.files.documents import number
+from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class CodimensionTwo:
 
 
 @dataclass
-class Locus:
+class Locus(InNotebook):
     """One curve of special points of one kind in the plane of two parameters.
 
     Attributes
@@ -82,6 +83,10 @@ class Locus:
         data |= {"x_min": ("point", self.x_min), "x_max": ("point", self.x_max)}
         attrs = {"title": "stickslip locus", "kind": self.kind, "system": json.dumps(self.system.to_dict())}
         return xr.Dataset(data, attrs=attrs)
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        return {"kind": self.kind, "parameters": self.parameters, "points": len(self.values)}
 
     def __repr__(self) -> str:
         return f"<Locus of {self.kind} over {' and '.join(self.parameters)}: {len(self.values)} points>"

@@ -24,6 +24,7 @@ from stickslip.dynamics.periodic.return_map import (
 )
 from stickslip.errors import InputError
 from stickslip.files.documents import number
+from stickslip.files.notebook import InNotebook
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
@@ -36,7 +37,7 @@ _MARGINAL = 1e-9
 
 
 @dataclass(frozen=True)
-class PeriodicOrbit:
+class PeriodicOrbit(InNotebook):
     """A closed orbit and its stability.
 
     Attributes
@@ -116,9 +117,17 @@ class PeriodicOrbit:
         """
         return one_period(self.closed, self.period)
 
+    @property
+    def _kind(self) -> str:
+        return "stable" if self.stable else "marginal" if self.marginal else "unstable"
+
     def __repr__(self) -> str:
-        kind = "stable" if self.stable else "marginal" if self.marginal else "unstable"
-        return f"<PeriodicOrbit T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {kind}>"
+        return f"<PeriodicOrbit T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {self._kind}>"
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        sizes = [float(size) for size in np.abs(self.multipliers)]
+        return {"period": self.period, "stability": self._kind, "sizes of multipliers": sizes, "events": self.events}
 
 
 def from_section(system: Any, t0: float) -> Any:

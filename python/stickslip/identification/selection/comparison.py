@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.notebook import OfTable, waiting
 from stickslip.identification.guesses.first_guess import GUESSES
 from stickslip.identification.kinetic.branches import Problem, fit_branches
 from stickslip.identification.law_fit import Options, fit_law
@@ -53,8 +54,8 @@ SAMPLES = 6000
 """Samples of a directly measured record that are used, evenly thinned."""
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(OfTable):
     """Laws in the order of their prediction.
 
     Attributes
@@ -129,10 +130,13 @@ def compare_laws(
     errors: dict[str, list[tuple[Array, Array]]] = {}
     refused: list[str] = []
     trials = [(label, kind, count, offset) for label, kind, count in candidates for offset in offsets]
+    waited = waiting(None, "compare_laws")
     for number, (label, kind, count, offset) in enumerate(trials):
         label = f"{label} + offset" if offset else label
         if progress is not None:
             progress(label, number, len(trials))
+        else:
+            waited(number, len(trials))
         try:
             if breaks and kind in STATES:
                 raise InputError(

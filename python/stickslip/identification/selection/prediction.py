@@ -15,6 +15,7 @@ from scipy.optimize import nnls
 from scipy.stats import norm, qmc, t
 
 from stickslip.errors import InputError
+from stickslip.files.notebook import OfTable
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
 from stickslip.identification.records import FrictionRecord, check_same_units, read_records
 from stickslip.identification.result import Identification
@@ -46,8 +47,8 @@ FAR = 0.1
 """Distance from the records of the law, in e-folds, that is worth a sentence."""
 
 
-@dataclass(frozen=True)
-class Prediction:
+@dataclass(frozen=True, repr=False)
+class Prediction(OfTable):
     """Runs predicted by a law.
 
     Attributes

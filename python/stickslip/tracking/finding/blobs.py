@@ -19,6 +19,9 @@ LEVELS = 16
 LEAST_LEVELS = 3
 """A spot that is seen at fewer heights is noise or texture."""
 
+JUMPS = 1.12
+"""Shares below a tenth are left out, which jumps from picture to picture: errors are larger than by the rim's noise alone."""
+
 EVEN = 0.08
 """A ground that scatters by no more than this share of a blob's contrast is even: only the light varies on it."""
 
@@ -329,7 +332,7 @@ def _centre(
     xx, yy, xy = (float(v) / weight for v in (along @ columns**2, down @ rows**2, rows @ share @ columns))
     noise = math.hypot(max(spread, 0.3), 1 / math.sqrt(12))
     rim = (share > 0) & (share < 0.98)
-    rough = steep * noise / (contrast * weight)
+    rough = JUMPS * steep * noise / (contrast * weight)
     x_error = rough * math.sqrt(float(rim.sum(axis=0) @ columns**2))
     y_error = rough * math.sqrt(float(rim.sum(axis=1) @ rows**2))
     determinant = max(xx * yy - xy * xy, 1e-12)

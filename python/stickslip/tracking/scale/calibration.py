@@ -168,8 +168,8 @@ def read_calibration(
     * ``ruler = "photo.jpg"`` with ``first``, ``second``, ``last`` (pixels of those marks), ``pitch``, ``order`` (of the
       polynomial, default 3) and ``start`` (what the first mark says, default 0): the marks are found in the photo.
     * ``marks = [[x, y], ...]`` with ``positions = [...]`` and ``order`` (default 1): pixels of known places.
-    * ``marks = [[x, y], ...]`` with ``positions = [[X, Y], ...]``, four or more: a plane seen at an angle, Y to the left of X;
-      with eight or more its lens is fitted too where none is given.
+    * ``marks = [[x, y], ...]`` with ``positions = [[X, Y], ...]``, four or more: a plane seen at an angle, Y to
+      the left of X; with eight or more its lens is fitted too where none is given.
     * ``checker = "board.png"`` with ``corners = [9, 6]`` (inner corners along and across) and ``square``: a board in the
       plane of motion; plane and lens are fitted together.
     * ``marker_size``: the true diameter (or side) of the marker that is tracked.
