@@ -9,7 +9,6 @@ use crate::elementary::{exp, ln};
 use crate::engine::{Closed, Engine, Reached, Steps};
 use crate::error::{Error, wrong};
 use crate::event::Work;
-use crate::law::Friction;
 use crate::matrix::Matrix;
 use crate::network;
 use crate::observer::Observer;
