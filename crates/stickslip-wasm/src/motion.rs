@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
-use stickslip::law::{Friction, Law};
+use stickslip::law::Law;
 use stickslip::mode::Kind;
 use stickslip::regime::Regime;
 use stickslip::simulate::{self, Run};

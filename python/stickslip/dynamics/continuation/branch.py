@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stickslip.dynamics.periodic.cycles import Cycle, unchecked
 from stickslip.dynamics.periodic.shooting import Label, Point
 from stickslip.errors import InputError
+from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 
@@ -57,8 +58,8 @@ class SpecialPoint:
         return unchecked(self.point.here)
 
 
-@dataclass
-class Branch:
+@dataclass(repr=False)
+class Branch(InNotebook):
     """One curve of motions: a row a point.
 
     Attributes
@@ -116,6 +117,17 @@ class Branch:
         rows = [np.pad(c.multipliers, (0, most - len(c.multipliers)), constant_values=np.nan) for c in self.orbits]
         return np.array(rows, complex).reshape(len(self.orbits), most)
 
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        ends = f"{min(self.values):.6g} to {max(self.values):.6g}" if self.values else "nothing"
+        stable = f"{sum(item is True for item in self.stable)} of {len(self.values)} points"
+        points = [f"{item.kind} at {item.parameter:.6g}" for item in self.special_points]
+        return {"kind": self.kind, "from": ends, "stable": stable, "special_points": points or "none"}
+
+    def __repr__(self) -> str:
+        facts = self.facts()
+        return f"<Branch of {self.kind} from {facts['from']}, stable at {facts['stable']}>"
+
     def add(self, cycle: Cycle, value: float) -> None:
         """One more point."""
         self.orbits.append(cycle)
@@ -141,7 +153,7 @@ COLUMNS = ("values", "stable", "period", "multiplier", "x_min", "x_max", "sticks
 
 
 @dataclass(frozen=True)
-class Branches:
+class Branches(InNotebook):
     """The branches of a continuation.
 
     Attributes
@@ -192,6 +204,11 @@ class Branches:
             "kinds": ", ".join(branch.kind for branch in self.branches),
         }
         return xr.Dataset(data, attrs=attrs)
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        points = [f"{item.kind} at {item.parameter:.6g}" for item in self.special_points]
+        return {"parameter": self.parameter, "branches": list(self.branches), "special_points": points or "none"}
 
     def __repr__(self) -> str:
         found = ", ".join(f"{item.kind} {item.parameter:.9g}" for item in self.special_points) or "none"

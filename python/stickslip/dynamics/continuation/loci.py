@@ -20,6 +20,7 @@ from stickslip.dynamics.periodic.shooting import Family, Point, corrected, stepp
 from stickslip.dynamics.periodic.switching_boundaries import name_of, worst
 from stickslip.errors import InputError
 from stickslip.files.documents import number
+from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ class CodimensionTwo:
 
 
 @dataclass
-class Locus:
+class Locus(InNotebook):
     """One curve of special points of one kind in the plane of two parameters.
 
     Attributes
@@ -83,6 +84,10 @@ class Locus:
         data |= {"x_min": ("point", self.x_min), "x_max": ("point", self.x_max)}
         attrs = {"title": "stickslip locus", "kind": self.kind, "system": json.dumps(self.system.to_dict())}
         return xr.Dataset(data, attrs=attrs)
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        return {"kind": self.kind, "parameters": self.parameters, "points": len(self.values)}
 
     def __repr__(self) -> str:
         return f"<Locus of {self.kind} over {' and '.join(self.parameters)}: {len(self.values)} points>"
@@ -174,13 +179,13 @@ def locus(
             raise InputError(f"locus: the point is not found again in two parameters: {error}") from None
         walked = 0
 
-        def told(points: int) -> None:
+        def notify(points: int) -> None:
             if progress is not None:
                 progress(walked + points, 2 * most)
 
         halves, found = [], []
         for sign in (-1.0, 1.0):
-            half, second = _half(replace(start, direction=sign * start.direction), family, most, told, point.kind)
+            half, second = _half(replace(start, direction=sign * start.direction), family, most, notify, point.kind)
             halves.append(half)
             found.append(second)
             walked += most
@@ -194,7 +199,7 @@ _Row = tuple[float, float, float, float]
 
 
 def _half(
-    point: Point, family: Family, most: int, told: Callable[[int], None], kind: str
+    point: Point, family: Family, most: int, notify: Callable[[int], None], kind: str
 ) -> tuple[list[_Row], list[CodimensionTwo]]:
     """One way along the curve until a bound or another boundary, and the points of codimension two on it."""
     rows = [_row(point)]
@@ -203,7 +208,7 @@ def _half(
     # What vanishes at the end of the curve, with the last point that has it.
     ended: tuple[Point, Point, float] | None = None
     while len(rows) < most and step >= _SMALLEST:
-        told(len(rows))
+        notify(len(rows))
         try:
             ahead = stepped(point, point.here.forcing_periods, family, step)
         except Lost:

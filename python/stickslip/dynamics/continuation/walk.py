@@ -17,6 +17,7 @@ from stickslip.dynamics.periodic.cycles import finished
 from stickslip.dynamics.periodic.return_map import Lost
 from stickslip.dynamics.periodic.shooting import Family, Label, Point, axis, consistent, corrected, stepped
 from stickslip.errors import InputError
+from stickslip.files.notebook import waiting
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
 #: A cycle of less than this share of the largest on the branch is about to be a point.
@@ -45,9 +46,9 @@ class Walk:
         self._add(point)
         largest = self._size()
         step = 0.01
+        progress = waiting(self.progress, "continuation")
         while len(self.branch.values) < self.most:
-            if self.progress is not None:
-                self.progress(len(self.branch.values), self.most)
+            progress(len(self.branch.values), self.most)
             try:
                 ahead = stepped(point, point.here.forcing_periods, self.family, step)
             except Lost:

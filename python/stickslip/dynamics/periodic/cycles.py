@@ -24,6 +24,7 @@ from stickslip.dynamics.periodic.return_map import (
 )
 from stickslip.errors import InputError
 from stickslip.files.documents import number
+from stickslip.files.notebook import InNotebook
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
@@ -40,7 +41,7 @@ _MARGINAL = 1e-9
 
 
 @dataclass(frozen=True)
-class Cycle:
+class Cycle(InNotebook):
     """What every closed orbit has, of whatever law: its period and its multipliers, and what they say."""
 
     system: Oscillator | System
@@ -77,9 +78,17 @@ class Cycle:
         """Whether small disturbances decay; None where they neither decay nor grow."""
         return None if self.marginal else self.largest < 1
 
+    @property
+    def _kind(self) -> str:
+        return {True: "stable", False: "unstable", None: "marginal"}[self.stable]
+
     def __repr__(self) -> str:
-        kind = {True: "stable", False: "unstable", None: "marginal"}[self.stable]
-        return f"<{type(self).__name__} T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {kind}>"
+        return f"<{type(self).__name__} T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {self._kind}>"
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        sizes = [float(size) for size in np.abs(self.multipliers)]
+        return {"period": self.period, "stability": self._kind, "sizes of multipliers": sizes, "events": self.events}
 
 
 @dataclass(frozen=True, repr=False)

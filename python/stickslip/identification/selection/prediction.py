@@ -15,13 +15,14 @@ from scipy.optimize import nnls
 from scipy.stats import norm, qmc, t
 
 from stickslip.errors import InputError
+from stickslip.files.notebook import OfTable
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
-from stickslip.identification.law_parameters import with_values
-from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.identification.records import FrictionRecord, check_same_units, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.agreement import CYCLES, TRANSIENT, cycle_of, measured_kind, oscillator_of
 from stickslip.identification.selection.reading import Reading, read_motion
 from stickslip.laws import Law
+from stickslip.laws.numbers import Spread
 from stickslip.measurement.instruments import Bench
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
@@ -46,8 +47,8 @@ FAR = 0.1
 """Distance from the records of the law, in e-folds, that is worth a sentence."""
 
 
-@dataclass(frozen=True)
-class Prediction:
+@dataclass(frozen=True, repr=False)
+class Prediction(OfTable):
     """Runs predicted by a law.
 
     Attributes
@@ -161,14 +162,15 @@ def _run(item: Any, law: Identification) -> FrictionRecord:
     if isinstance(item, str | Path) and Path(item).suffix == ".toml":
         rig = load_rig(item)
         if not isinstance(rig, Rig):
-            gauge = f"the instrument {rig.instrument}" if isinstance(rig, Bench) else "a chain of masses"
+            kind = f"the instrument {rig.instrument}" if isinstance(rig, Bench) else "a chain of masses"
             raise InputError(
-                f"{item}: expected the rig of one mass on a spring, got {gauge}; give a friction file instead"
+                f"{item}: expected the rig of one mass on a spring, got {kind}; give a friction file instead"
             )
         return _unmeasured(rig, str(item), law)
     if isinstance(item, Rig):
         return _unmeasured(item, f"{item.stiffness:g} N/m at {item.drive_velocity:g} m/s", law)
     (run,) = read_records(item)
+    check_same_units((record.name, record.units) for record in (*law.records, run))
     return replace(run, constants={**run.constants, **_stated(run)})
 
 
@@ -218,12 +220,10 @@ class _Law:
 
     def __init__(self, law: Identification) -> None:
         self.law = law.law
-        self.further = "between" in law.groups and bool((law.groups["between"] > 0).any())
+        self.further = "record_scatter" in law.groups and bool((law.groups["record_scatter"] > 0).any())
         # Numbers that scatter from record to record scatter once more to the next one.
-        self.covariance = law.covariance.to_numpy() * (1 + len(law.records) if self.further else 1)
-        self.names = [str(name) for name in law.parameters.index]
-        self.values = law.parameters["value"].to_numpy()
-        self.ties = law.ties
+        self.covariance = law.covariance * (1 + len(law.records) if self.further else 1)
+        self.constraints = law.constraints
         self.records = [record for record in law.records if {"mass", *STATED} <= set(record.constants)]
         stated = [_stated(record) for record in self.records]
         self.points = np.array(
@@ -241,7 +241,7 @@ class _Law:
             if (kind := measured_kind(record)) != UNKNOWN:
                 kinds.append(read.kind == kind)
             rests.append([_off(name, here[name], there[name][0]) for name in QUANTITIES])
-        self.right, self.told = sum(kinds), len(kinds)
+        self.right, self.decided = sum(kinds), len(kinds)
         rest = np.array(rests).reshape(-1, len(QUANTITIES))
         self.misfit = {
             name: float(np.sqrt(np.nanmean(column**2))) if np.isfinite(column).any() else 0.0
@@ -266,32 +266,22 @@ class _Law:
 
     def credibility(self, beyond: float) -> float:
         """Probability that the law says the kind of a run at this distance rightly."""
-        worth = math.exp(-beyond)
-        return (1 + worth * self.right) / (2 + worth * self.told)
+        weight = math.exp(-beyond)
+        return (1 + weight * self.right) / (2 + weight * self.decided)
 
     def draws(self, run: FrictionRecord, beyond: float) -> list[Reading]:
         """Motions of the laws that may as well be."""
-        variances, directions = np.linalg.eigh(self.covariance * (1 + beyond))
-        steps = directions * np.sqrt(np.maximum(variances, 0.0))
-        count = len(self.values)
+        spread = Spread(self.law, self.covariance * (1 + beyond), self.constraints)
+        count = len(spread.names)
         normal = qmc.MultivariateNormalQMC(np.zeros(count + len(STATED)), rng=np.random.default_rng(0)).random(DRAWS)
         found = []
         for one in normal:
-            law = self._at(self.values + steps @ one[:count])
+            law = spread.at(one[:count])
             ratios = np.exp(self.mistaken * one[count:])
             known = {name: run.constants[name] * ratio for name, ratio in zip(STATED, ratios, strict=True)}
             if law is not None:
                 found.append(_simulated(replace(run, constants={**run.constants, **known}), law))
         return found
-
-    def _at(self, values: Array) -> Law | None:
-        """The law with these numbers, None where that is no law."""
-        moved = dict(zip(self.names, values.tolist(), strict=True))
-        tied = {name: moved[source] for name, source in self.ties.items() if source in moved}
-        try:
-            return with_values(self.law, moved | tied)
-        except InputError:
-            return None
 
 
 def _point(constants: Mapping[str, float]) -> Array:
@@ -399,8 +389,8 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
             f"{100 * law.mistaken[0]:.0f} % off and the drive velocity {100 * law.mistaken[1]:.0f} % (rms), which the "
             "intervals hold."
         )
-    if law.right < law.told:
-        found.append(f"Of its own {law.told} records the law gives the kind of {law.right} rightly.")
+    if law.right < law.decided:
+        found.append(f"Of its own {law.decided} records the law gives the kind of {law.right} rightly.")
     for name, row in table.iterrows():
         odds = ", ".join(f"{kind} {row[kind]:.2f}" for kind in KINDS)
         found.append(f"{name}: probability of {odds}.")
@@ -410,8 +400,8 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
                 "law: an extrapolation."
             )
     measured = table[table["kind"].notna()]
-    told = measured[measured["kind"] != UNKNOWN]
-    wrong = told[told["kind"] != told["predicted_kind"]]
+    decided = measured[measured["kind"] != UNKNOWN]
+    wrong = decided[decided["kind"] != decided["predicted_kind"]]
     for name, row in wrong.iterrows():
         predicted = str(row["predicted_kind"])
         found.append(f"{name} is {row['kind']}, predicted was {predicted} with a probability of {row[predicted]:.2f}.")

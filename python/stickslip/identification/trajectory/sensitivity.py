@@ -12,9 +12,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.law_parameters import numbers, value, with_values
+from stickslip.files.notebook import OfTable
 from stickslip.identification.result import Identification
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
+from stickslip.laws.numbers import numbers, value, with_values
 from stickslip.simulation.orbit import Orbit
 
 STEP = 1e-3
@@ -23,8 +24,8 @@ ZERO_STEP = 1e-4
 """Change of a number that is 0."""
 
 
-@dataclass(frozen=True)
-class Sensitivity:
+@dataclass(frozen=True, repr=False)
+class Sensitivity(OfTable):
     """Answers of the motion under one record's drive to changes of the law.
 
     Attributes
@@ -49,11 +50,13 @@ class Sensitivity:
         span = change * abs(middle) if middle else change
         for number, width in ((middle - span, 1.0), (middle, 2.2), (middle + span, 1.0)):
             try:
-                orbit, settle = self.record_misfit.orbit(with_values(law, {name: number}), 3 * self.record_misfit.cycle)
+                orbit, transient = self.record_misfit.orbit(
+                    with_values(law, {name: number}), 3 * self.record_misfit.cycle
+                )
             except InputError:
                 # Not a law there.
                 continue
-            x, v = orbit.at(_fine(orbit, settle, settle + 3 * self.record_misfit.cycle))
+            x, v = orbit.at(_fine(orbit, transient, transient + 3 * self.record_misfit.cycle))
             axes.plot(x, v, lw=width, label=f"{name} = {number:.4g}")
         axes.set_xlabel("displacement x")
         axes.set_ylabel("velocity ẋ")
