@@ -113,3 +113,27 @@ def test_exponent_of_strong_chaos_is_the_average_of_the_release_map() -> None:
             logs.append(np.log(np.abs(gap / (2 * step))))
     average = np.concatenate(logs).sum() / (times[-1] - times[0])
     assert spectrum.exponents[0] * period == pytest.approx(average * period, abs=0.02)
+
+
+def two_blocks(asymmetry: float, coupling: float) -> ss.System:
+    """Two blocks pulled slowly: static over kinetic friction 1.25, that of the second block `asymmetry` times the first's.
+
+    Huang & Turcotte, Nature 348 (1990) 234, and Pure Appl. Geophys. 138 (1992) 569.
+    """
+    laws = [ss.laws.StaticKinetic(1.25 * size, size) for size in (1.0, asymmetry)]
+    return ss.chain(2, laws, 1e-3, coupling=coupling)
+
+
+@pytest.mark.slow
+def test_two_equal_blocks_are_neutral_and_unequal_ones_can_be_chaotic() -> None:
+    # "The orbits are periodic in the symmetrical case but the orbit the system evolves to depends on the initial
+    # conditions" (Narkounskaia & Turcotte, Geophys. J. Int. 111 (1992) 250): no disturbance decays.
+    equal = ss.lyapunov(two_blocks(1.0, 1.2), 10_000.0, x0=[0.3, 0.1])
+    assert abs(equal.exponents[:2]).max() < 1e-12
+    # With any asymmetry there are chaotic motions, and periodic ones for other couplings.
+    chaotic = ss.lyapunov(two_blocks(2.25, 0.8), 100_000.0, x0=[0.3, 0.1])
+    assert chaotic.exponents[0] > 2 * chaotic.errors[0]
+    assert chaotic.chaos_test > 0.8
+    regular = ss.lyapunov(two_blocks(2.25, 1.4), 50_000.0, x0=[0.3, 0.1])
+    assert regular.exponents[1] < -1e-3
+    assert regular.chaos_test < 0.2

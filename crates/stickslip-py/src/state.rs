@@ -100,6 +100,19 @@ impl Masses {
         Ok(self.0.rates(t, y.as_slice()?).into_pyarray(py))
     }
 
+    /// The same at many times, row after row.
+    fn slopes<'py>(
+        &self,
+        py: Python<'py>,
+        t: PyReadonlyArray1<'py, f64>,
+        y: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Array<'py, f64>> {
+        let rows = y.as_slice()?.chunks_exact(self.0.width());
+        let pairs = t.as_slice()?.iter().zip(rows);
+        let slopes: Vec<f64> = pairs.flat_map(|(&t, y)| self.0.rates(t, y)).collect();
+        Ok(slopes.into_pyarray(py))
+    }
+
     /// Velocities and accelerations mass by mass; slip velocities, forces, slip accelerations contact by contact; at times.
     fn states<'py>(
         &self,

@@ -75,9 +75,9 @@ def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None
                 )
     for name, colour in named.items():
         ax.plot([], [], color=OKABE_ITO[colour], label=name)
-    for kind, text in ((False, "unstable"), (None, "marginal")):
-        if any(kind is value for branch in result.branches for value in branch.stable):
-            ax.plot([], [], color=OKABE_ITO["black"], lw=1.1, ls=LINES[kind], label=text)
+    for state, text in ((False, "unstable"), (None, "marginal")):
+        if any(state is value for branch in result.branches for value in branch.stable):
+            ax.plot([], [], color=OKABE_ITO["black"], lw=1.1, ls=LINES[state], label=text)
     _mark(result, ax)
     which = units_of(result.system, units)
     ax.set(

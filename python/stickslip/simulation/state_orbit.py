@@ -125,9 +125,21 @@ class StateOrbit(Orbit):
             raise InputError("state: no law of this system has an internal state")
         return z if z.ndim else z.item()
 
+    def variables(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What is integrated, at times: positions, velocities or slip velocities, internal states; shape (times, w)."""
+        return np.ascontiguousarray(self._solution(times).T)
+
+    def maxima(self) -> NDArray[np.float64]:
+        """The times at which the position of the first contact's mass is greatest."""
+        times = next(mark.times for mark in self._marks if mark.kind == "turn" and mark.contact == 0)
+        if not times.size:
+            return times
+        a = self._columns(times)["a"].reshape(times.size, -1)[:, masses_of(self.system)[0]]
+        return times[a < 0]
+
     def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
         n, c = self._masses, self._contacts
-        y = np.ascontiguousarray(self._solution(times).T) if times.size else np.empty((0, 2 * n + c))
+        y = self.variables(times) if times.size else np.empty((0, 2 * n + c))
         v, a, w, force, _ = self._right_hand_side.states(times, y.ravel())
         columns: dict[str, NDArray[Any]] = {
             "x": y[:, :n], "v": v.reshape(-1, n), "a": a.reshape(-1, n),
@@ -153,7 +165,7 @@ class StateOrbit(Orbit):
         grid = self.times(most=10_000_000)
         t = np.unique(np.concatenate([[after], steps[steps > after], grid[grid > after]]))
         values = {name: column.reshape(t.size, -1) for name, column in self._columns(t).items()}
-        y = np.ascontiguousarray(self._solution(t).T)
+        y = self.variables(t)
         slip = self._right_hand_side.states(t, y.ravel())[4].reshape(t.size, -1)[:, contact]
         share, sticks = self._adhesion(values, after, contact)
         stuck = np.full(t.size, True) if share == 1.0 else values["stuck"][:, contact] & sticks

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit, unchecked
+from stickslip.dynamics.periodic.cycles import Cycle, unchecked
 from stickslip.dynamics.periodic.shooting import Label, Point
 from stickslip.errors import InputError
 from stickslip.files.notebook import InNotebook
@@ -40,9 +40,10 @@ class SpecialPoint:
     system: Oscillator | System | None = field(default=None, repr=False, compare=False)
     point: Point | None = field(default=None, repr=False, compare=False)
     label: Label | None = field(default=None, repr=False, compare=False)
+    cycle: Cycle | None = field(default=None, repr=False, compare=False)
 
     @property
-    def orbit(self) -> PeriodicOrbit:
+    def orbit(self) -> Cycle:
         """The closed orbit there, with its multipliers; to continue from it, over whatever number, give it as a guess.
 
         Raises
@@ -50,6 +51,8 @@ class SpecialPoint:
         InputError
             at a Hopf point of steady slip, which has no orbit.
         """
+        if self.cycle is not None:
+            return self.cycle
         if self.point is None:
             raise InputError(f"special point: a {self.kind} of steady slip has no orbit; take a point of a cycle")
         return unchecked(self.point.here)
@@ -81,9 +84,9 @@ class Branch(InNotebook):
     x_max: list[float] = field(default_factory=list)
     sticks: list[bool] = field(default_factory=list)
     special_points: list[SpecialPoint] = field(default_factory=list)
-    orbits: list[PeriodicOrbit] = field(default_factory=list, repr=False, compare=False)
+    orbits: list[Cycle] = field(default_factory=list, repr=False, compare=False)
 
-    def orbit(self, index: int) -> PeriodicOrbit:
+    def orbit(self, index: int) -> Cycle:
         """The orbit of a point, stable or not: its period, multipliers, phases and, as ``.orbit``, its motion.
 
         Raises
@@ -103,7 +106,7 @@ class Branch(InNotebook):
             raise InputError(f"branch: orbit must be from 0 to {len(self.orbits) - 1}, got {index}")
         return self.orbits[index]
 
-    def nearest(self, value: float) -> PeriodicOrbit:
+    def nearest(self, value: float) -> Cycle:
         """The orbit of the point whose parameter is nearest to a value, the first on the curve of several."""
         return self.orbit(int(np.argmin(np.abs(np.asarray(self.values) - value))) if self.values else 0)
 
@@ -125,7 +128,7 @@ class Branch(InNotebook):
         facts = self.facts()
         return f"<Branch of {self.kind} from {facts['from']}, stable at {facts['stable']}>"
 
-    def add(self, cycle: PeriodicOrbit, value: float) -> None:
+    def add(self, cycle: Cycle, value: float) -> None:
         """One more point."""
         self.orbits.append(cycle)
         low, high = range_of(cycle)
@@ -212,7 +215,7 @@ class Branches(InNotebook):
         return f"<Branches over {self.parameter}: {len(self.branches)}, special points: {found}>"
 
 
-def range_of(cycle: PeriodicOrbit) -> tuple[float, float]:
+def range_of(cycle: Cycle) -> tuple[float, float]:
     """Least and greatest position of a cycle."""
     return extremes(cycle.orbit)
 

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.continuation.branch import COLUMNS, Branch, Branches, SpecialPoint, range_of
+from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit, periodic_orbit
+from stickslip.dynamics.periodic.cycles import Cycle, PeriodicOrbit, periodic_orbit
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
 from stickslip.dynamics.periodic.return_map import forcing_period
 from stickslip.dynamics.periodic.shooting import Family, axis, corrected
+from stickslip.dynamics.periodic.state_cycles import StateCycle
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.model.system import Oscillator, System
@@ -43,8 +45,9 @@ def continuation(
 
     Parameters
     ----------
-    system : of one mass or several (of which the positions of the first are kept); any law without an internal state.
-        Steady slip is followed of one mass.
+    system : of one mass or several (of which the positions of the first are kept). Steady slip is followed of one mass, under
+        a law without an internal state; under one with such a state cycles are followed by the map over one period, and
+        folds, flips, branch points and tori are located on them.
     parameter : a number of the system document, such as ``"drive_velocity"``, ``"forcing.frequency"`` or ``"law.kinetic"``.
     bounds : (low, high) of the parameter.
     guess : as for :func:`stickslip.periodic_orbit`, at the value that the system has; default the motion from rest. A
@@ -74,18 +77,20 @@ def continuation(
     >>> [(p.kind, round(p.parameter, 10)) for p in continuation(swing, "law.kinetic", (0.55, 0.75), seeds=0).special_points]
     [('crossing_sliding', 0.7220709759)]
     """
-    check(system, "continuation")
+    integrated = isinstance(system, Oscillator | System) and system.integrated
+    if not integrated:
+        check(system, "continuation")
     path = pointer(system, parameter, "continuation")
     low, high = (number(name, bound, "continuation") for name, bound in zip(("low", "high"), bounds, strict=True))
     if not low < high:
         raise InputError(f"continuation: bounds must be (low, high) with low < high, got ({low:g}, {high:g})")
     family = Family((path,), ((low, high),))
     branches = []
-    if isinstance(system, Oscillator) and forcing_period(system) is None:
+    if isinstance(system, Oscillator) and not integrated and forcing_period(system) is None:
         steady = _steady(system, path, family)
         if steady.values:
             branches.append(steady)
-    here = read(guess.system if isinstance(guess, PeriodicOrbit) else system, path)
+    here = read(guess.system if isinstance(guess, Cycle) else system, path)
     if guess is not None and not low <= here <= high:
         raise InputError(f"continuation: the bounds must hold the value of the guess, {here:g}, got {low:g}:{high:g}")
     starts = [(here, guess)] if low <= here <= high else []
@@ -99,13 +104,16 @@ def continuation(
             continue
         if any(lies_on(branch, cycle, value) for branch in branches):
             continue
-        branches.append(_both_ways(cycle, value, family, most, progress))
+        if isinstance(cycle, StateCycle):
+            branches.append(StateWalk(path, (low, high), most, progress).both_ways(cycle))
+        else:
+            branches.append(_both_ways(cycle, value, family, most, progress))
     if not branches:
         raise InputError("continuation: no periodic motion to start from: give a guess (x, v) near one")
     return Branches(system, parameter, (low, high), tuple(branches))
 
 
-def lies_on(branch: Branch, cycle: PeriodicOrbit, value: float) -> bool:
+def lies_on(branch: Branch, cycle: Cycle, value: float) -> bool:
     """Whether a cycle is one that the branch has already."""
     if branch.kind != "cycle":
         return False

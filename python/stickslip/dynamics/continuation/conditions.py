@@ -28,19 +28,22 @@ def nontrivial(here: Return) -> Any:
     return multipliers_of(here)[0 if here.forcing_periods else 1 :]
 
 
-def torus(here: Return) -> float:
+def torus(values: Any) -> float:
     """How far the largest pair of complex multipliers lies outside the unit circle; NaN without one."""
-    values = nontrivial(here)
     pair = values[np.abs(values.imag) > 1e-9]
     return float(np.abs(pair).max() - 1) if pair.size else math.nan
 
 
+#: Test functions of the multipliers but the 1 of an autonomous cycle.
+TESTS_OF_MULTIPLIERS: dict[str, Callable[[Any], float]] = {
+    "branch_point": lambda values: float(np.prod(1 - values).real),
+    "flip": lambda values: float(np.prod(values + 1).real),
+    "neimark_sacker": torus,
+}
+
 #: Test functions along a branch; the tangent of the branch tells folds from branch points.
-TESTS: dict[str, Callable[[Point], float]] = {
-    "fold": lambda point: float(point.direction[_PARAMETER]),
-    "branch_point": lambda point: float(np.prod(1 - nontrivial(point.here)).real),
-    "flip": lambda point: float(np.prod(nontrivial(point.here) + 1).real),
-    "neimark_sacker": lambda point: torus(point.here),
+TESTS: dict[str, Callable[[Point], float]] = {"fold": lambda point: float(point.direction[_PARAMETER])} | {
+    kind: lambda point, test=test: test(nontrivial(point.here)) for kind, test in TESTS_OF_MULTIPLIERS.items()
 }
 
 
@@ -103,9 +106,7 @@ def second_conditions(kind: str) -> dict[str, Callable[[Point], float]]:
         return lambda point: float(np.prod(other_multipliers(point, kind) - sign).real)
 
     def circle(point: Point) -> float:
-        values = other_multipliers(point, kind)
-        pair = values[np.abs(values.imag) > 1e-9]
-        return float(np.abs(pair).max() - 1) if pair.size else math.nan
+        return torus(other_multipliers(point, kind))
 
     def cosine(level: float) -> Callable[[Point], float]:
         def test(point: Point) -> float:
@@ -130,8 +131,8 @@ def second_conditions(kind: str) -> dict[str, Callable[[Point], float]]:
     return tests
 
 
-def root(function: Callable[[float], float], before: float, after: float) -> float:
-    """A zero in (0, 1) of a function with known ends (Illinois).
+def root(function: Callable[[float], float], before: float, after: float, near: float = 1e-14) -> float:
+    """A zero in (0, 1) of a function with known ends (Illinois), until a step is less than `near`.
 
     Raises
     ------
@@ -144,7 +145,7 @@ def root(function: Callable[[float], float], before: float, after: float) -> flo
         fc = function(c)
         if not math.isfinite(fc):
             raise Lost("the test function is gone")
-        if fc == 0 or abs(b - a) < 1e-13 or abs(c - b) < 1e-14:
+        if fc == 0 or abs(b - a) < 10 * near or abs(c - b) < near:
             return c
         if fc * fb < 0:
             a, fa = b, fb

@@ -15,7 +15,8 @@ from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS, root, sec
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer, read, with_number
-from stickslip.dynamics.periodic.shooting import Family, Lost, Point, corrected, stepped
+from stickslip.dynamics.periodic.return_map import Lost
+from stickslip.dynamics.periodic.shooting import Family, Point, corrected, stepped
 from stickslip.dynamics.periodic.switching_boundaries import name_of, worst
 from stickslip.errors import InputError
 from stickslip.files.documents import number
@@ -184,8 +185,8 @@ def locus(
 
         halves, found = [], []
         for sign in (-1.0, 1.0):
-            rows, second = _half(replace(start, direction=sign * start.direction), family, most, notify, point.kind)
-            halves.append(rows)
+            half, second = _half(replace(start, direction=sign * start.direction), family, most, notify, point.kind)
+            halves.append(half)
             found.append(second)
             walked += most
         curve.special_points = found[0][::-1] + found[1]

@@ -14,7 +14,8 @@ from stickslip.dynamics.continuation.conditions import TESTS, root
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic import switching_boundaries
 from stickslip.dynamics.periodic.cycles import finished
-from stickslip.dynamics.periodic.shooting import Family, Label, Lost, Point, axis, consistent, corrected, stepped
+from stickslip.dynamics.periodic.return_map import Lost
+from stickslip.dynamics.periodic.shooting import Family, Label, Point, axis, consistent, corrected, stepped
 from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
 

@@ -14,11 +14,11 @@ from stickslip.dynamics.continuation.branch import Branch, SpecialPoint
 from stickslip.dynamics.continuation.branches import lies_on
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.critical.confirmation import Shown, shown
-from stickslip.dynamics.periodic.cycles import periodic_orbit
+from stickslip.dynamics.periodic.cycles import event_cycle
 from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check_one, with_number
-from stickslip.dynamics.periodic.return_map import forcing_period
-from stickslip.dynamics.periodic.shooting import Family, Lost, Point, axis, corrected
+from stickslip.dynamics.periodic.return_map import Lost, forcing_period
+from stickslip.dynamics.periodic.shooting import Family, Point, axis, corrected
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.files.notebook import InNotebook
@@ -324,7 +324,7 @@ def _passes(branch: Branch, speed: float, look: Shown) -> bool:
 
 def _branch(system: Oscillator, value: float, guess: Any, family: Family, known: list[Branch]) -> Branch | None:
     try:
-        cycle = periodic_orbit(system, guess, t_end=None if guess is None else 150 * system.natural_period)
+        cycle = event_cycle(system, guess, t_end=None if guess is None else 150 * system.natural_period)
         if (cycle.marginal and not cycle.sticks) or any(lies_on(branch, cycle, value) for branch in known):
             return None
         sequence = cycle.closed.sequence

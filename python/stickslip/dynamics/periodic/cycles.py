@@ -32,12 +32,67 @@ from stickslip.simulation.orbit import Orbit
 if TYPE_CHECKING:
     import pandas as pd
 
+    from stickslip.dynamics.periodic.state_cycles import StateCycle
+
+#: Said where a run ends without a motion that repeats.
+STEADY = "periodic_orbit: the motion comes to rest or slips steadily: no cycle here; give another guess"
 #: How far from 1 the size of a multiplier lies at most that rounding alone keeps from it.
 _MARGINAL = 1e-9
 
 
 @dataclass(frozen=True)
-class PeriodicOrbit(InNotebook):
+class Cycle(InNotebook):
+    """What every closed orbit has, of whatever law: its period and its multipliers, and what they say."""
+
+    system: Oscillator | System
+    period: float
+    forcing_periods: int
+    multipliers: NDArray[np.complex128]
+    residual: float
+    rounds: int
+    section: str
+    events: tuple[str, ...]
+
+    @property
+    def orbit(self) -> Orbit:
+        """One period."""
+        raise NotImplementedError
+
+    @property
+    def sticks(self) -> bool:
+        """Whether adhesion is a part of it."""
+        raise NotImplementedError
+
+    @property
+    def largest(self) -> float:
+        """The size of the largest multiplier that is not the 1 of an autonomous orbit."""
+        return float(np.abs(self.multipliers[0 if self.forcing_periods else 1 :]).max())
+
+    @property
+    def marginal(self) -> bool:
+        """Whether small disturbances neither grow nor decay, as around a centre."""
+        return abs(self.largest - 1) < _MARGINAL
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether small disturbances decay; None where they neither decay nor grow."""
+        return None if self.marginal else self.largest < 1
+
+    @property
+    def _kind(self) -> str:
+        return {True: "stable", False: "unstable", None: "marginal"}[self.stable]
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {self._kind}>"
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        sizes = [float(size) for size in np.abs(self.multipliers)]
+        return {"period": self.period, "stability": self._kind, "sizes of multipliers": sizes, "events": self.events}
+
+
+@dataclass(frozen=True, repr=False)
+class PeriodicOrbit(Cycle):
     """A closed orbit and its stability.
 
     Attributes
@@ -53,30 +108,12 @@ class PeriodicOrbit(InNotebook):
     events : kinds of the endings of its phases, in order.
     """
 
-    system: Oscillator | System
-    period: float
-    forcing_periods: int
-    multipliers: NDArray[np.complex128]
-    residual: float
-    rounds: int
-    section: str
-    events: tuple[str, ...]
     closed: Return
-
-    @property
-    def largest(self) -> float:
-        """The size of the largest multiplier that is not the 1 of an autonomous orbit."""
-        return float(np.abs(self.multipliers[0 if self.forcing_periods else 1 :]).max())
 
     @property
     def marginal(self) -> bool:
         """Whether small disturbances neither grow nor decay, as around a centre."""
-        return self.closed.multiple or abs(self.largest - 1) < _MARGINAL
-
-    @property
-    def stable(self) -> bool | None:
-        """Whether small disturbances decay; None where they neither decay nor grow."""
-        return None if self.marginal else self.largest < 1
+        return self.closed.multiple or super().marginal
 
     @property
     def state(self) -> tuple[float, Any, Any]:
@@ -116,18 +153,6 @@ class PeriodicOrbit(InNotebook):
         Of a forced system the phase of the forcing is moved so that the section lies at t = 0.
         """
         return one_period(self.closed, self.period)
-
-    @property
-    def _kind(self) -> str:
-        return "stable" if self.stable else "marginal" if self.marginal else "unstable"
-
-    def __repr__(self) -> str:
-        return f"<PeriodicOrbit T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {self._kind}>"
-
-    def facts(self) -> dict[str, Any]:
-        """What a notebook shows."""
-        sizes = [float(size) for size in np.abs(self.multipliers)]
-        return {"period": self.period, "stability": self._kind, "sizes of multipliers": sizes, "events": self.events}
 
 
 def from_section(system: Any, t0: float) -> Any:
@@ -238,6 +263,8 @@ def find(
         )
     followed = sequence.follow()
     states, width = followed.states, sequence.layout.width
+    if settled and wanted is None and steady(system, states[marks[-len(marks) // 2 :]]):
+        raise InputError(STEADY)
     following = np.vstack([sequence.modes[1:], sequence.modes[-1:]])
     force = forcing_period(system)
     coordinates = np.concatenate([sequence.layout.x, sequence.layout.v])
@@ -285,7 +312,7 @@ def _early(sequence: EventSequence, force: float | None) -> EventSequence:
 
 def periodic_orbit(
     system: Oscillator | System, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
-) -> PeriodicOrbit:
+) -> PeriodicOrbit | StateCycle:
     """A periodic orbit, stable or not, by Newton's method on its event sequence.
 
     The unknowns are the state at an event of the orbit (memory of the contact included), and at a forced system the phase;
@@ -293,8 +320,8 @@ def periodic_orbit(
 
     Parameters
     ----------
-    system : autonomous or with harmonic forcing, of one mass or several; any law without an internal state. Contacts of a
-        system must not close a loop, and its drives follow no table.
+    system : autonomous or with harmonic forcing, of one mass or several; its drives follow no table. Contacts under laws
+        without an internal state must not close a loop.
     guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
         that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit`: its last state; a
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
@@ -303,7 +330,8 @@ def periodic_orbit(
 
     Returns
     -------
-    PeriodicOrbit.
+    PeriodicOrbit; under laws with an internal state a :class:`~stickslip.dynamics.periodic.state_cycles.StateCycle`, whose
+    multipliers come from the variational equation, integrated along with the motion.
 
     Raises
     ------
@@ -317,6 +345,22 @@ def periodic_orbit(
     >>> cycle = periodic_orbit(Oscillator(damping=0.0, drive_velocity=0.3, law=DwellTime(0.5, 0.5, 0.4)))
     >>> round(cycle.period, 10), cycle.multipliers.real.round(10).tolist()
     (6.501489988, [1.0, 0.5716763248])
+    """
+    if isinstance(system, Oscillator | System) and system.integrated:
+        from stickslip.dynamics.periodic.state_cycles import state_cycle
+
+        return state_cycle(system, guess, t_end=t_end, periods=periods)
+    return event_cycle(system, guess, t_end=t_end, periods=periods)
+
+
+def event_cycle(
+    system: Oscillator | System, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
+) -> PeriodicOrbit:
+    """A periodic orbit of laws without an internal state; :func:`periodic_orbit` calls it.
+
+    >>> from stickslip.laws import StaticKinetic
+    >>> round(event_cycle(Oscillator(0.0, 0.2, StaticKinetic(1.0, 0.6))).period, 12)  # closed form, Andronov 1937
+    8.068887871591
     """
     check(system, "periodic_orbit")
     if periods is not None and (isinstance(periods, bool) or not isinstance(periods, int) or periods < 1):
@@ -333,10 +377,14 @@ def periodic_orbit(
         closed = once(closed)
     cycle = finished(closed, rounds)
     if amplitude(cycle) < 1e-7 * size_of(system, cycle.closed.sequence.start, np.array([1]))[0]:
-        raise InputError(
-            "periodic_orbit: the motion comes to rest or slips steadily: no cycle here; give another guess"
-        )
+        raise InputError(STEADY)
     return cycle
+
+
+def steady(system: Any, states: NDArray[np.float64]) -> bool:
+    """Whether nothing moves any more where the slip speed is greatest, to 1e-6 of what is large there."""
+    v = layout_of(system).v
+    return bool((np.abs(states[:, v]) < 1e-6 * size_of(system, states[-1], v)).all())
 
 
 def _run(system: Any, length: float, x0: Any, v0: Any, pieces: int) -> tuple[EventSequence, list[str]]:

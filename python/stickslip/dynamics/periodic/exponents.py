@@ -12,10 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.dynamics.periodic.event_sequence import TIME, EventSequence, check, layout_of
 from stickslip.dynamics.periodic.return_map import forcing_period
+from stickslip.dynamics.periodic.state_cycles import sizes_of
+from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
+from stickslip.simulation.integration import integrate
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,8 @@ def lyapunov(
 
     Parameters
     ----------
-    system : of one mass or several; any law without an internal state. Contacts of a system must not close a loop.
+    system : of one mass or several. Contacts under laws without an internal state must not close a loop; under laws with one
+        the variational equation is integrated along with the motion, and each state has an exponent too.
     t_end : time to run; some thousand periods give two digits.
     x0, v0 : start, as for :func:`stickslip.simulate`.
     transient : the fraction of the run that is left out, in [0, 1).
@@ -102,10 +106,12 @@ def lyapunov(
     >>> lyapunov(Oscillator(0.1, 0.2, StaticKinetic(1.0, 0.6)), 500.0).exponents.tolist()
     [0.0, -inf]
     """
-    check(system, "lyapunov")
     if not 0 <= transient < 1:
         raise InputError(f"lyapunov: transient must lie in [0, 1), got {transient}")
     end = number("t_end", t_end, "lyapunov")
+    if isinstance(system, Oscillator | System) and system.integrated:
+        return _of_states(system, end, x0, v0, transient * end, seed)
+    check(system, "lyapunov")
     forced = forcing_period(system) is not None
     layout = layout_of(system)
     motion = np.concatenate([layout.x, layout.v])
@@ -150,6 +156,35 @@ def lyapunov(
     running = running[:, np.argsort(running[-1])[::-1]]
     test = chaos_test(positions, seed) if len(positions) >= 200 else math.nan
     return LyapunovSpectrum(running[-1], test, elapsed, counted, np.array(times), running)
+
+
+def _of_states(
+    system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None, begin: float, seed: int
+) -> LyapunovSpectrum:
+    """The same under laws with an internal state, orthogonalised after every period of the forcing or natural period."""
+    length = forcing_period(system) or system.natural_period
+    orbit = integrate(system, max(begin, 10 * length), x0, v0)
+    now, y = orbit.t_end, orbit.variables(np.array([orbit.t_end]))[0]
+    flow = StateFlow(system, sizes_of(orbit))
+    basis = np.linalg.qr(np.random.default_rng(seed).standard_normal((flow.width, flow.width)))[0] * flow.sizes[:, None]
+    sums, elapsed = np.zeros(flow.width), 0.0
+    times: list[float] = []
+    course: list[NDArray[np.float64]] = []
+    positions: list[float] = []
+    while elapsed < (end - begin) * (1 - 1e-9):
+        y, moved = flow.tangents(y, now, length, basis)
+        basis, factors = np.linalg.qr(moved / flow.sizes[:, None])
+        basis = basis * flow.sizes[:, None]
+        with np.errstate(divide="ignore"):
+            sums += np.log(np.abs(np.diag(factors)))
+        now, elapsed = now + length, elapsed + length
+        times.append(elapsed)
+        course.append(sums.copy())
+        positions.append(float(y[0]))
+    running = np.array(course) / np.array(times)[:, None]
+    running = running[:, np.argsort(running[-1])[::-1]]
+    test = chaos_test(positions, seed) if len(positions) >= 200 else math.nan
+    return LyapunovSpectrum(running[-1], test, elapsed, 0, np.array(times), running)
 
 
 def _blocks(

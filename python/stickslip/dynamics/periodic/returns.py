@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit, from_section, periodic_orbit
+from stickslip.dynamics.periodic.cycles import PeriodicOrbit, event_cycle, from_section
 from stickslip.dynamics.periodic.event_sequence import Floats, check_one, with_number
 from stickslip.dynamics.periodic.return_map import forcing_period
 from stickslip.errors import InputError
@@ -113,13 +113,13 @@ def _tried(system: Oscillator, t: float, x: float, v: float, time: float) -> Per
     force = forcing_period(system)
     try:
         if force is None:
-            return periodic_orbit(system, (x, v), t_end=2.5 * time)
+            return event_cycle(system, (x, v), t_end=2.5 * time)
         phase = force * math.ceil(t / force - 1e-9) - t
         if phase > 1e-9 * force:
             # To where the clock of the forcing is zero.
             x, v = simulate(from_section(system, t), phase, x0=x, v0=v).at(phase)
         periods = max(1, round(time / force))
-        return periodic_orbit(system, (x, v), t_end=(2 * periods + 1.5) * force, periods=periods)
+        return event_cycle(system, (x, v), t_end=(2 * periods + 1.5) * force, periods=periods)
     except InputError:
         return None
 

@@ -1,0 +1,237 @@
+"""Periodic orbits of laws with an internal state: Newton's method on the map over one period, by the variational equation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from stickslip.dynamics.periodic.cycles import STEADY, Cycle
+from stickslip.dynamics.periodic.event_sequence import Floats
+from stickslip.dynamics.periodic.return_map import forcing_period
+from stickslip.dynamics.periodic.state_flow import StateFlow
+from stickslip.errors import InputError
+from stickslip.files.documents import number, whole_number
+from stickslip.model.system import Oscillator, System
+from stickslip.simulation.integration import integrate
+from stickslip.simulation.state_orbit import StateOrbit, state_laws_of
+
+#: Newton's method ends at steps below this part of the motion, or where rounding and the integration stop it below the other.
+_SETTLED, _STALLED = 1e-10, 1e-7
+#: How near a return is to an earlier one, relative to the motion, for a guess; the first that any reaches.
+_NEAR = (1e-6, 1e-4, 1e-2, 0.1, 0.3)
+_RETURNS = 12
+#: How many periods a run settles for, and how exact it is, as Newton's method does the rest.
+_SETTLING, _ROUGH = 30, 1e-8
+
+
+@dataclass(frozen=True, repr=False)
+class StateCycle(Cycle):
+    """A closed orbit of laws with an internal state, and its stability.
+
+    Attributes
+    ----------
+    period, forcing_periods, multipliers, stable, marginal, residual, rounds : as of a :class:`~stickslip.PeriodicOrbit`;
+        there is one multiplier for each position, velocity and state.
+    error : of each multiplier, as it changes when the integration is ten times, its differences four times and the steps of
+        the variational equation twice as coarse.
+    state : t, x, v, z where it starts: a greatest position, or where the clock of the forcing is zero; of a system (n,)
+        and, for z, (contacts,) numbers.
+    """
+
+    start: Floats
+    flow: StateFlow = field(compare=False)
+
+    @property
+    def marginal(self) -> bool:
+        """Whether the largest multiplier has size 1 within its error."""
+        return abs(self.largest - 1) < max(1e-9, 3 * float(self.error.max()))
+
+    @cached_property
+    def error(self) -> Floats:
+        """How far each multiplier is known."""
+        rough = replace(self.flow, tolerance=10 * self.flow.tolerance, step=4 * self.flow.step, parts=1)
+        _, matrix = rough.tangents(self.start, 0.0, self.period, np.eye(rough.width))
+        return np.asarray(np.abs(_multipliers(self.system, matrix, self.forcing_periods) - self.multipliers))
+
+    @property
+    def state(self) -> tuple[float, Any, Any, Any]:
+        """t, x, v and z at the start."""
+        v = self.flow.velocities(0.0, self.start)
+        n = self.system.masses if isinstance(self.system, System) else 1
+        x, z = self.start[:n], self.start[2 * n :]
+        if isinstance(self.system, Oscillator):
+            return 0.0, float(x[0]), float(v[0]), float(z[0])
+        return 0.0, x, v, z
+
+    @cached_property
+    def orbit(self) -> StateOrbit:
+        """One period."""
+        _, x, v, z = self.state
+        return integrate(self.system, self.period, x, v, state=z, tolerance=max(self.flow.tolerance, 1e-12))
+
+    @property
+    def sticks(self) -> bool:
+        """Whether it comes as near to sticking as these laws do (:meth:`stickslip.Orbit.regime`)."""
+        return self.orbit.regime(0.0) == "stick_slip"
+
+
+def _multipliers(system: Any, matrix: Floats, forcing_periods: int) -> Any:
+    # A smooth sign has no state: what stands in its place stays as it is.
+    laws = state_laws_of(system)
+    states = np.concatenate([np.ones(len(matrix) - len(laws), bool), [law.has_state for law in laws]])
+    values = np.linalg.eigvals(matrix[np.ix_(states, states)]).astype(complex)
+    values = values[np.argsort(-np.abs(values), kind="stable")]
+    if forcing_periods:
+        return values
+    # The shift in time is known to be 1.
+    return np.append(1.0 + 0.0j, np.delete(values, int(np.argmin(np.abs(values - 1)))))
+
+
+def state_cycle(
+    system: Any, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
+) -> StateCycle:
+    """A periodic orbit, stable or not; :func:`stickslip.periodic_orbit` calls it for laws with an internal state.
+
+    Newton's method on y(T; y₀) − y₀ = 0 with the fundamental matrix Φ(T) of the variational equation Φ̇ = (∂f/∂y) Φ; without
+    forcing T is unknown too and the step is across the motion.
+
+    Source: shooting, Seydel, Practical Bifurcation and Stability Analysis (2010), ch. 7.
+
+    >>> from stickslip.laws import LuGre
+    >>> law = LuGre(1e5, 316.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-3)
+    >>> cycle = state_cycle(Oscillator(damping=0.0, drive_velocity=0.1, law=law, stiffness=2.0))
+    >>> round(cycle.period, 7), cycle.stable  # Canudas de Wit et al. 1995, with their numbers
+    (6.3627198, True)
+    """
+    if periods is not None:
+        whole_number("periods", periods, "periodic_orbit")
+    force = forcing_period(system)
+    if isinstance(guess, StateCycle):
+        return closed_state(system, guess.start, guess.period, guess.forcing_periods, guess.flow.sizes)
+    slowest = max(system.natural_period, force or 0.0)
+    length = (
+        number("t_end", t_end, "periodic_orbit")
+        if t_end is not None
+        else slowest * (_SETTLING if guess is None else _SETTLING / 2)
+    )
+    orbit = _run(system, guess, length)
+    start, time, sizes = _guess(orbit, force, periods, settled=guess is None)
+    count = 0 if force is None else max(1, round(time / force))
+    return closed_state(system, start, time, count, sizes)
+
+
+def _run(system: Any, guess: Any, length: float) -> StateOrbit:
+    if isinstance(guess, StateOrbit):
+        x, v = guess.at(guess.t_end)
+        states = guess.variables(np.array([guess.t_end]))[0]
+        return integrate(system, length, x, v, state=states[2 * np.size(x) :], tolerance=_ROUGH)
+    if guess is None:
+        return integrate(system, length, tolerance=_ROUGH)
+    try:
+        x, v, *state = guess
+    except (TypeError, ValueError):
+        raise InputError(
+            f"periodic_orbit: guess must be (x, v), (x, v, state), an orbit or None, got {guess!r}"
+        ) from None
+    return integrate(system, length, x, v, state=state[0] if state else None, tolerance=_ROUGH)
+
+
+def _guess(
+    orbit: StateOrbit, force: float | None, periods: int | None, *, settled: bool
+) -> tuple[Floats, float, Floats]:
+    """A start, a time after which it nearly comes back, and the sizes of the variables."""
+    if orbit.stop != "t_end":
+        raise InputError(f"periodic_orbit: the run ended by {orbit.stop}; choose another start or another t_end")
+    variables = orbit.variables
+    after = 0.5 * orbit.t_end if settled else 0.0
+    sizes = sizes_of(orbit, after)
+    if sizes[0] < 1e-5 * max(abs(float(variables(np.array([orbit.t_end]))[0, 0])), 1e-300):
+        raise InputError(STEADY)
+    strobe = np.arange(0.0, orbit.t_end * (1 + 1e-9), force) if force is not None else None
+    times = orbit.maxima() if strobe is None else strobe
+    times = times[times >= after]
+    if times.size < 2:
+        raise InputError(STEADY)
+    states = variables(times)
+    ends = [len(times) - 1] if settled else range(len(times) - 1, 0, -1)
+    counts = range(1, _RETURNS + 1) if periods is None or force is None else [periods]
+    pairs = [
+        (float(np.abs((states[end] - states[end - count]) / sizes).max()), count, end)
+        for end in ends
+        for count in counts
+        if end - count >= 0
+    ]
+    for near in _NEAR:
+        found = [pair for pair in pairs if pair[0] < near]
+        if found:
+            _, count, end = min(found, key=lambda pair: (pair[1], pair[0]))
+            return states[end - count], float(times[end] - times[end - count]), sizes
+    raise InputError(
+        "periodic_orbit: no return comes near an earlier one: the motion is not periodic or not settled; "
+        "simulate longer (t_end) or give a guess"
+    )
+
+
+def closed_state(system: Any, start: Floats, time: float, forcing_periods: int, sizes: Floats) -> StateCycle:
+    """Newton's method from a start and a time.
+
+    Raises
+    ------
+    InputError
+        where it does not converge.
+    """
+    flow, force = StateFlow(system, sizes), forcing_period(system)
+    best, idle = math.inf, 0
+    found: tuple[Floats, float, Floats, float] | None = None
+    if force is not None:
+        time = forcing_periods * force
+    for done in range(20):
+        end, matrix = flow.tangents(start, 0.0, time, np.eye(flow.width))
+        defect, slope = (end - start) / sizes, flow.rates(0.0, start) / sizes
+        scaled = matrix * sizes / sizes[:, None] - np.eye(flow.width)
+        if force is None:
+            speed = np.linalg.norm(slope)
+            scaled = np.block(
+                [[scaled, (flow.rates(time, end) / sizes)[:, None]], [slope[None] / speed, np.zeros((1, 1))]]
+            )
+            defect = np.append(defect, 0.0)
+        step = np.linalg.lstsq(scaled, -defect, rcond=1e-14)[0]
+        error = float(np.abs(step[: flow.width]).max())
+        idle = 0 if error < 0.3 * best else idle + 1
+        if error < best:
+            best, found = error, (start, time, matrix, float(np.abs(defect).max()))
+        # The integration ends the descent.
+        if found is not None and (best < _SETTLED or (idle > 1 and best < _STALLED)):
+            return finished(system, flow, found[0], found[1], forcing_periods, found[2], found[3], done + 1)
+        # A step beyond a fifth of the motion is no correction any more.
+        step *= min(1.0, 0.2 / error)
+        start = start + step[: flow.width] * sizes
+        if force is None:
+            time += float(step[-1])
+        if not time > 0:
+            break
+    raise InputError(
+        f"periodic_orbit: no periodic orbit near the guess (the last step is {best:.1e} of the motion): give another guess "
+        "or simulate longer first"
+    )
+
+
+def finished(
+    system: Any, flow: StateFlow, start: Floats, time: float, count: int, matrix: Floats, residual: float, rounds: int
+) -> StateCycle:
+    """A closed orbit as a result; `matrix` is Φ over the period."""
+    section = "strobe" if count else "maximum"
+    return StateCycle(
+        system, time, count, _multipliers(system, matrix, count), residual, rounds, section, (), start, flow
+    )
+
+
+def sizes_of(orbit: StateOrbit, after: float = 0.0) -> Floats:
+    """What counts as large in each variable: its range along a motion, or, of one that does not change, its size."""
+    values = orbit.variables(np.linspace(after, orbit.t_end, 2001))
+    sizes = np.maximum(np.ptp(values, axis=0), 1e-6 * np.abs(values).max(axis=0))
+    return np.where(sizes == 0, 1.0, sizes)

@@ -1,0 +1,146 @@
+"""The flow of laws with an internal state and its derivatives: the variational equation along with the motion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from stickslip import _core
+from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
+from stickslip.errors import InputError
+from stickslip.model.drive import Drive
+from stickslip.model.system import Oscillator, System
+
+#: The relative error of a step, and the step of the differences that make the Jacobian, relative to the size of a variable.
+TOLERANCE, STEP = 1e-11, 1e-7
+#: Integrators, the next where one fails.
+_METHODS = ("LSODA", "Radau")
+#: Gauss's method of two stages on (0, 1): nodes, weights within a step.
+_ROOT = math.sqrt(3.0) / 6
+_NODES = np.array([0.5 - _ROOT, 0.5 + _ROOT])
+_WITHIN = np.array([[0.25, 0.25 - _ROOT], [0.25 + _ROOT, 0.25]])
+
+
+@dataclass
+class StateFlow:
+    """ẏ = f(t, y) in the variables y = (x, q, z) of the core, and its derivatives.
+
+    The motion is integrated by LSODA, the variational equation Φ̇ = (∂f/∂y) Φ along it by Gauss's method of order four on
+    the same steps, with ∂f/∂y by central differences.
+
+    Attributes
+    ----------
+    sizes : what counts as large in each variable, shape (w,).
+    path : the number of the system whose derivative comes along; None for none.
+    tolerance : relative error of a step; step : of the differences, relative to `sizes`; parts : of each step of the motion
+        for the variational equation.
+    """
+
+    system: Oscillator | System
+    sizes: Floats
+    path: str | None = None
+    tolerance: float = TOLERANCE
+    step: float = STEP
+    parts: int = 2
+
+    def __post_init__(self) -> None:
+        self._core = core_of(self.system)
+        self._beside: list[_core.StateSystem] = []
+        if self.path is not None:
+            value = read(self.system, self.path)
+            self._width = 1e-6 * max(abs(value), 1e-6)
+            ends = [with_number(self.system, self.path, value + sign * self._width) for sign in (-1.0, 1.0)]
+            self._beside = [core_of(system) for system in ends]
+
+    @property
+    def width(self) -> int:
+        """How many variables."""
+        return len(self.sizes)
+
+    def rates(self, t: float, y: Floats) -> Floats:
+        """dy/dt."""
+        return self._core.rates(t, np.ascontiguousarray(y))
+
+    def velocities(self, t: float, y: Floats) -> Floats:
+        """Velocities mass by mass."""
+        return self._core.states(np.array([t]), np.ascontiguousarray(y))[0]
+
+    def jacobians(self, t: Floats, y: Floats) -> Floats:
+        """∂f/∂y along a motion, for states of shape (n, w); shape (n, w, w)."""
+        columns = []
+        for index, size in enumerate(self.sizes):
+            ends = []
+            for sign in (-1.0, 1.0):
+                moved = y.copy()
+                moved[:, index] += sign * self.step * size
+                ends.append((moved[:, index], _slopes(self._core, t, moved)))
+            columns.append((ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0])[:, None])
+        return np.stack(columns, axis=2)
+
+    def tangents(self, start: Floats, t: float, duration: float, basis: Floats) -> tuple[Floats, Floats]:
+        """Where the motion is after a duration, and what becomes of small disturbances there: Φ basis, shape (w, m).
+
+        With a `path` the derivative with respect to its number is one more column.
+        """
+        run = self._run(start, t, duration)
+        nodes = np.concatenate([run.t[:-1, None] + np.diff(run.t)[:, None] * np.arange(self.parts) / self.parts])
+        begins = np.append(nodes.ravel(), run.t[-1])
+        lengths = np.diff(begins)
+        times = (begins[:-1, None] + lengths[:, None] * _NODES).ravel()
+        states = np.ascontiguousarray(run.sol(times).T)
+        w, n = self.width, len(lengths)
+        # Disturbances in units of the sizes, so that none is small beside another.
+        jacobians = (self.jacobians(times, states) * self.sizes / self.sizes[:, None]).reshape(n, 2, w, w)
+        forces = np.zeros((n, 2, w))
+        if self._beside:
+            ends = [_slopes(core, times, states) for core in self._beside]
+            forces = ((ends[1] - ends[0]) / (2 * self._width) / self.sizes).reshape(n, 2, w)
+        # k_i = J_i (y + h Σ a_ij k_j) + g_i for both stages at once.
+        blocks = lengths[:, None, None, None, None] * _WITHIN[:, :, None, None] * jacobians[:, :, None]
+        matrix = np.eye(2 * w) - blocks.transpose(0, 1, 3, 2, 4).reshape(n, 2 * w, 2 * w)
+        right = np.concatenate([jacobians.reshape(n, 2 * w, w), forces.reshape(n, 2 * w, 1)], axis=2)
+        stages = np.linalg.solve(matrix, right).reshape(n, 2, w, w + 1)
+        steps = lengths[:, None, None] * stages.sum(axis=1) / 2
+        columns = basis / self.sizes[:, None]
+        along = np.zeros(w)
+        for step in steps:
+            columns = columns + step[:, :w] @ columns
+            along = along + step[:, :w] @ along + step[:, w]
+        if self._beside:
+            columns = np.column_stack([columns, along])
+        return np.asarray(run.y[:, -1]), columns * self.sizes[:, None]
+
+    def _run(self, start: Floats, t: float, duration: float) -> Any:
+        for method in _METHODS:
+            run: Any = solve_ivp(  # type: ignore[call-overload, unused-ignore]
+                self.rates,
+                (t, t + duration),
+                start,
+                method=method,
+                dense_output=True,
+                rtol=self.tolerance,
+                atol=self.tolerance * self.sizes,
+            )
+            if run.status == 0 and np.isfinite(run.y[:, -1]).all():
+                return run
+        raise InputError(
+            f"the motion could not be integrated from t = {t:g} over {duration:g}: {run.message.rstrip('.').lower()}; "
+            "take another start"
+        )
+
+
+def _slopes(core: _core.StateSystem, t: Floats, y: Floats) -> Floats:
+    return core.slopes(np.ascontiguousarray(t), np.ascontiguousarray(y).ravel()).reshape(y.shape)
+
+
+def core_of(system: Oscillator | System) -> _core.StateSystem:
+    """The right-hand side of a system."""
+    whole = system.to_system() if isinstance(system, Oscillator) else system
+    for contact in whole.contacts:
+        if isinstance(contact.drive_velocity, Drive) and contact.drive_velocity.nodes:
+            raise InputError("a drive along a table has no period; take a constant or a harmonic one")
+    return _core.StateSystem(whole.to_json())
