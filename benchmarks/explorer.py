@@ -1,6 +1,7 @@
-"""The explorer: time from a moved slider to new plots, questions to the core, and time of an orbit diagram.
+"""The explorer: time from a moved slider to new plots, questions to the core, time of a diagram, and what blocks the page.
 
-The diagram has 300 columns of 60 periods, in one worker. Needs a browser: python benchmarks/explorer.py
+Time of the processor is that of the page's own thread, so that other work on the machine does not count; by the clock it
+does. The diagram has 300 columns of 60 periods, in one worker. Needs a browser: python benchmarks/explorer.py
 """
 
 import sys
@@ -14,31 +15,54 @@ from browser import Browser
 from stickslip.explorer import page
 
 MOVE = """(() => { const slider = document.querySelector('input[aria-label="belt speed s"]'); const times = [];
-  const calls = explorer.core.calls;
-  for (let i = 0; i < 40; i++) { slider.value = 160 + i; const begun = performance.now();
+  const calls = explorer.core.calls; const now = slider.valueAsNumber;
+  for (let i = 0; i < MOVES; i++) { slider.value = now + i % 2; const begun = performance.now();
     slider.dispatchEvent(new Event('input')); explorer.redraw(); times.push(performance.now() - begun); }
-  times.sort((a, b) => a - b);
-  return [times[20], times[39], (explorer.core.calls - calls) / 40]; })()"""
+  return [Math.min(...times), (explorer.core.calls - calls) / MOVES]; })()""".replace("MOVES", "40")
 SWEEP = """new Promise((done) => { const begun = performance.now();
-  explorer.change([['system.damping', 0.351]]); const look = () => (explorer.swept[which] === 300 && !explorer.stale ?
-  done(performance.now() - begun) : setTimeout(look, 1)); requestAnimationFrame(() => requestAnimationFrame(look)); })"""
+  explorer.change([['system.damping', 1.001 * explorer.state.system.damping]]);
+  const look = () => (explorer.swept[0] === 300 && !explorer.stale ? done(performance.now() - begun) : setTimeout(look, 1));
+  requestAnimationFrame(() => requestAnimationFrame(look)); })"""
+# A slider is moved once in each of sixty frames while the diagrams are swept: the tasks of the page.
+BLOCKED = """new Promise((done) => { const tasks = [];
+  const slider = document.querySelector('input[aria-label="belt speed s"]');
+  const frame = explorer.frame.bind(explorer); let count = 0; const now = slider.valueAsNumber;
+  explorer.frame = (time) => { const begun = performance.now(); frame(time); tasks.push(performance.now() - begun); };
+  const step = () => { slider.value = now + count % 5; slider.dispatchEvent(new Event('input'));
+    if (count++ < 60) requestAnimationFrame(step);
+    else { explorer.frame = frame; tasks.sort((a, b) => a - b); done([tasks[0], tasks[tasks.length >> 1], tasks.at(-1)]); } };
+  step(); })"""
+
+
+def busy(browser: Browser) -> float:
+    """Milliseconds of processor that the page has used."""
+    metrics = browser.send("Performance.getMetrics")["metrics"]
+    return 1000 * next(one["value"] for one in metrics if one["name"] == "TaskDuration")
 
 
 def main() -> None:
-    """Print the three numbers for each preset whose law has a closed form."""
+    """Print the numbers for some presets: laws with lines, forced, smooth, and a row of masses."""
     with tempfile.TemporaryDirectory() as folder, Browser() as browser:
         path = Path(folder) / "page.html"
         path.write_text(page(), encoding="utf-8")
-        for preset in ("stick-slip", "almost-harmonic", "forced"):
+        browser.send("Performance.enable", timeDomain="threadTicks")
+        for preset in ("stick-slip", "almost-harmonic", "forced", "brake", "bow", "chain"):
             browser.open(f"{path.as_uri()}#{preset}")
             browser.run("explorer.play(false)")
             browser.wait("explorer.swept[0] === 300 && explorer.swept[1] === 300")
-            median, most, calls = browser.run(MOVE)
+            begun = busy(browser)
+            least, calls = browser.run(MOVE)
+            each = (busy(browser) - begun) / 40
             browser.wait("explorer.swept[0] === 300 && explorer.swept[1] === 300")
             # Both sweeps run at once, each in a worker of its own: the one that is asked for first.
-            sweep = browser.run(SWEEP.replace("which", "0"))
+            sweep = browser.run(SWEEP)
+            begun = busy(browser)
+            shortest, usual, longest = browser.run(BLOCKED)
+            frame = (busy(browser) - begun) / 60
             sys.stdout.write(
-                f"{preset}: slider to plots {median:.1f} ms (most {most:.1f}), {calls:g} questions; diagram {sweep:.0f} ms\n"
+                f"{preset}: slider to plots {each:.1f} ms of processor ({least:.1f} by the clock), {calls:g} questions; "
+                f"diagram {sweep:.0f} ms; with the diagrams on their way a frame takes {frame:.1f} ms of processor "
+                f"({shortest:.1f} to {longest:.1f} by the clock, half below {usual:.1f})\n"
             )
 
 

@@ -18,6 +18,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "command_line",
     "docstrings",
+    "live",
     "mathml",
 ]
 source_suffix = {".md": "markdown"}

@@ -5,9 +5,11 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from browser import Browser
 from matplotlib.figure import Figure
+from PIL import Image
 
 import stickslip as ss
 from stickslip.explorer import content_of, content_of_system, page
@@ -413,6 +415,62 @@ def test_the_motion_is_heard_when_asked_and_follows_a_change(opened):
         assert opened.run("explorer.sound.on") is on
 
 
+def test_a_worker_that_falls_silent_is_replaced_and_its_column_named(opened):
+    swept(opened)
+    # Nothing is heard of this worker after its first three messages.
+    opened.run(
+        """(() => { const { worker } = explorer.sweeps.sweepers[0]; const hear = worker.onmessage; let count = 0;
+        worker.onmessage = (message) => count++ < 3 && hear(message); })()"""
+    )
+    opened.run("explorer.change([['system.damping', 0.3]])")
+    opened.run(FRAME)
+    swept(opened)
+    lost = opened.run("explorer.diagram.lost")
+    assert len(lost) == 1
+    assert 0 < lost[0] < 299
+    missing = opened.run("Array.from(explorer.diagram.up, (row, i) => row ? -1 : i).filter((i) => i >= 0)")
+    assert missing == lost
+    assert "refused" not in opened.run("document.body.className")
+
+
+def test_panels_can_be_put_away_and_a_link_keeps_them_and_the_moment(opened, address):
+    opened.run("document.querySelector('#panel-boxes input[value=spectrum]').click()")
+    opened.run("explorer.seek(33)")
+    opened.run(FRAME)
+    opened.open(address + opened.run("explorer.link()"))
+    opened.run(FRAME)
+    shown = opened.run("[...document.querySelectorAll('figure')].map((one) => !one.hidden)")
+    assert shown.count(False) == 1
+    assert opened.run("document.getElementById('spectrum').closest('figure').hidden")
+    assert opened.run("[explorer.clock, explorer.playing]") == [33, False]
+
+
+@pytest.mark.slow
+def test_a_panel_is_taken_away_alone_as_a_picture_and_as_a_film(opened, tmp_path):
+    opened.run(FRAME)
+    opened.send("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    sizes = []
+    for way, file in (("PNG ×1", "phase-plane.png"), ("PNG ×3", "phase-plane.png"), ("GIF of a period", "the-rig.gif")):
+        panel = "phase" if way.startswith("PNG") else "rig"
+        opened.run(
+            f"""(() => {{ const take = document.getElementById('{panel}').closest('figure').querySelector('.take');
+            take.value = '{way}'; take.dispatchEvent(new Event('change')); }})()"""
+        )
+        for _ in range(600):
+            opened.run("new Promise((done) => setTimeout(done, 50))")
+            if (tmp_path / file).exists():
+                break
+        image = Image.open(tmp_path / file)
+        sizes.append(image.size)
+        if file.endswith("gif"):
+            assert image.n_frames == 40
+            first = np.asarray(image.convert("RGB"))
+            image.seek(20)
+            assert (np.asarray(image.convert("RGB")) != first).any()
+        (tmp_path / file).unlink()
+    assert sizes[1] == pytest.approx([3 * size for size in sizes[0]], abs=3)
+
+
 @pytest.mark.slow
 def test_files_are_taken_away(opened, tmp_path):
     shutil.rmtree(tmp_path / "down", ignore_errors=True)
@@ -433,3 +491,26 @@ def test_files_are_taken_away(opened, tmp_path):
     header, first = (tmp_path / "down" / "orbit.csv").read_text().splitlines()[:2]
     assert header == "t,x,v,slip_velocity,force,branch"
     assert len(re.split(",", first)) == 6
+
+
+@pytest.mark.slow
+def test_a_picture_of_the_documentation_comes_alive_on_the_site_and_is_still_elsewhere(browser, tmp_path):
+    from sphinx.application import Sphinx
+
+    text = '# One\n\n![A loop](loop.svg "live: #almost-harmonic&system.drive_velocity=0.31 law,phase")\n'
+    (tmp_path / "index.md").write_text(text, encoding="utf-8")
+    (tmp_path / "loop.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>')
+    docs = Path(__file__).parents[1] / "docs" / "extensions"
+    (tmp_path / "conf.py").write_text(
+        f"import sys\nsys.path.insert(0, {str(docs)!r})\nextensions = ['myst_parser', 'live']\n"
+    )
+    Sphinx(tmp_path, tmp_path, tmp_path / "out", tmp_path / "trees", "html", status=None).build()
+    written = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    assert re.search(r'<stick-slip address="[^"]*" panels="law,phase"><img [^>]*></stick-slip>', written)
+    browser.problems.clear()
+    browser.send("Page.navigate", url=(tmp_path / "out" / "index.html").as_uri())
+    browser.wait("document.querySelector('stick-slip')?.dataset.ready === 'yes'")
+    browser.run(FRAME)
+    assert browser.run("document.querySelector('stick-slip .facts').textContent").startswith("Almost-harmonic")
+    assert browser.run("document.querySelector('stick-slip').state.system.drive_velocity") == 0.31
+    assert browser.problems == []

@@ -73,12 +73,12 @@ def test_records_that_differ_count_as_one_observation_each(apart):
     # 5 times as many sticks at 0.3 as at 0.1, and yet the mean of the two
     law = apart.law
     assert law.break_away - law.kinetic == pytest.approx(0.4, abs=0.02)
-    scatter = apart.groups.set_index("kind").loc["break-away", "between"]
+    scatter = apart.groups.set_index("kind").loc["break-away", "record_scatter"]
     assert scatter.to_numpy() == pytest.approx(np.sqrt(2) * 0.1, rel=0.1)  # standard deviation of -0.1 and 0.1
 
 
 def test_records_that_agree_do_not_scatter(alike):
-    assert (alike.groups["between"] == 0).all()
+    assert (alike.groups["record_scatter"] == 0).all()
 
 
 def test_the_interval_holds_that_a_further_run_may_differ_as_much(alike, apart):

@@ -122,10 +122,10 @@ def test_two_numbers_that_act_alike_are_named(friction):
         identify(tree, law=start, free=["kinetic", "limit", "rate"])
 
 
-def measured(noise=0.005, change=lambda x: x):
+def measured(noise=0.005, change=lambda x: x, t_end=200):
     system = ss.Oscillator(damping=0.1, drive_velocity=0.2, law=ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6))
-    t = np.arange(0, 200, 0.05)
-    x = ss.simulate(system, 200).at(t)[0]
+    t = np.arange(0, t_end, 0.05)
+    x = ss.simulate(system, t_end).at(t)[0]
     x = change(x + noise * np.std(x) * np.random.default_rng(0).standard_normal(t.size))
     rig = {"instrument": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "mass": 1.0}
     return ss.measure({"t": t, "x": x}, {**rig, "damping": 0.1, "drive_velocity": 0.2})
@@ -133,15 +133,17 @@ def measured(noise=0.005, change=lambda x: x):
 
 def test_noise_as_large_as_the_falls_is_refused():
     with pytest.raises(
-        InputError, match=r"the noise of the gauge is .* in force, and a break-away falls by .* less noise"
+        InputError, match=r"the noise of the instrument is .* in force, and a break-away falls by .* less noise"
     ):
-        identify(measured(noise=1.5), law="StaticKinetic")
+        identify(measured(noise=1.5, t_end=60), law="StaticKinetic")
 
 
 def test_a_clipped_gauge_is_refused_with_the_reading_at_which_it_was():
-    with pytest.raises(InputError, match=r"readings of the displacement are exactly 0\.8, so the gauge was clipped"):
+    with pytest.raises(
+        InputError, match=r"readings of the displacement are exactly 0\.8, so the instrument was clipped"
+    ):
         identify(measured(change=lambda x: np.minimum(x, 0.8)), law="StaticKinetic")
-    # A gauge of few steps is not clipped.
+    # An instrument of few steps is not clipped.
     coarse = identify(measured(change=lambda x: np.round(x, 2)), law="StaticKinetic")
     assert coarse.law.kinetic == pytest.approx(0.6, abs=0.01)
 
@@ -195,6 +197,7 @@ def test_records_of_two_contacts_are_told():
     assert not any("do not obey one" in note for note in alike.notes)
 
 
+@pytest.mark.slow
 def test_a_law_of_the_wrong_form_or_rig_is_told_by_the_noise_it_leaves():
     law = ss.laws.PiecewiseLinear(nodes=[(0, 1), (0.2, 0.6), (0.6, 0.75)], break_away=1.05)
     t = np.arange(0, 60, 0.05)
@@ -212,7 +215,7 @@ def test_a_law_of_the_wrong_form_or_rig_is_told_by_the_noise_it_leaves():
 
     def leaves(friction, pieces):
         found = identify(friction, law="PiecewiseLinear", pieces=pieces)
-        return any("times the noise of the gauge" in note for note in found.notes)
+        return any("times the noise of the instrument" in note for note in found.notes)
 
     assert not leaves(right, 2)
     assert leaves(right, 1)

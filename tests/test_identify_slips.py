@@ -34,23 +34,23 @@ def first(frictions):
 
 
 @pytest.fixture(scope="module")
-def sharpened(first):
+def refined(first):
     return fit_trajectories(first, settled_after=0.0, starts=1)
 
 
-def test_scattered_cycles_are_shot_by_slips_and_hold_the_truth(sharpened):
-    assert "Shot by slips: the cycles of record 1 scatter" in " ".join(sharpened.notes)
-    table = sharpened.parameters
+def test_scattered_cycles_are_shot_by_slips_and_hold_the_truth(refined):
+    assert "Shot by slips: the cycles of record 1 scatter" in " ".join(refined.notes)
+    table = refined.parameters
     for name, true in (("break_away", 1.0), ("kinetic", 0.6)):
         assert abs(table.loc[name, "value"] - true) < 3 * table.loc[name, "error"]
     # The kinetic force from the curves of some thirty slips, the break-away from thirty draws that scatter by 0.15.
     assert table.loc["kinetic", "error"] < 1e-4
-    assert 0.3 < table.loc["break_away", "error"] / (0.15 / np.sqrt(sharpened.motions["slips"].sum())) < 2.0
-    np.testing.assert_allclose(sharpened.motions["scatter"] / sharpened.motions["noise"], 1.0, atol=0.15)
-    assert (sharpened.motions["end stuck"] == sharpened.motions["slips"]).all()
+    assert 0.3 < table.loc["break_away", "error"] / (0.15 / np.sqrt(refined.motions["slips"].sum())) < 2.0
+    np.testing.assert_allclose(refined.motions["scatter"] / refined.motions["noise"], 1.0, atol=0.15)
+    assert (refined.motions["end stuck"] == refined.motions["slips"]).all()
 
 
-def test_impulses_of_the_gauge_move_the_law_by_less_than_its_error(first, sharpened):
+def test_impulses_of_the_gauge_move_the_law_by_less_than_its_error(first, refined):
     random = np.random.default_rng(0)
     hit = []
     for record in first.records:
@@ -59,7 +59,7 @@ def test_impulses_of_the_gauge_move_the_law_by_less_than_its_error(first, sharpe
         hit.append(replace(record, recorded=recorded))
     found = fit_trajectories(replace(first, records=hit), settled_after=0.0, starts=1)
     # Least squares would move by the mean of the impulses, 0.3/50, which is a hundred errors.
-    off = abs(found.parameters["value"] - sharpened.parameters["value"])
+    off = abs(found.parameters["value"] - refined.parameters["value"])
     assert off["kinetic"] < 2e-4
 
 

@@ -47,18 +47,19 @@ TRUTHS = {
 }
 
 
+@pytest.mark.parametrize("repetitions", [2, pytest.param(20, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("form", TRUTHS)
-def test_the_form_is_found_and_its_numbers_lie_in_their_intervals(form: str) -> None:
+def test_the_form_is_found_and_its_numbers_lie_in_their_intervals(form: str, repetitions: int) -> None:
     force, truth = TRUTHS[form]
     held, found = 0, 0
     rng = np.random.default_rng(5)
-    for _ in range(10):
+    for _ in range(repetitions):
         fit = fit_steady(curve(W, force + 0.004 * rng.standard_normal(30), 0.004))
         found += fit.chosen == form
         parameters = fit.fits[form].parameters
         held += sum(inside(parameters, name, value) for name, value in truth.items())
-    assert found >= 8
-    assert 0.8 <= held / (10 * len(truth)) <= 1.0  # 95 % of 10 to 40, two standard errors below
+    assert found >= 0.8 * repetitions
+    assert held >= 0.75 * repetitions * len(truth)  # at 95 % fewer than 15 of 20 come by chance once in 3000
 
 
 def test_load_and_drift_are_told_from_velocity() -> None:
@@ -174,7 +175,7 @@ def test_a_robot_joint_has_its_torques_in_the_interval(shared_data: Path) -> Non
     known = np.array([1.69, 1.79, 1.79, 2.10, 2.56])
     assert ((low <= known) & (known <= high)).all()
     assert inside(found.parameters, "viscous", (2.56 - 1.79) / 1.0)  # growth from .3 to 1.3 rad/s
-    assert "an offset of the gauge or of gravity cannot be told" in " ".join(found.notes)
+    assert "an offset of the instrument or of gravity cannot be told" in " ".join(found.notes)
 
 
 def test_seal_friction_grows_with_the_pressure(shared_data: Path) -> None:

@@ -13,10 +13,11 @@ from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify, sensitivity
 from stickslip.identification.coverage import CASES, coverage
-from stickslip.identification.law_parameters import LawParameters, places, value
+from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.records import read_records
 from stickslip.identification.trajectory.motion_misfit import Landmarks, MotionMisfit
 from stickslip.identification.trajectory.single_shooting import SingleShooting
+from stickslip.laws.numbers import pointers, value
 from stickslip.measurement import Rig
 
 LAW = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
@@ -42,18 +43,18 @@ def first(friction):
 
 
 @pytest.fixture(scope="module")
-def sharpened(first):
+def refined(first):
     return fit_trajectories(first, settled_after=0.0)
 
 
-def test_the_truth_is_found_within_its_errors_and_only_noise_is_left(sharpened):
-    table = sharpened.parameters
+def test_the_truth_is_found_within_its_errors_and_only_noise_is_left(refined):
+    table = refined.parameters
     for name, true in (("break_away", 1.0), ("kinetic", 0.6)):
         assert abs(table.loc[name, "value"] - true) < 3 * table.loc[name, "error"]
         assert table.loc[name, "error"] < 1e-4
-    np.testing.assert_allclose(sharpened.motions["distance"], NOISE, rtol=0.1)
-    np.testing.assert_allclose(sharpened.motions["scatter"] / sharpened.motions["noise"], 1.0, atol=0.1)
-    np.testing.assert_allclose(np.sqrt(np.diag(sharpened.covariance)), table["error"])
+    np.testing.assert_allclose(refined.motions["distance"], NOISE, rtol=0.1)
+    np.testing.assert_allclose(refined.motions["scatter"] / refined.motions["noise"], 1.0, atol=0.1)
+    np.testing.assert_allclose(np.sqrt(np.diag(refined.covariance)), table["error"])
 
 
 @pytest.mark.slow
@@ -85,17 +86,17 @@ def test_repetitions_go_on_from_their_file(tmp_path):
     assert told == [(0, 2), (1, 2)]
 
 
-def test_a_far_first_guess_is_led_to_the_motion(first, sharpened):
+def test_a_far_first_guess_is_led_to_the_motion(first, refined):
     far = replace(first, law=ss.laws.StaticKinetic(break_away=1.15, kinetic=0.55))
     found = fit_trajectories(far, settled_after=0.0)
-    np.testing.assert_allclose(found.parameters["value"], sharpened.parameters["value"], rtol=1e-6)
+    np.testing.assert_allclose(found.parameters["value"], refined.parameters["value"], rtol=1e-6)
 
 
-def test_profile_and_curvature_agree_where_the_misfit_is_a_parabola(first, sharpened):
+def test_profile_and_curvature_agree_where_the_misfit_is_a_parabola(first, refined):
     profiled = fit_trajectories(first, settled_after=0.0, profile=True)
     for side in ("low", "high"):
-        half = sharpened.parameters["error"]
-        np.testing.assert_array_less(abs(profiled.parameters[side] - sharpened.parameters[side]), 0.15 * half)
+        half = refined.parameters["error"]
+        np.testing.assert_array_less(abs(profiled.parameters[side] - refined.parameters[side]), 0.15 * half)
     assert "profile" in " ".join(profiled.notes)
 
 
@@ -104,7 +105,7 @@ def test_slopes_through_events_are_those_of_differences(name, monkeypatch):
     case = CASES[name]
     records = read_records([record(case.law, s, case.damping) for s in case.drive_velocities])
     misfits = [MotionMisfit(item, 0.0) for item in records]
-    free = case.free or [item for item in places(case.law) if item not in ("exponent", "nodes[0].slip_velocity")]
+    free = case.free or [item for item in pointers(case.law) if item not in ("exponent", "nodes[0].slip_velocity")]
     ties = {"break_away": "kinetic"} if name == "StaticKinetic" else {}
     fit = SingleShooting(misfits, LawParameters(case.law, [item for item in free if item not in ties], ties))
     shifts = [record_misfit.first_shift(case.law, record_misfit.time.size) for record_misfit in misfits]
@@ -123,11 +124,11 @@ def test_where_slopes_are_differences_the_reason_is_said():
     assert "Slopes of the motion are differences of orbits: along a smooth law" in " ".join(found.notes)
 
 
-def test_errors_of_the_gauge_are_in_the_intervals_as_theory_has_them(first, sharpened):
+def test_errors_of_the_gauge_are_in_the_intervals_as_theory_has_them(first, refined):
     # A zero off by z moves the mean of x, which is f_k / k here but for the damping, and f_s with it, both by z.
     widened = fit_trajectories(first, settled_after=0.0, zero_error=1e-3, scale_error=0.0)
     np.testing.assert_allclose(widened.parameters["error"], 1e-3, rtol=0.02)
-    np.testing.assert_allclose(widened.parameters["value"], sharpened.parameters["value"], rtol=1e-7)
+    np.testing.assert_allclose(widened.parameters["value"], refined.parameters["value"], rtol=1e-7)
     # A scale that is off by s scales every force, if the drive velocity is known to scale too: here it is not.
     scaled = fit_trajectories(first, settled_after=0.0, scale_error=1e-3)
     assert scaled.parameters.loc["kinetic", "error"] == pytest.approx(6e-4, rel=0.5)
@@ -165,7 +166,7 @@ def test_options_that_make_no_sense_are_refused(first, options, sentence):
         fit_trajectories(first, **options)
 
 
-def test_an_interrupted_search_leaves_its_best_law_and_goes_on_from_it(first, sharpened, tmp_path, monkeypatch):
+def test_an_interrupted_search_leaves_its_best_law_and_goes_on_from_it(first, refined, tmp_path, monkeypatch):
     path = tmp_path / "law.unfinished.toml"
     lay = SingleShooting.lay
 
@@ -182,7 +183,7 @@ def test_an_interrupted_search_leaves_its_best_law_and_goes_on_from_it(first, sh
     # Going on takes the start that is done from the file: nothing is laid anew, as only noise was left.
     monkeypatch.setattr(SingleShooting, "lay", lambda *_: pytest.fail("begun anew"))
     found = fit_trajectories(first, settled_after=0.0, checkpoint=path)
-    np.testing.assert_allclose(found.parameters["value"], sharpened.parameters["value"], rtol=1e-7)
+    np.testing.assert_allclose(found.parameters["value"], refined.parameters["value"], rtol=1e-7)
     assert not path.exists()
 
 
@@ -223,14 +224,14 @@ def test_a_law_is_unlike_a_record_in_proportion_to_its_error():
     assert errors[2] == pytest.approx(2 * errors[1], rel=0.35)
 
 
-def test_sensitivity_of_stick_slip_is_that_of_its_closed_form(sharpened):
+def test_sensitivity_of_stick_slip_is_that_of_its_closed_form(refined):
     # Undamped, the amplitude is sqrt((f_s − f_k)² + m s²/k) about f_k/k; damping d = 0.1 changes little of that.
-    table = sensitivity(sharpened, record=1).table
+    table = sensitivity(refined, record=1).table
     amplitude = np.hypot(0.4, 0.2)
     by_break_away = 100 * 0.01 * 1.0 * (0.4 / amplitude) / amplitude
     assert table.loc["break_away", "x high"] == pytest.approx(by_break_away, rel=0.25)
     assert table.loc["kinetic", "x low"] > 0
-    lines = sensitivity(sharpened).plot("break_away").lines
+    lines = sensitivity(refined).plot("break_away").lines
     assert len(lines) == 3
     # The slips are curves, however short they are beside the sticks.
     assert all(np.abs(np.diff(line.get_ydata())).max() < 0.1 * np.ptp(line.get_ydata()) for line in lines)
@@ -244,7 +245,7 @@ def test_command_writes_law_and_page(friction, tmp_path, capsys):
     law, page = tmp_path / "law.toml", tmp_path / "report.html"
     options = ["--law", "StaticKinetic", "--trajectories", "-o", str(law), "--report", str(page)]
     assert main(["identify", *names, *options]) == 0
-    assert "Sharpened by the agreement of the motions" in capsys.readouterr().out
+    assert "Refined by the agreement of the motions" in capsys.readouterr().out
     assert ss.load_law(law).kinetic == pytest.approx(0.6, abs=1e-3)
     text = page.read_text(encoding="utf-8")
     for heading in ("Data", "uncertainty", "Residuals", "From the law to the motion", "assumed", "To do it again"):

@@ -51,7 +51,7 @@ def test_an_experiment_runs_past_a_bad_record_and_is_not_done_twice(folder, caps
     assert ">Break-aways</h2>" in (out / "report.html").read_text()
     before = (out / "good" / "friction.nc").stat().st_mtime_ns
     looks = []
-    watch(folder / "experiment.toml", every=0.01, stop=lambda: len(looks) == 1, told=looks.append)
+    watch(folder / "experiment.toml", every=0.01, stop=lambda: len(looks) == 1, on_table=looks.append)
     assert list(looks[0]["state"]) == ["failed", "finished before"]
     assert (out / "good" / "friction.nc").stat().st_mtime_ns == before
     assert looks[0].loc["good", "regime"] == "stick_slip"

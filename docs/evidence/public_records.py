@@ -161,7 +161,7 @@ def rock_biax_p446(folder: Path) -> Iterator[Row]:
     speeds = [1, 3, 10, 30, 100, 300, 100, 30, 10, 3, 1]
     words = [f"friction at {speed} um/s, {'up' if i < 6 else 'down'}" for i, speed in enumerate(speeds)]
     w, place = last["slip_velocity"].to_numpy(), last["displacement"].to_numpy()
-    yield from points(name, found, words, known, w, single=True, place=place)
+    yield from points(name, found, words, known, w, single=True, position=place)
 
 
 @record

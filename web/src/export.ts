@@ -1,4 +1,5 @@
-/** What is taken away: TOML, CSV, PNG, the page itself with its state inside. */
+/** What is taken away: TOML, CSV, PNG, GIF, the page itself with its state inside. */
+import { GIFEncoder, applyPalette, quantize } from "gifenc";
 import type { Orbit } from "./orbit";
 import type { Plot } from "./plot";
 import { theme } from "./theme";
@@ -21,26 +22,54 @@ export function toCsv(orbit: Orbit): string {
   return `${[names.join(","), ...rows].join("\n")}\n`;
 }
 
-/** All panels as they stand on the page. */
-export function picture(plots: Plot[], frame: HTMLElement): Promise<Blob> {
-  const box = frame.getBoundingClientRect();
-  const ratio = Math.max(2, window.devicePixelRatio || 1);
+/** Paint panels on one canvas as they stand in a frame, each with its title. */
+function paint(plots: Plot[], box: DOMRect, ratio: number): CanvasRenderingContext2D {
   const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [box.width * ratio, box.height * ratio];
-  const g = canvas.getContext("2d")!;
+  [canvas.width, canvas.height] = [Math.round(box.width * ratio), Math.round(box.height * ratio)];
+  const g = canvas.getContext("2d", { willReadFrequently: true })!;
   g.fillStyle = theme().card;
   g.fillRect(0, 0, canvas.width, canvas.height);
-  for (const { host, base, over } of plots) {
+  for (const { host, base, over, zoom } of plots) {
     const place = host.getBoundingClientRect();
     if (!place.width) continue;
-    for (const layer of [base, over])
-      g.drawImage(layer.canvas, (place.left - box.left) * ratio, (place.top - box.top) * ratio, place.width * ratio, place.height * ratio);
-    const title = host.closest("figure")?.querySelector("b")?.textContent ?? "";
+    const [left, top] = [(place.left - box.left) * ratio, (place.top - box.top) * ratio];
+    for (const layer of [base, over]) g.drawImage(layer.canvas, left, top, place.width * ratio, place.height * ratio);
     g.fillStyle = theme().ink;
-    g.font = `600 ${12 * ratio}px system-ui, sans-serif`;
-    g.fillText(title, (place.left - box.left + 12) * ratio, (place.top - box.top - 6) * ratio);
+    const unit = zoom * ratio;
+    g.font = `600 ${12 * unit}px system-ui, sans-serif`;
+    g.fillText(titleOf(host), left + 12 * unit, top - 6 * unit);
   }
+  return g;
+}
+
+export const titleOf = (host: HTMLElement): string => host.closest("figure")?.querySelector("b")?.textContent ?? "";
+
+/** Panels as a picture, as sharp as they are drawn. */
+export function picture(plots: Plot[], frame: HTMLElement, ratio: number): Promise<Blob> {
+  const { canvas } = paint(plots, frame.getBoundingClientRect(), ratio);
   return new Promise((done, fail) => canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error("no picture"))), "image/png"));
+}
+
+/** Frames of a GIF, colours of each, and the shortest time that browsers show one, in milliseconds. */
+const FRAMES = 40;
+const COLOURS = 64;
+const SHORTEST = 20;
+
+/** One panel over some time of the motion, in so many seconds; `show` draws the panel at a share of it. The page goes on meanwhile. */
+export async function film(plot: Plot, frame: HTMLElement, seconds: number, show: (share: number) => void): Promise<Blob> {
+  const gif = GIFEncoder();
+  const pause = () => new Promise((next) => setTimeout(next));
+  for (let i = 0; i < FRAMES; i++) {
+    show(i / FRAMES);
+    const g = paint([plot], frame.getBoundingClientRect(), 1);
+    const { data, width, height } = g.getImageData(0, 0, g.canvas.width, g.canvas.height);
+    const palette = quantize(data, COLOURS);
+    await pause();
+    gif.writeFrame(applyPalette(data, palette), width, height, { palette, delay: Math.max(SHORTEST, (1000 * seconds) / FRAMES) });
+    await pause();
+  }
+  gif.finish();
+  return new Blob([gif.bytes()], { type: "image/gif" });
 }
 
 /** The page as it was opened, with another content of its elements by their names. */

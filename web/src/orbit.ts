@@ -91,3 +91,12 @@ export function valueAt(t: Float64Array, column: Float64Array, time: number): nu
   const share = t[j]! > t[i]! ? (time - t[i]!) / (t[j]! - t[i]!) : 0;
   return column[i]! + Math.min(1, share) * (column[j]! - column[i]!);
 }
+
+/** The first and the last maximum of x in the second half; the half itself where there are none. */
+export function wholePeriods({ t, v, words }: Orbit): [number, number] {
+  const times: number[] = [];
+  const speed = v[0]!;
+  for (let i = 1; i < t.length; i++)
+    if (t[i]! > 0.5 * words.t_last && speed[i - 1]! > 0 && speed[i]! <= 0) times.push(t[i - 1]! + ((t[i]! - t[i - 1]!) * speed[i - 1]!) / (speed[i - 1]! - speed[i]!));
+  return times.length > 1 ? [times[0]!, times.at(-1)!] : [0.5 * words.t_last, words.t_last];
+}

@@ -49,6 +49,10 @@ export class Plot {
   width = 0;
   height = 0;
   ratio = 1;
+  /** Pixels of the canvas for one of the page, where it is to be another than the screen's. */
+  sharpness: number | null = null;
+  /** Pixels of the page for one of the drawing: words and lines are larger on a large screen. */
+  zoom = 1;
   x: Range = { low: 0, high: 1 };
   y: Range = { low: 0, high: 1 };
   pad = { left: 54, right: 12, top: 10, bottom: 36 };
@@ -74,8 +78,9 @@ export class Plot {
 
   /** Take the size of the host; whether it changed. */
   fit(): boolean {
-    const { clientWidth: width, clientHeight: height } = this.host;
-    const ratio = Math.min(window.devicePixelRatio || 1, 3);
+    this.zoom = Number(getComputedStyle(this.host).getPropertyValue("--scale")) || 1;
+    const [width, height] = [this.host.clientWidth / this.zoom, this.host.clientHeight / this.zoom];
+    const ratio = this.zoom * (this.sharpness ?? Math.min(window.devicePixelRatio || 1, 3));
     if (width === this.width && height === this.height && ratio === this.ratio) return false;
     [this.width, this.height, this.ratio] = [width, height, ratio];
     for (const { canvas } of [this.base, this.over]) {
@@ -225,14 +230,16 @@ export class Plot {
   }
 }
 
-/** Follow a pointer from press to release; the arrow keys call `nudge` with a direction. */
-export function draggable(canvas: HTMLCanvasElement, move: (event: PointerEvent) => void, nudge?: (dx: number, dy: number) => void): void {
+/** Follow a pointer from press to release, in pixels of the drawing; the arrow keys call `nudge` with a direction. */
+export function draggable(plot: Plot, move: (x: number, y: number) => void, nudge?: (dx: number, dy: number) => void): void {
+  const { canvas } = plot.over;
+  const follow = ({ offsetX, offsetY }: PointerEvent) => move(offsetX / plot.zoom, offsetY / plot.zoom);
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
-    move(event);
+    follow(event);
   });
   canvas.addEventListener("pointermove", (event) => {
-    if (event.buttons) move(event);
+    if (event.buttons) follow(event);
   });
   if (!nudge) return;
   canvas.tabIndex = 0;

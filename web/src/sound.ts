@@ -1,18 +1,9 @@
 /** The steady motion as a tone: its velocity between maxima of the displacement, the natural frequency at a pitch one hears. */
 import { type Core, Verb } from "./core";
-import type { Orbit } from "./orbit";
+import { type Orbit, wholePeriods } from "./orbit";
 
 /** Seconds of a cross-fade. */
 const FADE = 0.04;
-
-/** The first and the last maximum of x in the second half; the half itself where there are none. */
-function wholePeriods({ t, v, words }: Orbit): [number, number] {
-  const times: number[] = [];
-  const speed = v[0]!;
-  for (let i = 1; i < t.length; i++)
-    if (t[i]! > 0.5 * words.t_last && speed[i - 1]! > 0 && speed[i]! <= 0) times.push(t[i - 1]! + ((t[i]! - t[i - 1]!) * speed[i - 1]!) / (speed[i - 1]! - speed[i]!));
-  return times.length > 1 ? [times[0]!, times.at(-1)!] : [0.5 * words.t_last, words.t_last];
-}
 
 /** The velocity so that 2π/`natural` lasts 1/`pitch` seconds, at most four seconds of it. */
 export function samples(core: Core, orbit: Orbit, natural: number, pitch: number, rate: number): Float32Array<ArrayBuffer> {

@@ -14,11 +14,14 @@ export interface State {
   diagram: { over: string; low: number; high: number };
   /** The two numbers of the regime map, and from where to where they go. */
   map: { x: string; y: string; across: [number, number]; up: [number, number] };
-  view: { time: number; panels: string };
+  /** The moment that is looked at, the panels that are shown (all where none is named), and which derivative the spectrum is of. */
+  view: { time: number; panels: string; derivative: number };
 }
 
 export interface Preset {
   title: string;
+  /** Under which heading it stands. */
+  group: string;
   source: string;
   state: Partial<State>;
 }
@@ -31,7 +34,7 @@ export const FRESH: State = {
   t_end: 150,
   diagram: { over: "drive_velocity", low: 0.02, high: 0.6 },
   map: { x: "drive_velocity", y: "damping", across: [0.02, 0.6], up: [0, 1] },
-  view: { time: 0, panels: "" },
+  view: { time: 0, panels: "", derivative: 0 },
 };
 
 export function presetState(name: string, presets: Record<string, Preset>): State {

@@ -22,8 +22,8 @@ export interface Steady {
 export const REGIME_NAMES = ["stick_slip", "almost_harmonic", "stable_slip", "back_and_forth", "at_rest", "diverged", "unfinished"];
 export const REGIMES = ["stick-slip", "almost-harmonic", "stable slip", "back and forth", "at rest", "diverged", "not settled"];
 
-/** Most questions whether to go on that one motion may ask: a limit that is the same on every machine. */
-const PATIENCE = 20_000;
+/** Most questions whether to go on that one motion may ask: ten times what the motions of the presets need, and the same on every machine. */
+const PATIENCE = 1000;
 
 export interface SweepAsk {
   id: number;
@@ -36,6 +36,8 @@ export interface SweepAsk {
   v0?: number | null;
   /** Whether each motion starts where the one before ended. */
   chain: boolean;
+  /** The row to begin with. */
+  first?: number;
 }
 
 /** A law to be fitted to a record. */
@@ -53,6 +55,10 @@ export interface SweepPart {
   done: boolean;
   events: number;
   refused?: string;
+  /** The row of which no answer came. */
+  lost?: number;
+  /** Whether this says only that the work has begun. */
+  begun?: boolean;
   fit?: Fit;
 }
 
@@ -84,8 +90,13 @@ export function steady(
   return { rows, events: words.events };
 }
 
-/** Columns in one piece of work: some 10 ms. */
-const PIECE = 8;
+/** Milliseconds that one piece of work should take: so soon a newer question is heard. */
+const PIECE = 10;
+/** Milliseconds of silence after which a worker is given up (a piece is one motion where motions take long), and while it starts. */
+const SILENCE = 3000;
+const START = 30_000;
+/** Motions that may be left out of one answer. */
+const MOST_LOST = 3;
 
 /** What runs where there is no document: a sweep in pieces, given up where a newer one is asked for. */
 export function work(scope: { onmessage: ((message: MessageEvent) => void) | null; postMessage(message: unknown): void }): void {
@@ -107,13 +118,20 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
       return;
     }
     const { rows, ...question } = ask;
-    for (let from = 0; from < rows.length; from += PIECE) {
-      const values = rows.slice(from, from + PIECE).flat();
-      yield { from, done: from + PIECE >= rows.length, ...steady(core, { ...question, values, go_on: ask.chain && from > 0 }) };
+    const first = ask.first ?? 0;
+    for (let from = first, count = 1, next: number; from < rows.length; from = next) {
+      next = Math.min(from + count, rows.length);
+      const begun = performance.now();
+      const answer = steady(core, { ...question, values: rows.slice(from, next).flat(), go_on: ask.chain && from > first });
+      const each = (performance.now() - begun) / (next - from);
+      // The cost of a motion changes along a sweep: no piece is more than twice as large as the last.
+      count = Math.max(1, Math.min(2 * count, Math.floor(PIECE / Math.max(each, 0.01))));
+      yield { from, done: next >= rows.length, ...answer };
     }
   }
   const answer = async (ask: SweepAsk | FitAsk) => {
     const part = { id: ask.id, from: 0, rows: [], done: false, events: 0 };
+    scope.postMessage({ ...part, begun: true });
     try {
       for (const piece of pieces(ask)) {
         scope.postMessage({ ...part, ...piece });
@@ -134,11 +152,21 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
   };
 }
 
-/** A worker of the page; one that has been silent for too long is replaced. */
+/** What a worker is asked. */
+export type Ask = Omit<SweepAsk, "id"> | Omit<FitAsk, "id">;
+
+/** A worker of the page; one that has been silent for too long is ended and replaced, and goes on after the motion it stood at. */
 export class Sweeper {
   private worker!: Worker;
   private id = 0;
   private silence = 0;
+  private asked: Ask | null = null;
+  /** The first row of which nothing was heard, and how many were given up. */
+  private next = 0;
+  private lost = 0;
+  /** Whether the worker has ever answered, and whether it has begun what was asked last. */
+  private ready = false;
+  private begun = false;
   constructor(
     private readonly program: string,
     private readonly module: WebAssembly.Module,
@@ -150,27 +178,54 @@ export class Sweeper {
   private renew(): void {
     const url = URL.createObjectURL(new Blob([this.program], { type: "text/javascript" }));
     this.worker = new Worker(url);
+    this.ready = false;
     URL.revokeObjectURL(url);
     this.worker.postMessage({ module: this.module });
     this.worker.onmessage = ({ data }: MessageEvent<SweepPart>) => {
+      this.ready = true;
       if (data.id !== this.id) return;
+      if (data.begun) {
+        this.begun = true;
+        return this.watch();
+      }
       clearTimeout(this.silence);
+      this.next = data.from + data.rows.length;
       if (!data.done && !data.refused) this.watch();
       this.hear(data);
     };
   }
 
   private watch(): void {
-    this.silence = window.setTimeout(() => {
-      this.worker.terminate();
-      this.renew();
-      this.hear({ id: this.id, from: 0, rows: [], done: true, events: 0, refused: "a motion took longer than 10 s: change the range" });
-    }, 10_000);
+    clearTimeout(this.silence);
+    // Where the page itself was busy, what has come meanwhile is heard first.
+    const twice = () => (this.silence = window.setTimeout(() => this.giveUp(), 50));
+    this.silence = window.setTimeout(twice, this.ready ? SILENCE : START);
   }
 
-  ask(question: Omit<SweepAsk, "id"> | Omit<FitAsk, "id">): void {
-    clearTimeout(this.silence);
+  private giveUp(): void {
+    this.worker.terminate();
+    this.renew();
+    const { asked, next: lost } = this;
+    // What kept it busy was asked before.
+    if (asked && !this.begun) return this.post(asked);
+    const part = { id: this.id, from: lost, rows: [], events: 0 };
+    if (!asked || "record" in asked) return this.hear({ ...part, done: true, refused: "a step of the fit took longer than 3 s: hold some numbers" });
+    const { rows, names } = asked;
+    this.next = lost + 1;
+    const done = this.next >= rows.length || ++this.lost > MOST_LOST;
+    const where = names.map((name, i) => `${name} = ${rows[lost]![i]}`).join(", ");
+    this.hear({ ...part, lost, done, ...(this.lost > MOST_LOST ? { refused: `the motion at ${where} took longer than 3 s, as others did: choose another range` } : {}) });
+    if (!done) this.post({ ...asked, first: this.next });
+  }
+
+  private post(asked: Ask): void {
+    this.begun = false;
     this.watch();
-    this.worker.postMessage({ ...question, id: ++this.id });
+    this.worker.postMessage({ ...asked, id: ++this.id });
+  }
+
+  ask(asked: Ask): void {
+    [this.asked, this.next, this.lost] = [asked, 0, 0];
+    this.post(asked);
   }
 }

@@ -62,20 +62,20 @@ def run(options: argparse.Namespace) -> None:
     loci = []
     with Bar() as bar:
 
-        def told(done: int, most: int) -> None:
+        def notify(done: int, most: int) -> None:
             bar("points", done, most)
 
-        result = continuation(system, name, bounds, progress=told)
+        result = continuation(system, name, bounds, progress=notify)
         if options.doubled:
             flips = [item for item in result.special_points if item.kind == "flip"]
-            doubled = [switch_branch(result, flip, progress=told) for flip in flips]
+            doubled = [switch_branch(result, flip, progress=notify) for flip in flips]
             result = replace(result, branches=(*result.branches, *doubled))
         if other is not None:
             over, ranges = (name, other[0]), (bounds, other[1])
             followed = [
                 item for item in result.special_points if item.kind in ("hopf", *BY_MULTIPLIERS) or item.boundary
             ]
-            loci = [locus(item, over, ranges, progress=told) for item in followed]
+            loci = [locus(item, over, ranges, progress=notify) for item in followed]
     if options.output:
         dataset = result.to_xarray().merge(together(loci)) if loci else result.to_xarray()
         write_whole(options.output, lambda draft: dataset.to_netcdf(draft, engine="h5netcdf"))

@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> None:
 
     plan = Experiment.of(options.experiment)
 
-    def told(table: pd.DataFrame) -> None:
+    def show(table: pd.DataFrame) -> None:
         if options.json:
             say(str(table.reset_index().to_json(orient="records", indent=2)))
             return
@@ -47,11 +47,11 @@ def run(options: argparse.Namespace) -> None:
         say_written(plan.place / "report.html", plan.place / "records.csv")
 
     if options.watch:
-        watch(plan, every=options.every, told=told)
+        watch(plan, every=options.every, on_table=show)
         return
     with Bar() as bar:
         table = run_all(plan, again=options.again, progress=bar)
-    told(table)
+    show(table)
     failed = int((table["state"] == "failed").sum())
     if failed:
         raise InputError(f"{failed} of {len(table)} records could not be measured; the others are in {plan.place}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,8 +14,9 @@ from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.explorer import catalogue
 from stickslip.files.documents import input_file, read_toml
-from stickslip.laws import Law, load_law
+from stickslip.laws import BogaczRyczek, Law, load_law
 from stickslip.model.system import Oscillator, System, load_system_document
+from stickslip.paper import DAMPING
 
 if TYPE_CHECKING:
     from stickslip.identification.records import FrictionRecord
@@ -29,30 +31,34 @@ def presets() -> dict[str, Any]:
     >>> presets()["stick-slip"]["state"]["system"]["drive_velocity"]
     0.2
     """
-    made = {}
-    for name, row in json.loads(_shipped("presets.json")).items():
-        law = Law.ALL[row.get("law", "BogaczRyczek")].example()
-        made[name] = {"title": row["title"], "source": row["source"], "state": _state(_preset(row, law), row)}
-    return made
-
-
-def _preset(row: Mapping[str, Any], law: Law) -> dict[str, Any]:
-    amplitude, frequency = row.get("forcing", (0.0, 1.0))
-    forcing = [{"amplitude": amplitude, "frequency": frequency, "phase": 0.0}] if amplitude else []
     return {
-        "mass": 1.0,
-        "stiffness": 1.0,
-        "damping": row.get("damping", 0.35),
-        "drive_velocity": row["drive_velocity"],
-        "law": catalogue.full(law),
-        "forcing": forcing,
+        name: {**{key: row[key] for key in ("title", "group", "source")}, "state": _state(row)}
+        for name, row in described_presets().items()
     }
 
 
-def _state(system: dict[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
-    state: dict[str, Any] = {"system": system, "t_end": more.get("t_end", 150.0)}
-    if "masses" in more:
-        state["chain"] = {"masses": more["masses"], "coupling": more.get("coupling", 1.0)}
+def described_presets() -> dict[str, Any]:
+    """What ``presets.json`` says: where a preset names no law it has the paper's, with `change`; `checked` is its motion."""
+    described: dict[str, Any] = json.loads(_shipped("presets.json"))
+    return described
+
+
+def _state(row: Mapping[str, Any]) -> dict[str, Any]:
+    law = Law.from_dict(row["law"]) if "law" in row else replace(BogaczRyczek(), **row.get("change", {}))
+    amplitude, frequency = row.get("forcing", (0.0, 1.0))
+    system = {
+        "mass": row.get("mass", 1.0),
+        "stiffness": row.get("stiffness", 1.0),
+        "damping": row.get("damping", DAMPING),
+        "drive_velocity": row["drive_velocity"],
+        "law": catalogue.full(law),
+        "forcing": [{"amplitude": amplitude, "frequency": frequency, "phase": 0.0}] if amplitude else [],
+    }
+    state: dict[str, Any] = {"system": system, "t_end": row.get("t_end", 150.0)}
+    if "masses" in row:
+        state["chain"] = {"masses": row["masses"], "coupling": row.get("coupling", 1.0)}
+    if "diagram" in row:
+        state["diagram"] = row["diagram"]
     return state
 
 

@@ -16,7 +16,6 @@ from stickslip.identification.guesses.first_guess import GUESSES, first_guess
 from stickslip.identification.kinetic.branches import BranchFit, Problem, fit_branches
 from stickslip.identification.kinetic.lack_of_fit import lack_of_fit
 from stickslip.identification.kinetic.motion import WITH_MEMORY
-from stickslip.identification.law_parameters import check_names, places, value, with_values
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
 from stickslip.identification.static.break_away import (
@@ -33,6 +32,7 @@ from stickslip.laws import (
     Tabulated,
     TwoBranch,
 )
+from stickslip.laws.numbers import check_names, pointers, value, with_values
 
 CORRELATED = 0.98
 OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)
@@ -90,7 +90,13 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
     fits = []
     for form in _forms(guess):
         problem = Problem(
-            records, form.law, form.free, relative=relative, ties=form.ties, within=form.within, offset=options.offset
+            records,
+            form.law,
+            form.free,
+            relative=relative,
+            constraints=form.constraints,
+            within=form.within,
+            offset=options.offset,
         )
         fits.append((problem, fit_branches(problem, _best_start(problem, form))))
     problem, found = min(fits, key=lambda fit: fit[1].rms)
@@ -119,7 +125,7 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
         notes=list(dict.fromkeys(notes)),
         records=records,
         command=options.command(records, kind),
-        ties=guess.ties,
+        constraints=guess.constraints,
         within=guess.within,
         offset=found.offset,
     )
@@ -160,9 +166,13 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
     else:
         guess = first_guess(kind, evidence)
         if start is not None:
-            known = places(start)
+            known = pointers(start)
             guess = Guess(
-                start, [name for name in guess.free if name in known], guess.ties, guess.notes, within=guess.within
+                start,
+                [name for name in guess.free if name in known],
+                guess.constraints,
+                guess.notes,
+                within=guess.within,
             )
     names = check_names(guess.law, guess.free if asked is None else asked)
     check_names(guess.law, fixed)
@@ -180,7 +190,7 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
     notes = [*guess.notes]
     if fixed:
         notes.append("Held fixed as asked: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".")
-    return Guess(laws[0], names, guess.ties, notes, laws[1:], guess.within)
+    return Guess(laws[0], names, guess.constraints, notes, laws[1:], guess.within)
 
 
 def _bounded(guess: Guess, bounds: Mapping[str, tuple[float, float]]) -> Guess:

@@ -12,16 +12,10 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.laws import Law
 from stickslip.laws.facts import Number
-from stickslip.laws.numbers import Place as Place
-from stickslip.laws.numbers import check_names as check_names
-from stickslip.laws.numbers import maybe as maybe
-from stickslip.laws.numbers import numbers as numbers
-from stickslip.laws.numbers import places as places
-from stickslip.laws.numbers import put
-from stickslip.laws.numbers import value as value
-from stickslip.laws.numbers import with_values as with_values
+from stickslip.laws.numbers import numbers, pointers, put, value
 
 Array = npt.NDArray[np.float64]
 
@@ -68,7 +62,7 @@ class LawParameters:
         within: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
         self.names, self.same_as = list(names), dict(same_as or {})
-        self._kind, self._document, self._places = type(law), json.dumps(law.to_dict()), places(law)
+        self._kind, self._document, self._pointers = type(law), json.dumps(law.to_dict()), pointers(law)
         self._parameters = parameters_of_law(law, names, within, same_as)
         at = {name: value(law, name) for name in self.names}
         if any(at[name] <= 0 for name, ratio in zip(names, self._parameters.logarithmic, strict=True) if ratio):
@@ -86,7 +80,7 @@ class LawParameters:
         """The law with these free numbers; an InputError where they make no law."""
         document = json.loads(self._document)
         for name, number in self._parameters.values(self._raw(numbers)).items():
-            put(document, self._places[name], number)
+            put(document, self._pointers[name], number)
         return self._kind.from_dict(document, self._kind.__name__)
 
     def _raw(self, numbers: Array) -> Array:
@@ -103,4 +97,4 @@ class LawParameters:
     def estimate(self, numbers: Array, covariance: Array, freedom: float) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Value, error and 95 % interval by name, and the covariance, from the covariance of the vector."""
         unit = np.outer(self._unit, self._unit)
-        return self._parameters.estimate(self._raw(numbers), covariance * unit, freedom)
+        return estimate(self._parameters, self._raw(numbers), covariance * unit, freedom)

@@ -39,7 +39,7 @@ class FrictionRecord(InNotebook):
     constants : what is known of ``mass`` (the inertia), ``damping``, ``stiffness``, ``drive_velocity`` and ``weight``.
     attrs : the provenance of the record.
     displacement : of the mass, shape (n,), where it is known.
-    recorded : the displacement as the gauge gave it, its noise white, shape (n,), NaN where a sample was left out; where
+    recorded : the displacement as the instrument gave it, its noise white, shape (n,), NaN where a sample was left out; where
         it is known.
     units : of ``force``, ``time`` and ``slip_velocity``, where the record says them.
     """

@@ -13,12 +13,11 @@ import pandas as pd
 from stickslip.files.documents import write_whole
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.kinetic.motion import Motion
-from stickslip.identification.law_parameters import maybe, places
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.static.break_away import StaticFriction
 from stickslip.laws import Law
 from stickslip.laws.law import law_file
-from stickslip.laws.numbers import units_of
+from stickslip.laws.numbers import maybe, pointers, units_of
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -30,14 +29,14 @@ class Identification(Result):
     law : the law.
     parameters : DataFrame over the names of the fitted numbers: value, error (standard error), low and high (95 %).
     covariance : DataFrame, names in both directions.
-    groups : DataFrame of the residuals' groups: record, kind, rows, independent (rows that count), scale, between (standard
-        deviation from record to record, where records differ from one another).
+    groups : DataFrame of the residuals' groups: record, kind, rows, independent (rows that count), scale, record_scatter
+        (standard deviation from record to record, where records differ from one another).
     rms : root mean square of measured minus predicted kinetic force.
     static : fits of static friction over stick time, None for fewer than five break-aways.
     notes : plain sentences: what was assumed, what could not be told.
     records : the records it was identified from.
     command : what to type to do it again.
-    ties, within : numbers that follow another, and limits that come from the records.
+    constraints, within : numbers that follow another, and limits that come from the records.
     offset : value, error, low and high of a constant in the measured force, where it was asked for.
     motions : a row for each record over which the motion of the law was laid, None before that.
     """
@@ -51,13 +50,13 @@ class Identification(Result):
     notes: list[str]
     records: list[FrictionRecord]
     command: str
-    ties: Mapping[str, str] = field(default_factory=dict)
+    constraints: Mapping[str, str] = field(default_factory=dict)
     within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     offset: pd.Series | None = None
     motions: pd.DataFrame | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "law", self.law.with_covariance(self.covariance, self.ties, self.within))
+        object.__setattr__(self, "law", self.law.with_covariance(self.covariance, self.constraints, self.within))
 
     @property
     def units(self) -> dict[str, str]:
@@ -97,7 +96,7 @@ class Identification(Result):
 
     def held(self) -> dict[str, float]:
         """Numbers of the law that were not fitted, by name; those that are not set are left out."""
-        names = [name for name in places(self.law) if name not in self.parameters.index]
+        names = [name for name in pointers(self.law) if name not in self.parameters.index]
         return {name: number for name in names if (number := maybe(self.law, name)) is not None}
 
     def heading(self) -> list[str]:
@@ -126,7 +125,7 @@ class Identification(Result):
             "intervals": {name: [float(row["low"]), float(row["high"])] for name, row in self.parameters.iterrows()},
             "notes": self.notes,
         }
-        return law_file(self.law, self.covariance, source, {name: self.units[name] for name in places(self.law)})
+        return law_file(self.law, self.covariance, source, {name: self.units[name] for name in pointers(self.law)})
 
     def save(self, path: str | Path) -> Path:
         """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""

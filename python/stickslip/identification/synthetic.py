@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.identification.law_parameters import value, with_values
 from stickslip.identification.trajectory.first_passage import own_number
+from stickslip.laws.numbers import value, with_values
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate
@@ -32,7 +32,7 @@ def friction_of_orbit(
     times : increasing, shape (n,).
     force_noise : standard deviation of the white noise added to every friction force, in the orbit's unit.
     seed : of the noise.
-    displacement_noise : standard deviation of the white noise in ``recorded``, the displacement as a gauge gives it; 0
+    displacement_noise : standard deviation of the white noise in ``recorded``, the displacement as an instrument gives it; 0
         leaves that variable out.
 
     Returns
@@ -152,8 +152,8 @@ def _record(
     sampled["force"] = sampled["force"] + force_noise * random.standard_normal(t.size)
     sampled["force_error"] = ("time", np.full(t.size, float(force_noise)))
     if displacement_noise > 0:
-        gauge = np.random.default_rng([seed, 1]).standard_normal(t.size)
-        sampled["recorded"] = sampled["displacement"] + displacement_noise * gauge
+        instrument = np.random.default_rng([seed, 1]).standard_normal(t.size)
+        sampled["recorded"] = sampled["displacement"] + displacement_noise * instrument
     sampled.attrs = {
         "source": source,
         "mass": system.mass,

@@ -134,7 +134,8 @@ class Law(Document):
         Parameters
         ----------
         stick_time : time of adhesion t_s, any shape.
-        force_rate : |dF/dt| while stuck δ, same shape or a number.
+        force_rate : dF/dt while stuck, of the size δ, same shape or a number; where friction differs between the directions,
+            its sign is that of the friction force.
 
         Returns
         -------
@@ -158,12 +159,13 @@ class Law(Document):
         array([-0.6,  0.6])
         """
         w = np.asarray(w, float)
-        speed, back = np.unique(np.abs(w), return_inverse=True)
-        path = np.concatenate([[0.0], speed])
-        stuck = np.arange(path.size) == 0
-        force = force_along(self, np.zeros_like(path), path, stuck, np.zeros_like(path))[1:]
-        signed = force[back].reshape(w.shape) * np.where(w < 0, -1.0, 1.0)
-        return signed if w.ndim else float(signed)
+        force = np.empty_like(w)
+        for direction, part in ((1.0, ~(w < 0)), (-1.0, w < 0)):
+            speed, back = np.unique(np.abs(w[part]), return_inverse=True)
+            path = direction * np.concatenate([[0.0], speed])
+            stuck = np.arange(path.size) == 0
+            force[part] = force_along(self, np.zeros_like(path), path, stuck, np.zeros_like(path))[1:][back]
+        return force if w.ndim else float(force)
 
     @property
     def covariance(self) -> pd.DataFrame:
@@ -179,7 +181,7 @@ class Law(Document):
     def with_covariance(
         self,
         covariance: pd.DataFrame,
-        ties: Mapping[str, str] | None = None,
+        constraints: Mapping[str, str] | None = None,
         within: Mapping[str, tuple[float, float]] | None = None,
     ) -> Self:
         """The same law with the covariance of its fitted numbers, from which :meth:`sample` draws.
@@ -187,11 +189,11 @@ class Law(Document):
         Parameters
         ----------
         covariance : DataFrame over the names of numbers in both directions.
-        ties : numbers that take the value of a fitted one, by name.
+        constraints : numbers that take the value of a fitted one, by name.
         within : lowest and highest value of fitted numbers, where they are narrower than those of the law.
         """
         twin = copy(self)
-        vars(twin)["_uncertainty"] = covariance, dict(ties or {}), dict(within or {})
+        vars(twin)["_uncertainty"] = covariance, dict(constraints or {}), dict(within or {})
         return twin
 
     _uncertainty: ClassVar[tuple[Any, ...] | None] = None
@@ -200,7 +202,7 @@ class Law(Document):
         """Laws that may as well be: drawn from the covariance of the fitted numbers.
 
         The fitted numbers are drawn from a normal distribution, those known by their ratio (:mod:`stickslip.laws.facts`) by
-        their logarithm. A draw beyond the limits of a number, or that makes no law, is drawn again; ties are kept.
+        their logarithm. A draw beyond the limits of a number, or that makes no law, is drawn again; constraints are kept.
 
         Parameters
         ----------
@@ -286,8 +288,8 @@ def load_law(path: str | Path) -> Law:
     """The law of a law file: its table ``[law]``, with the covariance of its numbers where the file holds one."""
     document = _law_document(path)
     law = Law.from_dict(document["law"], f"{path}: law")
-    covariance, ties, within = _read_covariance(document, path)
-    return law if covariance.empty else law.with_covariance(covariance, ties, within)
+    covariance, constraints, within = _read_covariance(document, path)
+    return law if covariance.empty else law.with_covariance(covariance, constraints, within)
 
 
 def load_covariance(path: str | Path) -> pd.DataFrame:
@@ -305,7 +307,7 @@ def _read_covariance(
     import pandas as pd
 
     table = document.get("covariance", {"names": [], "matrix": []})
-    check_keys(table, ("names", "matrix", "ties", "within"), ("names", "matrix"), f"{path}: covariance")
+    check_keys(table, ("names", "matrix", "constraints", "within"), ("names", "matrix"), f"{path}: covariance")
     names = table["names"]
     rows = [numbers("covariance", row, len(names), str(path), "name", finite=False) for row in table["matrix"]]
     if len(rows) != len(names):
@@ -317,7 +319,7 @@ def _read_covariance(
         low, high = numbers("within", ends, 2, f"{path}: covariance", "end", finite=False)
         within[name] = low, high
     frame = pd.DataFrame(np.reshape(rows, (len(names), len(names))), index=names, columns=names)
-    return frame, dict(table.get("ties", {})), within
+    return frame, dict(table.get("constraints", {})), within
 
 
 TABLES = ("law", "units", "uncertainty", "covariance", "source")
@@ -347,13 +349,13 @@ def law_file(law: Law, covariance: pd.DataFrame, source: Mapping[str, Any], unit
 
     names = [str(name) for name in covariance.index]
     matrix = covariance.to_numpy(float)
-    _, ties, within = law._uncertainty or (None, {}, {})
+    _, constraints, within = law._uncertainty or (None, {}, {})
     document = {
         "law": law.to_dict(),
         "units": dict(units),
         "uncertainty": dict(zip(names, np.sqrt(np.diag(matrix)).tolist(), strict=True)),
         "covariance": {"names": names, "matrix": matrix.tolist()}
-        | ({"ties": ties} if ties else {})
+        | ({"constraints": constraints} if constraints else {})
         | ({"within": {name: list(ends) for name, ends in within.items()}} if within else {}),
         "source": {"version": _core.__version__, **source},
     }

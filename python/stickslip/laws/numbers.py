@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
     from stickslip.laws.law import Law
 
-Place = tuple[str | int, ...]
+Pointer = tuple[str | int, ...]
 
 
-def places(law: Law) -> dict[str, Place]:
+def pointers(law: Law) -> dict[str, Pointer]:
     """Where each number of a law stands in its document, by name.
 
     >>> from stickslip.laws import PiecewiseLinear
-    >>> list(places(PiecewiseLinear(nodes=[(0, 1), (1, 0.5)], break_away=1)))[:3]
+    >>> list(pointers(PiecewiseLinear(nodes=[(0, 1), (1, 0.5)], break_away=1)))[:3]
     ['nodes[0].slip_velocity', 'nodes[0].force', 'nodes[1].slip_velocity']
     """
-    return {name: place for name, (place, _) in _numbers(law).items()}
+    return {name: pointer for name, (pointer, _) in _numbers(law).items()}
 
 
 def numbers(law: Law) -> dict[str, Number]:
@@ -42,16 +42,19 @@ def numbers(law: Law) -> dict[str, Number]:
     return {name: number for name, (_, number) in _numbers(law).items()}
 
 
-def _numbers(law: Law) -> dict[str, tuple[Place, Number]]:
-    found: dict[str, tuple[Place, Number]] = {}
+def _numbers(law: Law) -> dict[str, tuple[Pointer, Number]]:
+    found: dict[str, tuple[Pointer, Number]] = {}
     for key, value in law.to_dict().items():
         if key == "type" or isinstance(value, str) or law.PARAMETERS[key].choices:
             continue
         pair = law.PARAMETERS[key].numbers
-        if isinstance(value, dict):
+        if isinstance(value, dict) and "type" in value:
+            inner = _numbers(getattr(law, key))
+            found |= {f"{key}.{name}": ((key, *pointer), number) for name, (pointer, number) in inner.items()}
+        elif isinstance(value, dict):
             # What a table inside the law leaves out, such as the scale of the force rate, has a name all the same.
-            inner = getattr(law, key).PARAMETERS.items()
-            found |= {f"{key}.{name}": ((key, name), item.numbers[-1]) for name, item in inner if item.numbers}
+            items = getattr(law, key).PARAMETERS.items()
+            found |= {f"{key}.{name}": ((key, name), item.numbers[-1]) for name, item in items if item.numbers}
         elif not isinstance(value, list):
             found[key] = (key,), pair[-1]
         elif isinstance(value[0], list):
@@ -86,7 +89,7 @@ def value(law: Law, name: str) -> float:
 def maybe(law: Law, name: str) -> float | None:
     """One number of a law, None where it is not set."""
     here: Any = law.to_dict()
-    for key in _place(law, name):
+    for key in _pointer(law, name):
         here = None if isinstance(here, dict) and key not in here else here[key]
     return None if here is None or isinstance(here, str) else float(here)
 
@@ -105,13 +108,13 @@ def with_values(law: Law, values: Mapping[str, float]) -> Law:
     """
     document = law.to_dict()
     for name, number in values.items():
-        put(document, _place(law, name), float(number))
+        put(document, _pointer(law, name), float(number))
     return type(law).from_dict(document, type(law).__name__)
 
 
-def put(document: Any, place: Place, number: float) -> None:
+def put(document: Any, pointer: Pointer, number: float) -> None:
     """Write one number at its place in a document."""
-    *way, last = place
+    *way, last = pointer
     for key in way:
         document = document[key]
     document[last] = number
@@ -121,12 +124,12 @@ def check_names(law: Law, names: Iterable[str]) -> list[str]:
     """The names, each once and each a number of the law."""
     checked = list(dict.fromkeys(names))
     for name in checked:
-        _place(law, name)
+        _pointer(law, name)
     return checked
 
 
-def _place(law: Law, name: str) -> Place:
-    known = places(law)
+def _pointer(law: Law, name: str) -> Pointer:
+    known = pointers(law)
     if name not in known:
         raise InputError(
             f"{type(law).__name__} has no parameter {name!r}{did_you_mean(name, known)}; it has {', '.join(known)}"
@@ -153,7 +156,7 @@ class Spread:
     ----------
     law : in the middle.
     covariance : of its fitted numbers, by name in both directions.
-    ties : numbers that take the value of a fitted one.
+    constraints : numbers that take the value of a fitted one.
     within : limits of fitted numbers that are narrower than those of the law.
     """
 
@@ -161,10 +164,10 @@ class Spread:
         self,
         law: Law,
         covariance: pd.DataFrame,
-        ties: Mapping[str, str] | None = None,
+        constraints: Mapping[str, str] | None = None,
         within: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
-        self.law, self.ties = law, dict(ties or {})
+        self.law, self.constraints = law, dict(constraints or {})
         self.names = check_names(law, map(str, covariance.index))
         known = [numbers(law)[name] for name in self.names]
         values = np.array([value(law, name) for name in self.names])
@@ -192,6 +195,8 @@ class Spread:
             return None
         moved = dict(zip(self.names, found.tolist(), strict=True))
         try:
-            return with_values(self.law, moved | {name: moved[of] for name, of in self.ties.items() if of in moved})
+            return with_values(
+                self.law, moved | {name: moved[of] for name, of in self.constraints.items() if of in moved}
+            )
         except InputError:
             return None

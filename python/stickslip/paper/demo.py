@@ -20,8 +20,8 @@ from stickslip.errors import InputError
 from stickslip.explorer import content_of_record
 from stickslip.files.documents import write_whole
 from stickslip.identification import Agreement, Identification, compare_motion, identify
-from stickslip.identification.law_parameters import value
 from stickslip.identification.trajectory.shooting import fit_trajectories
+from stickslip.laws.numbers import value
 from stickslip.measurement import Rig, measure, notes
 from stickslip.measurement.read import open_motion
 from stickslip.report.report import Report
@@ -138,7 +138,7 @@ def demo(folder: str | Path, progress: Callable[[str, int, int], Any] | None = N
     frictions = [one.friction for one in seen]
     step("fit the law to the branches of friction")
     branches = identify(frictions, law="BogaczRyczek", fixed={"beta": MODEL.law.beta})
-    step("sharpen it by laying the motions over each other")
+    step("refine it until the motions agree")
     free = dict.fromkeys([*(str(name) for name in branches.parameters.index), "D.w"])
     zero_error = max(one.zero_error for one in seen)
     identification = fit_trajectories(branches, free, settled_after=0.0, zero_error=zero_error)
@@ -229,14 +229,14 @@ def _report(
     report.heading("From friction force to the law")
     report.text(
         "First the law is replayed with its memory along the measured motion, and least squares fits its branches; then the "
-        "motion that the law makes is laid over each record, and the law sharpened until they agree. β and η are held at the "
-        "paper's values."
+        "motion that the law makes is compared with each record, and the law refined until they agree. β and η are held at "
+        "the paper's values."
     )
     table = against_truth(identification)
     table.insert(0, "from the branches", against_truth(branches)["value"].reindex(table.index))
     report.table(table, mark="inside the 95 % interval")
     report.items(identification.notes)
-    report.heading("From the law to the motion, laid over the record")
+    report.heading("From the law to the motion, compared with the record")
     for s, agreement, record in zip(DRIVE_VELOCITIES, agreements, identification.records, strict=True):
         live = content_of_record(record, f"record at s = {s:.2f}", identification.law)
         report.figure(

@@ -163,7 +163,7 @@ def watch(
     *,
     every: float = 5.0,
     stop: Callable[[], bool] = lambda: False,
-    told: Callable[[pd.DataFrame], object] | None = None,
+    on_table: Callable[[pd.DataFrame], object] | None = None,
 ) -> None:
     """Run an experiment whenever a record comes or changes, until `stop` says so.
 
@@ -173,7 +173,7 @@ def watch(
     ----------
     every : seconds between two looks.
     stop : asked after each look.
-    told : called with the table of each run.
+    on_table : called with the table of each run.
     """
     number("every", every, "watch")
     plan = Experiment.of(experiment)
@@ -184,8 +184,8 @@ def watch(
         settled = {path: state for path, state in now.items() if before.get(path) == state}
         if settled and len(settled) == len(now) and settled != measured:
             table = run(plan)
-            if told is not None:
-                told(table)
+            if on_table is not None:
+                on_table(table)
             measured = settled
         before = now
         if stop():

@@ -30,7 +30,7 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
     ----------
     result : the identification.
     comparison : the comparison of laws that it comes from, where there was one.
-    simulate : whether the law is set in motion and laid over each record; a record that does not say its mass,
+    simulate : whether the law is set in motion and compared with each record; a record that does not say its mass,
         stiffness and drive velocity is left out with the reason.
 
     Returns
@@ -69,7 +69,7 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
     )
     report.table(result.groups.set_index("record"))
     if result.motions is not None:
-        report.heading("The motion laid over each record")
+        report.heading("The motion compared with each record")
         report.table(result.motions.set_index("record"))
     if simulate:
         _motions(report, result)

@@ -1,5 +1,5 @@
 /** The orbit diagram: the sweep up strong, the sweep down pale, coloured by regime; one drags the number itself. */
-import { draggable, widen } from "../plot";
+import { draggable, plain, widen } from "../plot";
 import { get } from "../state";
 import { type Steady } from "../sweeps";
 import { theme } from "../theme";
@@ -10,6 +10,8 @@ export class Diagram extends Panel {
   values: number[] = [];
   up: (Steady | undefined)[] = [];
   down: (Steady | undefined)[] = [];
+  /** Columns of which no answer came. */
+  lost: number[] = [];
   refused = "";
 
   constructor(host: HTMLElement) {
@@ -17,8 +19,8 @@ export class Diagram extends Panel {
     const { canvas } = this.plot.over;
     canvas.style.cursor = "ew-resize";
     draggable(
-      canvas,
-      (event) => this.change?.(this.plot.xAt(event.offsetX)),
+      this.plot,
+      (x) => this.change?.(this.plot.xAt(x)),
       (dx) => this.change?.(this.at + (dx * (this.plot.x.high - this.plot.x.low)) / 200),
     );
   }
@@ -45,7 +47,7 @@ export class Diagram extends Panel {
     p.labels.y = forced ? "w at t = 2πn/Ω" : "w where ẇ = 0";
     p.axes();
     const step = (p.px(diagram.high) - p.px(diagram.low)) / Math.max(1, this.values.length - 1);
-    const { regimes } = theme();
+    const { regimes, soft } = theme();
     for (const [rows, alpha, size] of [[this.down, 0.35, 2.4], [this.up, 0.95, 1.5]] as const)
       rows.forEach((row, i) => {
         if (!row) return;
@@ -63,6 +65,14 @@ export class Diagram extends Panel {
         if (rows === this.up) g.fillRect(x - step / 2, p.height - p.pad.bottom + 1, step + 0.5, 3);
       });
     g.globalAlpha = 1;
+    g.fillStyle = soft;
+    g.font = "11px system-ui, sans-serif";
+    g.textBaseline = "bottom";
+    g.textAlign = "left";
+    g.fillText("strong: upwards, pale: back down", 8, p.height - 3);
+    if (!this.lost.length) return;
+    g.textBaseline = "top";
+    g.fillText(`no answer in 3 s at ${this.lost.map((i) => plain(this.values[i]!)).join(", ")}`, p.pad.left + 6, p.pad.top + 2);
   }
 
   override time({ state: { diagram, system } }: Scene): void {

@@ -11,8 +11,8 @@ export class Displacement extends Panel {
   constructor(host: HTMLElement) {
     super(host, "Displacement over time; the arrow keys move the moment", { x: "time t", y: "displacement x" });
     draggable(
-      this.plot.over.canvas,
-      (event) => this.seek?.(this.plot.xAt(event.offsetX)),
+      this.plot,
+      (x) => this.seek?.(this.plot.xAt(x)),
       (dx) => this.step?.(dx),
     );
   }

@@ -33,8 +33,8 @@ export class Grid extends Panel {
       if (this.plot.inside(x, y)) this.pick?.(this.plot.xAt(x), this.plot.yAt(y));
     };
     draggable(
-      canvas,
-      ({ offsetX, offsetY }) => to(offsetX, offsetY),
+      this.plot,
+      to,
       (dx, dy) => to(this.plot.px(this.at[0]) + 4 * dx, this.plot.py(this.at[1]) - 4 * dy),
     );
   }

@@ -127,7 +127,7 @@ export class Law extends Panel {
     for (const { key, label, w, f } of handles) {
       const button = this.buttons.get(key) ?? this.button(key);
       const [x, y] = [this.plot.px(w), this.plot.py(f)];
-      button.style.transform = `translate(${x}px, ${y}px)`;
+      button.style.transform = `translate(${x * this.plot.zoom}px, ${y * this.plot.zoom}px)`;
       button.dataset["label"] = label;
       button.hidden = !Number.isFinite(x + y) || x < this.plot.pad.left - 8 || x > this.plot.width + 4 || y < -4 || y > this.plot.height - this.plot.pad.bottom + 8;
       button.setAttribute("aria-label", `${label || key}: slip velocity ${w.toPrecision(4)}, force ${f.toPrecision(4)}; arrow keys move it`);
@@ -146,8 +146,9 @@ export class Law extends Panel {
     });
     button.addEventListener("pointermove", (event) => {
       if (this.held !== key) return;
-      const box = this.plot.host.getBoundingClientRect();
-      move(this.plot.xAt(event.clientX - box.left), this.plot.yAt(event.clientY - box.top));
+      const { host, zoom } = this.plot;
+      const box = host.getBoundingClientRect();
+      move(this.plot.xAt((event.clientX - box.left) / zoom), this.plot.yAt((event.clientY - box.top) / zoom));
     });
     for (const end of ["pointerup", "pointercancel"])
       button.addEventListener(end, () => {

@@ -11,8 +11,8 @@ export class Phase extends Panel {
     super(host, "Phase plane: velocity over displacement", { x: "displacement x", y: "velocity ẋ" });
     const { canvas } = this.plot.over;
     canvas.style.cursor = "crosshair";
-    draggable(canvas, ({ offsetX, offsetY }) => {
-      if (this.plot.inside(offsetX, offsetY)) this.pick?.(this.plot.xAt(offsetX), this.plot.yAt(offsetY));
+    draggable(this.plot, (x, y) => {
+      if (this.plot.inside(x, y)) this.pick?.(this.plot.xAt(x), this.plot.yAt(y));
     });
   }
 

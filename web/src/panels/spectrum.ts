@@ -1,5 +1,6 @@
-/** The spectrum of the displacement over the second half of the motion; the forcing is marked. */
+/** The spectrum of displacement, velocity or acceleration over whole periods of the second half; the forcing is marked. */
 import { Verb } from "../core";
+import { wholePeriods } from "../orbit";
 import { theme } from "../theme";
 import { Panel, type Scene } from "./panel";
 
@@ -35,16 +36,16 @@ export function amplitudes(samples: Float64Array): Float64Array {
 
 export class Spectrum extends Panel {
   constructor(host: HTMLElement) {
-    super(host, "Spectrum of the displacement", { x: "frequency ω / ω₀", y: "log₁₀ |X|" });
+    super(host, "Spectrum of the motion", { x: "frequency ω / ω₀", y: "" });
   }
 
-  draw({ core, orbit, state: { system } }: Scene): void {
+  draw({ core, orbit, state: { system, view } }: Scene): void {
     const p = this.plot;
     const g = p.base;
-    const to = orbit.words.t_last;
-    const from = to / 2;
+    const [from, to] = wholePeriods(orbit);
+    p.labels.y = `log₁₀ |${["x", "ẋ", "ẍ"][view.derivative]}|`;
     const natural = Math.sqrt(system["stiffness"] / system["mass"]);
-    const x = core.ask(Verb.states, { from, to, count: SAMPLES }).numbers.subarray(0, SAMPLES);
+    const x = core.ask(Verb.states, { from, to, count: SAMPLES }).numbers.subarray(view.derivative * SAMPLES, (view.derivative + 1) * SAMPLES);
     const heights = amplitudes(x).map((height) => Math.log10(Math.max(height, 1e-30)));
     const unit = (2 * Math.PI) / (to - from) / natural;
     const count = Math.min(heights.length, Math.ceil(6 / unit));

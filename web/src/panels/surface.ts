@@ -31,10 +31,10 @@ export class Surface extends Panel {
       this.redraw?.();
     };
     draggable(
-      canvas,
-      ({ offsetX, offsetY }) => {
-        if (this.before) turn((offsetX - this.before[0]) / 120, (offsetY - this.before[1]) / 120);
-        this.before = [offsetX, offsetY];
+      this.plot,
+      (x, y) => {
+        if (this.before) turn((x - this.before[0]) / 120, (y - this.before[1]) / 120);
+        this.before = [x, y];
       },
       (dx, dy) => turn(dx / 12, -dy / 12),
     );
@@ -103,7 +103,12 @@ export class Surface extends Panel {
       // Words grow away from the surface.
       g.textAlign = x > p.width / 2 ? "left" : "right";
       const width = g.measureText(name).width + 6;
-      g.fillText(name, g.textAlign === "left" ? Math.min(x, p.width - width) : Math.max(x, width), Math.max(34, Math.min(p.height - 9, y)));
+      const at = [g.textAlign === "left" ? Math.min(x, p.width - width) : Math.max(x, width), Math.max(34, Math.min(p.height - 9, y))] as const;
+      // Where they lie on the surface a border keeps them readable.
+      g.lineWidth = 4;
+      g.strokeStyle = card;
+      g.strokeText(name, ...at);
+      g.fillText(name, ...at);
     }
     g.fillStyle = soft;
     g.textAlign = "left";

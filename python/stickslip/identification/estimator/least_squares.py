@@ -166,14 +166,14 @@ def levenberg_marquardt(
         curvature = np.asarray(curvature.toarray() if hasattr(curvature, "toarray") else curvature)
         outward = ((at <= low) & (gradient > 0)) | ((at >= high) & (gradient < 0))
         outward[list(held)] = True
-        loose = np.flatnonzero(~outward & (np.diag(curvature) > 0))
-        inner = curvature[np.ix_(loose, loose)]
-        if float(gradient[loose] @ np.linalg.lstsq(inner, gradient[loose], rcond=1e-14)[0]) < enough:
+        interior = np.flatnonzero(~outward & (np.diag(curvature) > 0))
+        inner = curvature[np.ix_(interior, interior)]
+        if float(gradient[interior] @ np.linalg.lstsq(inner, gradient[interior], rcond=1e-14)[0]) < enough:
             break
         while damping < 1e10:
-            push = np.linalg.solve(inner + damping * np.diag(np.diag(inner)), -gradient[loose])
+            push = np.linalg.solve(inner + damping * np.diag(np.diag(inner)), -gradient[interior])
             trial = at.copy()
-            trial[loose] = np.clip(at[loose] + push, low[loose], high[loose])
+            trial[interior] = np.clip(at[interior] + push, low[interior], high[interior])
             ahead = residuals(trial)
             lower, lighter = robust(ahead)
             if lower <= cost:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,11 @@ from stickslip.laws import Law
 Array = npt.NDArray[np.float64]
 
 DROWNED = 0.3
-"""Noise of the gauge beyond that part of the usual fall at a break-away hides where sticks begin and end."""
+"""Noise of the instrument beyond that part of the usual fall at a break-away hides where sticks begin and end."""
 WITH_DRIVE = 0.02
 """Slip that is slower than that part of the drive velocity is none."""
 CLIPPED = 0.02
-"""More than this part of the samples at the last reading, ten times as many as at the one before, is a clipped gauge."""
+"""More than this part of the samples at the last reading, ten times as many as at the one before, is a clipped instrument."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,7 @@ class Evidence:
     static : the fits of static friction, None for too few rows.
     relative : whether friction drifts, so that break-aways are taken above the kinetic force of their own slip.
     pieces : number of linear pieces asked for.
+    sense : 1 or -1 where only slip in that sense counts, None: either.
     """
 
     records: Sequence[FrictionRecord]
@@ -42,17 +43,26 @@ class Evidence:
     static: StaticFriction | None
     relative: bool
     pieces: int
+    sense: float | None = None
+
+    def toward(self, sense: float) -> Evidence:
+        """The evidence of one direction; the fits of static friction are of both."""
+        return replace(self, rows=self.rows[self.rows["sense"] == sense], static=None, sense=sense)
 
     @property
     def curve(self) -> tuple[Array, Array]:
         """Slip speed, and kinetic force in the sense of the slip, of every sample that slips."""
-        speed = np.concatenate([np.abs(r.slip_velocity[~r.stuck]) for r in self.records])
-        force = [np.copysign(1.0, r.slip_velocity[~r.stuck]) * r.force[~r.stuck] for r in self.records]
-        return speed, np.concatenate(force)
+        w = np.concatenate([r.slip_velocity[~r.stuck] for r in self.records])
+        force = np.copysign(1.0, w) * np.concatenate([r.force[~r.stuck] for r in self.records])
+        counts = np.ones(w.size, bool) if self.sense is None else np.sign(w) == self.sense
+        return np.abs(w[counts]), force[counts]
 
     @property
     def kinetic(self) -> float:
         """The constant kinetic force that does the same work in all slips."""
+        if self.sense is not None:
+            speed, force = self.curve
+            return float(np.average(force, weights=speed))
         levels = [record.slip_level(a, b) for record in self.records for a, b in record.slips]
         paths = [float(np.abs(record.slip_velocity[a:b]).sum()) for record in self.records for a, b in record.slips]
         return float(np.average(levels, weights=paths)) if sum(paths) > 0 else float(np.mean(levels))
@@ -74,7 +84,7 @@ class Guess:
     ----------
     law : the first guess.
     free : names of the numbers that are fitted.
-    ties : names of numbers that follow another.
+    constraints : names of numbers that follow another.
     notes : plain sentences.
     candidates : other first guesses, from which the one with the least misfit is taken.
     within : limits that come from the records.
@@ -82,7 +92,7 @@ class Guess:
 
     law: Law
     free: list[str]
-    ties: dict[str, str] = field(default_factory=dict)
+    constraints: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     candidates: list[Law] = field(default_factory=list)
     within: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -99,7 +109,7 @@ def need_rows(evidence: Evidence, kind: str, fewest: int) -> None:
 
 
 def refuse_unreadable(record: FrictionRecord) -> None:
-    """Refuse a record whose friction drives, whose gauge was clipped, or whose noise is as large as its falls."""
+    """Refuse a record whose friction drives, whose instrument was clipped, or whose noise is as large as its falls."""
     w, drive = record.slip_velocity[~record.stuck], abs(record.constants.get("drive_velocity", 0.0))
     if w.size and float(np.quantile(np.abs(w), 0.9)) < WITH_DRIVE * drive:
         raise InputError(
@@ -120,12 +130,12 @@ def refuse_unreadable(record: FrictionRecord) -> None:
             if counts[end] > CLIPPED * counts.sum() and counts[end] > 10 * counts[beside]:
                 raise InputError(
                     f"{record.name}: {100 * counts[end] / counts.sum():.0f} % of the readings of the displacement are "
-                    f"exactly {levels[end]:.4g}, so the gauge was clipped there: record with a wider range"
+                    f"exactly {levels[end]:.4g}, so the instrument was clipped there: record with a wider range"
                 )
     noise = record.constants.get("noise", 0.0) * record.constants.get("stiffness", 0.0)
     drop = record.break_away["drop"].dropna().to_numpy()
     if drop.size and noise > DROWNED * float(np.median(drop)):
         raise InputError(
-            f"{record.name}: the noise of the gauge is {noise:.3g} in force, and a break-away falls by "
+            f"{record.name}: the noise of the instrument is {noise:.3g} in force, and a break-away falls by "
             f"{np.median(drop):.3g}: where sticks begin and end cannot be told; record with less noise"
         )

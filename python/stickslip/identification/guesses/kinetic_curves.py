@@ -67,7 +67,10 @@ def stribeck(
     w, force = curve_of(evidence, kind)
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), least_viscous]
     scale, (kinetic, drop, viscous) = _least(
-        w, force, lambda s: [np.ones_like(w), np.exp(-((w / s) ** exponent)), w], low
+        w,
+        force,
+        lambda s: [np.ones_like(w), ExponentialStribeck(1.0, 0.0, s, exponent=exponent).kinetic_force(w), w],
+        low,
     )
     return kinetic + drop, kinetic, scale, viscous
 
@@ -82,7 +85,9 @@ def exponential(evidence: Evidence) -> Guess:
 def _lorentzian(evidence: Evidence) -> Guess:
     w, force = curve_of(evidence, "Lorentzian")
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
-    scale, (kinetic, drop, viscous) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + (w / s) ** 2), w], low)
+    scale, (kinetic, drop, viscous) = _least(
+        w, force, lambda s: [np.ones_like(w), Lorentzian(1.0, 0.0, s).kinetic_force(w), w], low
+    )
     law = Lorentzian(kinetic + drop, kinetic, scale, viscous)
     return Guess(law, ["break_away", "kinetic", "scale", "viscous"])
 
@@ -90,14 +95,16 @@ def _lorentzian(evidence: Evidence) -> Guess:
 def _popp_stelter(evidence: Evidence) -> Guess:
     w, force = curve_of(evidence, "PoppStelter")
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
-    scale, (kinetic, drop, square) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + w / s), w**2], low)
+    scale, (kinetic, drop, square) = _least(
+        w, force, lambda s: [np.ones_like(w), Rational(1.0, 1 / s).kinetic_force(w), w**2], low
+    )
     law = PoppStelter(kinetic + drop, kinetic, 1 / scale, square)
     return Guess(law, ["break_away", "kinetic", "weakening", "square"])
 
 
 def _rational(evidence: Evidence) -> Guess:
     w, force = curve_of(evidence, "Rational")
-    scale, (break_away,) = _least(w, force, lambda s: [1 / (1 + w / s)], [0.0])
+    scale, (break_away,) = _least(w, force, lambda s: [Rational(1.0, 1 / s).kinetic_force(w)], [0.0])
     return Guess(Rational(break_away, 1 / scale), ["break_away", "weakening"])
 
 
@@ -118,9 +125,9 @@ def _tabulated(evidence: Evidence) -> Guess:
     if len(evidence.rows) < 2:
         note = "The records hold no break-away, so static friction is the kinetic force at w = 0, an extrapolation."
         law = Tabulated(kinetic, kinetic[0][1])
-        return Guess(law, free, ties={"break_away": "kinetic[0].force"}, notes=[note])
+        return Guess(law, free, constraints={"break_away": "kinetic[0].force"}, notes=[note])
     time = evidence.rows["stick_time"].to_numpy()
-    bears = evidence.rows["force"].to_numpy()
+    limit = evidence.rows["force"].to_numpy()
     low, high = np.quantile(time, [0.1, 0.9])
     if len(evidence.rows) < 5 or high < NARROW_TIMES * low:
         top = max(evidence.break_away, 1.001 * kinetic[0][1])
@@ -128,14 +135,14 @@ def _tabulated(evidence: Evidence) -> Guess:
     # A node at the middle of each third of the stick times, unless it is that of the one before; none below that.
     static = [(0.0, kinetic[0][1])]
     for part in np.array_split(np.argsort(time), 3):
-        at, force_there = float(np.median(time[part])), float(np.median(bears[part]))
+        at, force_there = float(np.median(time[part])), float(np.median(limit[part]))
         if at > NARROW_TIMES * static[-1][0]:
             static.append((at, max(force_there, static[-1][1])))
     note = "The break-away force at stick time 0 was set to the kinetic force at w = 0, which is an extrapolation."
     return Guess(
         Tabulated(kinetic, tuple(static)),
         [*free, *(f"break_away[{i}].force" for i in range(1, len(static)))],
-        ties={"break_away[0].force": "kinetic[0].force"},
+        constraints={"break_away[0].force": "kinetic[0].force"},
         notes=[note],
     )
 

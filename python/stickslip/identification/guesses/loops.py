@@ -38,7 +38,7 @@ class _Loop:
     lower: float
     common: float
     upper: float
-    turn: tuple[float, float] | None
+    reversal: tuple[float, float] | None
     peak: tuple[float, float]
     least_climb: float
     force_rate: float
@@ -47,7 +47,7 @@ class _Loop:
 def bogacz_ryczek(evidence: Evidence) -> Guess:
     """Corners, slopes and climbs of the loops at several drive velocities, and where lines of a kind meet."""
     loops = [loop for record in evidence.records if (loop := _loop(record)) is not None]
-    climbing = [loop for loop in loops if loop.turn is not None]
+    climbing = [loop for loop in loops if loop.reversal is not None]
     if not climbing:
         raise InputError(
             "identify: BogaczRyczek needs a record without sticks (almost-harmonic motion): f_s(0), D and the climbs "
@@ -88,9 +88,9 @@ def bogacz_ryczek(evidence: Evidence) -> Guess:
                 f"apart: the rate is held at {1 / typical:.3g}, and static friction is known at that stick time only."
             )
     seen_climbs = [
-        loop for loop in climbing if loop.turn is not None and loop.peak[0] - loop.turn[0] > loop.least_climb
+        loop for loop in climbing if loop.reversal is not None and loop.peak[0] - loop.reversal[0] > loop.least_climb
     ]
-    starts = [loop.turn[0] for loop in seen_climbs if loop.turn is not None]
+    starts = [loop.reversal[0] for loop in seen_climbs if loop.reversal is not None]
     if len(starts) >= 2 and max(starts) - min(starts) > 0.05 * width:
         free += ["D.w", "D.f"]
     else:
@@ -125,7 +125,7 @@ def bogacz_ryczek(evidence: Evidence) -> Guess:
             "lower branch that meet, then a rising one): ask for PiecewiseLinear"
         )
     # At a turning point beyond D the climb is no longer D's; a climb too narrow to be seen says nothing of that.
-    beyond = max(starts, default=min(loop.turn[0] for loop in climbing if loop.turn is not None))
+    beyond = max(starts, default=min(loop.reversal[0] for loop in climbing if loop.reversal is not None))
     within = {"D.w": (beyond, 3 * width)}
     return Guess(candidates[0], free, notes=notes, candidates=candidates[1:], within=within)
 
@@ -173,13 +173,13 @@ def _fall(loops: Sequence[_Loop]) -> tuple[StaticSurface, list[str], list[str]]:
 
 def _climb_points(loops: Sequence[_Loop], initial: float) -> list[tuple[float, float]]:
     """Points in which the climbs might meet, along the climb of the slowest loop."""
-    slowest = min((loop for loop in loops if loop.turn is not None), key=lambda loop: loop.turn or (0.0, 0.0))
-    turn = slowest.turn or (0.0, 0.0)
-    rise = max(slowest.peak[1] - turn[1], 0.01 * initial)
-    run = max(slowest.peak[0] - turn[0], 1e-3 * slowest.corner[0])
+    slowest = min((loop for loop in loops if loop.reversal is not None), key=lambda loop: loop.reversal or (0.0, 0.0))
+    reversal = slowest.reversal or (0.0, 0.0)
+    rise = max(slowest.peak[1] - reversal[1], 0.01 * initial)
+    run = max(slowest.peak[0] - reversal[0], 1e-3 * slowest.corner[0])
     steep = max(rise / run, 0.5 * initial / slowest.corner[0])
-    reach = max(loop.corner[0] for loop in loops) - turn[0]
-    return [(turn[0] + c * reach, turn[1] + steep * c * reach) for c in (0.7, 0.9, 1.2)]
+    reach = max(loop.corner[0] for loop in loops) - reversal[0]
+    return [(reversal[0] + c * reach, reversal[1] + steep * c * reach) for c in (0.7, 0.9, 1.2)]
 
 
 def _loop(record: FrictionRecord) -> _Loop | None:
@@ -203,8 +203,8 @@ def _loop(record: FrictionRecord) -> _Loop | None:
     falling = falling[len(falling) // 2 :]
     rising = rising[len(rising) // 2 :]
     whole = np.concatenate(falling)
-    corner, lower, common = _bend(w[whole], force[whole])
-    peaks, turns_at, upper = [], [], []
+    corner, lower, common = _corner(w[whole], force[whole])
+    peaks, reversals, upper = [], [], []
     for run, from_rest in rising:
         below = run[w[run] < corner[0]]
         if below.size < 4:
@@ -212,34 +212,34 @@ def _loop(record: FrictionRecord) -> _Loop | None:
         top = below[int(np.argmax(force[below]))]
         peaks.append((w[top], force[top]))
         if not from_rest:
-            turns_at.append((w[run[0]], force[run[0]]))
+            reversals.append((w[run[0]], force[run[0]]))
         if corner[0] > w[top]:
             upper.append((corner[1] - force[top]) / (corner[0] - w[top]))
     if not peaks or not upper:
         return None
     mean = np.median(np.array(peaks), axis=0)
-    turn = np.median(np.array(turns_at), axis=0) if turns_at else None
+    reversal = np.median(np.array(reversals), axis=0) if reversals else None
     return _Loop(
         corner=corner,
         lower=lower,
         common=common,
         upper=float(np.median(upper)),
-        turn=None if turn is None else (float(turn[0]), float(turn[1])),
+        reversal=None if reversal is None else (float(reversal[0]), float(reversal[1])),
         peak=(float(mean[0]), float(mean[1])),
         least_climb=least_climb(velocity_noise(record), [float(w[whole].max() - w[whole].min())]),
         force_rate=abs(record.constants.get("stiffness", math.nan) * record.constants.get("drive_velocity", math.nan)),
     )
 
 
-def _bend(w: Array, force: Array) -> tuple[tuple[float, float], float, float]:
+def _corner(w: Array, force: Array) -> tuple[tuple[float, float], float, float]:
     """The bent line closest to the points: its bend, the slopes below and above it."""
     best: tuple[float, tuple[float, float], float, float] | None = None
     low, high = float(w.min()), float(w.max())
-    for bend in np.linspace(low + 0.15 * (high - low), high - 0.15 * (high - low), 29):
-        columns = np.stack([np.ones_like(w), np.minimum(w - bend, 0.0), np.maximum(w - bend, 0.0)], axis=1)
+    for corner in np.linspace(low + 0.15 * (high - low), high - 0.15 * (high - low), 29):
+        columns = np.stack([np.ones_like(w), np.minimum(w - corner, 0.0), np.maximum(w - corner, 0.0)], axis=1)
         numbers, *_ = np.linalg.lstsq(columns, force, rcond=None)
         misfit = float(np.sum((force - columns @ numbers) ** 2))
         if best is None or misfit < best[0]:
-            best = (misfit, (float(bend), float(numbers[0])), float(numbers[1]), float(numbers[2]))
+            best = (misfit, (float(corner), float(numbers[0])), float(numbers[1]), float(numbers[2]))
     assert best is not None
     return best[1:]

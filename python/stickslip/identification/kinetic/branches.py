@@ -16,16 +16,19 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER, minimize
 from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.uncertainty import (
+    clipped_scale,
     cluster_scores,
     correlation_time,
+    estimate,
     recurrence,
     robust_scale,
     variance_inflation,
 )
 from stickslip.identification.kinetic.motion import WITH_MEMORY, Motion
-from stickslip.identification.law_parameters import numbers, parameters_of_law, value, with_values
+from stickslip.identification.law_parameters import parameters_of_law
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import Coulomb, Law
+from stickslip.laws.numbers import numbers, value, with_values
 from stickslip.laws.state_law import StateLaw
 
 Array = npt.NDArray[np.float64]
@@ -51,8 +54,8 @@ class BranchFit:
     parameters : value, error, low and high of the 95 % interval, by name.
     offset : the same of a constant in the measured force, where it was asked for.
     covariance : of the numbers, by name in both directions.
-    groups : one row per group of residuals: record, kind, rows, independent rows, scale, between (standard deviation from
-        record to record).
+    groups : one row per group of residuals: record, kind, rows, independent rows, scale, record_scatter (standard
+        deviation from record to record).
     rms : root mean square of measured minus predicted kinetic force over the samples of all slips.
     """
 
@@ -79,7 +82,7 @@ class Problem:
         law: Law,
         free: Sequence[str],
         relative: bool = False,
-        ties: Mapping[str, str] | None = None,
+        constraints: Mapping[str, str] | None = None,
         within: Mapping[str, tuple[float, float]] | None = None,
         offset: bool = False,
         every_row: bool = False,
@@ -87,7 +90,7 @@ class Problem:
         self.law = law
         # A constant in the measured force is no number of the law; it stands last.
         self.free = [*free, OFFSET] if offset else list(free)
-        self.parameters = parameters_of_law(law, self.free, within, ties)
+        self.parameters = parameters_of_law(law, self.free, within, constraints)
         self.relative = relative
         # Break-aways tell Coulomb's law nothing, but it predicts them.
         self.every_row = every_row
@@ -122,8 +125,9 @@ class Problem:
         if self.relative:
             table = table[table["slip"].notna()]
         rate = table["force_rate"].abs().fillna(_usual_rate(record))
+        sense = [record.sense_of(slip) for slip in table["slip"]]
         late = _lag(record) if isinstance(self.law, WITH_MEMORY) else 0.0
-        return table.assign(rate=rate, stated=np.hypot(table["force_error"].fillna(0.0), rate * late))
+        return table.assign(rate=rate, sense=sense, stated=np.hypot(table["force_error"].fillna(0.0), rate * late))
 
     def _natural_scales(self) -> dict[str, float]:
         force = float(np.median([np.median(np.abs(m.record.force[~m.record.stuck])) for m in self.motions]))
@@ -167,10 +171,12 @@ class Problem:
                 found.append(motion.misfit(law, offset))
             table = self.tables[number]
             if len(table):
-                bears = law.break_away_force(table["stick_time"].to_numpy(), table["rate"].to_numpy())
-                rest = table["force"].to_numpy() - bears
+                limit = law.break_away_force(
+                    table["stick_time"].to_numpy(), (table["sense"] * table["rate"]).to_numpy()
+                )
+                rest = table["force"].to_numpy() - limit
                 if offset:
-                    rest = rest - offset * np.array([motion.record.sense_of(slip) for slip in table["slip"]])
+                    rest = rest - offset * table["sense"].to_numpy()
                 if self.relative:
                     ahead = motion.record.force - motion.replay(law) - offset
                     means = [motion.record.sense(*slip) * motion.work_mean(ahead, *slip) for slip in table["slip"]]
@@ -248,24 +254,24 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
     inside = 1e-6 * np.array([problem.scale(name) for name in problem.free])
     numbers = np.clip(numbers, low + inside, high - inside)
     groups = problem.groups_at(numbers)
-    between = _record_scatter(problem, groups)
-    sigma, tau = _scales(problem, groups, between)
+    record_scatter = _record_scatter(problem, groups)
+    sigma, tau = _scales(problem, groups, record_scatter)
     weights = [np.ones_like(rest) for rest in groups]
-    assumed = _assumed(problem, sigma, tau, between)
+    assumed = _assumed(problem, sigma, tau, record_scatter)
     for number in range(ROUNDS):
         factor = np.concatenate([w / a for w, a in zip(weights, assumed, strict=True)])
         numbers = _solve(problem, numbers, factor, effort if number in (0, ROUNDS - 1) else effort // 2)
         groups = problem.groups_at(numbers)
-        between = _record_scatter(problem, groups)
-        sigma, tau = _scales(problem, groups, between)
+        record_scatter = _record_scatter(problem, groups)
+        sigma, tau = _scales(problem, groups, record_scatter)
         weights = [
             (1 + (rest / (OUTLIER * np.hypot(s, apart))) ** 2) ** -0.25
-            for rest, s, apart in zip(groups, sigma, between, strict=True)
+            for rest, s, apart in zip(groups, sigma, record_scatter, strict=True)
         ]
         if number < ROUNDS - 1:
-            assumed = _assumed(problem, sigma, tau, between)
+            assumed = _assumed(problem, sigma, tau, record_scatter)
     factors = [w / a for w, a in zip(weights, assumed, strict=True)]
-    return _result(problem, numbers, groups, sigma, tau, between, factors, assumed)
+    return _result(problem, numbers, groups, sigma, tau, record_scatter, factors, assumed)
 
 
 def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Array:
@@ -282,10 +288,12 @@ def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Arra
     ).vector
 
 
-def _scales(problem: Problem, groups: Sequence[Array], between: Sequence[float]) -> tuple[list[Array], list[float]]:
+def _scales(
+    problem: Problem, groups: Sequence[Array], record_scatter: Sequence[float]
+) -> tuple[list[Array], list[float]]:
     """Standard deviation of each row and correlation time of each group, beside what sets the records apart."""
     sigma, tau = [], []
-    for group, stated, apart in zip(groups, problem.stated, between, strict=True):
+    for group, stated, apart in zip(groups, problem.stated, record_scatter, strict=True):
         rest = group - float(np.median(group)) if apart > 0 else group
         spread = robust_scale(rest)
         inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if rest.size >= 5 else 0.0
@@ -296,7 +304,7 @@ def _scales(problem: Problem, groups: Sequence[Array], between: Sequence[float])
         row = np.maximum(np.hypot(stated, inner), floor)
         # Rows whose stated errors are too small or too large for their scatter: believe the scatter.
         if rest.size >= 5:
-            row = np.maximum(row * robust_scale(rest / row), floor)
+            row = np.maximum(row * clipped_scale(rest / row), floor)
         sigma.append(row)
         tau.append(correlation_time(rest / row))
     return sigma, tau
@@ -322,14 +330,16 @@ def _record_scatter(problem: Problem, groups: Sequence[Array]) -> list[float]:
     return found
 
 
-def _assumed(problem: Problem, sigma: Sequence[Array], tau: Sequence[float], between: Sequence[float]) -> list[Array]:
+def _assumed(
+    problem: Problem, sigma: Sequence[Array], tau: Sequence[float], record_scatter: Sequence[float]
+) -> list[Array]:
     """Standard deviations by which rows are weighed in the fit, as if each row stood alone.
 
-    Where the noise of the gauge is known it is that: a group that fits badly may not excuse itself by a large scale. What
-    sets records apart is common to the n rows of a group, so that it counts n times in each.
+    Where the noise of the instrument is known it is that: a group that fits badly may not excuse itself by a large
+    scale. What sets records apart is common to the n rows of a group, so that it counts n times in each.
     """
     found = []
-    for (number, kind), row, t, apart in zip(problem.groups, sigma, tau, between, strict=True):
+    for (number, kind), row, t, apart in zip(problem.groups, sigma, tau, record_scatter, strict=True):
         motion = problem.motions[number]
         if kind == "kinetic" and motion.indirect and not motion.by_work:
             found.append(np.full_like(row, motion.record.constants["noise"]))
@@ -344,7 +354,7 @@ def _result(
     groups: Sequence[Array],
     sigma: Sequence[Array],
     tau: Sequence[float],
-    between: Sequence[float],
+    record_scatter: Sequence[float],
     factors: Sequence[Array],
     assumed: Sequence[Array],
 ) -> BranchFit:
@@ -368,7 +378,7 @@ def _result(
     edges = np.cumsum([0, *[len(rest) for rest in groups]])
     # Ordinary least squares with weights 1 / assumed, but residuals of variance σ² that go τ by τ: the sandwich.
     inner = (left / singular) @ right  # J (JᵀJ)⁻¹ in units of the columns
-    together = [s**2 * t + len(s) * b**2 for s, t, b in zip(sigma, tau, between, strict=True)]
+    together = [s**2 * t + len(s) * b**2 for s, t, b in zip(sigma, tau, record_scatter, strict=True)]
     excess = np.concatenate([whole / a**2 for whole, a in zip(together, assumed, strict=True)])
     spread = inner * excess[:, None]
     covariance = inner.T @ spread / np.outer(length, length)
@@ -395,7 +405,7 @@ def _result(
     repeats = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges)
     covariance = covariance * np.sqrt(np.outer(repeats, repeats))
     freedom_of = np.maximum(freedom_of / repeats, 1.0)
-    table, whole = problem.parameters.estimate(numbers, covariance, freedom_of)
+    table, whole = estimate(problem.parameters, numbers, covariance, freedom_of)
     rows = [
         {
             "record": problem.motions[number].record.name,
@@ -403,7 +413,7 @@ def _result(
             "rows": len(groups[i]),
             "independent": independent[i],
             "scale": float(np.median(sigma[i])),
-            "between": between[i],
+            "record_scatter": record_scatter[i],
         }
         for i, (number, kind) in enumerate(problem.groups)
     ]
@@ -467,7 +477,7 @@ def _usual_rate(record: FrictionRecord) -> float:
 def _lag(record: FrictionRecord) -> float:
     """How late the end of a stick may be seen where friction does not jump at it.
 
-    After such a release the slip path grows like (k V / m) t³ / 6; it shows once it passes the noise of the gauge.
+    After such a release the slip path grows like (k V / m) t³ / 6; it shows once it passes the noise of the instrument.
     """
     known = record.constants
     if not {"noise", "mass", "stiffness", "drive_velocity"} <= set(known):

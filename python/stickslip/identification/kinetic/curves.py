@@ -19,9 +19,11 @@ from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.uncertainty import (
     correlated_covariance,
     correlation_time,
+    estimate,
     half_width,
     recurrence,
 )
+from stickslip.laws import ExponentialStribeck
 
 Array = npt.NDArray[np.float64]
 
@@ -48,7 +50,7 @@ BY_SENSE = "_by_sense"
 """Ending of a term that keeps its sign when the slip turns: half of what its number differs by between the two senses."""
 TIED = 0.95
 """Correlation of load and logarithm of the speed from which on no form may have both: their numbers would mean nothing."""
-COLUMNS = ("w", "force", "error", "load", "place", "source")
+COLUMNS = ("w", "force", "error", "load", "position", "source")
 FORMULAS = {
     "kinetic": "kinetic",
     "viscous": "viscous * |w|",
@@ -56,8 +58,8 @@ FORMULAS = {
     "logarithm": "logarithm * ln(|w| / {reference:.3g})",
     "weakening": "weakening * exp(-{power})",
     "load": "load * (N - {load:.4g})",
-    "drift": "drift * (x - {place:.4g})",
-    "restoring": "restoring * (x - {place:.4g})",
+    "drift": "drift * (x - {position:.4g})",
+    "restoring": "restoring * (x - {position:.4g})",
     "offset": "offset",
 }
 
@@ -73,7 +75,7 @@ class Rows:
     force: Array
     error: Array
     load: Array
-    place: Array
+    position: Array
     source: npt.NDArray[np.str_]
     series: bool
     apart: bool = False
@@ -124,7 +126,7 @@ class Rows:
     @cached_property
     def middle(self) -> tuple[float, float]:
         """Means of load and place."""
-        return float(np.mean(self.load)), float(np.mean(self.place))
+        return float(np.mean(self.load)), float(np.mean(self.position))
 
 
 @dataclass(frozen=True)
@@ -151,15 +153,17 @@ class Curve:
             case "logarithm":
                 return np.asarray(sense * np.log(np.maximum(speed, 1e-300) / self.reference))
             case "weakening":
-                return np.asarray(sense * np.exp(-((speed / self.scale) ** self.exponent)))
+                return np.asarray(
+                    ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(rows.w)
+                )
             case "offset":
                 return np.ones(len(rows))
             case "restoring":
-                return rows.place - self.middle[1]
+                return rows.position - self.middle[1]
             case "load":
                 return np.asarray(sense * (rows.load - self.middle[0]))
             case "drift":
-                return np.asarray(sense * (rows.place - self.middle[1]))
+                return np.asarray(sense * (rows.position - self.middle[1]))
             case _ if term.endswith(BY_SENSE):
                 return sense * self._column(term.removesuffix(BY_SENSE), rows)
         return sense  # kinetic
@@ -260,17 +264,17 @@ class SteadyFit:
     numbers: Array = field(repr=False)
 
     def __call__(
-        self, slip_velocity: npt.ArrayLike, load: npt.ArrayLike | None = None, place: npt.ArrayLike | None = None
+        self, slip_velocity: npt.ArrayLike, load: npt.ArrayLike | None = None, position: npt.ArrayLike | None = None
     ) -> Array:
         """Friction at these slip velocities, any shape; load and place at their means where they are not given."""
         w = np.asarray(slip_velocity, dtype=float)
-        return np.asarray(self.curve.columns(self._at(w, load, place)) @ self.numbers).reshape(w.shape)
+        return np.asarray(self.curve.columns(self._at(w, load, position)) @ self.numbers).reshape(w.shape)
 
     def interval(
         self,
         slip_velocity: npt.ArrayLike,
         load: npt.ArrayLike | None = None,
-        place: npt.ArrayLike | None = None,
+        position: npt.ArrayLike | None = None,
         *,
         single: bool = False,
     ) -> tuple[Array, Array]:
@@ -279,10 +283,10 @@ class SteadyFit:
         A single measurement is one more row (of a series: one more sample), so its scatter, the rms of the fit, is in it.
         """
         w = np.asarray(slip_velocity, dtype=float)
-        columns = self.curve.jacobian(self._at(w, load, place), self.numbers)
+        columns = self.curve.jacobian(self._at(w, load, position), self.numbers)
         variance = np.einsum("ni,ij,nj->n", columns, self.covariance, columns).reshape(w.shape)
         half = np.sqrt(variance + self.rms**2 * single) * half_width(1.0, self.freedom)
-        middle = self(w, load, place)
+        middle = self(w, load, position)
         return middle - half, middle + half
 
     @property
@@ -303,9 +307,9 @@ class SteadyFit:
         half = half_width(math.sqrt(float(mean @ self.covariance @ mean)), self.freedom)
         return value, value - half, value + half
 
-    def _at(self, w: Array, load: npt.ArrayLike | None, place: npt.ArrayLike | None) -> Rows:
+    def _at(self, w: Array, load: npt.ArrayLike | None, position: npt.ArrayLike | None) -> Rows:
         unknown = np.zeros(w.size)
-        given = zip((load, place), self.curve.middle, strict=True)
+        given = zip((load, position), self.curve.middle, strict=True)
         beside = [
             np.broadcast_to(mean if value is None else value, w.shape).astype(float).ravel() for value, mean in given
         ]
@@ -319,7 +323,7 @@ def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str
     both_ways = bool((rows.w > 0).any() and (rows.w < 0).any())
     loads = np.isfinite(rows.load).all() and float(np.ptp(rows.load)) > 0.05 * abs(float(rows.load.mean()))
     extras = ["load"] if loads else []
-    if np.isfinite(rows.place).all() and float(np.ptp(rows.place)) > 0:
+    if np.isfinite(rows.position).all() and float(np.ptp(rows.position)) > 0:
         # to and fro a force of the place (gravity, a spring) shows; one way only, friction that changes along the path
         extras.append("restoring" if both_ways else "drift")
     subsets = list(chain.from_iterable(combinations(extras, n) for n in range(len(extras) + 1)))
@@ -359,14 +363,14 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
         return None  # two of its terms are one and the same on these rows
     covariance, freedom = _covariance(rows, scaled, rest)
     covariance /= np.outer(size, size)
-    table, _ = Parameters([Parameter(name) for name in names]).estimate(np.array(values), covariance, freedom)
+    table, _ = estimate(Parameters([Parameter(name) for name in names]), np.array(values), covariance, freedom)
     losses = held_back(rows, blank)
     if losses is None:
         return None
     plain = losses * rows.error**2
     side = [FORMULAS[term.removesuffix(BY_SENSE)].replace(term.removesuffix(BY_SENSE), term, 1) for term in terms]
     power = "|w| / scale" if curve.exponent == 1 else f"(|w| / scale)^{curve.exponent:g}"
-    marks = {"reference": rows.reference, "load": rows.middle[0], "place": rows.middle[1], "power": power}
+    marks = {"reference": rows.reference, "load": rows.middle[0], "position": rows.middle[1], "power": power}
     return SteadyFit(
         form=form,
         formula="f(w > 0) = " + " + ".join(side).format(**marks),
@@ -408,9 +412,9 @@ def _covariance(rows: Rows, scaled: Array, rest: Array) -> tuple[Array, float]:
         scaled, z, max(chi, 1.0) if rows.known else chi, period, count / (free + 2) if count > FEW else 1.0
     )
     if levels is not None:
-        between, left = record_scatter_of(rows, whole, scaled)
+        record_scatter, left = record_scatter_of(rows, whole, scaled)
         moves = np.linalg.pinv(scaled) @ (levels / rows.error[:, None])
-        covariance += between**2 * moves @ moves.T
+        covariance += record_scatter**2 * moves @ moves.T
         freedom = min(freedom, left)
     return covariance, freedom
 

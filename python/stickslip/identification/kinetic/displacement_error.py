@@ -24,7 +24,7 @@ class DisplacementError:
         e = m ε'' + (D + F'(w)) ε' + k ε
 
     to first order. Solved for ε, with what it starts from left open, x − ε is the motion that obeys the law; what is
-    compared is how far the gauge's own samples are from it. Their noise is white, and neither the noise of w nor what
+    compared is how far the instrument's own samples are from it. Their noise is white, and neither the noise of w nor what
     smoothing did to w and to the corners of the force biases the law.
 
     Attributes

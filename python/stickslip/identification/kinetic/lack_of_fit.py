@@ -13,7 +13,7 @@ APART = 0.1
 DRIVEN = 0.2
 """A law that pushes with the slip over more than that part of its path is no friction."""
 NOISY = 3.0
-"""A misfit that many times the gauge's noise is no noise."""
+"""A misfit that many times the instrument's noise is no noise."""
 
 
 def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
@@ -54,7 +54,7 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
         )
     if noisy and max(noisy) > NOISY:
         notes.append(
-            f"{kind} leaves up to {max(noisy):.3g} times the noise of the gauge: the contact obeys another law, or the rig's "
-            "mass, damping or stiffness is wrong; the intervals are of the nearest law of this form."
+            f"{kind} leaves up to {max(noisy):.3g} times the noise of the instrument: the contact obeys another law, or the "
+            "rig's mass, damping or stiffness is wrong; the intervals are of the nearest law of this form."
         )
     return notes

@@ -157,7 +157,7 @@ class Motion:
     def misfit(self, law: Law, offset: float = 0.0) -> Array:
         """Measured minus predicted, over all stretches.
 
-        An indirect force and its slip velocity have their errors from one displacement. What is compared are the gauge's
+        An indirect force and its slip velocity have their errors from one displacement. What is compared are the instrument's
         samples and the nearest motion that obeys the law (see :class:`DisplacementError`). A force measured directly is
         compared as it is.
 
@@ -211,7 +211,7 @@ class Motion:
 
     @cached_property
     def _smoothed(self) -> Array:
-        """What smoothing took off the gauge's own samples, NaN where one was left out; 0 where these are not known."""
+        """What smoothing took off the instrument's own samples, NaN where one was left out; 0 where these are not known."""
         record = self.record
         if record.recorded is None or record.displacement is None:
             return np.zeros(record.time.size)

@@ -16,6 +16,7 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import linear, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameters
 from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
     OF_CONTACT,
@@ -144,7 +145,7 @@ def fit_velocity_steps(friction: xr.DataTree | str | Path) -> VelocityStepsFit:
 
     Parameters
     ----------
-    friction : a friction DataTree or file of the gauge ``velocity_steps`` whose force is a friction coefficient.
+    friction : a friction DataTree or file of the instrument ``velocity_steps`` whose force is a friction coefficient.
 
     Returns
     -------
@@ -173,7 +174,7 @@ def fit_velocity_steps(friction: xr.DataTree | str | Path) -> VelocityStepsFit:
     found = {"aging": aging, "slip": _Fit.of(steps, [aging.numbers], "slip")}
     form = min(found, key=lambda key: found[key].cost)
     best, other = found[form], found["slip" if form == "aging" else "aging"]
-    parameters, covariance, pulls = best.table()
+    parameters, covariance, scores = best.table()
     runs = [[step for step in steps if step.run == run] for run in sorted({step.run for step in steps})]
     rows = []
     for part in runs:
@@ -185,7 +186,7 @@ def fit_velocity_steps(friction: xr.DataTree | str | Path) -> VelocityStepsFit:
             tail = "" if end == "value" else f"_{end}"
             row |= {f"{key}{tail}": float(number) for key, number in own[end].to_dict().items()}
         rows.append(row)
-    per_step = table.assign(rms=best.rms_of_steps, **{key: pulls[:, i] for i, key in enumerate((*NAMES, "a_minus_b"))})
+    per_step = table.assign(rms=best.rms_of_steps, **{key: scores[:, i] for i, key in enumerate((*NAMES, "a_minus_b"))})
     reference = float(np.exp(np.mean([np.log(step.speeds) for step in steps])))
     value = parameters["value"]
     levels = [
@@ -367,7 +368,7 @@ class _Fit:
         moves = np.array([-inverse @ (jacobian.T @ part) for jacobian, part in parts])
         freedom = max(count - len(NAMES), 1)
         parameters = Parameters(OF_CONTACT)
-        table, covariance = parameters.estimate(self.numbers, moves.T @ moves * count / freedom, freedom, A_MINUS_B)
+        table, covariance = estimate(parameters, self.numbers, moves.T @ moves * count / freedom, freedom, A_MINUS_B)
         moves = moves * parameters.units(self.numbers)
         moves = np.column_stack([moves, moves[:, 0] - moves[:, 1]])
         table = table.assign(scatter=table["error"] * math.sqrt(count))

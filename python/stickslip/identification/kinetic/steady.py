@@ -34,11 +34,10 @@ from stickslip.identification.kinetic.curves import (
     held_back,
     record_scatter_of,
 )
-from stickslip.identification.law_parameters import places, value
 from stickslip.identification.records import check_same_units, opened, stated_units
 from stickslip.laws import Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
-from stickslip.laws.numbers import units_of
+from stickslip.laws.numbers import pointers, units_of, value
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.signals.noise import noise_level
 
@@ -164,14 +163,14 @@ class SteadyFriction(Result):
     def covariance(self) -> pd.DataFrame:
         """Of the numbers of the law, by their names; an InputError where there is no law."""
         values, law = self.best.vector, self._of_friction()
-        names = [*places(law)]
+        names = [*pointers(law)]
         # numbers of the law are sums of those of the form, so a difference of any size is their slope
         steps = 1e-6 * np.maximum(np.abs(values), 1e-3 * np.abs(values).max())
         moved = [self._law(values + step) for step in np.diag(steps)]
         slopes = np.array([[value(one, name) - value(law, name) for one in moved] for name in names]) / steps
-        told = np.abs(slopes).max(axis=1) > 0
-        names = [name for name, one in zip(names, told, strict=True) if one]
-        return pd.DataFrame(slopes[told] @ self.best.covariance @ slopes[told].T, index=names, columns=names)
+        decided = np.abs(slopes).max(axis=1) > 0
+        names = [name for name, one in zip(names, decided, strict=True) if one]
+        return pd.DataFrame(slopes[decided] @ self.best.covariance @ slopes[decided].T, index=names, columns=names)
 
     def table(self) -> pd.DataFrame:
         """One line for each form: numbers, rms, rms of held-back rows, and whether it was chosen or ties with the chosen."""
@@ -281,8 +280,8 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
 
     On the side w > 0 friction is one of the shapes: f_k (Coulomb), f_k + b w, f_k + q w², f_k + a ln(w / w₀) (steady
     rate-and-state friction) or f_k + Δ exp(−(w / w_s)ⁿ) + b w with n = 1 (Stribeck) or 2 (Gaussian Stribeck), turned over
-    for w < 0. Each is also tried with an offset that keeps its sign (a gauge's zero, gravity), with every number of its own
-    on either side (asymmetric), with a term in the load where that was varied, and with one in the place where the record
+    for w < 0. Each is also tried with an offset that keeps its sign (an instrument's zero, gravity), with every number of its
+    own on either side (asymmetric), with a term in the load where that was varied, and with one in the place where the record
     tells it: to and fro a force that keeps its sign too (gravity, a spring), one way only a drift of the friction. All are
     fitted by least squares and judged by rows that were held back from the fit; the simplest form within one standard error
     of the best is chosen. Where records lie further apart than chance makes them, each counts as one, whole records are
@@ -392,8 +391,8 @@ def _rows(tree: Any, name: str) -> tuple[Rows, dict[str, str]]:
         data = root
         w, force = (_numbers(root, key, name) for key in ("slip_velocity", "force"))
         unknown = np.full(len(w), math.nan)
-        place = _numbers(root, "displacement", name) if "displacement" in root else unknown
-        rows = Rows(w, force, np.ones(len(w)), unknown, place, np.full(len(w), name), True)
+        position = _numbers(root, "displacement", name) if "displacement" in root else unknown
+        rows = Rows(w, force, np.ones(len(w)), unknown, position, np.full(len(w), name), True)
         _check(rows, name, "sample")
         stated = "slip_velocity_error" in root
         moving = np.abs(w) > SENSE * (_numbers(root, "slip_velocity_error", name) if stated else noise_level(w))
@@ -451,7 +450,7 @@ def _numbers(table: xr.Dataset, key: str, name: str) -> Array:
     return np.asarray(values, dtype=float)
 
 
-def _check(rows: Rows, name: str, place: str) -> None:
+def _check(rows: Rows, name: str, unit: str) -> None:
     """Refuse what is no number, and what is out of all proportion."""
     for words, values in (("slip velocity", rows.w), ("friction force", rows.force)):
         wrong = np.flatnonzero(~(np.abs(values) < FARTHEST))
@@ -459,17 +458,17 @@ def _check(rows: Rows, name: str, place: str) -> None:
             wrong = np.array([int(np.argmax(np.abs(values)))])
         if wrong.size:
             raise InputError(
-                f"{name}: {words} is {values[wrong[0]]:g} in {place} {wrong[0]}, where a number below {FARTHEST:g} and "
-                f"not all below {1 / FARTHEST:g} was expected; remove that {place} or correct the unit"
+                f"{name}: {words} is {values[wrong[0]]:g} in {unit} {wrong[0]}, where a number below {FARTHEST:g} and "
+                f"not all below {1 / FARTHEST:g} was expected; remove that {unit} or correct the unit"
             )
-    if len(rows) < 4 and place == "sample":
+    if len(rows) < 4 and unit == "sample":
         raise InputError(
             f"{name}: {len(rows)} samples are too few for friction over slip velocity; give a longer record"
         )
     wrong = np.flatnonzero(rows.error < 0)
     if wrong.size:
         raise InputError(
-            f"{name}: force_error is {rows.error[wrong[0]]:g} in {place} {wrong[0]}, where a standard error was expected; "
+            f"{name}: force_error is {rows.error[wrong[0]]:g} in {unit} {wrong[0]}, where a standard error was expected; "
             "correct it"
         )
 
@@ -510,8 +509,8 @@ def _behind(rows: Rows, losses: Array, best: Array) -> bool:
     error = float(np.std(means, ddof=1)) / math.sqrt(len(means)) if len(means) > 1 else 0.0
     gain = float(means.mean())
     # rows that are all met to within their errors cannot tell forms apart, however alike they are missed
-    told = not rows.known or float(np.sum(losses - best)) > EVIDENCE
-    return gain > error and gain > GAIN * float(best.mean()) and told
+    decided = not rows.known or float(np.sum(losses - best)) > EVIDENCE
+    return gain > error and gain > GAIN * float(best.mean()) and decided
 
 
 def _disagreement(rows: Rows, best: SteadyFit) -> list[str]:
@@ -562,7 +561,7 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
         gain = "" if without is None else f" Without it held-back rows are missed by {without.held_back:.3g}."
         notes.append(
             f"The force has an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) that "
-            f"keeps its sign when the motion turns: the zero of a gauge, gravity, or friction that is "
+            f"keeps its sign when the motion turns: the zero of an instrument, gravity, or friction that is "
             f"{2 * offset['value']:.3g} larger one way; speed alone cannot tell which. It is not part of the law, which "
             f"is the mean of both ways.{gain}"
         )
@@ -574,7 +573,8 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
             )
     elif len(set(np.sign(rows.w))) == 1:
         notes.append(
-            "All slip is one way, so an offset of the gauge or of gravity cannot be told from the kinetic force and is in it."
+            "All slip is one way, so an offset of the instrument or of gravity cannot be told from the kinetic force "
+            "and is in it."
         )
     notes += _asymmetry(best) + _confounded(rows, fits, chosen) + _extrapolated(rows, fits, [chosen, *undecided])
     notes += _unlike_all(rows, best)

@@ -16,7 +16,7 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import Minimum, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result
-from stickslip.identification.estimator.uncertainty import correlated_covariance
+from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
     OF_CONTACT,
@@ -110,7 +110,7 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
 
     Parameters
     ----------
-    friction : a friction DataTree or file of the gauge ``velocity_steps`` whose force is a friction coefficient.
+    friction : a friction DataTree or file of the instrument ``velocity_steps`` whose force is a friction coefficient.
     step : number of the step, from 0; default: the one whose jump stands out most from its noise.
 
     Returns
@@ -135,7 +135,7 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     if not 0 <= step < count:
         raise InputError(f"{name}: step must be a number from 0 to {count - 1}, got {step}")
     row = table.iloc[step]
-    t, place, measured, weight = _means(tree, row)
+    t, position, measured, weight = _means(tree, row)
     speeds = float(row["velocity_before"]), float(row["velocity_after"])
     jump = abs(math.log(speeds[1] / speeds[0]))
     guess_a = max(float(row["direct_effect"]), 1e-5)
@@ -143,14 +143,14 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     fade = path_of_decay(t * speeds[1], measured, float(row["force_after"]))
     start = np.array([math.log(guess_a), guess_b, math.log(fade), math.log(3 * guess_a * jump / fade), 0.0, 0.0, 0.0])
     start[4] = float(row["force_before"])
-    scale = np.array([0.1, 0.1 * guess_b, 0.2, 0.3, 1e-3, 1e-3 / float(np.ptp(place)), 0.2 * fade / speeds[1]])
+    scale = np.array([0.1, 0.1 * guess_b, 0.2, 0.3, 1e-3, 1e-3 / float(np.ptp(position)), 0.2 * fade / speeds[1]])
     within = np.array([4.0, 10 * guess_a, 4.0, 5.0, 0.1, 1e3 * scale[5], 10 * fade / speeds[1]])
 
     def fit(form: str, drifts: bool) -> Minimum:
         reach = within if drifts else np.where(np.arange(len(NAMES)) == NAMES.index("drift"), 1e-12, within)
 
         def rest(numbers: Array) -> Array:
-            return (measured - _model(numbers, form, t, place, speeds)) * weight
+            return (measured - _model(numbers, form, t, position, speeds)) * weight
 
         return minimize(rest, [start], (start - reach, start + reach), scale=scale, step=1e-4, evaluations=60)
 
@@ -181,8 +181,8 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
         f"the {form} law misses the means by {rms[form]:.2g}, the {other} law by {rms[other]:.2g}"
         + ("; one step hardly tells them apart" if rms[other] < 1.05 * rms[form] else ""),
     ]
-    curve = pd.DataFrame({"time": t, "displacement": place, "measured": measured})
-    curve["fitted"] = _model(numbers, form, t, place, speeds)
+    curve = pd.DataFrame({"time": t, "displacement": position, "measured": measured})
+    curve["fitted"] = _model(numbers, form, t, position, speeds)
     return VelocityStepFit(law, parameters, covariance, rms, notes, curve)
 
 
@@ -200,13 +200,13 @@ def _means(tree: xr.DataTree, row: pd.Series[Any]) -> tuple[Array, Array, Array,
         return np.add.reduceat(values[: edges[-1]], edges[:-1]) / counts
 
     x = tree["displacement"].to_numpy()
-    place = mean(x) - float(np.interp(at, time, x))
+    position = mean(x) - float(np.interp(at, time, x))
     friction = tree["force"].to_numpy()
     noise = max(float(np.std(np.diff(friction[first:here]))) / math.sqrt(2), 1e-12)
-    return mean(time) - at, place, mean(friction), np.sqrt(counts) / noise
+    return mean(time) - at, position, mean(friction), np.sqrt(counts) / noise
 
 
-def _model(numbers: Array, form: str, t: Array, place: Array, speeds: tuple[float, float]) -> Array:
+def _model(numbers: Array, form: str, t: Array, position: Array, speeds: tuple[float, float]) -> Array:
     """Friction coefficient at these times from the step."""
     level, drift, delay = numbers[4:]
     since = t - delay
@@ -217,7 +217,7 @@ def _model(numbers: Array, form: str, t: Array, place: Array, speeds: tuple[floa
         if found is None:
             return np.full(len(t), level + 1.0)  # no motion at these numbers: worse than any misfit
         change[later] = found
-    return np.asarray(level + drift * place + change)
+    return np.asarray(level + drift * position + change)
 
 
 def _table(found: Minimum, steady: Array) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -227,4 +227,4 @@ def _table(found: Minimum, steady: Array) -> tuple[pd.DataFrame, pd.DataFrame]:
     covariance, independent = correlated_covariance(found.jacobian, found.residuals, max(chi, 1.0))
     drifted = (found.vector - steady) / 2
     drifted[NAMES.index("drift")] = 0.0
-    return OF_STEP.estimate(found.vector, covariance + np.outer(drifted, drifted), independent, A_MINUS_B)
+    return estimate(OF_STEP, found.vector, covariance + np.outer(drifted, drifted), independent, A_MINUS_B)

@@ -1,4 +1,4 @@
-"""The identified law set in motion under the same drive, laid over the measured motion."""
+"""The identified law set in motion under the same drive, compared with the measured motion."""
 
 from __future__ import annotations
 

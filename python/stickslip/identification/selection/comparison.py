@@ -20,7 +20,17 @@ from stickslip.identification.law_fit import Options, fit_law
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.static.break_away import break_away_rows, is_relative
-from stickslip.laws import BoucWen, Coulomb, Law, RateState, Regularised, Tabulated
+from stickslip.laws import (
+    Asymmetric,
+    BoucWen,
+    Combined,
+    Coulomb,
+    Law,
+    PiecewisePolynomial,
+    RateState,
+    Regularised,
+    Tabulated,
+)
 from stickslip.laws.state_law import StateLaw
 
 Array = npt.NDArray[np.float64]
@@ -33,7 +43,7 @@ INNER = 4
 """Blocks into which a held-back part is cut again where there are few, for the error of a difference."""
 LEAST = 0.01
 """Predictions whose errors differ by less than this part are alike."""
-BY_NAME_ONLY = (BoucWen, RateState, Regularised, Tabulated)
+BY_NAME_ONLY = (Asymmetric, BoucWen, Combined, PiecewisePolynomial, RateState, Regularised, Tabulated)
 """Laws that are compared where they are asked for: for what a record tells they are others (Dahl, a logarithm, a curve with a
 width that is no number of the contact, linear pieces), and they would crowd the table."""
 COUNTED = ("PiecewiseLinear", "TwoBranch")
@@ -197,7 +207,9 @@ def held_back(
     """Errors of the prediction of held-back slip (NaN where nothing is compared) and break-aways."""
     names = [str(name) for name in whole.parameters.index]
     drifts = not isinstance(whole.law, Coulomb) and is_relative(break_away_rows(train))[0]
-    learnt = Problem(train, whole.law, names, relative=drifts, ties=whole.ties, within=whole.within, offset=offset)
+    learnt = Problem(
+        train, whole.law, names, relative=drifts, constraints=whole.constraints, within=whole.within, offset=offset
+    )
     fitted = fit_branches(learnt, whole.law)
     constant = 0.0 if fitted.offset is None else float(fitted.offset["value"])
     problem = Problem(test, fitted.law, names, relative=drifts, every_row=True)
@@ -246,9 +258,9 @@ def _sums(errors: dict[str, list[tuple[Array, Array]]]) -> tuple[_Sums, _Sums]:
         whole = np.where(np.isfinite(whole).all(axis=0), whole, np.nan)
         blocks = np.array_split(whole, inner, axis=1)
         slip += [(np.nansum(block**2, axis=1), np.isfinite(block).sum(axis=1)) for block in blocks]
-        told = all(rows.size for _, rows in part)
-        squares = np.array([np.sum(rows**2) if told else 0.0 for _, rows in part])
-        counts = np.array([rows.size if told else 0 for _, rows in part])
+        complete = all(rows.size for _, rows in part)
+        squares = np.array([np.sum(rows**2) if complete else 0.0 for _, rows in part])
+        counts = np.array([rows.size if complete else 0 for _, rows in part])
         rest += [(squares, counts), *[(0 * squares, 0 * counts)] * (len(blocks) - 1)]
     kinetic, breaks = (
         _Sums(*(np.stack(column, axis=1) for column in zip(*sums, strict=True))) for sums in (slip, rest)
@@ -320,6 +332,6 @@ def _offset_sentences(table: pd.DataFrame, found: dict[str, Identification]) -> 
     )
     if with_it < (1 - LEAST) * without:
         return [
-            f"The residuals ask for an offset: {said}; the gauge has a zero, or friction differs by the sense of slip."
+            f"The residuals ask for an offset: {said}; the instrument has a zero, or friction differs by the sense of slip."
         ]
     return [f"No offset is called for: {said}."]

@@ -142,8 +142,8 @@ def identify(
     fixed : numbers to hold, by name.
     pieces : linear pieces of ``PiecewiseLinear``, ``TwoBranch`` and ``Tabulated``, 1 to 12, default 3; or ``"auto"``: the
         fewest that predict held-back parts of the records as well as any number of them; the first of the notes says why.
-    offset : whether a constant in the measured force is fitted too: the zero of a gauge, or friction that differs by the
-        sense of the slip. The records must slip in both.
+    offset : whether a constant in the measured force is fitted too: the zero of an instrument, or friction that differs by
+        the sense of the slip. The records must slip in both.
     bounds : lowest and highest value of numbers that are fitted, by name.
 
     Returns

@@ -162,9 +162,9 @@ def _run(item: Any, law: Identification) -> FrictionRecord:
     if isinstance(item, str | Path) and Path(item).suffix == ".toml":
         rig = load_rig(item)
         if not isinstance(rig, Rig):
-            gauge = f"the instrument {rig.instrument}" if isinstance(rig, Bench) else "a chain of masses"
+            kind = f"the instrument {rig.instrument}" if isinstance(rig, Bench) else "a chain of masses"
             raise InputError(
-                f"{item}: expected the rig of one mass on a spring, got {gauge}; give a friction file instead"
+                f"{item}: expected the rig of one mass on a spring, got {kind}; give a friction file instead"
             )
         return _unmeasured(rig, str(item), law)
     if isinstance(item, Rig):
@@ -220,10 +220,10 @@ class _Law:
 
     def __init__(self, law: Identification) -> None:
         self.law = law.law
-        self.further = "between" in law.groups and bool((law.groups["between"] > 0).any())
+        self.further = "record_scatter" in law.groups and bool((law.groups["record_scatter"] > 0).any())
         # Numbers that scatter from record to record scatter once more to the next one.
         self.covariance = law.covariance * (1 + len(law.records) if self.further else 1)
-        self.ties = law.ties
+        self.constraints = law.constraints
         self.records = [record for record in law.records if {"mass", *STATED} <= set(record.constants)]
         stated = [_stated(record) for record in self.records]
         self.points = np.array(
@@ -241,7 +241,7 @@ class _Law:
             if (kind := measured_kind(record)) != UNKNOWN:
                 kinds.append(read.kind == kind)
             rests.append([_off(name, here[name], there[name][0]) for name in QUANTITIES])
-        self.right, self.told = sum(kinds), len(kinds)
+        self.right, self.decided = sum(kinds), len(kinds)
         rest = np.array(rests).reshape(-1, len(QUANTITIES))
         self.misfit = {
             name: float(np.sqrt(np.nanmean(column**2))) if np.isfinite(column).any() else 0.0
@@ -266,12 +266,12 @@ class _Law:
 
     def credibility(self, beyond: float) -> float:
         """Probability that the law says the kind of a run at this distance rightly."""
-        worth = math.exp(-beyond)
-        return (1 + worth * self.right) / (2 + worth * self.told)
+        weight = math.exp(-beyond)
+        return (1 + weight * self.right) / (2 + weight * self.decided)
 
     def draws(self, run: FrictionRecord, beyond: float) -> list[Reading]:
         """Motions of the laws that may as well be."""
-        spread = Spread(self.law, self.covariance * (1 + beyond), self.ties)
+        spread = Spread(self.law, self.covariance * (1 + beyond), self.constraints)
         count = len(spread.names)
         normal = qmc.MultivariateNormalQMC(np.zeros(count + len(STATED)), rng=np.random.default_rng(0)).random(DRAWS)
         found = []
@@ -389,8 +389,8 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
             f"{100 * law.mistaken[0]:.0f} % off and the drive velocity {100 * law.mistaken[1]:.0f} % (rms), which the "
             "intervals hold."
         )
-    if law.right < law.told:
-        found.append(f"Of its own {law.told} records the law gives the kind of {law.right} rightly.")
+    if law.right < law.decided:
+        found.append(f"Of its own {law.decided} records the law gives the kind of {law.right} rightly.")
     for name, row in table.iterrows():
         odds = ", ".join(f"{kind} {row[kind]:.2f}" for kind in KINDS)
         found.append(f"{name}: probability of {odds}.")
@@ -400,8 +400,8 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
                 "law: an extrapolation."
             )
     measured = table[table["kind"].notna()]
-    told = measured[measured["kind"] != UNKNOWN]
-    wrong = told[told["kind"] != told["predicted_kind"]]
+    decided = measured[measured["kind"] != UNKNOWN]
+    wrong = decided[decided["kind"] != decided["predicted_kind"]]
     for name, row in wrong.iterrows():
         predicted = str(row["predicted_kind"])
         found.append(f"{name} is {row['kind']}, predicted was {predicted} with a probability of {row[predicted]:.2f}.")

@@ -21,8 +21,9 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER
 from stickslip.identification.estimator.uncertainty import robust_scale
-from stickslip.identification.law_parameters import LawParameters, places, value, with_values
+from stickslip.identification.law_parameters import LawParameters
 from stickslip.laws import Law
+from stickslip.laws.numbers import pointers, value, with_values
 
 Array = npt.NDArray[np.float64]
 
@@ -48,7 +49,7 @@ def own_number(law: Law) -> str:
     >>> own_number(DwellTime(kinetic=0.5, limit=0.5, rate=0.3))
     'limit'
     """
-    known = places(law)
+    known = pointers(law)
     for name in OWN:
         if name in known:
             return name
@@ -122,7 +123,7 @@ class Passage:
     by_force: Array
 
     @property
-    def pull(self) -> Array:
+    def score(self) -> Array:
         """ψ(off): straight for small scatter, bounded for sticks far out."""
         return np.asarray(self.off / np.sqrt(1 + (self.off / OUTLIER) ** 2))
 
@@ -164,7 +165,7 @@ def solve(sticks: Sticks, free: LawParameters, numbers: Array, static: list[int]
     for _ in range(ITERATIONS):
         found = passage(sticks, free, at, static)
         steep = found.instruments.T @ (found.give[:, None] * found.by[:, static])
-        push = -np.linalg.pinv(steep, rcond=1e-12) @ (found.instruments.T @ found.pull)
+        push = -np.linalg.pinv(steep, rcond=1e-12) @ (found.instruments.T @ found.score)
         push *= min(1.0, LONGEST / max(float(np.max(np.abs(push))), 1e-300))
         ahead = at.copy()
         ahead[static] = np.clip(at[static] + push, free.low[static], free.high[static])

@@ -1,4 +1,4 @@
-"""One measured motion, and the motion that a law makes under the same drive laid over it."""
+"""One measured motion, and the motion that a law makes under the same drive, compared with it."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class MotionMisfit:
     def __init__(self, record: FrictionRecord, settled_after: float) -> None:
         if record.displacement is None:
             raise InputError(
-                f"{record.name}: holds no displacement, so no motion can be laid over it; measure it again"
+                f"{record.name}: holds no displacement, so no motion can be compared with it; measure it again"
             )
         for name in CONSTANTS:
             if name not in record.constants:
@@ -99,7 +99,7 @@ class MotionMisfit:
         origin = float(record.time[kept][0])
         self._smooth = (record.time[kept] - origin, record.displacement[kept], record.stuck[kept])
         self._velocity = self.drive_velocity - record.slip_velocity[kept]
-        # The gauge's own samples have white noise, which can be told; those of a smoothed record do not.
+        # The instrument's own samples have white noise, which can be told; those of a smoothed record do not.
         self.white = record.recorded is not None
         signal = record.displacement if record.recorded is None else record.recorded
         good = kept & np.isfinite(signal)
@@ -138,16 +138,16 @@ class MotionMisfit:
     def _points(self, x: Array, v: Array) -> Array:
         return np.stack([x / self.half[0], v / self.half[1]], axis=1)
 
-    def settle(self, system: Oscillator) -> float:
+    def transient(self, system: Oscillator) -> float:
         """Time after which the motion counts as settled."""
         return TRANSIENT * system.natural_period
 
     def orbit(self, law: Law, duration: float) -> tuple[Orbit, float]:
         """The motion of the law for `duration` after it has settled, and the time at which it has."""
         system = self.make(law=law)
-        settle = self.settle(system)
+        transient = self.transient(system)
         x0, v0 = self._start
-        return simulate(system, settle + duration, x0=x0, v0=v0), settle
+        return simulate(system, transient + duration, x0=x0, v0=v0), transient
 
     def motion(self, law: Law, shift: float, count: int) -> tuple[Array, Array]:
         """Position and velocity at the first `count` samples, of the settled motion.
@@ -189,8 +189,8 @@ class MotionMisfit:
     def _clock(self, law: Law, shift: float, count: int) -> tuple[Orbit, float, Array]:
         """An orbit, the rise from which it is counted, and its times that belong to the first `count` samples."""
         half = 0.5 * float(self.time[count - 1])
-        orbit, settle = self.orbit(law, 2 * half + 2 * self.reach + abs(shift))
-        rise = self._rise(orbit, settle + self.reach + half)
+        orbit, transient = self.orbit(law, 2 * half + 2 * self.reach + abs(shift))
+        rise = self._rise(orbit, transient + self.reach + half)
         return orbit, rise, rise - half + shift + self.time[:count]
 
     @property
@@ -228,8 +228,8 @@ class MotionMisfit:
 
         The distance is in half-widths of the measured motion, from each simulated point to the nearest measured one.
         """
-        orbit, settle = self.orbit(law, CYCLES * self.cycle)
-        data = orbit.to_xarray(settle + np.linspace(0.0, CYCLES * self.cycle, 150 * CYCLES))
+        orbit, transient = self.orbit(law, CYCLES * self.cycle)
+        data = orbit.to_xarray(transient + np.linspace(0.0, CYCLES * self.cycle, 150 * CYCLES))
         time, x, v = (data[name].to_numpy() for name in ("time", "x", "v"))
         found = Landmarks.of(time, x, v, data["stuck"].to_numpy(), self.drive_velocity)
         distance, _ = self._tree.query(self._points(x, v))
@@ -256,8 +256,8 @@ class MotionMisfit:
         near = np.flatnonzero(np.abs(self.time - middle) < 0.35 * self.cycle)
         near = near[:: max(1, near.size // 150)]
         grid = np.linspace(-0.6, 0.6, 240) * self.cycle
-        orbit, settle = self.orbit(law, 4 * self.reach)
-        rise = self._rise(orbit, settle + self.reach)
+        orbit, transient = self.orbit(law, 4 * self.reach)
+        rise = self._rise(orbit, transient + self.reach)
         x = np.asarray(orbit.at(rise + grid[:, None] + (self.time[near] - middle)[None, :])[0])
         return float(grid[int(np.argmin(np.sum((x - self.displacement[near]) ** 2, axis=1)))])
 

@@ -1,4 +1,4 @@
-"""Slips laid over those that a law makes, each begun anew from its own break-away: multiple shooting."""
+"""Slips compared with those that a law makes, each begun anew from its own break-away: multiple shooting."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from scipy.sparse import csr_array
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER, levenberg_marquardt
 from stickslip.identification.estimator.uncertainty import correlation_time, inverse, robust_scale
-from stickslip.identification.law_parameters import LawParameters, places, with_values
+from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.trajectory.first_passage import OWN, STEP, Passage, Sticks, own_number, passage, solve
 from stickslip.identification.trajectory.search import Refined, distance
 from stickslip.identification.trajectory.slip import Slip, slips_of
 from stickslip.laws import Law
+from stickslip.laws.numbers import pointers, with_values
 from stickslip.laws.state_law import StateLaw
 from stickslip.measurement.signals.noise import noise_level
 
@@ -44,7 +45,7 @@ FAR = 0.3
 
 def scattering(first: Identification, settled_after: float) -> str | None:
     """What says that the cycles of a record scatter, None where they repeat or the law could not be shot by slips."""
-    if isinstance(first.law, StateLaw) or not any(name in places(first.law) for name in OWN):
+    if isinstance(first.law, StateLaw) or not any(name in pointers(first.law) for name in OWN):
         return None
     for record in first.records:
         settled = record.time[0] + settled_after * (record.time[-1] - record.time[0])
@@ -61,11 +62,11 @@ def scattering(first: Identification, settled_after: float) -> str | None:
 
 
 class MultipleShooting:
-    """Slips and free numbers: the misfit of the slips, its slopes, and the way down.
+    """Slips and free numbers: the misfit of the slips, its slopes, and the descent.
 
     The vector of unknowns is (free numbers, how late each slip begins, how far off, and the level of its friction), the
-    latter three in parts of the slip; `gauge_error` holds the standard errors of the gauge's zero (a length) and scale
-    (relative).
+    latter three in parts of the slip; `instrument_error` holds the standard errors of the instrument's zero (a length) and
+    scale (relative).
 
     A level is a force by which static and kinetic friction are higher together than the law has them, as they are along a
     real track. Where the slips' middles show that levels scatter, they are unknowns too, held to zero by their own scatter
@@ -77,9 +78,9 @@ class MultipleShooting:
         records: Sequence[FrictionRecord],
         settled_after: float,
         free: LawParameters,
-        gauge_error: tuple[float, float] = (0.0, 0.0),
+        instrument_error: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        self.records, self.free, self.gauge_error = list(records), free, np.array(gauge_error)
+        self.records, self.free, self.instrument_error = list(records), free, np.array(instrument_error)
         self.count = len(free.names)
         law = free.law(np.zeros(self.count))
         if isinstance(law, StateLaw):
@@ -104,7 +105,7 @@ class MultipleShooting:
         #: Standard deviation of the residuals of each slip's record, by which they count.
         self.sigma = np.where(np.isfinite(self.noise), self.noise, 0.02 * np.array([s.depth for s in self.slips]))
         self._edges = np.cumsum([0, *(slip.time.size + 1 for slip in self.slips)])
-        middle = np.array([slip.place + 0.5 * (slip.x.max() + slip.x.min()) for slip in self.slips])
+        middle = np.array([slip.position + 0.5 * (slip.x.max() + slip.x.min()) for slip in self.slips])
         depth = np.array([slip.depth for slip in self.slips])
         #: First guess of each slip's level as a displacement, and the scatter of the levels; 0 where all are alike.
         self.level = middle - np.median(middle)
@@ -126,7 +127,7 @@ class MultipleShooting:
         known, slips = self._known, self.slips
         drive = np.array([item["drive_velocity"] for item in known])
         stiffness, damping = (np.array([item[name] for item in known]) for name in ("stiffness", "damping"))
-        spring = stiffness * (np.array([slip.place for slip in slips]) + off - level)
+        spring = stiffness * (np.array([slip.position for slip in slips]) + off - level)
         stick_time = np.array([slip.stick_time for slip in slips]) + late
         return Sticks(stick_time, stiffness * np.abs(drive), np.sign(drive) * spring + damping * np.abs(drive))
 
@@ -199,7 +200,7 @@ class MultipleShooting:
         return np.concatenate([self.free.low, -around]), np.concatenate([self.free.high, around])
 
     def near(self, numbers: Array) -> Array:
-        """The numbers: a slip is short, so the way down leads from far."""
+        """The numbers: a slip is short, so a descent converges from far."""
         return numbers
 
     def lay(self, numbers: Array) -> float:
@@ -263,7 +264,7 @@ class MultipleShooting:
         covariance, freedom = self._covariance(unknowns, ends, static)
         motions = self._motions(unknowns)
         notes = [
-            f"Sharpened by the agreement of {len(self.slips)} slips, each begun at its own break-away: they lie "
+            f"Refined by the agreement of {len(self.slips)} slips, each begun at its own break-away: they lie "
             f"{distance(motions):.2g} of the displacement's standard deviation apart. The intervals come from how the slips "
             "differ from each other.",
             f"Each stick has its own {self.own}: they scatter by {robust_scale(ends.own - np.median(ends.own)):.3g} about "
@@ -321,7 +322,7 @@ class MultipleShooting:
         """Of the free numbers, by leaving out one slip after the other, and the degrees of freedom.
 
         Where a slip begins and its level are unknowns of its own and drop out with it. How alike neighbouring slips are is
-        taken into account; what an error of the gauge's zero and scale, common to all, would do is added.
+        taken into account; what an error of the instrument's zero and scale, common to all, would do is added.
         """
         if silent := self.silent(unknowns):
             raise InputError(
@@ -333,8 +334,8 @@ class MultipleShooting:
         rest, slopes = self.residuals(unknowns), self.slopes(unknowns)
         root = np.sqrt(1 + (rest / OUTLIER) ** 2)
         size, slips = len(moving), len(self.slips)
-        pulls, gives = np.zeros((slips, self.count)), np.zeros((slips, self.count, self.count))
-        gauge = np.zeros((self.count, 2))
+        scores, gives = np.zeros((slips, self.count)), np.zeros((slips, self.count, self.count))
+        instrument = np.zeros((self.count, 2))
         for i, (slip, sigma, known) in enumerate(zip(self.slips, self.sigma, self._known, strict=True)):
             rows = slice(self._edges[i], self._edges[i + 1])
             part = slopes[rows]
@@ -344,22 +345,22 @@ class MultipleShooting:
             onto = np.linalg.pinv(beginning.T @ (heavy * beginning)) @ (beginning.T @ (heavy * shared))
             freed = shared - beginning @ onto
             zero = np.zeros((rest[rows].size, 2))
-            zero[:-1] = np.stack([np.ones(slip.x.size), slip.x + slip.place], axis=1) * self.gauge_error / sigma
-            pulls[i, :size] = freed.T @ (rest[rows] / root[rows])
+            zero[:-1] = np.stack([np.ones(slip.x.size), slip.x + slip.position], axis=1) * self.instrument_error / sigma
+            scores[i, :size] = freed.T @ (rest[rows] / root[rows])
             gives[i, :size, :size] = freed.T @ (heavy * shared)
-            gauge[:size] += freed.T @ (heavy * zero)
+            instrument[:size] += freed.T @ (heavy * zero)
             lever = ends.give[i] * ends.instruments[i]
-            pulls[i, size:] = ends.pull[i] * ends.instruments[i]
+            scores[i, size:] = ends.score[i] * ends.instruments[i]
             gives[i, size:] = np.outer(lever, ends.by[i, order])
-            force = known["stiffness"] * np.array([1.0, slip.place]) * np.sign(known["drive_velocity"])
-            gauge[size:] -= np.outer(lever, ends.by_force[i] * force * self.gauge_error)
+            force = known["stiffness"] * np.array([1.0, slip.position]) * np.sign(known["drive_velocity"])
+            instrument[size:] -= np.outer(lever, ends.by_force[i] * force * self.instrument_error)
         whole = gives.sum(axis=0)
         for part in (slice(0, size), slice(size, None)):
             inverse(whole[part, part], [self.free.names[j] for j in order[part]])
-        away = np.stack([np.linalg.solve(whole - give, pull) for give, pull in zip(gives, pulls, strict=True)])
+        away = np.stack([np.linalg.solve(whole - give, score) for give, score in zip(gives, scores, strict=True)])
         alike = np.sqrt([correlation_time(column) for column in away.T])
         away *= alike * math.sqrt((slips - 1) / slips)
-        by_gauge = np.linalg.solve(whole, gauge)
+        by_instrument = np.linalg.solve(whole, instrument)
         covariance = np.zeros((self.count, self.count))
-        covariance[np.ix_(order, order)] = away.T @ away + by_gauge @ by_gauge.T
+        covariance[np.ix_(order, order)] = away.T @ away + by_instrument @ by_instrument.T
         return covariance, float(slips - self.count) / float(np.max(alike, initial=1.0) ** 2)

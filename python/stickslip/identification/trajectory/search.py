@@ -57,10 +57,10 @@ class Shooting(Protocol):
     best: Best
 
     def near(self, numbers: Array) -> Array:
-        """Free numbers close by from which the way down leads to the records."""
+        """Free numbers close by from which a descent leads to the records."""
 
     def lay(self, numbers: Array) -> float:
-        """The least misfit on the way down from these numbers, 1 where only noise is left; `best` is kept."""
+        """The least misfit in a descent from these numbers, 1 where only noise is left; `best` is kept."""
 
     def silent(self, unknowns: Array) -> list[str]:
         """Names of the free numbers that change nothing here."""
@@ -82,13 +82,13 @@ def search(
     Raises
     ------
     InputError
-        where none could be laid over the records.
+        where none could be compared with the records.
     """
     points = _starts(shooting.free, first, starts, random)
     done, shooting.best = memory.read(shooting.best)
     found: list[float] = []
     for turn in range(done, starts):
-        progress("laying the motions over each other", turn, starts)
+        progress("comparing the motions", turn, starts)
         best = shooting.best[0]
         if shooting.known and best < LIKE_NOISE**2:
             break
@@ -106,10 +106,10 @@ def search(
             continue
         finally:
             memory.write(shooting, turn + 1)
-    progress("laid over each other", starts, starts)
+    progress("motions compared", starts, starts)
     if not math.isfinite(shooting.best[0]):
         raise InputError(
-            "identify: no start gave a motion that could be laid over the records; keep the fit of the branches"
+            "identify: no start gave a motion that could be compared with the records; keep the fit of the branches"
         )
 
 

@@ -13,9 +13,9 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.files.notebook import OfTable
-from stickslip.identification.law_parameters import numbers, value, with_values
 from stickslip.identification.result import Identification
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
+from stickslip.laws.numbers import numbers, value, with_values
 from stickslip.simulation.orbit import Orbit
 
 STEP = 1e-3
@@ -50,11 +50,13 @@ class Sensitivity(OfTable):
         span = change * abs(middle) if middle else change
         for number, width in ((middle - span, 1.0), (middle, 2.2), (middle + span, 1.0)):
             try:
-                orbit, settle = self.record_misfit.orbit(with_values(law, {name: number}), 3 * self.record_misfit.cycle)
+                orbit, transient = self.record_misfit.orbit(
+                    with_values(law, {name: number}), 3 * self.record_misfit.cycle
+                )
             except InputError:
                 # Not a law there.
                 continue
-            x, v = orbit.at(_fine(orbit, settle, settle + 3 * self.record_misfit.cycle))
+            x, v = orbit.at(_fine(orbit, transient, transient + 3 * self.record_misfit.cycle))
             axes.plot(x, v, lw=width, label=f"{name} = {number:.4g}")
         axes.set_xlabel("displacement x")
         axes.set_ylabel("velocity ẋ")

@@ -1,4 +1,4 @@
-"""A law sharpened by the agreement of motions: those it makes, laid over the measured ones."""
+"""A law refined until its simulated motions agree with the measured ones."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.identification.law_parameters import LawParameters, check_names
+from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Checkpoint
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.identification.trajectory.multiple_shooting import MultipleShooting, scattering
 from stickslip.identification.trajectory.search import Progress, Refined, distance, search
 from stickslip.identification.trajectory.single_shooting import SingleShooting
+from stickslip.laws.numbers import check_names
 
 if TYPE_CHECKING:
     from stickslip.identification.result import Identification
@@ -60,8 +61,8 @@ def fit_trajectories(
     starts : the most starting points that are tried; the first is that of `first`, the others lie around it. The search
         ends where only noise is left.
     profile : intervals by the profile of the likelihood instead of the curvature at its top; by records.
-    zero_error, scale_error : standard errors of the zero (a length) and the scale (relative) of the gauge, the same for all
-        records. They do not show in a record, and at low noise they are most of what is not known.
+    zero_error, scale_error : standard errors of the zero (a length) and the scale (relative) of the instrument, the same for
+        all records. They do not show in a record, and at low noise they are most of what is not known.
     seed : of the starting points.
     progress : called as ``progress(what, done, of)``.
     checkpoint : a law file that holds the best so far from start to start, and after an interruption; where it exists
@@ -69,7 +70,7 @@ def fit_trajectories(
 
     Returns
     -------
-    Identification with the sharpened law, its parameters and covariance; ``rms`` is that of the displacement, in standard
+    Identification with the refined law, its parameters and covariance; ``rms`` is that of the displacement, in standard
     deviations of the motion; ``motions`` has a row for each record.
 
     Raises
@@ -98,7 +99,7 @@ def fit_trajectories(
         if number(name, size, "fit_trajectories") < 0:
             raise InputError(f"fit_trajectories: {name} must not be negative, got {size}")
     within = {**first.within, **_checked(bounds or {}, names)}
-    numbers, gauge = LawParameters(first.law, names, first.ties, within), (zero_error, scale_error)
+    numbers, instrument = LawParameters(first.law, names, first.constraints, within), (zero_error, scale_error)
     why = scattering(first, settled_after) if shooting == "auto" else None
     shots: SingleShooting | MultipleShooting
     if shooting == "slips" or why is not None:
@@ -107,9 +108,9 @@ def fit_trajectories(
                 "fit_trajectories: intervals by slips come from how the slips differ, not from a profile: leave profile out"
                 + ("" if why is None else f", or shoot by records ({why})")
             )
-        shots = MultipleShooting(first.records, settled_after, numbers, gauge)
+        shots = MultipleShooting(first.records, settled_after, numbers, instrument)
     else:
-        shots = SingleShooting([MotionMisfit(record, settled_after) for record in first.records], numbers, gauge)
+        shots = SingleShooting([MotionMisfit(record, settled_after) for record in first.records], numbers, instrument)
     about = [names, settled_after, seed, type(shots).__name__, sorted(within.items())]
     memory = Checkpoint(checkpoint, first, about)
     search(shots, first, starts, np.random.default_rng(seed), memory, progress or (lambda *_: None))
@@ -139,10 +140,12 @@ def _result(
     free, count = shots.free, len(shots.free.names)
     parameters, full = free.estimate(laid.numbers, laid.covariance[:count, :count], laid.freedom)
     options = ["--trajectories", *(["--shooting slips"] if isinstance(shots, MultipleShooting) else [])]
-    for name, size in zip(("zero", "scale"), shots.gauge_error.tolist(), strict=True):
+    for name, size in zip(("zero", "scale"), shots.instrument_error.tolist(), strict=True):
         if size:
             options.append(f"--{name}-error {size:g}")
-            notes.append(f"An error of {size:.3g} of the gauge's {name}, common to all records, is in the intervals.")
+            notes.append(
+                f"An error of {size:.3g} of the instrument's {name}, common to all records, is in the intervals."
+            )
     held = (laid.numbers <= free.low) | (laid.numbers >= free.high)
     notes += [
         f"{name} is held by a bound, so its interval and those of the other numbers leave out that it may lie beyond."

@@ -1,4 +1,4 @@
-"""Whole records laid over the settled motion of a law, one shift of time a record: single shooting."""
+"""Whole records compared with the settled motion of a law, one shift of time a record: single shooting."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ CLOSE = 0.05
 
 
 class SingleShooting:
-    """Records and free numbers: the misfit of the motions, its slopes, and the way down.
+    """Records and free numbers: the misfit of the motions, its slopes, and the descent.
 
-    The vector of unknowns is (free numbers, one shift of time a record); `gauge_error` holds the standard errors of the
-    gauge's zero (a length) and scale (relative).
+    The vector of unknowns is (free numbers, one shift of time a record); `instrument_error` holds the standard errors of the
+    instrument's zero (a length) and scale (relative).
     """
 
     def __init__(
-        self, misfits: Sequence[MotionMisfit], free: LawParameters, gauge_error: tuple[float, float] = (0.0, 0.0)
+        self, misfits: Sequence[MotionMisfit], free: LawParameters, instrument_error: tuple[float, float] = (0.0, 0.0)
     ) -> None:
-        self.misfits, self.free, self.gauge_error = list(misfits), free, np.array(gauge_error)
+        self.misfits, self.free, self.instrument_error = list(misfits), free, np.array(instrument_error)
         self.count = len(free.names)
         self.known = all(math.isfinite(misfit.noise) for misfit in misfits)
         #: Standard deviation of the residuals of each record, by which they count.
@@ -133,7 +133,7 @@ class SingleShooting:
         return np.concatenate([self.free.low, -reach]), np.concatenate([self.free.high, reach])
 
     def near(self, numbers: Array) -> Array:
-        """The free numbers close by whose motions have the measured landmarks, from which the way down is short.
+        """The free numbers close by whose motions have the measured landmarks, from which the descent is short.
 
         What is minimised knows nothing of phase (see :meth:`MotionMisfit.unlikeness`), so it leads from far away.
         """
@@ -193,26 +193,26 @@ class SingleShooting:
     def covariance(self, unknowns: Array) -> Array:
         """Of all unknowns, from the slopes, the scatter of each record and its correlation from sample to sample.
 
-        What an error of the gauge's zero and scale, common to all records, would do to the unknowns is added.
+        What an error of the instrument's zero and scale, common to all records, would do to the unknowns is added.
         """
         residuals, slopes = self.residuals(unknowns), self.slopes(unknowns)
         edges = np.cumsum([0, *self.lengths(1.0)])
         information = np.zeros((unknowns.size, unknowns.size))
-        pulls = np.zeros((unknowns.size, 2))
+        scores = np.zeros((unknowns.size, 2))
         for (a, b), misfit, sigma in zip(pairwise(edges), self.misfits, self.sigma, strict=True):
             part = residuals[a:b]
             freedom = max(part.size - unknowns.size / len(self.misfits), 1.0)
             excess = float(np.sum(part**2)) / freedom * correlation_time(part)
             information += slopes[a:b].T @ slopes[a:b] / excess
-            gauge = np.stack([np.ones(b - a), misfit.displacement], axis=1) * self.gauge_error / sigma
-            pulls += slopes[a:b].T @ gauge / excess
+            instrument = np.stack([np.ones(b - a), misfit.displacement], axis=1) * self.instrument_error / sigma
+            scores += slopes[a:b].T @ instrument / excess
         if (silent := self.silent(unknowns)) or not np.diag(information).all():
             raise InputError(
                 f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: leave it out of "
                 "the free parameters, or add records in which it acts"
             )
         covariance = inverse(information, self.free.names)
-        moved = covariance @ pulls
+        moved = covariance @ scores
         return np.asarray(covariance + moved @ moved.T)
 
     def finish(self) -> Refined:
@@ -243,7 +243,7 @@ class SingleShooting:
             }
         )
         notes = [
-            f"Sharpened by the agreement of the motions: they lie {distance(motions):.2g} of the displacement's standard "
+            f"Refined by the agreement of the motions: they lie {distance(motions):.2g} of the displacement's standard "
             "deviation apart, with one shift of time for each record."
         ]
         why = why_differences(type(self.free.law(unknowns[: self.count])))

@@ -30,13 +30,13 @@ EARLIER = 0.3
 
 @dataclass(frozen=True)
 class Slip:
-    """A slip as it was recorded, time and place counted from where its break-away was seen.
+    """A slip as it was recorded, time and position counted from where its break-away was seen.
 
     Attributes
     ----------
     record : its number among the records.
-    begin, place : where on the record's clock the break-away was seen, and the displacement there.
-    time, x : samples from the stick before to the one after, x from `place`.
+    begin, position : where on the record's clock the break-away was seen, and the displacement there.
+    time, x : samples from the stick before to the one after, x from `position`.
     stick_time : of the stick before.
     duration, depth : time to the next stick, and range of x.
     make : the oscillator of the record for a law.
@@ -44,7 +44,7 @@ class Slip:
 
     record: int
     begin: float
-    place: float
+    position: float
     time: Array
     x: Array
     stick_time: float
@@ -54,11 +54,11 @@ class Slip:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """How far its true beginning may lie from where it was seen, in time and place."""
+        """How far its true beginning may lie from where it was seen, in time and position."""
         return EARLIER * min(self.duration, self.stick_time), 0.5 * self.depth
 
     def trace(self, law: Law, late: float, off: float, level: float = 0.0) -> tuple[Array, Array] | None:
-        """Position (from `place`) and velocity at the samples, of the law's slip begun `late` and `off` the place seen.
+        """Position (from `position`) and velocity at the samples, of the law's slip begun `late` and `off` the place seen.
 
         With friction higher than the law has it by the stiffness times `level`, which shifts the motion as a whole.
 
@@ -67,13 +67,13 @@ class Slip:
         """
         drive = self.make.args[1]
         clock = self.time + self.stick_time
-        x0 = self.place + off - level - drive * (self.stick_time + late)
+        x0 = self.position + off - level - drive * (self.stick_time + late)
         try:
             orbit = simulate(self.make(law=law), float(clock[-1]), x0=x0)
             x, v = orbit.at(clock)
         except InputError:
             return None
-        return np.asarray(x) + level - self.place, np.asarray(v)
+        return np.asarray(x) + level - self.position, np.asarray(v)
 
 
 def slips_of(record: FrictionRecord, number: int, settled_after: float) -> Iterator[Slip]:
@@ -85,7 +85,9 @@ def slips_of(record: FrictionRecord, number: int, settled_after: float) -> Itera
         where the record holds no displacement, or a constant of the oscillator is not known.
     """
     if record.displacement is None:
-        raise InputError(f"{record.name}: holds no displacement, so no motion can be laid over it; measure it again")
+        raise InputError(
+            f"{record.name}: holds no displacement, so no motion can be compared with it; measure it again"
+        )
     for name in CONSTANTS:
         if name not in record.constants:
             raise InputError(f"{record.name}: {name} is not known; measure it with a rig that says it")
@@ -109,7 +111,9 @@ def slips_of(record: FrictionRecord, number: int, settled_after: float) -> Itera
         if slip[1] - slip[0] < FEWEST or inside.sum() < FEWEST:
             continue
         thinned = np.flatnonzero(inside)[:: max(1, int(inside.sum()) // MOST)]
-        place = float(np.interp(begin, record.time, record.displacement))
-        x = signal[thinned] - place
+        position = float(np.interp(begin, record.time, record.displacement))
+        x = signal[thinned] - position
         time = record.time[thinned] - begin
-        yield Slip(number, float(begin), place, time, x, float(stick_time), end - float(begin), float(np.ptp(x)), make)
+        yield Slip(
+            number, float(begin), position, time, x, float(stick_time), end - float(begin), float(np.ptp(x)), make
+        )

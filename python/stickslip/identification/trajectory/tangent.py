@@ -11,8 +11,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence
 from stickslip.errors import InputError
-from stickslip.identification.law_parameters import Place, places
 from stickslip.laws import Law
+from stickslip.laws.numbers import Pointer, pointers
 from stickslip.laws.state_law import StateLaw
 from stickslip.simulation.orbit import Orbit
 
@@ -53,7 +53,7 @@ class Tangent:
     def __init__(self, orbit: Orbit, start: tuple[float, float | None], window: tuple[float, float]) -> None:
         system = orbit.system
         sequence, _, _ = EventSequence.of_run(system, orbit.t_end, *start)
-        self._places = places(system.law)
+        self._pointers = pointers(system.law)
         period = system.natural_period
         self._sequence, self._knots, self.times = _with_knots(sequence, window, period / KNOTS, BESIDE * period)
 
@@ -65,15 +65,15 @@ class Tangent:
         InputError
             where the law does not exist on both sides of the number, or the motion beside it takes other events.
         """
-        rates = self._sequence.follow(_pointer(self._places[name])).rates[self._knots][:, :, -1]
+        rates = self._sequence.follow(_pointer(self._pointers[name])).rates[self._knots][:, :, -1]
         x, v = rates[:, STATE.index("x")], rates[:, STATE.index("v")]
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise InputError(f"{name}: the motion beside this one takes other events")
         return CubicHermiteSpline(self.times, x, v)
 
 
-def _pointer(place: Place) -> str:
-    return "/law/" + "/".join(map(str, place))
+def _pointer(pointer: Pointer) -> str:
+    return "/law/" + "/".join(map(str, pointer))
 
 
 def _with_knots(

@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     """Level of force - p A on the outward and on the inward strokes, inside the `range` of the stroke.
 
-    The loop is shifted as a whole by any error of the pressure, of the force gauge's zero or of the area, so only half of
+    The loop is shifted as a whole by any error of the pressure, of the force sensor's zero or of the area, so only half of
     its width is friction; the shift is reported. Strokes of one run repeat better than runs do: with several records the
     error is the scatter between the runs, with one record it is `between_run_error` or, without that, the scatter of
     the strokes, and the notes say so.

@@ -80,7 +80,7 @@ def _join(force: Samples, motion: Samples, bench: Bench) -> Samples:
         raise InputError(
             f"{force.source}: the offset between the clock of the force and that of {motion.source} cannot be told: the "
             f"correlation of {alike} is {found.correlation:.2f} at best, and {LEAST_CORRELATION:g} is needed; give "
-            "clock_offset in the rig" + ("" if inertia > 0 else ", or the inertia between gauge and contact")
+            "clock_offset in the rig" + ("" if inertia > 0 else ", or the inertia between instrument and contact")
         )
     offset = found.value if given is None else given
     notes = [*force.notes, *motion.notes]
@@ -116,7 +116,7 @@ def _check_without_inertia(found: Offset, force: Samples, motion: Samples, speed
         raise InputError(
             f"{force.source}: the offset between the clock of the force and that of {motion.source} cannot be told: by force "
             f"and speed it is {found.value:.3g} s, but with inertia in the force {free.value:.3g} s fits better; give "
-            "clock_offset in the rig, or the inertia between gauge and contact"
+            "clock_offset in the rig, or the inertia between instrument and contact"
         )
 
 

@@ -44,7 +44,7 @@ class Offset:
 def clock_offset(time_a: Array, a: Array, time_b: Array, b: Array) -> Offset:
     """The offset under which two signals rise and fall together: a(t + offset) goes with b(t).
 
-    Of each signal only its size counts (a force gauge does not know the sign of a velocity). Their correlation is
+    Of each signal only its size counts (a force sensor does not know the sign of a velocity). Their correlation is
     computed for all offsets that leave at least half of the shorter record in common; offsets whose correlation is less
     than 5 % of its range below the best are called as good.
 
@@ -161,14 +161,14 @@ def inertia_offset(
 
         force(t + o) - m a(t) = c0 + c1 tanh(w(t) / w0) + c2 w(t),   w0 a twentieth of the rms of w,
 
-    is fitted by least squares, a friction law of any gauge's zero that says little and is right in the sign; offset and
+    is fitted by least squares, a friction law of any instrument's zero that says little and is right in the sign; offset and
     error are those of the mean square residual, as in :func:`spring_offset`.
 
     Parameters
     ----------
     time_a, force : the force on its clock, s and N.
     time_b, speed, acceleration : w and a on theirs.
-    inertia : m that is accelerated between gauge and contact, kg; None: fitted too.
+    inertia : m that is accelerated between instrument and contact, kg; None: fitted too.
 
     Returns
     -------

@@ -1,0 +1,55 @@
+/** The two sweeps of the orbit diagram, up and down, each in a worker of its own. */
+import type { Diagram } from "./panels/diagram";
+import { type State, documentOf, varied } from "./state";
+import { type SweepPart, Sweeper, lookOf } from "./sweeps";
+
+/** Columns of the orbit diagram. */
+const COLUMNS = 300;
+/** Periods that are left out in each column. */
+const TRANSIENT = 60;
+
+export class DiagramSweep {
+  /** Columns that have come: up and down. */
+  swept = [0, 0];
+  /** Whether columns have come that are not drawn yet. */
+  stale = false;
+  private readonly sweepers: Sweeper[];
+
+  constructor(
+    private readonly diagram: Diagram,
+    program: string,
+    module: WebAssembly.Module,
+  ) {
+    this.sweepers = [0, 1].map((which) => new Sweeper(program, module, (part) => this.hear(which, part)));
+  }
+
+  clear(state: State): void {
+    const { low, high } = state.diagram;
+    const values = Array.from({ length: COLUMNS }, (_, i) => low + ((high - low) * i) / (COLUMNS - 1));
+    Object.assign(this.diagram, { values, up: [], down: [], lost: [], refused: "" });
+    this.swept = [0, 0];
+  }
+
+  start(state: State): void {
+    this.clear(state);
+    const { names, row } = varied(state, state.diagram.over);
+    const rows = this.diagram.values.map((value) => row(value));
+    const question = { system: documentOf(state), names, look: lookOf(state, TRANSIENT), x0: state.start.x0?.[0] ?? 0, chain: true };
+    this.sweepers[0]!.ask({ ...question, rows });
+    this.sweepers[1]!.ask({ ...question, rows: rows.toReversed() });
+  }
+
+  get done(): boolean {
+    return this.swept.every((count) => count >= COLUMNS);
+  }
+
+  private hear(which: number, { from, rows, refused, lost }: SweepPart): void {
+    const { diagram } = this;
+    const column = (row: number) => (which ? COLUMNS - 1 - row : row);
+    if (refused) diagram.refused ||= refused;
+    if (lost !== undefined) diagram.lost.push(column(lost));
+    rows.forEach((row, i) => ((which ? diagram.down : diagram.up)[column(from + i)] = row));
+    this.swept[which]! += rows.length + (lost === undefined ? 0 : 1);
+    this.stale = true;
+  }
+}
