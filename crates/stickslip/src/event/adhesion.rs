@@ -115,7 +115,7 @@ pub fn end_of_stick<const H: usize>(
 ) -> Option<f64> {
     let end = match bears {
         Some(bears) => constant_limit(stick, bears, horizon, work),
-        None => growing_limit(stick, law, horizon, work),
+        None => changing_limit(stick, law, horizon, work),
     };
     debug_assert!(
         end.is_none_or(|t| breaks(stick, law, bears, t)),
@@ -125,7 +125,7 @@ pub fn end_of_stick<const H: usize>(
 }
 
 /// The certificate of a break-away.
-fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, bears: Option<f64>, t: f64) -> bool {
+fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, bears: Option<[f64; 2]>, t: f64) -> bool {
     let fastest = stick.frequency.iter().copied().fold(0.0, f64::max);
     certified(t, if H == 0 { 0.0 } else { BESIDE / fastest }, |t| {
         let (force, rate, _) = stick.at(t);
@@ -133,13 +133,16 @@ fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, bears: Option<f64>, t: f6
             stick_time: t,
             force_rate: rate.abs(),
         };
-        let limit = bears.unwrap_or_else(|| law.break_away(hold));
+        let limit = bears.map_or_else(
+            || law.toward(force.signum()).break_away(hold),
+            |[backward, forward]| if force < 0.0 { backward } else { forward },
+        );
         [limit - force.abs(), ANEW * stick.rounding(t, limit)]
     })
 }
 
 /// Adhesion with a limit that grows with the stick time and falls with the force rate.
-fn growing_limit<const H: usize>(
+fn changing_limit<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
     horizon: f64,

@@ -470,10 +470,7 @@ impl Motion {
             if k == 0 {
                 for (c, _) in rubs.iter().enumerate().filter(|(_, rub)| rub.still) {
                     let slope = self.drive[c][1] - frame.across(c, |i| self.acceleration[i]);
-                    let share = slope / frame.coupling(c, c);
-                    for (a, response) in self.acceleration.iter_mut().zip(&frame.response[c]) {
-                        *a += response * share;
-                    }
+                    frame.push(c, slope / frame.coupling(c, c), &mut self.acceleration);
                 }
             }
             let share = INVERSE[k + 1];
