@@ -306,9 +306,10 @@ export class Page {
   private fit(program: string, paths: string[]): void {
     if (!this.record || !paths.length) return;
     this.fitter ??= new Sweeper(program, this.core.module, ({ fit, refused }) => {
-      if (refused) this.notes = [refused];
       this.fitting = !(refused || fit?.done);
       if (fit) this.change([["system.law", fit.law]]);
+      if (refused) this.notes = [refused];
+      this.stale = true;
     });
     this.fitting = true;
     this.fitter.ask({ law: this.state.system["law"], paths, record: this.record });
