@@ -1,6 +1,8 @@
 """The modules of the package import one way: no circle, only the stated arrows; no crowded folder, no vague name."""
 
+import ast
 import importlib.util
+import re
 from collections import Counter
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -15,6 +17,15 @@ LEFT: list[set[str]] = []
 #: Folders with more than a dozen modules, and with how many; the numbers may only fall. `laws` is the catalogue, one law a
 #: file, and `cli` has one sub-command a file: these two may grow.
 CROWDED = {"laws": 100, "cli": 18}
+#: Private words that no name may hold, each with the standard one beside it.
+PRIVATE = {
+    "arc": "phase", "arcs": "phases", "bears": "static_limit", "belt": "drive", "bend": "corner", "border": "boundary",
+    "borders": "boundaries", "foretell": "predict", "gauge": "instrument", "grip": "complementarity",
+    "habits": "linking", "likeness": "response", "onward": "restart", "place": "position", "places": "positions",
+    "pulls": "scores", "rivals": "alternatives", "rub": "force_line", "rubs": "force_lines",
+    "sharpen": "refine", "sharpened": "refined", "sightings": "detections", "told": "notify", "trail": "event_sequence",
+    "wants": "required", "worth": "weight",
+}  # fmt: skip
 VAGUE = {"utils", "util", "common", "helpers", "helper", "misc", "manager", "tools"}
 
 
@@ -50,6 +61,33 @@ def test_no_folder_is_crowded():
 
 def test_no_file_has_a_vague_name():
     assert [str(path) for path in architecture.modules().values() if path.stem in VAGUE] == []
+
+
+def _names(path: Path) -> set[str]:
+    """The names that a Python or a Rust file gives to things."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".rs":
+        text = re.sub(r"//.*", "", text)
+        found = re.findall(r"\b(?:fn|struct|enum|trait|mod|let|let mut|type|const)\s+(\w+)|\b(\w+)\s*:(?!:)", text)
+        return {name for pair in found for name in pair}
+    names = set()
+    for node in ast.walk(ast.parse(text)):
+        match node:
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.arg(arg=name):
+                names.add(name)
+            case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()):
+                names.add(name)
+    return names
+
+
+def test_names_are_words_of_the_field():
+    files = [*architecture.modules().values(), *(SCRIPT.parents[2] / "crates").glob("stickslip*/src/**/*.rs")]
+    found = {}
+    for path in files:
+        words = {word for name in _names(path) for word in re.split(r"_|(?<=[a-z])(?=[A-Z])", name)}
+        if private := {word: PRIVATE[word.lower()] for word in words if word.lower() in PRIVATE}:
+            found[str(path.relative_to(SCRIPT.parents[2]))] = private
+    assert found == {}
 
 
 def test_the_picture_is_current():

@@ -25,6 +25,7 @@ PINNED = {
     "Coulomb": "2c8e85906a97",
     "StaticKinetic": "73273b1a2f61",
     "PiecewiseLinear": "947d26f62af7",
+    "PiecewisePolynomial": "d5263daf4c27",
     "DwellTime": "4d440cd23278",
     "Rational": "bb89da2b31d1",
     "Cubic": "8013a528caf5",
@@ -35,6 +36,8 @@ PINNED = {
     "ForceRate": "ea0519109065",
     "Tabulated": "12b4607f5a92",
     "TwoBranch": "3f3bc0d072f3",
+    "Asymmetric": "0ff871e017f4",
+    "Combined": "39d70d011aa4",
     "chain": "33e2d7a5826c",
 }
 

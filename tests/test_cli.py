@@ -60,7 +60,7 @@ def test_missing_file_and_folder(system, tmp_path, capsys):
     assert main(["simulate", str(system), "-o", str(tmp_path / "nowhere" / "orbit.nc")]) == 2
     assert "does not exist" in capsys.readouterr().err
     assert main(["simulate", str(system), "--plot", str(tmp_path / "orbit.docx")]) == 2
-    assert "known are" in capsys.readouterr().err
+    assert "expected a name that ends in .avif, .eps" in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["system.toml"]
 
 
@@ -80,6 +80,32 @@ def test_a_fresh_interpreter_knows_the_laws_that_files_name(system, tmp_path):
     code = f"import stickslip as ss; print(ss.load({str(orbit)!r}).t_end)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stdout.strip() == "20.0", done.stderr
+
+
+@pytest.mark.parametrize(
+    ("command", "written"),
+    [
+        ("simulate SYSTEM -o orbit.pdf", "orbit.nc"),
+        ("simulate SYSTEM --plot orbit", "orbit.png"),
+        ("measure SYSTEM --rig SYSTEM -o friction.csv", "friction.nc"),
+        ("identify SYSTEM -o law.csv", "law.toml"),
+        ("identify SYSTEM --report law.pdf", "law.html"),
+        ("sweep SYSTEM --over drive_velocity=0.1:0.2:2 -o diagram.csv", "diagram.zarr"),
+        ("film SYSTEM -o film.gif", "film.avi"),
+    ],
+)
+def test_a_file_of_another_kind_is_refused_before_any_work(system, capsys, monkeypatch, command, written):
+    monkeypatch.chdir(system.parent)
+    assert main(command.replace("SYSTEM", system.name).split()) == 2
+    error = capsys.readouterr().err
+    assert "expected a name that ends in" in error
+    assert error.endswith(f"; write {written} for example\n")
+    assert [path.name for path in system.parent.iterdir()] == [system.name]
+
+
+def test_a_motion_beyond_all_numbers_is_no_regime(system, capsys):
+    assert main(["simulate", str(system), "--x0", "1e308", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["regime"] == "diverged"
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ def test_a_file_that_exists_is_not_overwritten(tmp_path):
 
 @pytest.mark.slow
 def test_the_law_is_found_from_the_record(tmp_path):
-    record, rig, system = copy_example(tmp_path)
+    record, rig, system, *_ = copy_example(tmp_path)
     found = ss.identify(ss.measure(record, rig)).parameters
     true = ss.load_system(system).law
     for name in ("break_away", "kinetic"):

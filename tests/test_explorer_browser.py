@@ -323,7 +323,7 @@ def test_a_file_that_is_no_record_is_refused_with_a_sentence(opened, text, sente
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["StaticKinetic", "DwellTime", "LogarithmicDwell"])
 def test_the_fit_of_a_real_record_lies_within_the_intervals_of_identify(opened, shared_data, tmp_path, law):
-    rig = Path(__file__).parents[1] / "examples" / "rigs" / "paper_slider_k168_v42.toml"
+    rig = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs" / "paper_slider_k168_v42.toml"
     friction = tmp_path / "friction.nc"
     ss.measure(shared_data / "paper_stickslip" / "k168Nm_v42.mat", rig).to_netcdf(friction)
     (tmp_path / "page.html").write_text(page(**content_of(friction)), encoding="utf-8")

@@ -6,11 +6,13 @@ import pickle
 import shlex
 import subprocess
 import sys
+import time
 
 import pytest
 
 import stickslip as ss
 from stickslip.cli.main import _parser, main
+from stickslip.files.notebook import waiting
 from stickslip.report.report import Report, rounded
 
 
@@ -43,6 +45,54 @@ def test_pictures_after_the_first_are_shown_in_a_notebook(tmp_path):
     program = "from stickslip import show; import matplotlib; show.new_axes(); assert matplotlib.is_interactive()"
     environment = os.environ | {"MPLBACKEND": "module://notebook", "PYTHONPATH": str(tmp_path)}
     subprocess.run([sys.executable, "-c", program], env=environment, check=True)
+
+
+CELLS = [
+    "import stickslip as ss; system = ss.Oscillator(0.05, 0.2, ss.laws.StaticKinetic(1.0, 0.6))",
+    "orbit = ss.simulate(system, 50.0); ax = ss.show.phase_plane(orbit)",
+    "ax = ss.show.time_series(orbit)",
+    "orbit",
+]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")  # those of the kernel are not ours
+def test_every_picture_of_a_notebook_is_shown_and_an_orbit_is_a_table(tmp_path):
+    import nbformat
+    from nbclient import NotebookClient
+
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in CELLS])
+    environment = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}
+    # Generous: the kernel starts while other work may hold the machine.
+    client = NotebookClient(notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": tmp_path}})
+    client.execute(env=environment)
+    shown = [{kind for output in cell.outputs for kind in output.get("data", ())} for cell in notebook.cells]
+    assert [("image/png" in kinds) for kinds in shown] == [False, True, True, False]
+    assert "text/html" in shown[3]
+
+
+LONG = {
+    "a law of many pieces": ss.laws.PiecewiseLinear([(0.1 * i, 1.0 + 0.01 * i) for i in range(200)], 1.5),
+    "a chain": ss.chain(40, ss.laws.Coulomb(0.5), 0.2),
+    "an orbit": ss.simulate(ss.Oscillator(0.05, 0.2, ss.laws.StaticKinetic(1.0, 0.6)), 50.0),
+    "a cycle": ss.periodic_orbit(ss.Oscillator(0.05, 0.2, ss.laws.StaticKinetic(1.0, 0.6))),
+}
+
+
+@pytest.mark.parametrize("value", LONG.values(), ids=LONG)
+def test_a_value_is_short_at_a_prompt_and_a_table_in_a_notebook(value):
+    assert len(repr(value)) < 700
+    assert value._repr_html_().count("<tr>") > 1
+
+
+def test_a_person_who_waits_sees_how_far_it_is(monkeypatch, capsys):
+    now = iter([0.0, 1.0, 3.0, 3.1, 4.0])
+    monkeypatch.setattr(time, "monotonic", lambda: next(now))
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    say = waiting(None, "basins")
+    for done in (1, 2, 3, 4):
+        say(done, 4)
+    assert capsys.readouterr().err == "\rbasins: 2 of 4, 3 s\rbasins: 4 of 4, 4 s\n"
 
 
 SYSTEMS = {

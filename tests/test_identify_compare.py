@@ -14,7 +14,7 @@ from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import compare_laws, friction_of_orbit, identify
 from stickslip.identification.guesses import first_guess
-from stickslip.identification.law_parameters import value
+from stickslip.laws.numbers import value
 
 
 def swept(law, offset=0.0, noise=0.01, seed=0, count=2000):

@@ -20,6 +20,7 @@ from stickslip.laws import (
     RateState,
     Regularised,
     Tabulated,
+    smooth_from_function,
 )
 
 
@@ -47,6 +48,7 @@ CURVE = ExponentialStribeck(1.0, 0.6, 0.2, 0.1)
         (Tabulated([(0, 0.9), (0.1, 0.7), (0.3, 0.6), (0.6, 0.65)], 0.95), (0.1, 0.3), 0.1),
         (Regularised(CURVE, width=1e-3), (0.1, 0.3), 0.1),
         (RateState(1.0, a=0.02, b=0.03, length=0.05, reference_velocity=0.2), (0.02, 0.1, 0.5), 0.3),
+        (smooth_from_function(lambda w: 0.6 + 0.4 * np.exp(-w / 0.3) + 0.1 * w, 2.0), (0.1, 0.3), 0.1),
         (BoucWen(stiffness=40.0, beta=60.0, gamma=0.0), (0.2,), 0.1),
     ],
     ids=lambda item: type(item).__name__ if isinstance(item, Law) else "",

@@ -10,8 +10,8 @@ from stickslip.identification import identify
 from stickslip.identification.coverage import CASES, Case
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
 from stickslip.identification.kinetic.motion import Motion
-from stickslip.identification.law_parameters import value, with_values
 from stickslip.identification.records import read_records
+from stickslip.laws.numbers import value, with_values
 
 TWO_BRANCH = Case(
     ss.laws.TwoBranch(

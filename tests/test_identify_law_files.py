@@ -9,7 +9,7 @@ import xarray as xr
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.identification import fit_steady, friction_of_orbit
-from stickslip.identification.law_parameters import value, with_values
+from stickslip.laws.numbers import value, with_values
 
 W = np.concatenate([np.geomspace(0.02, 0.8, 16), -np.geomspace(0.02, 0.8, 16)])
 SPEED = np.abs(W)

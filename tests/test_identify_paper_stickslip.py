@@ -14,7 +14,7 @@ from stickslip.measurement import measure
 
 pytestmark = pytest.mark.slow
 
-RIGS = Path(__file__).parents[1] / "examples" / "rigs"
+RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 RUNS = ("k168_v42", "k168_v1100", "k168_v4300", "k1002_v42")
 
 

@@ -12,7 +12,7 @@ from stickslip.cli.main import main
 from stickslip.identification import fit_velocity_steps
 from stickslip.measurement import measure
 
-RIGS = Path(__file__).parents[1] / "examples" / "rigs"
+RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 A, B, LENGTH, STIFFNESS, LEVEL = 0.010, 0.008, 1e-5, 1e4, 0.6
 SPEEDS = 1e-6 * np.array([1, 3, 10, 30, 10, 3, 1, 3])
 RIG = {

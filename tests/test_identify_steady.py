@@ -13,7 +13,7 @@ from stickslip.identification import fit_static_friction, fit_steady
 from stickslip.identification.kinetic.curves import Rows, fit_form
 from stickslip.measurement import measure
 
-RIGS = Path(__file__).parents[1] / "examples" / "rigs"
+RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 
 
 def curve(w, force, error, **more):

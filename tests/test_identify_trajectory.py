@@ -13,10 +13,11 @@ from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify, sensitivity
 from stickslip.identification.coverage import CASES, coverage
-from stickslip.identification.law_parameters import LawParameters, pointers, value
+from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.records import read_records
 from stickslip.identification.trajectory.motion_misfit import Landmarks, MotionMisfit
 from stickslip.identification.trajectory.single_shooting import SingleShooting
+from stickslip.laws.numbers import pointers, value
 from stickslip.measurement import Rig
 
 LAW = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)

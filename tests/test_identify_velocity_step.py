@@ -11,7 +11,7 @@ import stickslip as ss
 from stickslip.identification import fit_velocity_step
 from stickslip.measurement import measure
 
-RIGS = Path(__file__).parents[1] / "examples" / "rigs"
+RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 A, B, LENGTH, STIFFNESS, LEVEL, V = 0.010, 0.008, 1e-5, 1e4, 0.6, 3e-6
 
 

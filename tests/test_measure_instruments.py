@@ -9,7 +9,7 @@ import xarray as xr
 import stickslip as ss
 from stickslip.measurement import INSTRUMENTS, facts, load_rig, measure
 
-RIGS = Path(__file__).parents[1] / "examples" / "rigs"
+RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 KIP = 4448.2216
 RPM = np.pi / 30
 

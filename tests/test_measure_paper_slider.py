@@ -9,7 +9,7 @@ import xarray as xr
 
 from stickslip.measurement import measure
 
-RIGS = Path(__file__).parents[1] / "examples" / "rigs"
+RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 
 
 @lru_cache

@@ -26,7 +26,7 @@ def test_rig_survives_its_own_toml() -> None:
 
 
 def test_example_rigs_are_read() -> None:
-    folder = Path(__file__).parents[1] / "examples" / "rigs"
+    folder = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
     rigs = [load_rig(path) for path in sorted(folder.glob("*.toml"))]
     assert len(rigs) >= 15
     for rig in rigs:

@@ -1,6 +1,7 @@
 """Wrong records and rigs through the command line: one sentence, exit code 2, nothing written."""
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.measurement import Layout, load_rig, measure
@@ -137,6 +139,29 @@ def test_a_mass_that_overtakes_its_drive_is_said() -> None:
     rig = load_rig(tomllib.loads(SPRING) | {"drive_velocity": 5.0, "stiffness": 100.0})
     notes = measure({"t": T, "x": X}, rig).attrs["notes"]
     assert any("the mass overtakes the drive for 35 % of the time, by up to 1 V" in note for note in notes)
+
+
+@pytest.mark.parametrize("factor", [1000.0, 1.5, 0.2])
+def test_a_drive_velocity_that_contradicts_the_sticks_is_said(factor: float) -> None:
+    t = np.arange(0, 8, 0.004)
+    slider = ss.Oscillator(1.0, 0.05, ss.laws.StaticKinetic(6.0, 4.0), mass=1.2, stiffness=600.0)
+    noise = 2e-5 * np.random.default_rng(1).standard_normal(t.size)
+    sticking = ss.simulate(slider, 10.0).at(2 + t)[0] + noise
+    rig = {
+        "instrument": "displacement",
+        "column": "x",
+        "unit": "m",
+        "time_column": "t",
+        "mass": 1.2,
+        "stiffness": 600.0,
+    }
+    rig |= {"damping": 1.0, "drive_velocity": 0.05 * factor}
+    notes = ss.measure({"t": t, "x": sticking}, rig).attrs["notes"]
+    found = re.search(r"if the drive moves at (\S+) m/s: correct drive_velocity", notes[0])
+    assert float(found[1]) == pytest.approx(0.05, rel=0.01)
+    # A sine has a steepest slope too, and rests nowhere.
+    swinging = 0.002 * np.sin(22.36 * t) + noise
+    assert not any("if the drive moves" in note for note in ss.measure({"t": t, "x": swinging}, rig).attrs["notes"])
 
 
 @pytest.mark.parametrize(

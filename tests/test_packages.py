@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+RIGS = ROOT / "python/stickslip/examples/rigs"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
@@ -32,6 +33,7 @@ def test_the_wheel_runs_in_a_clean_environment():
     (wheel,), (source,) = (ROOT / "dist").glob("*.whl"), (ROOT / "dist").glob("*.tar.gz")
     inside = set(zipfile.ZipFile(wheel).namelist())
     assert {"stickslip/examples/block.csv", "stickslip/examples/block.toml", "stickslip/py.typed"} <= inside
+    assert {f"stickslip/examples/rigs/{path.name}" for path in RIGS.glob("*.toml")} <= inside
     assert "abi3" in wheel.name
     with tarfile.open(source) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}

@@ -10,7 +10,7 @@ import pytest
 
 from stickslip.cli.main import main
 
-RIGS = Path(__file__).parents[1] / "examples" / "rigs"
+RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 
 
 def run(capsys, *arguments):

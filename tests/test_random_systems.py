@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,24 @@ def tabulated(random):
     return ss.laws.Tabulated(table(random, first=growth[0] - 0.1), list(zip(times, growth, strict=True)))
 
 
+def piecewise_polynomial(random):
+    drop, scale, rise = random.uniform(0, 0.6), random.uniform(0.1, 0.6), random.uniform(0.05, 0.3)
+    top, error = random.uniform(0.3, 2.0), random.choice([1e-13, 1e-4])
+    f = lambda w: 0.4 + drop * np.exp(-w / scale) + rise * w  # noqa: E731
+    return ss.laws.smooth_from_function(f, top, break_away=0.4 + drop + random.choice([0.0, 0.3]), error=error)
+
+
+def asymmetric(random):
+    sides = ["StaticKinetic", "DwellTime", "ForceRate", "ExponentialStribeck", "PiecewiseLinear"]
+    return ss.laws.Asymmetric(*(LAWS[name](random) for name in random.choice(sides, 2)))
+
+
+def combined(random):
+    curve = LAWS[random.choice(["ExponentialStribeck", "PiecewiseLinear", "Rational"])](random)
+    static = LAWS[random.choice(["DwellTime", "ForceRate", "LogarithmicDwell"])](random)
+    return ss.laws.Combined(replace(static, kinetic=curve.break_away_force() + random.choice([0.0, 0.2])), curve)
+
+
 def paper_law(random):
     law = ss.laws.BogaczRyczek()
     if random.random() < 0.5:
@@ -81,6 +100,9 @@ def like_the_example(kind):
 
 LAWS = {name: like_the_example(kind) for name, kind in ss.laws.Law.ALL.items() if not issubclass(kind, StateLaw)} | {
     "PiecewiseLinear": piecewise_linear,
+    "PiecewisePolynomial": piecewise_polynomial,
+    "Asymmetric": asymmetric,
+    "Combined": combined,
     "Tabulated": tabulated,
     "TwoBranch": two_branch,
     "BogaczRyczek": paper_law,
@@ -251,10 +273,13 @@ def check_guards(orbit, times):
         mine = events[events["contact"] == c]
         captures = np.append(0.0, mine["t"][mine["kind"] == "capture"])
         rested = times - captures[np.searchsorted(captures, times, side="right") - 1]
-        bears = np.atleast_1d(law.break_away_force(rested[sticks], 0.0))
+        # So small a rate that only its direction counts.
+        bears = np.atleast_1d(law.break_away_force(rested[sticks], 1e-300 * force[sticks, c]))
         assert (np.abs(force[sticks, c]) - bears).max(initial=-1.0) <= 1e-9, (orbit.system, c)
         release = mine[mine["kind"] == "release"]
-        reaches = law.break_away_force(release["stick_time"].to_numpy(), np.abs(release["force_rate"].to_numpy()))
+        reaches = law.break_away_force(
+            release["stick_time"].to_numpy(), np.copysign(release["force_rate"].to_numpy(), release["force"].to_numpy())
+        )
         assert np.abs(np.abs(release["force"]) - reaches).max() <= 1e-9 if len(release) else True
         # Slip produces what the law says at this slip speed.
         slips = ~sticks & np.isfinite(slope) & (np.abs(w[:, c]) > 1e-9 * size)

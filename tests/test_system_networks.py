@@ -324,3 +324,15 @@ def test_contacts_that_take_turns_do_not_chatter_without_end(system: ss.System) 
         orbit = ss.simulate(system, 200.0, x0=start, v0=0.1 * start, max_seconds=60)
         assert orbit.stop == "t_end", orbit.stop_sentence
         assert orbit.work.evaluations < 5000
+
+
+def test_a_contact_on_a_mass_that_another_holds_changes_its_branch_once_at_each_turn_of_its_drive():
+    # The mass sticks to one drive; what slips on the shaken one follows that drive alone, whatever its friction does.
+    held = ss.Contact(0, ss.laws.Coulomb(2.0), 0.0)
+    shaken = ss.Contact(0, ss.laws.TwoBranch(0.5, 0.4, 0.5), ss.Drive(1.0, (ss.Harmonic(0.4, 1.0, 0.5),)))
+    orbit = ss.simulate(ss.System([[1.0]], [[1.0]], [[0.0]], (held, shaken)), 60.0)
+    assert orbit.stop == "t_end"
+    turns = orbit.events[orbit.events["kind"] == "reversal"]
+    assert (turns["contact"] == 1).all()
+    assert np.diff(turns["t"]) == pytest.approx(np.pi, abs=1e-9)
+    assert len(turns) == 19

@@ -6,6 +6,7 @@ import pytest
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.tracking import film, track
+from stickslip.tracking.doubts import hidden
 
 cv2 = pytest.importorskip("cv2")
 
@@ -49,6 +50,15 @@ def test_a_marker_hidden_in_part_is_left_out(tmp_path):
     assert np.abs(motion["x_px"].to_numpy()[seen, 0] - x[seen]).max() < 0.2
     assert seen.sum() == 50
     assert any("10 partly hidden" in note for note in motion.attrs["notes"])
+
+
+def test_the_pictures_around_a_hidden_marker_are_left_out_and_single_noisy_ones_are_not():
+    size = 20 + 0.05 * np.random.default_rng(0).standard_normal(200)
+    size[50:60] -= [0.5, 1.0, 2.0, 4.0, 5.0, np.nan, 3.0, 1.5, 0.6, 0.4]
+    size[120] -= 3.0
+    assert np.flatnonzero(hidden(size)).tolist() == [50, 51, 52, 53, 54, 56, 57, 58, 59]
+    size[150] -= 6.0
+    assert hidden(size)[150]
 
 
 def test_a_clear_marker_raises_no_doubt_and_its_errors_stay(tmp_path):

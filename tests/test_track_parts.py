@@ -287,11 +287,12 @@ def test_windows_find_what_whole_pictures_show_and_look_at_few_of_them():
     rng = np.random.default_rng(0)
     places = [(60 + 45 * np.sin(i / 9), 40 + 0.1 * i) for i in range(150)]
     pictures = [np.clip(disc(*at) + rng.normal(0, 2, (80, 120)), 0, 255).astype(np.uint8) for at in places]
+    pictures = [np.repeat(picture[..., None], 3, axis=2) for picture in pictures]
     looks = []
 
     def response(picture):
         looks.append(picture.size)
-        return 255 - picture.astype(np.float32)
+        return 255 - picture[..., 0].astype(np.float32)
 
     def followed(windows):
         looks.clear()
@@ -304,9 +305,10 @@ def test_windows_find_what_whole_pictures_show_and_look_at_few_of_them():
     assert few < 0.5 * many
 
 
-def test_where_a_marker_is_lost_whole_pictures_are_looked_at():
-    pictures = [disc(40 + i, 40).astype(np.uint8) for i in range(40)]
+def test_where_a_marker_is_lost_whole_pictures_are_looked_at_until_it_is_back():
+    pictures = [np.repeat(disc(40 + i, 40).astype(np.uint8)[..., None], 3, axis=2) for i in range(40)]
     pictures[25] = np.full_like(pictures[0], 255)
-    found = list(Watch(lambda picture: 255 - picture.astype(np.float32), 1, size=20)(iter(pictures)))
+    found = list(Watch(lambda picture: 255 - picture[..., 0].astype(np.float32), 1, size=20)(iter(pictures)))
     assert [i for i, (rows, _) in enumerate(found) if not len(rows)] == [25]
-    assert all(whole for _, whole in found)
+    assert all(whole for _, whole in found[:28])
+    assert not any(whole for _, whole in found[30:])

@@ -10,7 +10,7 @@ from stickslip.tracking import free_fall, read_osp, track
 
 cv2 = pytest.importorskip("cv2")
 
-TRACKS = Path(__file__).parents[1] / "examples" / "tracks"
+TRACKS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "tracks"
 
 
 def test_the_spring_slider_lies_where_its_authors_saw_it(shared_data):

@@ -19,11 +19,12 @@ from stickslip.identification import fit_static_friction, fit_steady, fit_veloci
 from stickslip.measurement import load_rig, measure
 
 PAGE = Path(__file__).with_name("public-records.md")
-RIGS = Path(__file__).parents[2] / "examples" / "rigs"
+RIGS = Path(__file__).parents[2] / "python" / "stickslip" / "examples" / "rigs"
 
 INTRODUCTION = """# Laws of public records, and what is known of them
 
-Each record is measured with its rig file in `examples/rigs` and identified as `stickslip identify` does it, no number being
+Each record is measured with its rig file in `python/stickslip/examples/rigs` and identified as `stickslip identify` does
+it, no number being
 given by hand. Known is what the owners of the records published, or what was found independently of this package.
 An interval is that of the law (95 %), of one more measurement by it where the known number is one measurement, or of a
 mean where nothing but break-aways was recorded. The tests compute the table anew where the records are at hand, and

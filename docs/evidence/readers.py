@@ -231,7 +231,7 @@ def frictions() -> list[bytes]:
 
 def rigs() -> list[bytes]:
     """Those of the examples."""
-    return [path.read_bytes() for path in sorted((ROOT / "examples" / "rigs").glob("*.toml"))]
+    return [path.read_bytes() for path in sorted((ROOT / "python" / "stickslip" / "examples" / "rigs").glob("*.toml"))]
 
 
 def law_documents() -> list[dict[str, Any]]:
@@ -282,7 +282,11 @@ marks = [[0, 1], [10, 1], [20, 1.5], [30, 1]]
 positions = [0, 1, 2, 3.0]
 order = 2
 """
-    return [text.encode(), other.encode(), (ROOT / "examples/tracks/spring_slider_camera.toml").read_bytes()]
+    return [
+        text.encode(),
+        other.encode(),
+        (ROOT / "python/stickslip/examples/tracks/spring_slider_camera.toml").read_bytes(),
+    ]
 
 
 def trackers() -> list[bytes]:

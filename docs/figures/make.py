@@ -141,7 +141,7 @@ def forced_calibrations() -> None:
 def example() -> tuple[xr.DataTree, ss.Orbit]:
     """The record that ships with the package, as friction, and the motion of the law found from it."""
     with tempfile.TemporaryDirectory() as folder:
-        record, rig, system = copy_example(folder)
+        record, rig, system, *_ = copy_example(folder)
         friction = ss.measure(record, rig).load()
         block = replace(ss.load_system(system), law=ss.identify(friction).law)
     return friction, ss.simulate(block, 6.0)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.critical.critical import critical_velocities
     from stickslip.dynamics.periodic.cycles import periodic_orbit
     from stickslip.dynamics.periodic.exponents import lyapunov
+    from stickslip.dynamics.periodic.returns import periodic_orbits
     from stickslip.errors import InputError
     from stickslip.identification import identify
     from stickslip.laws.law import force_along, load_law
@@ -68,6 +69,7 @@ _HOME = {
     "orbit_diagram": "dynamics",
     "paper": "",
     "periodic_orbit": "dynamics.periodic.cycles",
+    "periodic_orbits": "dynamics.periodic.returns",
     "regime_map": "dynamics",
     "return_map": "dynamics",
     "run": "report.experiment",
@@ -109,6 +111,7 @@ __all__ = [
     "orbit_diagram",
     "paper",
     "periodic_orbit",
+    "periodic_orbits",
     "regime_map",
     "release_map",
     "return_map",

@@ -28,6 +28,7 @@ __all__ = [
     "law_facts",
     "regime",
     "section",
+    "static_friction",
     "sweep",
     "trail",
     "trail_from",
@@ -135,6 +136,13 @@ class StateSystem:
     def states(self, t: _Floats, y: _Floats) -> list[_Floats]: ...
 
 def law_facts() -> str: ...
+def static_friction(
+    growth: tuple[float, float, float],
+    force_rate_scale: float | None,
+    fall: tuple[float, float, float],
+    stick_time: _Floats,
+    force_rate: _Floats,
+) -> _Floats: ...
 def regime(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str: ...
 def chaos(series: _Floats) -> float: ...
 def section(

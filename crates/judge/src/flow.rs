@@ -30,6 +30,9 @@ const SPACING: [f64; 2] = [0.15, 0.4];
 /// More work than this in one phase is not judged.
 const MOST: [f64; 2] = [4e6, 2e7];
 
+/// From so many times of a phase rounding is followed.
+const MARKS: usize = 4;
+
 /// More extrapolations than this in one phase are not judged either: a curve may be stiff.
 const STIFF: u64 = 100_000;
 
@@ -543,6 +546,7 @@ impl<'a, R: Real> Phase<'a, R> {
             .curves
             .is_empty()
             .then(|| phase.model.propagator(step));
+        let first = phase.states.len();
         let mut at_mark = start;
         for index in 1..=count {
             at_mark = match &propagator {
@@ -552,82 +556,123 @@ impl<'a, R: Real> Phase<'a, R> {
             phase.times.push((step * R::of(index as f64)).value());
             phase.states.push(at_mark.clone());
         }
-        phase.weigh(length, thorough)?;
+        phase.weigh(first, propagator.as_deref(), thorough)?;
         Some(phase)
     }
 
-    /// What rounding of the start, of constants and of rates may do to the state; as if it did not grow unless `thorough`.
-    fn weigh(&mut self, length: R, thorough: bool) -> Option<()> {
-        let (n, dim) = (self.model.n, self.model.dim);
-        let noise = 2 * n + 1;
+    /// What rounding may do to the state; as if it did not grow unless `thorough`.
+    ///
+    /// Whatever way a motion is computed, at any time t_a it is known to some roundings of itself, which go on by the motion's
+    /// own fundamental matrix: |δx_i(t)| ≤ ROUNDINGS · max_a Σ_j |Φ_ij(t, t_a)| |y_j(t_a)|, where constants and waves are
+    /// states y_j as well; and each part of the way made costs a rounding of that part.
+    fn weigh(&mut self, first: usize, propagator: Option<&[R]>, thorough: bool) -> Option<()> {
+        let n = self.model.n;
         let mut way = vec![0.0; 2 * n];
         for pair in self.states.windows(2) {
             for i in 0..2 * n {
                 way[i] += (pair[1][i].value() - pair[0][i].value()).abs();
             }
         }
-        let mut ends = [vec![0.0; 2 * n], vec![0.0; 2 * n]];
-        for (which, share) in [(0, 1.0), (1, 0.5)] {
-            let columns: Vec<Vec<f64>> = if !thorough {
-                (0..2 * n).map(|i| vec![self.model.y0[i].value().abs()]).collect()
-            } else if self.model.curves.is_empty() {
-                let matrix = self.model.propagator(length * R::of(share));
-                (0..2 * n)
-                    .map(|i| {
-                        (0..dim)
-                            .map(|j| {
-                                let size = if j == noise {
-                                    1.0
-                                } else {
-                                    self.model.y0[j].value().abs()
-                                };
-                                matrix[i * dim + j].value().abs() * size
-                            })
-                            .collect()
-                    })
-                    .collect()
-            } else if which == 0 {
-                // By differences: move each start a little, then what the constants and curves give. Doubles see that.
-                let mut columns = vec![Vec::new(); 2 * n];
-                let last = self.states.last()?.clone();
-                let mut model = self.model.plain();
-                for j in 0..=2 * n {
-                    let mut y = model.y0.clone();
-                    if j < 2 * n {
-                        let size = y[j].abs().max(way[j]);
-                        if size == 0.0 {
-                            continue;
-                        }
-                        y[j] += 1e-7 * size;
-                    } else {
-                        y[noise] = 1e-7;
-                        model.gain = 1.0 + 1e-7;
-                    }
-                    for pair in self.times.windows(2) {
-                        let h = pair[1] - pair[0];
-                        if h > 0.0 {
-                            y = bulirsch_stoer(&model, &y, h, 0)?;
-                        }
-                    }
-                    for (i, column) in columns.iter_mut().enumerate() {
-                        column.push((y[i] - last[i].value()).abs() / 1e-7);
+        let start: Vec<f64> = self.states[0][..2 * n].iter().map(|y| y.value().abs()).collect();
+        let [end, most] = match propagator {
+            _ if !thorough => [start.clone(), start],
+            Some(matrix) => self.carried(first, matrix),
+            None => self.carried_by_curves(first, &way)?,
+        };
+        let slack = |carried: &[f64]| {
+            (0..2 * n)
+                .map(|i| ROUNDINGS * (carried[i] + way[i]) + self.model.floor_of(i))
+                .collect()
+        };
+        self.slack = [slack(&end), slack(&most)];
+        Some(())
+    }
+
+    /// The sum of [`Phase::weigh`] at the end and the most on the way: exp(A h) gives Φ from sample to sample, which from
+    /// `first` on are as far apart.
+    fn carried(&self, first: usize, matrix: &[R]) -> [Vec<f64>; 2] {
+        let (n, dim, steps) = (self.model.n, self.model.dim, self.states.len() - first);
+        let noise = 2 * n + 1;
+        // Columns of Φ after so many steps.
+        let unit = |j: usize| (0..dim).map(|i| R::of(f64::from(u8::from(i == j)))).collect();
+        let mut phi: Vec<Vec<R>> = (0..dim).map(unit).collect();
+        let marks: Vec<usize> = (0..MARKS).map(|mark| mark * steps / MARKS).collect();
+        let (mut end, mut most) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
+        for step in 0..=steps {
+            for &mark in marks.iter().filter(|&&mark| mark + step <= steps) {
+                // The first of the samples that are as far apart is one step after the start.
+                let y = if mark == 0 {
+                    &self.states[0]
+                } else {
+                    &self.states[first + mark - 1]
+                };
+                let size = |j: usize| if j == noise { 1.0 } else { y[j].value().abs() };
+                for i in 0..2 * n {
+                    let sum: f64 = (0..dim).map(|j| phi[j][i].value().abs() * size(j)).sum();
+                    most[i] = f64::max(most[i], sum);
+                    if mark + step == steps {
+                        end[i] = f64::max(end[i], sum);
                     }
                 }
-                columns
-            } else {
-                vec![Vec::new(); 2 * n]
-            };
-            for i in 0..2 * n {
-                ends[which][i] =
-                    ROUNDINGS * (columns[i].iter().sum::<f64>() + way[i]) + self.model.floor_of(i);
+            }
+            for column in &mut phi {
+                *column = times(matrix, column);
             }
         }
-        let inner = (0..2 * n).map(|i| {
-            let start = ROUNDINGS * self.model.y0[i].value().abs();
-            ends[0][i].max(ends[1][i]).max(start)
-        });
-        self.slack = [ends[0].clone(), inner.collect()];
-        Some(())
+        [end, most]
+    }
+
+    /// The same by differences: move each state by what counts as rounding, then what the constants and curves give. Where
+    /// that grows to the size of the motion, so does the difference.
+    fn carried_by_curves(&self, first: usize, way: &[f64]) -> Option<[Vec<f64>; 2]> {
+        let (n, count) = (self.model.n, self.states.len());
+        let noise = 2 * n + 1;
+        let (mut end, mut most) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
+        let plain = self.model.plain();
+        for mark in 0..MARKS {
+            let begin = if mark == 0 {
+                0
+            } else {
+                first + mark * (count - first) / MARKS - 1
+            };
+            let mut moved: Vec<(Model<f64>, Vec<f64>)> = Vec::new();
+            for j in 0..=2 * n {
+                let mut model = plain.clone();
+                let mut y: Vec<f64> = self.states[begin].iter().map(|y| y.value()).collect();
+                if j < 2 * n {
+                    let size = y[j].abs().max(way[j]);
+                    if size == 0.0 {
+                        continue;
+                    }
+                    y[j] += ROUNDINGS * size;
+                } else if begin == 0 {
+                    y[noise] = ROUNDINGS;
+                    model.gain = 1.0 + ROUNDINGS;
+                } else {
+                    continue;
+                }
+                moved.push((model, y));
+            }
+            for at in begin + 1..count {
+                let h = self.times[at] - self.times[at - 1];
+                let mut sums = vec![0.0; 2 * n];
+                for (model, y) in &mut moved {
+                    if h > 0.0 {
+                        *y = bulirsch_stoer(model, y, h, 0)?;
+                    }
+                    for (i, sum) in sums.iter_mut().enumerate() {
+                        *sum += (y[i] - self.states[at][i].value()).abs() / ROUNDINGS;
+                    }
+                }
+                for (i, sum) in sums.into_iter().enumerate() {
+                    most[i] = f64::max(most[i], sum);
+                    if at + 1 == count {
+                        end[i] = f64::max(end[i], sum);
+                    }
+                }
+            }
+        }
+        Some([end, most])
     }
 
     /// From a state on over a short time.
@@ -754,7 +799,7 @@ fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Op
                 let size = start[i].value().abs().max(before[i].value().abs()) + known[i];
                 (before[i] - last[i]).value().abs() / size.max(f64::MIN_POSITIVE)
             };
-            if (0..state).all(|i| gap(i) <= 1e-14) {
+            if (0..state).all(|i| gap(i) <= R::AGREES) {
                 model.feed(&mut before);
                 return before
                     .iter()

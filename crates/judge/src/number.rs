@@ -10,6 +10,8 @@ pub trait Real:
     const ROUNDING: f64;
     /// After how many rows of an extrapolation two that agree are believed: fewer may agree by chance.
     const ROWS: usize;
+    /// To which share of the motion two rows must agree.
+    const AGREES: f64;
     /// From a double.
     fn of(value: f64) -> Self;
     /// To the nearest double.
@@ -19,6 +21,7 @@ pub trait Real:
 impl Real for f64 {
     const ROUNDING: f64 = 1e-17;
     const ROWS: usize = 4;
+    const AGREES: f64 = 1e-14;
     fn of(value: f64) -> Self {
         value
     }
@@ -118,6 +121,7 @@ impl Div for Pair {
 impl Real for Pair {
     const ROUNDING: f64 = 1e-33;
     const ROWS: usize = 6;
+    const AGREES: f64 = 1e-16;
     fn of(value: f64) -> Self {
         Self {
             high: value,

@@ -103,7 +103,7 @@ fn patience() -> impl FnMut() -> bool {
 pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
     let series = case["engine"] == "series";
     let most = case["max_events"].as_u64().unwrap_or(MOST);
-    if let Some(oscillator) = oscillator(case).filter(|o| !series && !o.law.smooth() && !o.resonates()) {
+    if let Some(oscillator) = oscillator(case).filter(|o| !series && o.closed()) {
         let run = simulate::Run {
             x0: problem.x0[0],
             v0: problem.v0.as_ref().map(|v0| v0[0]),

@@ -8,7 +8,7 @@ use crate::law::{Kinetic, Line, piece_at, spread};
 use crate::number::{Pair, Real};
 use crate::paper::Memory;
 use crate::problem::Problem;
-use crate::report::{Mark, Report, run};
+use crate::report::{Event, Mark, Report, run};
 
 /// Something that is not as it should be.
 #[derive(Clone, Debug)]
@@ -179,10 +179,7 @@ impl<'a> Judge<'a> {
         }
         self.reach(&start);
         self.measure(first);
-        self.escalate(
-            |judge| judge.begin::<f64>(first),
-            |judge| judge.begin::<Pair>(first),
-        );
+        self.begin(first);
         for index in 0..marks.len() {
             let after = marks.get(index + 1);
             if after.is_none() && self.report.stop != "t_end" {
@@ -287,25 +284,33 @@ impl<'a> Judge<'a> {
         }
     }
 
+    /// What is known of positions and speeds at best: some roundings of the largest, and what a steep piece made of so many
+    /// roundings of w before: the slip acceleration that it was left with is off by that, and with it where the mass is.
     fn floor(&self) -> [f64; 2] {
-        self.size.map(|size| 64.0 * f64::EPSILON * size)
+        let mut floor = self.size.map(|size| 64.0 * f64::EPSILON * size);
+        if self.problem.n == 1 {
+            let off = self.entry[0] / 64.0;
+            let natural = (self.problem.stiffness[0] / self.problem.mass[0]).sqrt();
+            floor[0] += off / (natural * natural);
+            floor[1] += off / natural;
+        }
+        floor
     }
 
-    /// Reaction, its rate, and their slack if contact c were held at this state.
-    fn held<R: Real>(&self, c: usize, mark: &Mark) -> Option<Sample> {
+    /// Reaction, its rate, and their slack if contact c were held at this state. In pairs of doubles, as a law may remember it:
+    /// under heavy damping the rate is a small difference of large terms.
+    fn held(&self, c: usize, mark: &Mark) -> Option<Sample> {
         let mut rubs: Vec<Rub> = self.modes.iter().map(|mode| mode.rub()).collect();
         rubs[c] = Rub::Held;
-        let model = Model::<R>::new(self.problem, &rubs, mark.time, &mark.state, self.floor())?;
+        let model = Model::<Pair>::new(self.problem, &rubs, mark.time, &mark.state, self.floor())?;
         Some(model.at_start())
     }
 
     /// What adhesion would bear were contact c, of one mass, to stick this moment: the force rate is that of ẋ = s.
-    fn top<R: Real>(&self, c: usize, mark: &Mark) -> f64 {
+    fn top(&self, c: usize, mark: &Mark) -> f64 {
         let mut stuck = mark.clone();
         stuck.state[1] = self.problem.contacts[c].drive.value(mark.time);
-        let rate = self
-            .held::<R>(c, &stuck)
-            .map_or(f64::NAN, |held| held.force[c][1]);
+        let rate = self.held(c, &stuck).map_or(f64::NAN, |held| held.force[c][1]);
         self.problem.contacts[c].law.adhesion.force(0.0, rate.abs())
     }
 
@@ -327,7 +332,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Modes at the start.
-    fn begin<R: Real>(&mut self, mark: &Mark) {
+    fn begin(&mut self, mark: &Mark) {
         // Each is asked of the others: first as reported, then one by one.
         for (c, &reported) in mark.directions.iter().enumerate() {
             let mode = if reported == 0.0 {
@@ -339,15 +344,15 @@ impl<'a> Judge<'a> {
             self.modes.push(mode);
         }
         for (c, &reported) in mark.directions.iter().enumerate() {
-            self.enter::<R>(c, reported, mark, true);
+            self.enter(c, reported, mark, true);
         }
     }
 
     /// The mode a contact begins in, at any slip speed.
-    fn enter<R: Real>(&mut self, c: usize, reported: f64, mark: &Mark, starting: bool) {
+    fn enter(&mut self, c: usize, reported: f64, mark: &Mark, starting: bool) {
         let contact = &self.problem.contacts[c];
         let one = self.problem.n == 1;
-        let Some(held) = self.held::<R>(c, mark) else {
+        let Some(held) = self.held(c, mark) else {
             return;
         };
         let [w, _, w_slack, _] = held.w[c];
@@ -405,7 +410,7 @@ impl<'a> Judge<'a> {
                 Mode::Line(direction, piece_at(lines, u, balance >= line.force(u)))
             }
             Kinetic::Paper(paper) => {
-                let top = self.top::<R>(c, mark);
+                let top = self.top(c, mark);
                 Mode::Line(direction, paper.begin(u, balance, top, &mut self.memories[c]))
             }
             Kinetic::Branches([falling, rising]) => {
@@ -429,6 +434,15 @@ impl<'a> Judge<'a> {
             return 0.0;
         }
         (2.0 * self.problem.mass[0] * rate.abs() * self.floor()[1]).sqrt()
+    }
+
+    /// The force that goes with what is not known of the slip acceleration since the last event.
+    fn entry_force(&self, c: usize) -> f64 {
+        if self.problem.n == 1 {
+            self.problem.mass[0] * self.entry[c]
+        } else {
+            0.0
+        }
     }
 
     /// What a rate within its slack does to what adhesion bears.
@@ -508,7 +522,7 @@ impl<'a> Judge<'a> {
                 Mode::Hold(direction, u) => {
                     if let Kinetic::Branches([falling, rising]) = &self.problem.contacts[c].law.kinetic {
                         let (down, up) = (piece_at(falling, u, false), piece_at(rising, u, true));
-                        let more = slack + rate.abs() * blur;
+                        let more = slack + rate.abs() * blur + self.entry_force(c);
                         guard(
                             "held below its branches",
                             direction * force - down.force(u),
@@ -631,7 +645,7 @@ impl<'a> Judge<'a> {
                 slack[i] + more,
             );
         }
-        self.occur::<R>(after, &sample, order);
+        self.occur(after, &sample, order);
         Some(())
     }
 
@@ -717,7 +731,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Each event is one, and leads where it should.
-    fn occur<R: Real>(&mut self, after: &Mark, sample: &Sample, length: f64) {
+    fn occur(&mut self, after: &Mark, sample: &Sample, length: f64) {
         let t = after.time[0];
         let blur = ROUNDINGS / 256.0 * length;
         let one = self.problem.n == 1;
@@ -739,8 +753,9 @@ impl<'a> Judge<'a> {
                     Kind::Capture => Mode::Stick(after.time),
                     Kind::Release => self.leave(c, event.force.signum(), event.force.abs()),
                     Kind::Crossing => self.leave(c, -mode.direction(), event.force.abs()),
-                    Kind::Reversal => self.turned::<R>(c, mode, after, sample),
-                    _ => mode,
+                    Kind::Reversal => self.turned(c, mode, after, sample),
+                    Kind::Hold => Mode::Hold(mode.direction(), mode.direction() * sample.w[c][0]),
+                    Kind::Node => mode,
                 };
                 continue;
             }
@@ -757,7 +772,7 @@ impl<'a> Judge<'a> {
                     let mut pull = force;
                     if bends {
                         // Where a drive changes its acceleration the reaction and its rate jump, and it may jump over the limit.
-                        let Some(held) = self.held::<R>(c, after) else {
+                        let Some(held) = self.held(c, after) else {
                             continue;
                         };
                         pull = held.force[c][0];
@@ -812,7 +827,7 @@ impl<'a> Judge<'a> {
                         f64::from(u8::from(alone && stuck != (after.directions[c] == 0.0))),
                         0.0,
                     );
-                    self.enter::<R>(c, after.directions[c], after, false);
+                    self.enter(c, after.directions[c], after, false);
                 }
                 (Kind::Node, Mode::Line(direction, line)) => {
                     let u = direction * w;
@@ -866,22 +881,24 @@ impl<'a> Judge<'a> {
                             "slip acceleration at a turn",
                             t,
                             w_rate.abs(),
-                            w_rate_slack + sample.second[c].abs() * blur,
+                            w_rate_slack + self.entry[c] + sample.second[c].abs() * blur,
                         );
                     }
                     self.modes[c] = if event.kind == Kind::Hold {
                         Mode::Hold(direction, direction * w)
                     } else {
-                        self.turned::<R>(c, mode, after, sample)
+                        self.turned(c, mode, after, sample)
                     };
                 }
                 (Kind::Reversal, Mode::Hold(direction, u)) => {
                     if let Kinetic::Branches([falling, rising]) = &self.problem.contacts[c].law.kinetic {
+                        // A hold that ended when it began had no phase of its own.
+                        let Some(held) = self.held(c, after) else {
+                            continue;
+                        };
+                        let force = direction * held.force[c][0];
                         let (down, up) = (piece_at(falling, u, false), piece_at(rising, u, true));
-                        let (below, above) = (
-                            (direction * force - down.force(u)).abs(),
-                            (direction * force - up.force(u)).abs(),
-                        );
+                        let (below, above) = ((force - down.force(u)).abs(), (force - up.force(u)).abs());
                         let (next, branch) = if above < below {
                             (up, rising)
                         } else {
@@ -891,7 +908,7 @@ impl<'a> Judge<'a> {
                             "reaction at the end of a hold",
                             t,
                             below.min(above),
-                            more + ROUNDINGS * force.abs() + spread(branch, u, w_slack),
+                            more + ROUNDINGS * force.abs() + spread(branch, u, w_slack) + self.entry_force(c),
                         );
                         self.modes[c] = Mode::Line(direction, next);
                     }
@@ -901,8 +918,16 @@ impl<'a> Judge<'a> {
                 }
             }
         }
-        for (entry, w) in self.entry.iter_mut().zip(&sample.w) {
-            *entry = w[3];
+        for (c, w) in sample.w.iter().enumerate() {
+            // A turn that came early or late by that is left with the same slip acceleration.
+            let turns =
+                |event: &&Event| event.contact == c && matches!(event.kind, Kind::Hold | Kind::Reversal);
+            let before = if after.events.iter().any(|event| turns(&event)) {
+                self.entry[c]
+            } else {
+                0.0
+            };
+            self.entry[c] = before + w[3];
         }
         for (c, mode) in self.modes.iter().enumerate() {
             if mode.direction() != after.directions[c] {
@@ -923,7 +948,7 @@ impl<'a> Judge<'a> {
     }
 
     /// The mode after a turn of the slip acceleration along a line.
-    fn turned<R: Real>(&self, c: usize, mode: Mode, after: &Mark, sample: &Sample) -> Mode {
+    fn turned(&self, c: usize, mode: Mode, after: &Mark, sample: &Sample) -> Mode {
         let Mode::Line(direction, line) = mode else {
             return mode;
         };
@@ -931,7 +956,7 @@ impl<'a> Judge<'a> {
         let next = match &self.problem.contacts[c].law.kinetic {
             Kinetic::Paper(paper) => {
                 let rising = line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
-                paper.turn(&line, u, rising, self.top::<R>(c, after), &self.memories[c])
+                paper.turn(&line, u, rising, self.top(c, after), &self.memories[c])
             }
             Kinetic::Branches(branches) => {
                 let rising = line.sense < 0.0;
@@ -946,7 +971,7 @@ impl<'a> Judge<'a> {
         let rubs: Vec<Rub> = self.modes.iter().map(|mode| mode.rub()).collect();
         let length = after.time[0] - mark.time[0];
         if let Some(model) = Model::<f64>::new(self.problem, &rubs, after.time, &after.state, self.floor()) {
-            self.occur::<f64>(after, &model.at_start(), length);
+            self.occur(after, &model.at_start(), length);
             return;
         }
         for event in &after.events {
@@ -955,7 +980,7 @@ impl<'a> Judge<'a> {
             match event.kind {
                 Kind::Capture => self.modes[c] = Mode::Stick(after.time),
                 Kind::Release | Kind::Crossing => self.modes[c] = self.leave(c, direction, event.force.abs()),
-                _ => self.enter::<f64>(c, direction, after, false),
+                _ => self.enter(c, direction, after, false),
             }
         }
     }

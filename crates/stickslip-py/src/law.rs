@@ -7,10 +7,43 @@
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use stickslip::law::{self, Friction, Hold};
+use stickslip::law::{self, Friction, Hold, StaticFriction};
 use stickslip::replay;
 
 use crate::{Array, refused};
+
+/// The surface f_s(t_s, δ) of numbers that need not make a law, as a fit of its parts asks for: limit, rate, exponent, the force
+/// rate that halves the growth (none: no dependence), drop, its scale and its exponent.
+#[pyfunction]
+pub(crate) fn static_friction<'py>(
+    py: Python<'py>,
+    growth: [f64; 3],
+    force_rate_scale: Option<f64>,
+    fall: [f64; 3],
+    stick_time: PyReadonlyArray1<'py, f64>,
+    force_rate: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Array<'py, f64>> {
+    let ([limit, rate, exponent], [drop, drop_scale, drop_exponent]) = (growth, fall);
+    let surface = StaticFriction {
+        initial: 0.0,
+        drop,
+        drop_scale,
+        drop_exponent,
+        limit,
+        rate,
+        exponent,
+        force_rate_scale,
+        force_rate_exponent: 1.0,
+    };
+    let pairs = stick_time.as_slice()?.iter().zip(force_rate.as_slice()?);
+    let force = pairs.map(|(&stick_time, &force_rate)| {
+        surface.force(Hold {
+            stick_time,
+            force_rate,
+        })
+    });
+    Ok(force.collect::<Vec<_>>().into_pyarray(py))
+}
 
 /// A law that says what adhesion bears.
 #[pyclass(frozen, module = "stickslip._core")]
@@ -26,7 +59,7 @@ impl Law {
         Ok(Self(law))
     }
 
-    /// The break-away force for stick times and force rates.
+    /// The break-away force for stick times and force rates, in the direction of the force rate.
     fn break_away<'py>(
         &self,
         py: Python<'py>,
@@ -35,7 +68,7 @@ impl Law {
     ) -> PyResult<Array<'py, f64>> {
         let pairs = stick_time.as_slice()?.iter().zip(force_rate.as_slice()?);
         let force = pairs.map(|(&stick_time, &force_rate)| {
-            self.0.break_away(Hold {
+            self.0.toward(force_rate).break_away(Hold {
                 stick_time,
                 force_rate: force_rate.abs(),
             })

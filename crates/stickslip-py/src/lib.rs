@@ -67,5 +67,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<law::Law>()?;
     module.add_class::<state::Law>()?;
     module.add_class::<state::Masses>()?;
+    module.add_function(wrap_pyfunction!(law::static_friction, module)?)?;
     module.add_function(wrap_pyfunction!(law_facts, module)?)
 }

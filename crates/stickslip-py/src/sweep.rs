@@ -158,9 +158,7 @@ pub(crate) fn sweep<'py>(
         if chain {
             sweep.chain(0..sweep.rows.len(), begin, go_on)
         } else {
-            (0..sweep.rows.len())
-                .map(|index| sweep.row(index, &begin, go_on))
-                .collect()
+            sweep.rows(0..sweep.rows.len(), &begin, go_on)
         }
     })?;
     let masses = sweep.rows.document["mass"].as_array().map_or(1, Vec::len);

@@ -85,9 +85,9 @@ fn surface(desk: &mut Desk) -> Result<Value, String> {
     let law: Law = document(ask.law)?;
     law.validate().map_err(sentence)?;
     let mut add = |stick_time: f64, force_rate: f64| {
-        desk.numbers.push(law.break_away(Hold {
+        desk.numbers.push(law.toward(force_rate).break_away(Hold {
             stick_time,
-            force_rate,
+            force_rate: force_rate.abs(),
         }));
     };
     if ask.pairs {

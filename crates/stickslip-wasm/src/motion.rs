@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
-use stickslip::law::{Friction, Law};
+use stickslip::law::Law;
 use stickslip::mode::Kind;
 use stickslip::regime::Regime;
 use stickslip::simulate::{self, Run};
@@ -52,7 +52,7 @@ impl Start {
         }
         let oscillator: Oscillator<Law> = document(system)?;
         oscillator.validate().map_err(sentence)?;
-        if oscillator.law.smooth() || oscillator.resonates() {
+        if !oscillator.closed() {
             return self.taylor(&System::from(&oscillator));
         }
         let one = |values: Option<Vec<f64>>| values.and_then(|all| all.first().copied());

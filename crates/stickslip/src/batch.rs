@@ -7,15 +7,19 @@ use std::ops::Range;
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
+use crate::abreast::{Told, forward_all};
 use crate::engine::Engine;
 use crate::error::{Error, positive};
 use crate::mode::Kind;
-use crate::model::Start;
+use crate::model::{Running, Start};
 use crate::observer::Observer;
 use crate::orbit::Event;
 use crate::rows::Rows;
 use crate::section::keep;
 use crate::simulate::Stop;
+
+/// So many runs are one task, and go abreast.
+const ABREAST: usize = 64;
 
 /// What is varied and what is kept of each run.
 #[derive(Clone, Debug)]
@@ -86,33 +90,66 @@ impl Batch {
     /// # Errors
     /// The first row, in their order, whose values make no sense.
     pub fn rows(&self, range: Range<usize>, go_on: &(impl Fn() -> bool + Sync)) -> Result<Vec<Row>, Error> {
+        let blocks: Vec<_> = range.clone().step_by(ABREAST).collect();
         #[cfg(feature = "parallel")]
-        let range = range.into_par_iter();
-        let rows: Vec<Result<Row, Error>> = range.map(|index| self.row(index, go_on)).collect();
-        rows.into_iter().collect()
+        let blocks = blocks.into_par_iter();
+        #[cfg(not(feature = "parallel"))]
+        let blocks = blocks.into_iter();
+        let rows: Vec<Result<Vec<Row>, Error>> = blocks
+            .map(|first| self.block(first..range.end.min(first + ABREAST), go_on))
+            .collect();
+        Ok(rows.into_iter().collect::<Result<Vec<_>, _>>()?.concat())
     }
 
-    fn row(&self, index: usize, go_on: &impl Fn() -> bool) -> Result<Row, Error> {
-        let run = || {
-            positive("t_end", self.t_end)?;
-            let (model, start) = self.rows.model(index, &Start::default())?;
-            let mut tally = Tally {
-                batch: self,
-                row: Row {
-                    last: Vec::new(),
-                    counts: [0; Kind::ALL.len()],
-                    stick_time: 0.0,
-                    section: VecDeque::new(),
-                    stop: Stop::End,
-                },
-                go_on,
+    /// Runs that go abreast where that is possible.
+    fn block(&self, range: Range<usize>, go_on: &impl Fn() -> bool) -> Result<Vec<Row>, Error> {
+        let of = |index: usize| move |error| self.rows.error(index, &error);
+        let models = range.clone().map(|index| {
+            let model = || {
+                positive("t_end", self.t_end)?;
+                self.rows.model(index, &Start::default())
             };
-            let mut engine = model.run(&start, self.max_events)?;
-            tally.row.stop = engine.go(self.t_end, self.after, &mut tally)?;
-            let end = engine.end();
-            tally.row.last = [&*end.x, &end.v].concat();
-            Ok(tally.row)
+            model().map_err(of(index))
+        });
+        let models: Vec<_> = models.collect::<Result<_, _>>()?;
+        let runs = models.iter().zip(range.clone()).map(|((model, start), index)| {
+            let run = model.run(start, self.max_events).map_err(of(index))?;
+            Ok((run, self.t_end))
+        });
+        let mut runs: Vec<_> = runs.collect::<Result<_, Error>>()?;
+        let mut tallies: Vec<_> = runs.iter().map(|_| self.tally(go_on)).collect();
+        let told: Told = &mut |index, event| {
+            if event.t >= self.after {
+                tallies[index].event(event);
+            }
         };
-        run().map_err(|error| self.rows.error(index, &error))
+        forward_all(&mut runs, &mut || go_on(), Some(told));
+        let rows = runs
+            .into_iter()
+            .zip(tallies)
+            .zip(range)
+            .map(|(((engine, _), tally), index)| self.row(engine, tally).map_err(of(index)));
+        rows.collect()
+    }
+
+    fn tally<'a, F>(&'a self, go_on: &'a F) -> Tally<'a, F> {
+        Tally {
+            batch: self,
+            row: Row {
+                last: Vec::new(),
+                counts: [0; Kind::ALL.len()],
+                stick_time: 0.0,
+                section: VecDeque::new(),
+                stop: Stop::End,
+            },
+            go_on,
+        }
+    }
+
+    fn row(&self, mut engine: Running, mut tally: Tally<impl Fn() -> bool>) -> Result<Row, Error> {
+        tally.row.stop = engine.go(self.t_end, self.after, &mut tally)?;
+        let end = engine.end();
+        tally.row.last = [&*end.x, &end.v].concat();
+        Ok(tally.row)
     }
 }

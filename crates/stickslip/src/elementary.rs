@@ -9,7 +9,7 @@
 pub use libm::{acos, asinh, atan, atan2, atanh, hypot, log1p as ln_1p, tan, tanh};
 
 /// An unevaluated sum of two doubles.
-type Double = (f64, f64);
+pub(crate) type Double = (f64, f64);
 
 /// a + b without error (Knuth).
 const fn sum(a: f64, b: f64) -> Double {
@@ -63,14 +63,14 @@ const fn series(x: Double, first: usize, stride: usize, alternating: bool) -> Do
     total
 }
 
-const PI: Double = (std::f64::consts::PI, 1.224_646_799_147_353_2e-16);
-const LN_2: Double = (std::f64::consts::LN_2, 2.319_046_813_846_299_6e-17);
+pub(crate) const PI: Double = (std::f64::consts::PI, 1.224_646_799_147_353_2e-16);
+pub(crate) const LN_2: Double = (std::f64::consts::LN_2, 2.319_046_813_846_299_6e-17);
 
 /// Steps of the tables: ln 2 and π in so many.
-const STEPS: usize = 64;
+pub(crate) const STEPS: usize = 64;
 
 /// 2^(j/64).
-const POWERS: [f64; STEPS] = {
+pub(crate) const POWERS: [f64; STEPS] = {
     let mut table = [1.0; STEPS];
     let mut j = 1;
     while j < STEPS {
@@ -82,7 +82,7 @@ const POWERS: [f64; STEPS] = {
 };
 
 /// sin and cos of jπ/64 over a whole turn; an eighth of it is computed, the rest is symmetry.
-const CIRCLE: [Double; 2 * STEPS] = {
+pub(crate) const CIRCLE: [Double; 2 * STEPS] = {
     let mut table = [(0.0, 1.0); 2 * STEPS];
     let mut j = 0;
     while j < 2 * STEPS {
@@ -123,8 +123,8 @@ const fn parts(x: Double) -> [f64; 3] {
     [first / steps, second / steps, third / steps]
 }
 
-const ARC: [f64; 3] = parts(PI);
-const LOG: [f64; 3] = parts(LN_2);
+pub(crate) const ARC: [f64; 3] = parts(PI);
+pub(crate) const LOG: [f64; 3] = parts(LN_2);
 /// ln 2 as a double of which small multiples are exact, and the rest.
 const LOG_2: [f64; 2] = {
     let short = f64::from_bits(LN_2.0.to_bits() & !((1 << 20) - 1));
@@ -132,7 +132,7 @@ const LOG_2: [f64; 2] = {
 };
 
 /// Added to a number below 2⁵¹ it leaves the nearest whole number in the low bits.
-const ROUND: f64 = 6_755_399_441_055_744.0;
+pub(crate) const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// x as k steps and a rest; the low bits of the first number are those of k.
 #[inline]

@@ -65,6 +65,8 @@ const REACH: f64 = 2.2;
 const NEAR: f64 = 0.02;
 /// A step that is so short a part of that distance, and away from a touch, need not be polished: its error is of the fourth order.
 const NEXT: f64 = 5e-5;
+/// A motion that grows does so by the exponential of this from one sample to the next, at the most.
+const GROWN: f64 = 40.0;
 /// Degree of that polynomial.
 const DEGREE: usize = 8;
 /// A touch this deep, in units of what is added up, is rounding.
@@ -76,6 +78,11 @@ trait Motion<const H: usize> {
 
     /// The largest of its exponents and frequencies.
     fn fastest(&self) -> f64;
+
+    /// The exponent at which it can grow.
+    fn growing(&self) -> f64 {
+        0.0
+    }
 
     /// The size of the terms that its rate is the sum of; they may cancel but for rounding.
     fn terms_of_rate(&self) -> f64 {
@@ -241,6 +248,21 @@ fn integral(coefficients: &[f64], h: f64) -> f64 {
         .rev()
         .fold(0.0, |sum, (coefficient, inverse)| sum * h + coefficient * inverse)
 }
+
+/// The certificate of an accepted root, checked in a debug build: a margin that is not below zero before it and not above zero
+/// after it, but for rounding; `margin` gives its value and what may be rounding of it. It is evaluated anew, whatever search
+/// found the root.
+fn certified(t: f64, width: f64, margin: impl Fn(f64) -> [f64; 2]) -> bool {
+    let width = width + 16.0 * f64::EPSILON * t;
+    let ([before, rounding], [after, more]) = (margin((t - width).max(0.0)), margin(t + width));
+    // What is no number is a stop, not a root.
+    !(before < -rounding || after > more)
+}
+
+/// How much of what rounding is to a search, which finds the root from a sample nearby, it may be to an evaluation anew.
+const ANEW: f64 = 512.0;
+/// As a part of the time in which the motion changes, how far before and after a root its certificate looks.
+const BESIDE: f64 = 1e-9;
 
 /// What is known of the ends between two samples.
 enum Verdict {
@@ -486,7 +508,8 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
             let right = if let Some(sample) = near.take().or(far.take()) {
                 sample
             } else {
-                let mut step = left.reach();
+                // A motion that grows from next to nothing would leave the numbers in one step.
+                let mut step = left.reach().min(GROWN / self.motion.growing());
                 let mut aimed = None;
                 if let Some((guard, newton)) = self.ahead(&left)
                     && newton < step

@@ -1,11 +1,13 @@
 //! Friction laws: immutable, tagged data that answer two questions, what force adhesion can bear and what force slip produces.
 //!
-//! A law never sees the sign of the slip velocity: the mode carries it. It speaks of the *slip speed* u = |w| ≥ 0 and of the
+//! A law never sees the sign of the slip velocity: the mode carries it, and asks the law of that direction ([`Law::toward`]). It speaks of the *slip speed* u = |w| ≥ 0 and of the
 //! friction that opposes slip, ≥ 0 as a rule. Kinetic friction comes as linear [`Piece`]s; where a piece ends, the law names
 //! the next one. What a law remembers lies in [`Memory`], which belongs to the mode.
 
 mod adhesion;
+mod asymmetric;
 mod bogacz_ryczek;
+mod combined;
 mod coulomb;
 mod cubic;
 mod dwell_time;
@@ -14,6 +16,7 @@ mod force_rate;
 mod logarithmic_dwell;
 mod lorentzian;
 mod piecewise_linear;
+mod piecewise_polynomial;
 mod popp_stelter;
 mod rational;
 mod static_kinetic;
@@ -24,7 +27,9 @@ mod two_branch;
 use serde::{Deserialize, Serialize};
 
 pub use adhesion::StaticFriction;
+pub use asymmetric::Asymmetric;
 pub use bogacz_ryczek::{BRANCHES, BogaczRyczek};
+pub use combined::Combined;
 pub use coulomb::Coulomb;
 pub use cubic::Cubic;
 pub use dwell_time::DwellTime;
@@ -33,6 +38,7 @@ pub use force_rate::ForceRate;
 pub use logarithmic_dwell::LogarithmicDwell;
 pub use lorentzian::Lorentzian;
 pub use piecewise_linear::PiecewiseLinear;
+pub use piecewise_polynomial::PiecewisePolynomial;
 pub use popp_stelter::PoppStelter;
 pub use rational::Rational;
 pub use static_kinetic::StaticKinetic;
@@ -305,5 +311,21 @@ laws!(
     Tabulated,
     TwoBranch,
     Lorentzian,
-    LogarithmicDwell
+    LogarithmicDwell,
+    PiecewisePolynomial,
+    Asymmetric,
+    Combined
 );
+
+impl Law {
+    /// The law of one direction of slip, by the sign of w; at rest that of the friction force. The engines ask it before all that
+    /// depends on the direction, as the mode knows that and a law does not.
+    #[must_use]
+    #[inline]
+    pub fn toward(&self, direction: f64) -> &Self {
+        match self {
+            Self::Asymmetric(law) => law.toward(direction),
+            law => law,
+        }
+    }
+}

@@ -4,6 +4,7 @@
 //!
 //! | module | one sentence |
 //! |---|---|
+//! | [`abreast`] | many oscillators at once, one in each lane of the registers of a processor |
 //! | [`structure`] | the oscillator: mass, stiffness, damping, drive, law, forcing |
 //! | [`drive`] | what acts from outside, and the compensated clock |
 //! | [`law`] | friction laws: two questions, one file a law |
@@ -38,6 +39,11 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+#[expect(
+    clippy::inline_always,
+    reason = "what is not inlined is not compiled for the width"
+)]
+pub mod abreast;
 pub mod batch;
 pub mod drive;
 pub mod dual;

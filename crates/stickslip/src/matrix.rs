@@ -157,6 +157,35 @@ impl Matrix {
     }
 }
 
+/// Rows of which only what is not zero is kept.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows<T> {
+    /// Where each row begins, and where the last one ends.
+    starts: Vec<usize>,
+    entries: Vec<(usize, T)>,
+}
+
+impl<T> Rows<T> {
+    /// The entries of every row, each with its column.
+    pub(crate) fn new<R: IntoIterator<Item = (usize, T)>>(rows: impl IntoIterator<Item = R>) -> Self {
+        let (mut starts, mut entries) = (vec![0], Vec::new());
+        for row in rows {
+            entries.extend(row);
+            starts.push(entries.len());
+        }
+        Self { starts, entries }
+    }
+
+    pub(crate) fn row(&self, i: usize) -> &[(usize, T)] {
+        &self.entries[self.starts[i]..self.starts[i + 1]]
+    }
+}
+
+/// The numbers of a row but for zeros, each with its column.
+pub(crate) fn filled(row: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+    row.iter().copied().enumerate().filter(|(_, value)| *value != 0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::Matrix;

@@ -97,6 +97,7 @@ pub fn first<const H: usize>(
     let direction = w.signum();
     // m u̇ = σ·holding − D u − f(u): the friction that would keep the slip speed.
     let balance = direction * holding - frame.damping * w.abs();
+    let law = law.toward(direction);
     if let Some(between @ [falling, rising]) = apart(law, w.abs())
         && falling < balance
         && balance < rising
@@ -118,7 +119,7 @@ pub fn first<const H: usize>(
 /// The mode at zero slip velocity: adhesion if it can bear the holding force, else slip towards it.
 #[must_use]
 pub fn at_zero(law: &Law, holding: f64, rate: f64, memory: &mut Memory) -> Mode {
-    let bears = law.break_away(Hold {
+    let bears = law.toward(holding).break_away(Hold {
         stick_time: 0.0,
         force_rate: rate.abs(),
     });
@@ -132,7 +133,7 @@ pub fn at_zero(law: &Law, holding: f64, rate: f64, memory: &mut Memory) -> Mode 
 /// Slip that starts at zero speed under the `pull` that adhesion, broken at the size `force`, could not bear.
 #[must_use]
 pub fn slip_from_zero(law: &Law, pull: f64, force: f64, memory: &mut Memory) -> Mode {
-    let piece = law.leave(force, memory);
+    let piece = law.toward(pull).leave(force, memory);
     let start = if piece.force(0.0) >= pull.abs() {
         Start::Turning
     } else {
@@ -148,6 +149,7 @@ pub fn slip_from_zero(law: &Law, pull: f64, force: f64, memory: &mut Memory) -> 
 /// The mode after `piece` ended by `end` away from zero speed.
 #[must_use]
 pub fn after(law: &Law, direction: f64, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Mode {
+    let law = law.toward(direction);
     let branches = apart(law, u);
     if let (End::Turn { rising }, Some(between)) = (end, branches)
         && between[0] < between[1]
@@ -184,7 +186,7 @@ pub fn after_hold(law: &Law, direction: f64, u: f64, end: End, memory: &mut Memo
     };
     Mode::Slip {
         direction,
-        piece: law.begin(u, balance, memory),
+        piece: law.toward(direction).begin(u, balance, memory),
         start: Start::Turning,
     }
 }

@@ -9,7 +9,6 @@ use crate::elementary::{exp, ln};
 use crate::engine::{Closed, Engine, Reached, Steps};
 use crate::error::{Error, wrong};
 use crate::event::Work;
-use crate::law::Friction;
 use crate::matrix::Matrix;
 use crate::network;
 use crate::observer::Observer;
@@ -82,7 +81,7 @@ impl Model {
         };
         let oscillator: Oscillator = serde_json::from_value(document).map_err(refused)?;
         oscillator.validate()?;
-        if drive.is_none() && !oscillator.law.smooth() && !oscillator.resonates() {
+        if drive.is_none() && oscillator.closed() {
             return Ok(Self::Closed(oscillator));
         }
         let mut system = System::from(&oscillator);

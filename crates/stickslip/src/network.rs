@@ -23,7 +23,7 @@ use crate::engine::steps::Step;
 use crate::error::{Error, finite, positive};
 use crate::event::Work;
 use crate::flow::taylor::{Frame, Held, Motion, Rub};
-use crate::law::{End, Law, Memory, Piece};
+use crate::law::{End, Friction, Law, Memory, Piece};
 use crate::mode::Kind;
 use crate::observer::Observer;
 use crate::orbit::Event;
@@ -140,9 +140,16 @@ struct Contact {
     sense: f64,
     /// Friction of the two branches between which the slip speed is held, if it is.
     between: Option<[f64; 2]>,
+    /// The slip velocity that is kept then; it is 0 where the contact is stuck.
+    kept: f64,
 }
 
 impl Contact {
+    /// Friction on its mass at a slip speed, by the law of its direction.
+    fn friction(&self, law: &Law, speed: f64) -> f64 {
+        self.direction * law.toward(self.direction).force(&self.piece, speed)
+    }
+
     /// What it does, as far as the flow cares.
     fn rub(&self) -> Rub {
         let (offset, slope) = if self.direction == 0.0 {
@@ -156,6 +163,7 @@ impl Contact {
             direction: self.direction,
             offset,
             slope,
+            still: false,
         }
     }
 }
@@ -200,6 +208,7 @@ impl<'a> Loop<'a> {
             turning: false,
             sense: 0.0,
             between: None,
+            kept: 0.0,
         };
         Self {
             laws: system.contacts.iter().map(|contact| &contact.law).collect(),
@@ -393,24 +402,31 @@ impl<'a> Loop<'a> {
         // A jump of the acceleration elsewhere may turn a contact, whose new piece may turn the next one.
         for _ in 0..=self.contacts.len() {
             self.set_rubs();
-            self.motion
-                .expand(&self.frame, &self.laws, &self.rubs, &self.held, &self.x, &self.v);
-            self.work.evaluations += 1;
+            // What adhesion or the branches hold drifts by rounding otherwise, the more the longer it is held.
+            let kept = |c: usize| self.contacts[c].kept;
+            self.frame.keep(&self.held, kept, self.clock, &mut self.v);
+            self.series();
             self.scale = self
                 .scale
                 .max(self.motion.size(self.frame.rate, 1) / self.frame.rate);
             let size = self.frame.rate * self.scale;
+            // A start that has no slope is expanded without one: what follows may be less than what rounding makes of it.
+            for (c, contact) in self.contacts.iter_mut().enumerate() {
+                if contact.direction != 0.0 && contact.between.is_none() {
+                    contact.turning &= self.motion.u[c][1].abs() <= STILL * size;
+                    self.rubs[c].still = contact.turning;
+                }
+            }
+            if self.rubs.iter().any(|rub| rub.still) {
+                self.series();
+            }
             let mut turned = false;
             for c in 0..self.contacts.len() {
                 let contact = &mut self.contacts[c];
-                if contact.direction == 0.0 || contact.between.is_some() {
+                if contact.direction == 0.0 || contact.between.is_some() || !contact.piece.turns {
                     continue;
                 }
                 let slope = self.motion.u[c][1];
-                contact.turning &= slope.abs() <= STILL * size;
-                if !contact.piece.turns {
-                    continue;
-                }
                 let now = if contact.turning {
                     self.motion.u[c][2]
                 } else {
@@ -430,6 +446,13 @@ impl<'a> Loop<'a> {
                 return;
             }
         }
+    }
+
+    /// The coefficients for what the contacts do.
+    fn series(&mut self) {
+        self.motion
+            .expand(&self.frame, &self.laws, &self.rubs, &self.held, &self.x, &self.v);
+        self.work.evaluations += 1;
     }
 
     fn set_rubs(&mut self) {

@@ -185,6 +185,14 @@ impl Value for Point {
     }
 }
 
+impl<T: Value> Value for Box<T> {
+    const KIND: Kind = T::KIND;
+
+    fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error> {
+        (**self).check(name, limits)
+    }
+}
+
 impl<T: Value> Value for Option<T> {
     const KIND: Kind = T::KIND;
 
@@ -265,6 +273,7 @@ macro_rules! parameters {
 
         impl $crate::parameters::Parameters for $law {
             const PARAMETERS: &'static [$crate::parameters::Parameter] = {
+                #[allow(unused_imports, reason = "a law that is made of laws has no numbers")]
                 use $crate::parameters::numbers::*;
                 &[$($crate::parameters::Parameter {
                     name: [$($name,)? stringify!($field)][0],
@@ -278,6 +287,7 @@ macro_rules! parameters {
 
         impl $crate::parameters::Limited for $law {
             fn within_limits(&self) -> Result<(), $crate::error::Error> {
+                #[allow(unused_imports, reason = "a law that is made of laws has no numbers")]
                 use $crate::parameters::numbers::*;
                 $($crate::parameters::Value::check(&self.$field, [$($name,)? stringify!($field)][0], const {
                     $crate::parameters::Limits::of(&[$($number),*])

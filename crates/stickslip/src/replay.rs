@@ -33,21 +33,23 @@ pub fn force_along(
     let mut memory = Memory::default();
     let mut force = Vec::with_capacity(t.len());
     let mut stuck_since = None;
-    let mut bears = law.break_away(Hold::default());
+    let mut hold = Hold::default();
     let mut slip: Option<Follow> = None;
     for i in 0..t.len() {
         if stuck[i] {
             let since = *stuck_since.get_or_insert(t[i]);
-            bears = law.break_away(Hold {
+            hold = Hold {
                 stick_time: t[i] - since,
                 force_rate: force_rate[i].abs(),
-            });
+            };
             slip = None;
-            force.push(bears * force_rate[i].signum());
+            let direction = force_rate[i].signum();
+            force.push(direction * law.toward(direction).break_away(hold));
             continue;
         }
         memory.force_rate = force_rate[i].abs();
         let (direction, u) = (w[i].signum(), w[i].abs());
+        let law = law.toward(direction);
         let follow = match &mut slip {
             Some(follow) if follow.direction == direction => follow,
             other => {
@@ -59,15 +61,13 @@ pub fn force_along(
                         &mut memory,
                     )
                 } else {
-                    let from_rest = if stuck_since.is_some() {
-                        bears
-                    } else {
-                        law.break_away(Hold {
+                    if stuck_since.is_none() {
+                        hold = Hold {
                             stick_time: 0.0,
                             force_rate: memory.force_rate,
-                        })
-                    };
-                    law.leave(from_rest, &mut memory)
+                        };
+                    }
+                    law.leave(law.break_away(hold), &mut memory)
                 };
                 other.insert(Follow {
                     direction,

@@ -26,7 +26,7 @@ pub(crate) const INVERSE: Series = {
 pub const ZERO: Series = [0.0; ORDER + 1];
 
 /// What a smooth law carries from one coefficient to the next.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Grown {
     /// A first function of the slip speed.
     pub first: Series,
@@ -34,6 +34,8 @@ pub struct Grown {
     pub second: Series,
     /// A third one.
     pub third: Series,
+    /// The stages of a composition.
+    pub inner: Vec<Series>,
 }
 
 impl Default for Grown {
@@ -42,6 +44,7 @@ impl Default for Grown {
             first: ZERO,
             second: ZERO,
             third: ZERO,
+            inner: Vec::new(),
         }
     }
 }
@@ -95,6 +98,17 @@ pub fn exponential(rate: f64, u: &Series, weighted: &mut Series, e: &Series, k: 
     }
     weighted[k] = k as f64 * rate * u[k];
     convolve(weighted, e, 1, k) * INVERSE[k]
+}
+
+/// Coefficient k ≥ 1 of p(u), by the stages of Horner's rule around u_0: stage j is p_j + (u − u_0) · stage j + 1. They begin
+/// with the coefficients of p in powers of u − u_0, the last of them is no more than that.
+#[inline]
+#[must_use]
+pub fn compose(u: &Series, stages: &mut [Series], k: usize) -> f64 {
+    for j in (0..k.min(stages.len() - 1)).rev() {
+        stages[j][k - j] = convolve(u, &stages[j + 1], 1, k - j);
+    }
+    stages[0][k]
 }
 
 /// The polynomial at `h`.

@@ -202,6 +202,46 @@ pub fn resume(
     with_harmonics!(oscillator, H, go_on::<H>(oscillator, run, place, record))
 }
 
+/// The place where a run starts.
+pub(crate) fn first_place(oscillator: &Oscillator, run: Run) -> Place {
+    fn place<const H: usize>(oscillator: &Oscillator, run: Run) -> Place {
+        let mut state = Loop::<H>::new(oscillator, run, Clock::default());
+        let mode = state.first();
+        state.place(mode)
+    }
+    with_harmonics!(oscillator, H, place::<H>(oscillator, run))
+}
+
+/// Position, velocity and place after the next event of a motion from a place, if it occurs before `t_end` and `record` goes
+/// on until then.
+pub(crate) fn next_event(
+    oscillator: &Oscillator,
+    (x, v): (f64, f64),
+    place: Place,
+    t_end: f64,
+    record: &mut impl Record,
+) -> Option<(f64, f64, Place)> {
+    fn next<const H: usize>(
+        oscillator: &Oscillator,
+        run: Run,
+        place: Place,
+        record: &mut impl Record,
+    ) -> Option<(f64, f64, Place)> {
+        let mut state = Loop::<H>::new(oscillator, run, place.clock);
+        state.memory = place.memory;
+        let horizon = state.clock.until(run.t_end);
+        let mode = state.end_of(&place.mode, horizon, record).ok()?.ok()??;
+        Some((state.x, state.v, state.place(mode)))
+    }
+    let run = Run {
+        x0: x,
+        v0: Some(v),
+        t_end,
+        max_events: 1,
+    };
+    with_harmonics!(oscillator, H, next::<H>(oscillator, run, place, record))
+}
+
 /// So many events pass between two questions whether to go on; in less than a millionth of the natural time √(m/k) they are an
 /// accumulation.
 const ASKED: u64 = 1000;
@@ -225,8 +265,8 @@ const KEPT: usize = 4;
 
 struct Loop<'a, const H: usize> {
     law: &'a Law,
-    /// What adhesion bears, if that never changes.
-    bears: Option<f64>,
+    /// What adhesion bears backward and forward, if that never changes.
+    bears: Option<[f64; 2]>,
     frame: Frame<H>,
     responses: [Response<H>; KEPT],
     clock: Clock,
@@ -250,7 +290,7 @@ impl<'a, const H: usize> Loop<'a, H> {
         };
         Self {
             law,
-            bears: steady.then(|| law.break_away(hold)),
+            bears: steady.then(|| [-1.0, 1.0].map(|direction| law.toward(direction).break_away(hold))),
             responses: [frame.response(f64::NAN); KEPT],
             clock,
             forces: frame.forces(clock),
@@ -264,9 +304,23 @@ impl<'a, const H: usize> Loop<'a, H> {
     }
 
     fn go(mut self, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
-        let (holding, rate, _) = self.at_rest().at(0.0);
-        let mode = mode::first(&self.frame, self.law, (self.v, holding, rate), &mut self.memory);
+        let mode = self.first();
         self.go_from(mode, run, record)
+    }
+
+    /// The mode in which it starts.
+    fn first(&mut self) -> Mode {
+        let (holding, rate, _) = self.at_rest().at(0.0);
+        mode::first(&self.frame, self.law, (self.v, holding, rate), &mut self.memory)
+    }
+
+    /// Where a mode begins.
+    fn place(&self, mode: Mode) -> Place {
+        Place {
+            clock: self.clock,
+            mode,
+            memory: self.memory,
+        }
     }
 
     fn go_from(mut self, mut mode: Mode, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
@@ -290,36 +344,9 @@ impl<'a, const H: usize> Loop<'a, H> {
                 }
             }
             let horizon = self.clock.until(run.t_end);
-            let next = match mode {
-                Mode::Stick => self.stick(horizon, record),
-                Mode::Slip {
-                    direction,
-                    piece,
-                    start,
-                } => {
-                    let slip = self.slip(direction, &piece)?;
-                    if !slip.is_finite() {
-                        return Ok((Stop::NotANumber, self.work));
-                    }
-                    let drive_velocity = self.frame.drive_velocity;
-                    let arrival = self.search(record, |work| {
-                        end_of_slip(&slip, direction, drive_velocity, &piece, start, horizon, work)
-                    });
-                    if arrival.is_some_and(|Arrival { t, x, v, .. }| (t + x + v).is_nan()) {
-                        return Ok((Stop::NotANumber, self.work));
-                    }
-                    arrival.map(|arrival| {
-                        (self.x, self.v) = (arrival.x, arrival.v);
-                        self.wait(arrival.t);
-                        self.slipped(direction, &piece, arrival.end, record)
-                    })
-                }
-                Mode::Hold {
-                    direction,
-                    u,
-                    between,
-                    start,
-                } => self.hold(direction, u, between, start, horizon, record),
+            let next = match self.end_of(&mode, horizon, record)? {
+                Ok(next) => next,
+                Err(stop) => return Ok((stop, self.work)),
             };
             let Some(next) = next else {
                 let segment = Segment::new(self.clock, self.x, self.v, &mode);
@@ -346,6 +373,47 @@ impl<'a, const H: usize> Loop<'a, H> {
                 return Ok((Stop::MaxEvents, self.work));
             }
         }
+    }
+
+    /// The mode after the present one, if it ends within `horizon`; or why the motion cannot go on.
+    fn end_of(
+        &mut self,
+        mode: &Mode,
+        horizon: f64,
+        record: &mut impl Record,
+    ) -> Result<Result<Option<Mode>, Stop>, Error> {
+        let next = match *mode {
+            Mode::Stick => self.stick(horizon, record),
+            Mode::Slip {
+                direction,
+                piece,
+                start,
+            } => {
+                let slip = self.slip(direction, &piece)?;
+                if !slip.is_finite() {
+                    return Ok(Err(Stop::NotANumber));
+                }
+                let drive_velocity = self.frame.drive_velocity;
+                let arrival = self.search(record, |work| {
+                    end_of_slip(&slip, direction, drive_velocity, &piece, start, horizon, work)
+                });
+                if arrival.is_some_and(|Arrival { t, x, v, .. }| (t + x + v).is_nan()) {
+                    return Ok(Err(Stop::NotANumber));
+                }
+                arrival.map(|arrival| {
+                    (self.x, self.v) = (arrival.x, arrival.v);
+                    self.wait(arrival.t);
+                    self.slipped(direction, &piece, arrival.end, record)
+                })
+            }
+            Mode::Hold {
+                direction,
+                u,
+                between,
+                start,
+            } => self.hold(direction, u, between, start, horizon, record),
+        };
+        Ok(Ok(next))
     }
 
     /// Adhesion from the present state.
@@ -390,12 +458,19 @@ impl<'a, const H: usize> Loop<'a, H> {
         self.v = self.frame.drive_velocity;
         self.wait(t);
         let (holding, rate, _) = self.at_rest().at(0.0);
-        let force = self.bears.unwrap_or_else(|| {
-            self.law.break_away(Hold {
+        let force = match self.bears {
+            Some([backward, forward]) => {
+                if holding < 0.0 {
+                    backward
+                } else {
+                    forward
+                }
+            }
+            None => self.law.toward(holding).break_away(Hold {
                 stick_time: t,
                 force_rate: rate.abs(),
-            })
-        });
+            }),
+        };
         let (stick_time, force_rate) = (t, rate * holding.signum());
         record.event(Event {
             stick_time,

@@ -92,6 +92,12 @@ impl<L: Checked + DeserializeOwned> Oscillator<L> {
 }
 
 impl Oscillator {
+    /// Whether its motion on a constant drive is in closed form: a law of linear pieces away from undamped resonance.
+    #[must_use]
+    pub fn closed(&self) -> bool {
+        !self.law.smooth() && !self.resonates()
+    }
+
     /// Whether a harmonic meets so faint a damping on one of the pieces its law has from the start that the closed form, which
     /// holds the response of all times, would lose digits: such a motion belongs on a Taylor series.
     #[must_use]
@@ -106,12 +112,16 @@ impl Oscillator {
             return false;
         }
         // Its first slip falls by as much as adhesion held, which may be nothing.
-        if matches!(self.law, Law::BogaczRyczek(_)) && met(0.0) {
+        let laws = [-1.0, 1.0].map(|direction| self.law.toward(direction));
+        if laws.iter().any(|law| matches!(law, Law::BogaczRyczek(_))) && met(0.0) {
             return true;
         }
-        [f64::INFINITY, f64::NEG_INFINITY].into_iter().any(|balance| {
+        let starts = laws
+            .into_iter()
+            .flat_map(|law| [(law, f64::INFINITY), (law, f64::NEG_INFINITY)]);
+        starts.into_iter().any(|(law, balance)| {
             let mut memory = Memory::default();
-            let mut piece = self.law.begin(0.0, balance, &mut memory);
+            let mut piece = law.begin(0.0, balance, &mut memory);
             loop {
                 if met(piece.slope) {
                     return true;
@@ -119,7 +129,7 @@ impl Oscillator {
                 if piece.high.is_infinite() {
                     return false;
                 }
-                let next = self.law.next(&piece, End::High, piece.high, &mut memory);
+                let next = law.next(&piece, End::High, piece.high, &mut memory);
                 if next == piece {
                     return false;
                 }

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use serde::Deserialize;
 
+use crate::abreast::forward_all;
 use crate::engine::{Engine, Reached};
 use crate::error::{Error, positive, wrong};
 use crate::event::Work;
@@ -45,6 +46,9 @@ pub struct Look {
     #[serde(default)]
     pub contact: usize,
 }
+
+/// So many runs go abreast, one after the other in each lane.
+const ABREAST: usize = 256;
 
 /// Returns to the section that are compared with each other, at most.
 const RETURNS: usize = 256;
@@ -101,26 +105,79 @@ impl Sweep {
     /// Values that make no sense.
     pub fn row(&self, index: usize, begin: &Start, go_on: &mut dyn FnMut() -> bool) -> Result<Steady, Error> {
         let mut row = || {
-            let (model, mut start) = self.rows.model(index, begin)?;
-            if let Some(onward) = start.onward.filter(|_| self.varies_law()) {
-                // Lines and memory of one law say nothing under another.
-                start.onward = None;
-                if let Model::Closed(oscillator) = &model {
-                    start.v = vec![oscillator.drive_velocity - onward.w];
-                }
-            }
-            let mut engine = model.run(&start, self.look.max_events)?;
-            if self.look.contact >= model.contacts() {
-                return wrong(format!(
-                    "contact must be less than {}, got {}",
-                    model.contacts(),
-                    self.look.contact
-                ));
-            }
-            let surface = self.look.surface.unwrap_or_else(|| Surface::usual(&model));
-            steady(&mut engine, model.period(), &surface, &self.look, go_on)
+            let (model, start) = self.model(index, begin)?;
+            self.steady(&model, &mut model.run(&start, self.look.max_events)?, go_on)
         };
         row().map_err(|error| self.rows.error(index, &error))
+    }
+
+    /// The runs of a range of rows, each from `begin` unless the row says otherwise. Their transients go abreast where that is
+    /// possible (see [`crate::abreast`]).
+    ///
+    /// # Errors
+    /// The first row whose values make no sense.
+    pub fn rows(
+        &self,
+        range: Range<usize>,
+        begin: &Start,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Vec<Steady>, Error> {
+        let mut rows = Vec::with_capacity(range.len());
+        for first in range.clone().step_by(ABREAST) {
+            let block = first..range.end.min(first + ABREAST);
+            let models: Vec<_> = block
+                .clone()
+                .map(|index| {
+                    self.model(index, begin)
+                        .map_err(|error| self.rows.error(index, &error))
+                })
+                .collect::<Result<_, Error>>()?;
+            let mut runs: Vec<_> = models
+                .iter()
+                .zip(block.clone())
+                .map(|((model, start), index)| {
+                    let run = model.run(start, self.look.max_events);
+                    let transient = self.look.transient * model.period();
+                    Ok((run.map_err(|error| self.rows.error(index, &error))?, transient))
+                })
+                .collect::<Result<_, Error>>()?;
+            forward_all(&mut runs, go_on, None);
+            for (((model, _), (engine, _)), index) in models.iter().zip(&mut runs).zip(block) {
+                let row = self.steady(model, engine, go_on);
+                rows.push(row.map_err(|error| self.rows.error(index, &error))?);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// The model of a row, and where its run begins.
+    fn model(&self, index: usize, begin: &Start) -> Result<(Model, Start), Error> {
+        let (model, mut start) = self.rows.model(index, begin)?;
+        if let Some(onward) = start.onward.filter(|_| self.varies_law()) {
+            // Lines and memory of one law say nothing under another.
+            start.onward = None;
+            if let Model::Closed(oscillator) = &model {
+                start.v = vec![oscillator.drive_velocity - onward.w];
+            }
+        }
+        Ok((model, start))
+    }
+
+    fn steady(
+        &self,
+        model: &Model,
+        engine: &mut impl Engine,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Steady, Error> {
+        if self.look.contact >= model.contacts() {
+            return wrong(format!(
+                "contact must be less than {}, got {}",
+                model.contacts(),
+                self.look.contact
+            ));
+        }
+        let surface = self.look.surface.unwrap_or_else(|| Surface::usual(model));
+        steady(engine, model.period(), &surface, &self.look, go_on)
     }
 
     fn varies_law(&self) -> bool {

@@ -33,7 +33,7 @@ pub struct Trail {
 /// # Errors
 /// What makes no sense in the oscillator or the run.
 pub fn run(oscillator: &Oscillator, run: Run, go_on: impl FnMut() -> bool) -> Result<Trail, Error> {
-    if oscillator.law.smooth() {
+    if !oscillator.closed() {
         let run = network::Run {
             x0: Some(vec![run.x0]),
             v0: run.v0.map(|v| vec![v]),
@@ -75,7 +75,7 @@ pub fn from(
     max_events: u64,
     go_on: impl FnMut() -> bool,
 ) -> Result<Trail, Error> {
-    if oscillator.law.smooth() {
+    if !oscillator.closed() {
         let system = System::from(oscillator);
         return sequence::from(&system, state, &[phase], duration, max_events, go_on);
     }
@@ -137,7 +137,11 @@ pub fn from(
             Mode::Hold {
                 direction,
                 u,
-                between: oscillator.law.branches(u).unwrap_or([f64::NAN; 2]),
+                between: oscillator
+                    .law
+                    .toward(direction)
+                    .branches(u)
+                    .unwrap_or([f64::NAN; 2]),
                 start: Start::Inside,
             }
         }
@@ -192,7 +196,11 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> Trail {
             (Kind::Release, _) => Ending::Release,
             (Kind::Capture | Kind::Crossing, _) => Ending::Line(End::Low),
             (Kind::Reversal, Phase::Hold(direction)) => {
-                let [low, high] = oscillator.law.branches(u).unwrap_or([f64::NAN; 2]);
+                let [low, high] = oscillator
+                    .law
+                    .toward(direction)
+                    .branches(u)
+                    .unwrap_or([f64::NAN; 2]);
                 let force = direction * event.force;
                 let upper = (force - high).abs() < (force - low).abs();
                 Ending::Line(if upper { End::High } else { End::Low })

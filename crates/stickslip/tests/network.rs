@@ -11,6 +11,10 @@ use stickslip::simulate;
 use stickslip::structure::Oscillator;
 use stickslip::system::{Contact, Drive, Force, System};
 
+#[path = "support/dice.rs"]
+mod dice;
+use dice::Dice;
+
 fn one_mass(oscillator: &Oscillator) -> System {
     System {
         mass: vec![vec![oscillator.mass]],
@@ -171,31 +175,7 @@ fn falling_with_the_force_rate() -> BogaczRyczek {
     law
 }
 
-/// A small generator of numbers in [0, 1), always the same (Marsaglia's xorshift).
-struct Dice(u64);
-
 impl Dice {
-    fn roll(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.roll()
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a small count"
-        )]
-        let pick = (self.roll() * count as f64) as usize;
-        pick
-    }
-
     fn law(&mut self) -> Law {
         let kinetic = self.between(0.2, 0.6);
         let break_away = kinetic + self.between(0.0, 0.6);

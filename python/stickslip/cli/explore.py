@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> None:
     from stickslip.files.documents import write_whole
 
     content = content_of(options.file) if options.file else {}
-    path = Path(options.output) if options.output else _cache() / "explorer.html"
+    path = Path(options.output) if options.output else cache() / "explorer.html"
     text = page(**content)
     path = write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
     say_written(path)
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> None:
         webbrowser.open(path.as_uri())
 
 
-def _cache() -> Path:
+def cache() -> Path:
     """The user's folder for what can be made again."""
     if sys.platform == "win32":
         base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")

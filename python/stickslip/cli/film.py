@@ -13,7 +13,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("film", help="make a film of a simulated rig, with every place known")
     command.add_argument("system", metavar="SYSTEM.toml")
     command.add_argument(
-        "-o", "--output", required=True, metavar="FILM.avi", help=".avi, .mkv, .mp4, or a folder for PNG"
+        "-o", "--output", required=True, metavar="FILM.avi|FOLDER", help=".avi, .mkv, .mp4, or a folder for PNG"
     )
     command.add_argument("--start", type=float, metavar="T", help="first time of the film; default half the orbit")
     command.add_argument("--duration", type=float, metavar="T", help="how long it is; default ten natural periods")

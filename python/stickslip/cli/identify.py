@@ -149,22 +149,12 @@ def _path(files: list[str], given: dict[str, Any]) -> Path:
     """The way for these files and options: tables where there is no motion to fit a law to."""
     if "compare" in given:
         return PATHS["laws"]
-    from stickslip.identification.kinetic.rate_and_state import LEAST_STEPS
-    from stickslip.identification.records import opened
+    from stickslip.identification.selection.identify import told_by
 
-    trees = [opened(File(name)) for name in files]
-    motions = PATHS["trajectories" if "trajectories" in given else "branches"]
-    steps = trees[0]["step"].sizes["step"] if len(trees) == 1 and "step" in trees[0].children else 0
-    if given.get("law") == "RateState" and steps:
-        return PATHS["steps" if steps >= LEAST_STEPS else "step"]
-    if "steady" in given or all("time" not in tree.coords and "steady" in tree.children for tree in trees):
-        return PATHS["curve"]
-    if "law" in given:
-        return motions
-    if all("steady" in tree.children and not tree["break_away"].sizes["event"] for tree in trees):
-        # Motion without sticks: friction over slip velocity is all there is, or how it settles after one step of the speed.
-        return PATHS["step" if steps == 1 else "curve"]
-    return PATHS["static"] if all("slip_velocity" not in tree.variables for tree in trees) else motions
+    told = told_by(files, given.get("law"), steady="steady" in given)
+    if told == "motion":
+        return PATHS["trajectories" if "trajectories" in given else "branches"]
+    return PATHS[told]
 
 
 def _flag(name: str) -> str:
@@ -267,6 +257,7 @@ def _deliver_law(
 
 def _document(result: Identification, agreements: list[Agreement]) -> dict[str, Any]:
     parameters = result.parameters[["value", "error", "low", "high"]].to_dict("index")
+    parameters = {str(name): row | {"unit": result.units[str(name)]} for name, row in parameters.items()}
     document: dict[str, Any] = {"law": result.law.to_dict(), "parameters": parameters, "notes": result.notes}
     if result.motions is not None:
         document["motions"] = result.motions.to_dict("records")
@@ -311,22 +302,14 @@ def _fit_curve(files: list[str], *, law: str | None = None) -> Any:
     return fit_steady(files, law)
 
 
-def _fit_step(files: list[str]) -> Any:
-    from stickslip.identification import fit_velocity_step
+def _fit_steps(files: list[str], *, law: str | None = None) -> Any:
+    from stickslip.identification import identify
 
-    return fit_velocity_step(files[0])
-
-
-def _fit_steps(files: list[str]) -> Any:
-    from stickslip.identification import fit_velocity_steps
-
-    return fit_velocity_steps(files[0])
+    return identify(files, law)
 
 
 def _fit_static(files: list[str]) -> Any:
-    from stickslip.identification import fit_static_friction
-
-    return fit_static_friction(files)
+    return _fit_steps(files)
 
 
 def _deliver_table(found: Any, *, output: str | None = None, plot: str | None = None, json: bool = False) -> None:
@@ -361,14 +344,12 @@ PATHS = {
     "step": Path(
         "the fit of rate-and-state friction to one step of the speed",
         "leave {} out",
-        (_fit_step, _deliver_table),
-        frozenset({"law"}),
+        (_fit_steps, _deliver_table),
     ),
     "steps": Path(
         "the fit of rate-and-state friction to steps of the speed",
         "leave {} out",
         (_fit_steps, _deliver_table),
-        frozenset({"law"}),
     ),
     "static": Path(
         "the fit of static friction to tables of break-aways",

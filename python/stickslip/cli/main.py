@@ -31,10 +31,13 @@ from stickslip.cli import (
 )
 from stickslip.cli.terminal import say
 from stickslip.errors import InputError
-from stickslip.files.documents import keeping_inputs
+from stickslip.files.documents import check_writable, keeping_inputs
 
 TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check")
-"""Options that name a file which is written."""
+"""Options that name a file which is written; what stands for it in the help says by its ending what kind of file."""
+
+SAME_KIND = {".html": (".html", ".htm"), ".avi": (".avi", ".mkv", ".mp4")}
+"""Endings that do as well as the one in the help."""
 
 # In the order of the way through the package.
 COMMANDS = (
@@ -92,13 +95,44 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _check_target(target: str, command: str) -> None:
-    """Refuse a place that cannot be written to before any work is done, so that nothing is left half done."""
+def _commands(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    return dict(commands.choices)
+
+
+def _check_target(target: str, named: str, command: str) -> None:
+    """Refuse a place that cannot be written to, or a file of another kind, before any work is done.
+
+    Parameters
+    ----------
+    target : the path.
+    named : what stands for it in the help, such as ``ORBIT.nc`` or ``FILM.avi|FOLDER``.
+    command : the command that writes it.
+    """
     if not target:
         raise InputError("-o, --plot and --report need the name of a file, got an empty one")
     folder = Path(target).resolve().parent
     if command not in ("demo", "reproduce", "example") and not folder.is_dir():
         raise InputError(f"{target}: the folder {folder} does not exist; make it first")
+    file, *others = named.split("|")
+    if Path(file).suffix not in ("", ".zarr") and not others:
+        check_writable(target)
+    wanted, ending = Path(file).suffix, Path(target).suffix.lower()
+    if not wanted or (others and not ending):
+        return
+    known = _pictures() if wanted == ".png" else SAME_KIND.get(wanted, (wanted,))
+    if ending not in known:
+        raise InputError(
+            f"{target}: expected a name that ends in {', '.join(known)}, got "
+            f"{f'the ending {ending}' if ending else 'one without an ending'}; "
+            f"write {Path(target).with_suffix(wanted)} for example"
+        )
+
+
+def _pictures() -> tuple[str, ...]:
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    return tuple(f".{kind}" for kind in sorted(FigureCanvasBase.get_supported_filetypes()))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -114,10 +148,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.print_help()
         return 2
     try:
-        targets = [target for name in TARGETS if (target := getattr(options, name, None)) is not None]
-        for target in targets:
-            _check_target(target, options.command)
-        with keeping_inputs(targets):
+        targets = {name: target for name in TARGETS if (target := getattr(options, name, None)) is not None}
+        for action in _commands(parser)[options.command]._actions:
+            if action.dest in targets:
+                _check_target(targets[action.dest], str(action.metavar), options.command)
+        with keeping_inputs(targets.values()):
             options.run(options)
     except InputError as error:
         print(f"stickslip: {error}", file=sys.stderr)

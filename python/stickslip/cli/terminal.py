@@ -8,8 +8,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from stickslip.errors import InputError
-
 Commands = argparse._SubParsersAction
 
 
@@ -38,19 +36,10 @@ def say_written(*paths: str | Path | None) -> None:
 
 
 def save_figure(figure: Any, path: str) -> None:
-    """Write a picture whole, its kind by the ending.
-
-    Raises
-    ------
-    InputError
-        for a kind of picture that cannot be drawn.
-    """
+    """Write a picture whole, its kind by the ending."""
     from stickslip.files.documents import write_whole
 
-    kind = Path(path).suffix.lstrip(".").lower() or "png"
-    if kind not in figure.canvas.get_supported_filetypes():
-        known = ", ".join(sorted(figure.canvas.get_supported_filetypes()))
-        raise InputError(f"{path}: cannot draw a picture of the kind {kind!r}; known are {known}")
+    kind = Path(path).suffix.lstrip(".").lower()
     write_whole(path, lambda draft: figure.savefig(draft, format=kind, dpi=150))
 
 

@@ -37,11 +37,15 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--frame-rate", type=float, metavar="HZ", help="pictures per second of the camera")
     command.add_argument("--times", metavar="FILE", help="text file with one time a line")
     command.add_argument("--scale", type=float, metavar="PX", help="px per m; a setup file knows other calibrations")
-    command.add_argument("-o", "--output", metavar="MOTION.nc", help="the motion file; for many films a folder")
-    command.add_argument("--check", metavar="FILM.avi", help="write the film with the tracks drawn in")
+    command.add_argument("-o", "--output", metavar="MOTION.nc|FOLDER", help="the motion file; for many films a folder")
+    command.add_argument("--check", metavar="FILM.avi|FOLDER", help="write the film with the tracks drawn in")
     command.add_argument(
         "--plot", metavar="FILE.png", help="draw the tracks over the film; of many films FILE-FILM.png each"
     )
+    command.add_argument(
+        "--choose", nargs="?", const="", metavar="PAGE.html",
+        help="choose markers, scale and region on a page, which gives the setup file; opened, or only written to PAGE.html",
+    )  # fmt: skip
     command.add_argument("--free-fall", action="store_true", help="say what the fall of the mass tells of the scale")
     command.add_argument("--again", action="store_true", help="of many films track also those that are finished")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -65,10 +69,26 @@ def run(options: argparse.Namespace) -> None:
     sources = options.source
     if all(Path(source).suffix.lower() in IMAGES for source in sources):
         sources = [[Path(source) for source in sources]] if len(sources) > 1 else sources
-    if len(sources) == 1:
+    if options.choose is not None:
+        _choose(sources, options)
+    elif len(sources) == 1:
         _track_one(sources[0], options, given, command)
     else:
         _track_many(sources, options, given, command)
+
+
+def _choose(sources: list[Any], options: argparse.Namespace) -> None:
+    from stickslip.cli.explore import cache
+    from stickslip.tracking.choose import write_choice
+
+    if len(sources) > 1:
+        raise InputError(f"track: --choose looks at one film, got {len(sources)}; give the first, its setup serves all")
+    path = write_choice(sources[0], options.choose or cache() / "choose.html", options.frame_rate)
+    say_written(path)
+    if not options.choose:
+        import webbrowser
+
+        webbrowser.open(path.as_uri())
 
 
 def _track_one(source: str | list[Path], options: argparse.Namespace, given: dict[str, Any], command: str) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean, number, numbers, time_limit, whole_number
+from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
@@ -317,7 +318,8 @@ def release_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods:
 
     Parameters
     ----------
-    system : an oscillator with one harmonic force, of a law whose static friction is constant.
+    system : an oscillator on a constant drive with one harmonic force, of a law whose static friction is constant: one of
+        pieces or a smooth one.
     phase : phases θ = Ωt + φ at the first release, rad, shape (n,).
     side : 1 for a release in the direction of the drive (the friction force is + f_s), −1 against it.
     periods : forcing periods after which a release counts as missing.
@@ -331,8 +333,9 @@ def release_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods:
     Raises
     ------
     InputError
-        without forcing, or for a law whose static friction changes with stick time or force rate, or whose kinetic friction
-        remembers the release: its map has more than one dimension; look at :func:`return_map` of a section there.
+        without forcing, or for a law that remembers: whose static friction changes with stick time or force rate, whose
+        kinetic friction remembers the release, or that has an internal state. Its map has more than one dimension; look at
+        :func:`return_map` of a section there.
 
     Source: Feeny & Moon (1994) and Galvanetto & Bishop (1999) use such maps.
 
@@ -343,10 +346,16 @@ def release_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods:
     """
     import xarray as xr
 
-    if not isinstance(system, Oscillator) or not system.closed_form or len(system.harmonics) != 1:
-        raise InputError("release_map: needs one mass with a closed motion and one harmonic force")
+    if not isinstance(system, Oscillator) or len(system.harmonics) != 1 or not isinstance(system.drive_velocity, float):
+        raise InputError(
+            "release_map: expected one mass on a constant drive with one harmonic force; write a shaken drive as a forcing"
+        )
     adhesion = system.law
-    # A law with an internal state has no closed motion and was refused.
+    if isinstance(adhesion, StateLaw):
+        raise InputError(
+            f"release_map: {type(adhesion).__name__} has an internal state, so its motion has no releases; look at "
+            "return_map of a section"
+        )
     limits = adhesion.break_away_force([0.0, 1.0, 1e6], [0.0, 1.0, 0.0])
     if np.ptp(limits) > 0:
         raise InputError(

@@ -30,12 +30,14 @@ from stickslip import _core
 from stickslip.dynamics.rows import Chunk
 from stickslip.errors import InputError
 from stickslip.files.documents import draft_of, fits, time_limit
+from stickslip.files.notebook import waiting
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[Any]
-Progress = Callable[[int, int], Any] | None
+Report = Callable[[int, int], Any]
+Progress = Report | None
 _METADATA = "zarr.json"
 #: What a checksum of finished results is greater by, so that it is not 0.
 _DONE = 1 << 32
@@ -115,7 +117,7 @@ def compute(
     store : folder of a Zarr store that is made or gone on with; default memory.
     workers : threads of this machine; default all cores.
     cluster : address of a Dask scheduler whose workers compute instead.
-    progress : called as ``progress(done, n)`` with runs.
+    progress : called as ``progress(done, n)`` with runs; default a line for a person who waits.
     max_seconds : time on the clock after which all runs that are not done end where they are.
 
     Raises
@@ -133,7 +135,7 @@ def compute(
     fits(sum(map(math.prod, shapes)), plan.name, "lower points or take fewer values")
     sink = Memory(plan) if store is None else Store(plan, Path(store))
     with _executor(plan.name, workers, cluster) as (executor, width):
-        _work(plan, sink, executor, width, progress, until)
+        _work(plan, sink, executor, width, waiting(progress, plan.name), until)
     if plan.finish is not None:
         sink.add(plan.finish(plan, sink.arrays))
     return sink.dataset()
@@ -190,12 +192,12 @@ async def _greeted(cluster: str) -> None:
     await comm.close()
 
 
-def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Progress, until: float | None) -> None:
+def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Report, until: float | None) -> None:
     """Hand out tasks, no more than `width` at once, and keep their results as they come."""
     done = sink.done()
     runs = int(np.prod([plan.sizes[dim] for dim in plan.chunks]))
     finished: int = sum(_size(plan.region(plan.place(index))) for index in np.flatnonzero(done).tolist())
-    if progress is not None and finished:
+    if finished:
         progress(finished, runs)
     followers: dict[int, int] = {}
     ready: deque[int] = deque()
@@ -219,8 +221,7 @@ def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Pr
                 if index in followers:
                     ready.append(followers.pop(index))
                 finished += _size(plan.region(plan.place(index)))
-                if progress is not None:
-                    progress(finished, runs)
+                progress(finished, runs)
     finally:
         for future in running:
             future.cancel()

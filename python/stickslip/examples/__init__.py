@@ -9,6 +9,8 @@ from stickslip.errors import InputError
 
 FILES = ("block.csv", "block.toml", "system.toml")
 """A position record, its rig file, and the oscillator with the true law."""
+FOLDERS = ("rigs", "tracks")
+"""Rig files of every instrument, and setups of films."""
 
 
 def copy_example(folder: str | Path = ".") -> list[Path]:
@@ -20,7 +22,8 @@ def copy_example(folder: str | Path = ".") -> list[Path]:
 
     Returns
     -------
-    The paths of ``block.csv``, ``block.toml`` and ``system.toml``.
+    The paths of ``block.csv``, ``block.toml`` and ``system.toml``, and of the folders ``rigs`` and
+    ``tracks`` with further rig files and setups.
 
     Raises
     ------
@@ -32,17 +35,18 @@ def copy_example(folder: str | Path = ".") -> list[Path]:
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     [path.name for path in copy_example(folder)]
-    ['block.csv', 'block.toml', 'system.toml']
+    ['block.csv', 'block.toml', 'system.toml', 'rigs', 'tracks']
     """
     target = Path(folder)
-    paths = [target / name for name in FILES]
+    paths = [target / name for name in (*FILES, *FOLDERS)]
     for path in paths:
         if path.exists():
             raise InputError(f"{path}: expected a new file, got one that exists; choose another folder with -o")
     try:
         target.mkdir(parents=True, exist_ok=True)
         for path in paths:
-            shutil.copyfile(Path(__file__).with_name(path.name), path)
+            own = Path(__file__).with_name(path.name)
+            (shutil.copytree if own.is_dir() else shutil.copyfile)(own, path)
     except OSError as error:
         raise InputError(f"{folder}: expected a folder to write to, got {error.strerror}; choose another") from None
     return paths

@@ -60,8 +60,10 @@ def number(name: str, value: object, where: str) -> float:
     return result
 
 
-def numbers(name: str, value: Any, count: int, where: str, one_a: str) -> list[float]:
+def numbers(name: str, value: Any, count: int, where: str, one_a: str, *, finite: bool = True) -> list[float]:
     """`value` as `count` floats, a single number where one is enough; `one_a` says what each belongs to.
+
+    Those that are not finite are refused, unless they may be.
 
     >>> numbers("x0", 0.5, 1, "simulate", "mass")
     [0.5]
@@ -74,7 +76,7 @@ def numbers(name: str, value: Any, count: int, where: str, one_a: str) -> list[f
         raise InputError(f"{where}: {name} must be numbers, got {value!r}") from None
     if values.shape not in [(count,), *([()] if count == 1 else [])]:
         raise InputError(f"{where}: {name} must have the shape ({count},), one number a {one_a}, got {values.shape}")
-    return [number(name, item, where) for item in values.ravel().tolist()]
+    return [number(name, item, where) if finite else item for item in values.ravel().tolist()]
 
 
 def whole_number(name: str, value: object, where: str, least: int = 1, most: int = 2**63 - 1) -> int:

@@ -16,6 +16,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, did_you_mean, number, read_toml, toml_table
+from stickslip.files.notebook import InNotebook, shortened
 from stickslip.files.units import FARTHEST, quantity, si_unit
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -58,7 +59,7 @@ Point = Annotated[
 
 
 @dataclass(frozen=True)
-class Document:
+class Document(InNotebook):
     """A frozen dataclass that is also the table of a document; its annotations say what the table may hold.
 
     For developers: derive from it, annotate the fields with numbers, texts, ``Literal`` words, tuples, other documents and
@@ -82,6 +83,12 @@ class Document:
     WHAT: ClassVar[str] = ""
     #: Keys that a table must have although the dataclass has a default for them.
     REQUIRED: ClassVar[tuple[str, ...]] = ()
+
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[str, ...]:
+        """Those of which the number `name` may have a unit, where its annotation does not say it."""
+        del name
+        return ()
 
     def __post_init__(self) -> None:
         title = self._title()
@@ -138,6 +145,19 @@ class Document:
         import tomli_w
 
         return tomli_w.dumps(self.to_dict())
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        return {item.name: value for item in _items(type(self)) if (value := getattr(self, item.name)) is not None}
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "__repr__" not in vars(cls):  # a dataclass makes one of its own, which prints every node of a law
+            cls.__repr__ = Document._short  # type: ignore[assignment]
+
+    def _short(self) -> str:
+        fields = ", ".join(f"{item.name}={shortened(getattr(self, item.name))}" for item in _items(type(self)))
+        return f"{type(self).__name__}({fields})"
 
     def changed(self) -> dict[str, Any]:
         """The table of what differs from the defaults."""
@@ -495,5 +515,10 @@ def kinds(cls: type) -> dict[str, Kind]:
     # Annotations can be read only when all of their modules are there, and not for every document anew.
     if cls not in _KNOWN:
         hints = typing.get_type_hints(cls, include_extras=True)
+        assert issubclass(cls, Document)
+        for name, hint in hints.items():
+            if hint in (float, float | None) and (dimensions := cls.dimensions(name)):
+                number = Annotated[float, Limits(dimensions=dimensions)]
+                hints[name] = number if hint is float else number | None
         _KNOWN[cls] = {item.name: kind_of(hints[item.name]) for item in _items(cls)}
     return _KNOWN[cls]

@@ -29,7 +29,9 @@ UNITS: dict[str, dict[str, float]] = {
     "acceleration": {"m/s^2": 1.0},
     "stiffness": {"N/m": 1.0, "N/mm": 1e3, "N/cm": 1e2},
     "torsional_stiffness": {"N m/rad": 1.0, "N m/deg": 180 / math.pi},
-    "damping": {"N s/m": 1.0},
+    "damping": {"N s/m": 1.0, "N s/mm": 1e3},
+    "force_rate": {"N/s": 1.0, "mN/s": 1e-3, "kN/s": 1e3},
+    "frequency": {"rad/s": 1.0, "Hz": 2 * math.pi},
     "torsional_damping": {"N m s/rad": 1.0},
     "force_per_current": {"N/A": 1.0},
     "ratio": {"1": 1.0, "%": 0.01},
@@ -49,6 +51,57 @@ def si_unit(dimension: str) -> str:
     'rad/s'
     """
     return next(iter(UNITS[dimension]))
+
+
+#: What a text with a unit may be where a number of a law or a system has one of these dimensions.
+TEXTS = {
+    "force": ("force", "torque"),
+    "velocity": ("speed", "angular_speed"),
+    "length": ("length", "angle"),
+    "time": ("time",),
+    "mass": ("mass", "inertia"),
+    "stiffness": ("stiffness", "torsional_stiffness"),
+    "damping": ("damping", "torsional_damping"),
+    "force velocity^-1": ("damping", "torsional_damping"),
+    "force time^-1": ("force_rate",),
+    "time^-1": ("frequency",),
+}
+
+#: What the dimensions of a law are products of, as powers of force, length and time.
+POWERS = {
+    "force": (1, 0, 0),
+    "length": (0, 1, 0),
+    "time": (0, 0, 1),
+    "velocity": (0, 1, -1),
+    "stiffness": (1, -1, 0),
+    "damping": (1, -1, 1),
+}
+
+
+def unit_of(dimension: str, force: str = "N", length: str = "m", time: str = "s") -> str:
+    """The unit of a product such as ``"force velocity^-1"`` from those of force, length and time; "1" for a pure number.
+
+    >>> unit_of("force velocity^-1"), unit_of("force time^-1", "1"), unit_of("velocity", "1", "1", "1")
+    ('N s/m', '1/s', '1')
+    >>> unit_of("time^-exponent"), unit_of("angle")
+    ('s^-exponent', 'deg')
+    """
+    if dimension == "angle":
+        return "deg"
+    units, powers, rest = (force, length, time), [0, 0, 0], []
+    for factor in dimension.split():
+        name, _, power = factor.partition("^")
+        if not power.lstrip("-").isdigit() and power:  # the power is another number of the law
+            rest += [f"{unit}^{power}" for unit, own in zip(units, POWERS[name], strict=True) if own and unit != "1"]
+            continue
+        powers = [total + int(power or 1) * own for total, own in zip(powers, POWERS[name], strict=True)]
+    sized = [(unit, power) for unit, power in zip(units, powers, strict=True) if power and unit != "1"]
+    above, below = (
+        [unit if abs(power) == 1 else f"{unit}^{abs(power)}" for unit, power in sized if power * sign > 0]
+        for sign in (1, -1)
+    )
+    under = " ".join(below) if len(below) < 2 else f"({' '.join(below)})"
+    return " ".join(above + rest or ["1"]) + (f"/{under}" if below else "")
 
 
 def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, float]:

@@ -17,7 +17,6 @@ import numpy as np
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.law_parameters import value
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.identify import identify
@@ -31,6 +30,7 @@ from stickslip.laws import (
     StaticFriction,
     StaticKinetic,
 )
+from stickslip.laws.numbers import value
 from stickslip.measurement import Rig, measure
 from stickslip.model.system import Oscillator
 from stickslip.simulation.simulate import simulate

@@ -16,7 +16,6 @@ from stickslip.identification.guesses.first_guess import GUESSES, first_guess
 from stickslip.identification.kinetic.branches import BranchFit, Problem, fit_branches
 from stickslip.identification.kinetic.lack_of_fit import lack_of_fit
 from stickslip.identification.kinetic.motion import WITH_MEMORY
-from stickslip.identification.law_parameters import check_names, pointers, value, with_values
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
 from stickslip.identification.static.break_away import (
@@ -33,6 +32,7 @@ from stickslip.laws import (
     Tabulated,
     TwoBranch,
 )
+from stickslip.laws.numbers import check_names, pointers, value, with_values
 
 CORRELATED = 0.98
 OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)

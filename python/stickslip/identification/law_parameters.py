@@ -4,133 +4,20 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean
 from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.laws import Law
 from stickslip.laws.facts import Number
+from stickslip.laws.numbers import numbers, pointers, put, value
 
 Array = npt.NDArray[np.float64]
-
-Pointer = tuple[str | int, ...]
-
-
-def pointers(law: Law) -> dict[str, Pointer]:
-    """Where each number of a law stands in its document, by name.
-
-    >>> from stickslip.laws import PiecewiseLinear
-    >>> list(pointers(PiecewiseLinear(nodes=[(0, 1), (1, 0.5)], break_away=1)))[:3]
-    ['nodes[0].slip_velocity', 'nodes[0].force', 'nodes[1].slip_velocity']
-    """
-    return {name: pointer for name, (pointer, _) in _numbers(law).items()}
-
-
-def numbers(law: Law) -> dict[str, Number]:
-    """What is known of each number of a law, by name.
-
-    >>> from stickslip.laws import BogaczRyczek
-    >>> numbers(BogaczRyczek())["static_friction.initial"].low
-    0.0
-    """
-    return {name: number for name, (_, number) in _numbers(law).items()}
-
-
-def _numbers(law: Law) -> dict[str, tuple[Pointer, Number]]:
-    found: dict[str, tuple[Pointer, Number]] = {}
-    for key, value in law.to_dict().items():
-        if key == "type" or isinstance(value, str) or law.PARAMETERS[key].choices:
-            continue
-        pair = law.PARAMETERS[key].numbers
-        if isinstance(value, dict):
-            # What a table inside the law leaves out, such as the scale of the force rate, has a name all the same.
-            inner = getattr(law, key).PARAMETERS.items()
-            found |= {f"{key}.{name}": ((key, name), item.numbers[-1]) for name, item in inner if item.numbers}
-        elif not isinstance(value, list):
-            found[key] = (key,), pair[-1]
-        elif isinstance(value[0], list):
-            found |= {
-                f"{key}[{i}].{number.part}": ((key, i, j), number)
-                for i in range(len(value))
-                for j, number in enumerate(pair)
-            }
-        else:
-            found |= {f"{key}.{number.part}": ((key, j), number) for j, number in enumerate(pair)}
-    return found
-
-
-def value(law: Law, name: str) -> float:
-    """One number of a law.
-
-    Raises
-    ------
-    InputError
-        for a name the law does not have, or a number that is not set.
-
-    >>> from stickslip.laws import BogaczRyczek
-    >>> value(BogaczRyczek(), "B.f")
-    1.33
-    """
-    found = maybe(law, name)
-    if found is None:
-        raise InputError(f"{type(law).__name__}: {name} is not set, so it has no value; give it one in fixed")
-    return found
-
-
-def maybe(law: Law, name: str) -> float | None:
-    """One number of a law, None where it is not set."""
-    here: Any = law.to_dict()
-    for key in _pointer(law, name):
-        here = None if isinstance(here, dict) and key not in here else here[key]
-    return None if here is None or isinstance(here, str) else float(here)
-
-
-def with_values(law: Law, values: Mapping[str, float]) -> Law:
-    """The law with some of its numbers changed.
-
-    Raises
-    ------
-    InputError
-        for a name the law does not have, or values that do not make a law.
-
-    >>> from stickslip.laws import StaticKinetic
-    >>> with_values(StaticKinetic(break_away=1.0, kinetic=0.6), {"kinetic": 0.5})
-    StaticKinetic(break_away=1.0, kinetic=0.5)
-    """
-    document = law.to_dict()
-    for name, number in values.items():
-        _put(document, _pointer(law, name), float(number))
-    return type(law).from_dict(document, type(law).__name__)
-
-
-def _put(document: Any, pointer: Pointer, number: float) -> None:
-    *way, last = pointer
-    for key in way:
-        document = document[key]
-    document[last] = number
-
-
-def check_names(law: Law, names: Iterable[str]) -> list[str]:
-    """The names, each once and each a number of the law."""
-    checked = list(dict.fromkeys(names))
-    for name in checked:
-        _pointer(law, name)
-    return checked
-
-
-def _pointer(law: Law, name: str) -> Pointer:
-    known = pointers(law)
-    if name not in known:
-        raise InputError(
-            f"{type(law).__name__} has no parameter {name!r}{did_you_mean(name, known)}; it has {', '.join(known)}"
-        )
-    return known[name]
 
 
 def parameters_of_law(
@@ -193,7 +80,7 @@ class LawParameters:
         """The law with these free numbers; an InputError where they make no law."""
         document = json.loads(self._document)
         for name, number in self._parameters.values(self._raw(numbers)).items():
-            _put(document, self._pointers[name], number)
+            put(document, self._pointers[name], number)
         return self._kind.from_dict(document, self._kind.__name__)
 
     def _raw(self, numbers: Array) -> Array:
@@ -210,4 +97,4 @@ class LawParameters:
     def estimate(self, numbers: Array, covariance: Array, freedom: float) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Value, error and 95 % interval by name, and the covariance, from the covariance of the vector."""
         unit = np.outer(self._unit, self._unit)
-        return self._parameters.estimate(self._raw(numbers), covariance * unit, freedom)
+        return estimate(self._parameters, self._raw(numbers), covariance * unit, freedom)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.files.documents import toml_table
 from stickslip.files.netcdf import read_tree
+from stickslip.files.notebook import InNotebook
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -24,8 +25,8 @@ ROWS = ("t", "stick_time", "force_rate", "force", "drop")
 FEWEST_SAMPLES = 10
 
 
-@dataclass(frozen=True)
-class FrictionRecord:
+@dataclass(frozen=True, repr=False)
+class FrictionRecord(InNotebook):
     """Friction force and slip velocity over time, and the break-aways in it.
 
     Attributes
@@ -55,6 +56,20 @@ class FrictionRecord:
     displacement: Array | None = None
     recorded: Array | None = None
     units: Mapping[str, str] = field(default_factory=dict)
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        span = f"{self.time[0]:.6g} to {self.time[-1]:.6g}"
+        counts = {"samples": self.time.size, "time": span, "break_aways": len(self.break_away)}
+        return {
+            "name": self.name,
+            **counts,
+            **self.constants,
+            "units": [f"{one}: {of}" for one, of in self.units.items()],
+        }
+
+    def __repr__(self) -> str:
+        return f"<FrictionRecord {self.name}: {self.time.size} samples, {len(self.break_away)} break-aways>"
 
     @property
     def slips(self) -> list[tuple[int, int]]:
@@ -144,7 +159,31 @@ def read_records(friction: Any) -> list[FrictionRecord]:
     items = list(friction) if isinstance(friction, list | tuple) else [friction]
     if not items:
         raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
-    return [_read(item, number) for number, item in enumerate(items, start=1)]
+    records = [_read(item, number) for number, item in enumerate(items, start=1)]
+    check_same_units((record.name, record.units) for record in records)
+    return records
+
+
+def stated_units(data: xr.Dataset) -> dict[str, str]:
+    """The units of time, force and slip velocity that a friction record or table states."""
+    names = {"t": "time", "time": "time", "force": "force", "slip_velocity": "slip_velocity"}
+    columns = {of: data[name] for name, of in names.items() if name in data.variables}
+    return {of: str(column.attrs["units"]) for of, column in columns.items() if "units" in column.attrs}
+
+
+def check_same_units(units: Iterable[tuple[str, Mapping[str, str]]]) -> None:
+    """Refuse records that do not join: forces in N beside friction coefficients, or m/s beside rad/s."""
+    seen: dict[str, tuple[str, str]] = {}
+    for name, stated in units:
+        for quantity, unit in stated.items():
+            other, wanted = seen.setdefault(quantity, (name, unit))
+            if unit != wanted:
+                shown = [f"in {one}" if one != "1" else "dimensionless" for one in (unit, wanted)]
+                raise InputError(
+                    f"{name}: expected the {quantity.replace('_', ' ')} {shown[1]}, as in {other}, got it {shown[0]}; "
+                    "measure both with one unit (a normal_force in the rig makes friction a coefficient), or identify each "
+                    "by itself"
+                )
 
 
 def _read(item: Any, number: int) -> FrictionRecord:
@@ -215,7 +254,7 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
         attrs=dict(data.attrs),
         displacement=_column(data, "displacement", name) if "displacement" in data else None,
         recorded=data["recorded"].to_numpy().astype(float) if "recorded" in data else None,
-        units={name: str(data[name].attrs.get("units", "1")) for name in ("force", "time", "slip_velocity")},
+        units=stated_units(data),
     )
     return record.facing_slip()
 
@@ -237,6 +276,7 @@ def _slips_alone(tree: xr.DataTree, name: str) -> FrictionRecord:
         break_away=table,
         constants=_constants(tree.attrs),
         attrs={str(key): value for key, value in tree.attrs.items()},
+        units=stated_units(tree.children["break_away"].to_dataset(inherit=False)),
     )
 
 

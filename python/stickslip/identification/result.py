@@ -13,11 +13,11 @@ import pandas as pd
 from stickslip.files.documents import write_whole
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.kinetic.motion import Motion
-from stickslip.identification.law_parameters import maybe, pointers
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.static.break_away import StaticFriction
 from stickslip.laws import Law
 from stickslip.laws.law import law_file
+from stickslip.laws.numbers import maybe, pointers, units_of
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -54,6 +54,23 @@ class Identification(Result):
     within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     offset: pd.Series | None = None
     motions: pd.DataFrame | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "law", self.law.with_covariance(self.covariance, self.constraints, self.within))
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each number of the law by its name, and of the offset; "1" for a pure number."""
+        stated = self.records[0].units if self.records else {}
+        force, time, velocity = (stated.get(name, "1") for name in ("force", "time", "slip_velocity"))
+        units = units_of(self.law, force, velocity.removesuffix(f"/{time}"), time)
+        return units if self.offset is None else units | {str(self.offset.name): force}
+
+    @property
+    def force_unit(self) -> str:
+        """The unit of friction as it stands behind a number."""
+        unit = self.records[0].units.get("force", "1") if self.records else "1"
+        return "" if unit == "1" else f" {unit}"
 
     def residuals(self, record: int = 0) -> pd.DataFrame:
         """Measured and predicted friction of one record while it slips.
@@ -93,8 +110,8 @@ class Identification(Result):
 
     def tables(self) -> list[str]:
         """The numbers and the misfit."""
-        table = self.estimates().to_string(float_format=lambda number: f"{number:.5g}")
-        return [table, f"rms of the kinetic force: {self.rms:.3g}"]
+        table = self.shown().to_string(float_format=lambda number: f"{number:.5g}")
+        return [table, f"rms of the kinetic force: {self.rms:.3g}{self.force_unit}"]
 
     def to_toml(self) -> str:
         """The law file: the tables [law], [uncertainty] (standard errors by name), [covariance] and [source]."""
@@ -108,7 +125,7 @@ class Identification(Result):
             "intervals": {name: [float(row["low"]), float(row["high"])] for name, row in self.parameters.iterrows()},
             "notes": self.notes,
         }
-        return law_file(self.law, self.covariance, source)
+        return law_file(self.law, self.covariance, source, {name: self.units[name] for name in pointers(self.law)})
 
     def save(self, path: str | Path) -> Path:
         """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.identification.law_parameters import value, with_values
 from stickslip.identification.trajectory.first_passage import own_number
+from stickslip.laws.numbers import value, with_values
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate

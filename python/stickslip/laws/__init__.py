@@ -6,9 +6,11 @@ Every law answers two questions: what force adhesion can bear (:meth:`Law.break_
 
 from __future__ import annotations
 
+from stickslip.laws.asymmetric import Asymmetric as Asymmetric
 from stickslip.laws.bogacz_ryczek import BogaczRyczek as BogaczRyczek
 from stickslip.laws.bogacz_ryczek import StaticFriction as StaticFriction
 from stickslip.laws.bouc_wen import BoucWen as BoucWen
+from stickslip.laws.combined import Combined as Combined
 from stickslip.laws.coulomb import Coulomb as Coulomb
 from stickslip.laws.cubic import Cubic as Cubic
 from stickslip.laws.dahl import Dahl as Dahl
@@ -24,10 +26,12 @@ from stickslip.laws.logarithmic_dwell import LogarithmicDwell as LogarithmicDwel
 from stickslip.laws.lorentzian import Lorentzian as Lorentzian
 from stickslip.laws.lu_gre import LuGre as LuGre
 from stickslip.laws.piecewise_linear import PiecewiseLinear as PiecewiseLinear
+from stickslip.laws.piecewise_polynomial import PiecewisePolynomial as PiecewisePolynomial
 from stickslip.laws.popp_stelter import PoppStelter as PoppStelter
 from stickslip.laws.rate_state import RateState as RateState
 from stickslip.laws.rational import Rational as Rational
 from stickslip.laws.regularised import Regularised as Regularised
+from stickslip.laws.smooth_function import smooth_from_function as smooth_from_function
 from stickslip.laws.static_kinetic import StaticKinetic as StaticKinetic
 from stickslip.laws.tabulated import Tabulated as Tabulated
 from stickslip.laws.tabulation import from_function as from_function

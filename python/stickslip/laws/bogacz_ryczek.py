@@ -32,6 +32,11 @@ class StaticFriction(Document):
 
     PARAMETERS: ClassVar[Mapping[str, Parameter]] = FACTS["BogaczRyczek"].parameters["static_friction"].table or {}
 
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[str, ...]:
+        """Those that the core declares of the number."""
+        return cls.PARAMETERS[name].texts if name in cls.PARAMETERS else ()
+
     initial: float
     limit: float = 0.0
     rate: float = 1.0

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stickslip import _core
+from stickslip.files.units import TEXTS
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,11 @@ class Parameter:
     def unit(self) -> str:
         """The dimensions of its numbers, with a comma between two; ``law`` for a table or a law within the law."""
         return "law" if self.table is not None else ", ".join(number.unit for number in self.numbers)
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """The dimensions of which it may be a text with a unit, such as "6 N", where it is one number."""
+        return TEXTS.get(self.unit, ())
 
     @property
     def choices(self) -> tuple[float, ...]:

@@ -6,23 +6,28 @@ import importlib
 import json
 import re
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, did_you_mean, numbers, read_toml, write_whole
+from stickslip.files.documents import check_keys, did_you_mean, numbers, read_toml, whole_number, write_whole
 from stickslip.files.schema import Document, complete, kind_of
 from stickslip.files.schema import Point as Point
 from stickslip.laws.facts import FACTS, Parameter
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+TRIES = 1000
+"""Draws for each law that is asked for, at the most."""
 
 
 @dataclass(frozen=True)
@@ -40,10 +45,16 @@ class Law(Document):
     SMOOTH: ClassVar[bool] = False
 
     def __init_subclass__(cls, family: bool = False) -> None:
+        super().__init_subclass__()
         if not family:
             Law.ALL[cls.__name__] = cls
             facts = FACTS[cls.__name__]
             cls.PARAMETERS, cls.SMOOTH = facts.parameters, facts.smooth
+
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[str, ...]:
+        """Those that the core declares of the number."""
+        return cls.PARAMETERS[name].texts if name in cls.PARAMETERS else ()
 
     @cached_property
     def core(self) -> Any:
@@ -123,7 +134,8 @@ class Law(Document):
         Parameters
         ----------
         stick_time : time of adhesion t_s, any shape.
-        force_rate : |dF/dt| while stuck δ, same shape or a number.
+        force_rate : dF/dt while stuck, of the size δ, same shape or a number; where friction differs between the directions,
+            its sign is that of the friction force.
 
         Returns
         -------
@@ -147,12 +159,91 @@ class Law(Document):
         array([-0.6,  0.6])
         """
         w = np.asarray(w, float)
-        speed, back = np.unique(np.abs(w), return_inverse=True)
-        path = np.concatenate([[0.0], speed])
-        stuck = np.arange(path.size) == 0
-        force = force_along(self, np.zeros_like(path), path, stuck, np.zeros_like(path))[1:]
-        signed = force[back].reshape(w.shape) * np.where(w < 0, -1.0, 1.0)
-        return signed if w.ndim else float(signed)
+        force = np.empty_like(w)
+        for direction, part in ((1.0, ~(w < 0)), (-1.0, w < 0)):
+            speed, back = np.unique(np.abs(w[part]), return_inverse=True)
+            path = direction * np.concatenate([[0.0], speed])
+            stuck = np.arange(path.size) == 0
+            force[part] = force_along(self, np.zeros_like(path), path, stuck, np.zeros_like(path))[1:][back]
+        return force if w.ndim else float(force)
+
+    @property
+    def covariance(self) -> pd.DataFrame:
+        """Covariance of the fitted numbers, of a law from a law file or a fit; empty for any other law.
+
+        It belongs to this law alone: one that is made from it with other numbers has none.
+        """
+        import pandas as pd
+
+        given = self._uncertainty
+        return pd.DataFrame() if given is None else given[0]
+
+    def with_covariance(
+        self,
+        covariance: pd.DataFrame,
+        constraints: Mapping[str, str] | None = None,
+        within: Mapping[str, tuple[float, float]] | None = None,
+    ) -> Self:
+        """The same law with the covariance of its fitted numbers, from which :meth:`sample` draws.
+
+        Parameters
+        ----------
+        covariance : DataFrame over the names of numbers in both directions.
+        constraints : numbers that take the value of a fitted one, by name.
+        within : lowest and highest value of fitted numbers, where they are narrower than those of the law.
+        """
+        twin = copy(self)
+        vars(twin)["_uncertainty"] = covariance, dict(constraints or {}), dict(within or {})
+        return twin
+
+    _uncertainty: ClassVar[tuple[Any, ...] | None] = None
+
+    def sample(self, n: int, seed: int) -> list[Self]:
+        """Laws that may as well be: drawn from the covariance of the fitted numbers.
+
+        The fitted numbers are drawn from a normal distribution, those known by their ratio (:mod:`stickslip.laws.facts`) by
+        their logarithm. A draw beyond the limits of a number, or that makes no law, is drawn again; constraints are kept.
+
+        Parameters
+        ----------
+        n : how many laws, at least 1.
+        seed : of the random numbers; the same seed gives the same laws.
+
+        Raises
+        ------
+        InputError
+            where no covariance came with the law, it is not finite, or nearly no draw makes a law.
+
+        >>> import pandas as pd
+        >>> from stickslip.laws import StaticKinetic
+        >>> covariance = pd.DataFrame([[0.01]], index=["kinetic"], columns=["kinetic"])
+        >>> law = StaticKinetic(1.0, 0.6).with_covariance(covariance)
+        >>> [round(one.kinetic, 3) for one in law.sample(3, seed=0)]
+        [0.613, 0.587, 0.664]
+        """
+        from stickslip.laws.numbers import Spread
+
+        whole_number("n", n, "sample")
+        whole_number("seed", seed, "sample", least=0)
+        if self.covariance.empty:
+            raise InputError(
+                f"sample: this {type(self).__name__} has no covariance; take the law of an identification, or load a law "
+                "file that one has saved"
+            )
+        spread, normal = Spread(self, *(self._uncertainty or ())), np.random.default_rng(seed)
+        found: list[Self] = []
+        for tried in range(1, TRIES * n + 1):
+            law = spread.at(normal.standard_normal(len(spread.names)))
+            if law is not None:
+                found.append(cast(Self, law))
+            if len(found) == n:
+                return found
+            if tried == TRIES and not found:
+                break
+        raise InputError(
+            f"sample: of {tried} draws {len(found)} lie within the limits of {type(self).__name__}: its numbers are known "
+            "too poorly to be drawn; hold some of them when it is fitted (fixed)"
+        )
 
     def _along(
         self, t: NDArray[np.float64], w: NDArray[np.float64], stuck: NDArray[np.bool_], rate: NDArray[np.float64]
@@ -194,8 +285,11 @@ def force_along(
 
 
 def load_law(path: str | Path) -> Law:
-    """The law of a law file: its table ``[law]``."""
-    return Law.from_dict(_law_document(path)["law"], f"{path}: law")
+    """The law of a law file: its table ``[law]``, with the covariance of its numbers where the file holds one."""
+    document = _law_document(path)
+    law = Law.from_dict(document["law"], f"{path}: law")
+    covariance, constraints, within = _read_covariance(document, path)
+    return law if covariance.empty else law.with_covariance(covariance, constraints, within)
 
 
 def load_covariance(path: str | Path) -> pd.DataFrame:
@@ -203,20 +297,32 @@ def load_covariance(path: str | Path) -> pd.DataFrame:
 
     The standard errors are the roots of its diagonal. Numbers that were not fitted are not in it.
     """
+    return _read_covariance(_law_document(path), path)[0]
+
+
+def _read_covariance(
+    document: Mapping[str, Any], path: str | Path
+) -> tuple[pd.DataFrame, dict[str, str], dict[str, tuple[float, float]]]:
+    """The covariance of a law file, the numbers that follow another, and the limits of the fitted ones."""
     import pandas as pd
 
-    table = _law_document(path).get("covariance", {"names": [], "matrix": []})
-    check_keys(table, ("names", "matrix"), ("names", "matrix"), f"{path}: covariance")
+    table = document.get("covariance", {"names": [], "matrix": []})
+    check_keys(table, ("names", "matrix", "constraints", "within"), ("names", "matrix"), f"{path}: covariance")
     names = table["names"]
-    rows = [numbers("covariance", row, len(names), str(path), "name") for row in table["matrix"]]
+    rows = [numbers("covariance", row, len(names), str(path), "name", finite=False) for row in table["matrix"]]
     if len(rows) != len(names):
         raise InputError(
             f"{path}: covariance: expected {len(names)} rows, one a name, got {len(rows)}; write the law again"
         )
-    return pd.DataFrame(np.reshape(rows, (len(names), len(names))), index=names, columns=names)
+    within: dict[str, tuple[float, float]] = {}
+    for name, ends in table.get("within", {}).items():
+        low, high = numbers("within", ends, 2, f"{path}: covariance", "end", finite=False)
+        within[name] = low, high
+    frame = pd.DataFrame(np.reshape(rows, (len(names), len(names))), index=names, columns=names)
+    return frame, dict(table.get("constraints", {})), within
 
 
-TABLES = ("law", "uncertainty", "covariance", "source")
+TABLES = ("law", "units", "uncertainty", "covariance", "source")
 """The tables of a law file."""
 
 
@@ -237,16 +343,20 @@ def _law_document(path: str | Path) -> dict[str, Any]:
     return document
 
 
-def law_file(law: Law, covariance: pd.DataFrame, source: Mapping[str, Any]) -> str:
-    """The text of a law file: [law], [uncertainty] and [covariance] of its fitted numbers, and [source], where it is from."""
+def law_file(law: Law, covariance: pd.DataFrame, source: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """The text of a law file: [law], [units] of its numbers, [uncertainty] and [covariance] of fitted ones, and [source]."""
     import tomli_w
 
     names = [str(name) for name in covariance.index]
     matrix = covariance.to_numpy(float)
+    _, constraints, within = law._uncertainty or (None, {}, {})
     document = {
         "law": law.to_dict(),
+        "units": dict(units),
         "uncertainty": dict(zip(names, np.sqrt(np.diag(matrix)).tolist(), strict=True)),
-        "covariance": {"names": names, "matrix": matrix.tolist()},
+        "covariance": {"names": names, "matrix": matrix.tolist()}
+        | ({"constraints": constraints} if constraints else {})
+        | ({"within": {name: list(ends) for name, ends in within.items()}} if within else {}),
         "source": {"version": _core.__version__, **source},
     }
     # a row of numbers a line, not a number
@@ -255,9 +365,11 @@ def law_file(law: Law, covariance: pd.DataFrame, source: Mapping[str, Any]) -> s
     )
 
 
-def save_law(path: str | Path, law: Law, covariance: pd.DataFrame, source: Mapping[str, Any]) -> Path:
+def save_law(
+    path: str | Path, law: Law, covariance: pd.DataFrame, source: Mapping[str, Any], units: Mapping[str, str]
+) -> Path:
     """Write a law file that :func:`load_law` and :func:`load_covariance` read back."""
-    text = law_file(law, covariance, source)
+    text = law_file(law, covariance, source, units)
     return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
 
 

@@ -57,16 +57,11 @@ def from_function(
     55
     """
     # The laws export this function.
-    bound = number("error", error, "from_function")
-    if bound <= 0:
-        raise InputError(f"from_function: error must be greater than 0, got {bound:g}")
+    bound = positive("error", error, "from_function")
     if callable(f):
         if w_max is None:
             raise InputError("from_function: w_max is missing; give the largest slip speed that will occur")
-        top = number("w_max", w_max, "from_function")
-        if top <= 0:
-            raise InputError(f"from_function: w_max must be greater than 0, got {top:g}")
-        w, force = _sample(f, top, _SHARE * bound)
+        w, force = _sample(f, positive("w_max", w_max, "from_function"), _SHARE * bound)
         allowed = (1 - _SHARE) * bound
     else:
         w, force = _table(f, w_max)
@@ -82,7 +77,16 @@ def from_function(
 _TROUBLE = (ArithmeticError, LookupError, TypeError, ValueError)
 
 
-def _evaluate(f: Callable[[Any], Any], w: _Floats) -> _Floats:
+def positive(name: str, value: Any, where: str) -> float:
+    """A number above 0."""
+    found = number(name, value, where)
+    if found <= 0:
+        raise InputError(f"{where}: {name} must be greater than 0, got {found:g}")
+    return found
+
+
+def evaluate(f: Callable[[Any], Any], w: _Floats, where: str, name: str = "f") -> _Floats:
+    """The function at all slip speeds, at once or singly."""
     # What is not finite is refused below, so numpy need not warn of it.
     with np.errstate(all="ignore"):
         try:
@@ -97,7 +101,7 @@ def _evaluate(f: Callable[[Any], Any], w: _Floats) -> _Floats:
                     singly.append(f(item))
                 except _TROUBLE as problem:
                     raise InputError(
-                        f"from_function: f must give a number for a number, got the error: {problem} at w = {item:g}"
+                        f"{where}: {name} must give a number for a number, got the error: {problem} at w = {item:g}"
                     ) from None
             given = np.asarray(singly)
     try:
@@ -105,24 +109,28 @@ def _evaluate(f: Callable[[Any], Any], w: _Floats) -> _Floats:
             raise TypeError("complex numbers")
         values: _Floats = given.astype(float)
     except (TypeError, ValueError) as problem:
-        raise InputError(f"from_function: f must give a number for a number, got the error: {problem}") from None
+        raise InputError(f"{where}: {name} must give a number for a number, got the error: {problem}") from None
     bad = ~np.isfinite(values)
     if bad.any():
-        raise InputError(f"from_function: f must be finite on [0, w_max], got {values[bad][0]} at w = {w[bad][0]:g}")
+        raise InputError(f"{where}: {name} must be finite on [0, w_max], got {values[bad][0]} at w = {w[bad][0]:g}")
     return values
 
 
-def _sample(f: Callable[[Any], Any], top: float, allowed: float) -> tuple[_Floats, _Floats]:
-    # Unevenly, so that no wave hides between the samples.
+def uneven(top: float) -> _Floats:
+    """Slip speeds from 0 to `top`, so uneven that no wave hides between them."""
     index = np.arange(1, _FIRST)
-    w = np.concatenate([[0.0], (index - 0.5 * (index * _GOLDEN % 1)) / _FIRST, [1.0]]) * top
-    force = _evaluate(f, w)
+    return np.concatenate([[0.0], (index - 0.5 * (index * _GOLDEN % 1)) / _FIRST, [1.0]]) * top
+
+
+def _sample(f: Callable[[Any], Any], top: float, allowed: float) -> tuple[_Floats, _Floats]:
+    w = uneven(top)
+    force = evaluate(f, w, "from_function")
     done_w, done_force = [w], [force]
     low, high, f_low, f_high = w[:-1], w[1:], force[:-1], force[1:]
     count = len(w)
     while len(low):
         inner = low + np.array([[0.25], [0.5], [0.75]]) * (high - low)
-        values = _evaluate(f, inner.ravel()).reshape(inner.shape)
+        values = evaluate(f, inner.ravel(), "from_function").reshape(inner.shape)
         chord = f_low + np.array([[0.25], [0.5], [0.75]]) * (f_high - f_low)
         split = np.abs(values - chord).max(axis=0) > 0.5 * allowed
         if not split.any():
@@ -147,24 +155,29 @@ def _sample(f: Callable[[Any], Any], top: float, allowed: float) -> tuple[_Float
     return w[order], force[order]
 
 
-def _table(table: Any, w_max: float | None) -> tuple[_Floats, _Floats]:
+def table(given: Any, where: str, most: int = 2) -> tuple[_Floats, ...]:
+    """The columns of a table: slip speed from 0 on, force, and the slope where `most` is 3 and it is there."""
     try:
-        rows = np.asarray(table, float)
+        rows = np.asarray(given, float)
     except (TypeError, ValueError):
         rows = np.empty(0)
-    if rows.ndim != 2 or rows.shape[1] != 2 or len(rows) < 2:
+    if rows.ndim != 2 or not 2 <= rows.shape[1] <= most or len(rows) < 2:
+        third = " or three (slip speed, force, slope)" if most == 3 else ""
         raise InputError(
-            "from_function: f must be a function of the slip speed, or a table of two columns (slip speed, force) and at "
-            f"least two rows, got {type(table).__name__}"
+            f"{where}: f must be a function of the slip speed, or a table of two columns (slip speed, force){third} and at "
+            f"least two rows, got {type(given).__name__}"
         )
     if not np.isfinite(rows).all():
         row = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
-        raise InputError(
-            f"from_function: the table must be finite, got {rows[row].tolist()} in row {row} (counted from 0)"
-        )
-    w, force = rows[:, 0], rows[:, 1]
+        raise InputError(f"{where}: the table must be finite, got {rows[row].tolist()} in row {row} (counted from 0)")
+    w = rows[:, 0]
     if w[0] != 0 or (np.diff(w) <= 0).any():
-        raise InputError("from_function: the slip speeds of the table must start at 0 and increase; sort its rows")
+        raise InputError(f"{where}: the slip speeds of the table must start at 0 and increase; sort its rows")
+    return tuple(rows.T)
+
+
+def _table(given: Any, w_max: float | None) -> tuple[_Floats, _Floats]:
+    w, force = table(given, "from_function")
     if w_max is not None:
         top = number("w_max", w_max, "from_function")
         if not 0 < top <= w[-1]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,7 @@ from stickslip.measurement.instruments import INSTRUMENTS, Bench
 from stickslip.measurement.limits import LimitSearch, refine_sticks
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import Record, as_record
-from stickslip.measurement.recalibration import Draft, most_mistaken, recalibrated
+from stickslip.measurement.recalibration import Draft, another_drive_velocity, most_mistaken, recalibrated, rigid_sticks
 from stickslip.measurement.regime import intermittence, regime, slow_share, undecided
 from stickslip.measurement.result import release
 from stickslip.measurement.rigs.chain import Chain, pull_together
@@ -41,11 +41,9 @@ from stickslip.measurement.sticks import (
     Stick,
     creeping_sticks,
     find_flanks,
-    is_rigid,
     own_period,
     presmooth,
     rigid_candidates,
-    rigid_slope,
     stick_slope,
 )
 
@@ -201,9 +199,8 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     check_rise(record, rig, presmoothed, flanks)
 
     # the spring and the drive as the sticks show them
-    trial = rigid_candidates(presmoothed, flanks, o.drive_velocity, 1 / own_period(o))
-    slope = rigid_slope(time, x, weight, trial, noise) if trial else None
-    rigid = slope is not None and is_rigid(time, x, weight, trial, slope.value, noise)
+    stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
+    trial, slope, rigid = rigid_sticks(stated, o.drive_velocity)
     # A mass that does not go with the drive where it seems to rest does not rest.
     rigid = rigid and slope is not None and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig)
     if not trial:
@@ -217,13 +214,15 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
                 "as creep inside a stick, not as slips (rig: least_drop)"
             )
         slope = stick_slope(time, x, weight, flanks, presmoothed, o.drive_velocity)
-    stated = Draft(time, x, weight, o, noise, presmoothed, flanks, rigid)
+    stated = replace(stated, flanks=flanks, rigid=rigid)
     draft, why = (stated, []) if slope is None else recalibrated(stated, slope, trial, rig)
     friction, sticks, slow, word = _fitted(draft)
     if word != "stick_slip" and (sticks or draft is not stated):
         # What is not surely stick-slip has no sticks, and so nothing by which to correct the rig.
         why = [] if draft is not stated else why
         friction, sticks, slow, _ = _fitted(stated, sticking=False)
+    if not sticks:
+        why = [*another_drive_velocity(stated, rig), *why]
     notes += why
     if sticks and rigid:
         notes += few_samples(record, o)

@@ -13,7 +13,18 @@ from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.pieces import Oscillator
 from stickslip.measurement.signals.spectra import Line, main_line
-from stickslip.measurement.sticks import Flanks, Presmoothed, Stick, StickSlope, creeping_sticks
+from stickslip.measurement.sticks import (
+    Flanks,
+    Presmoothed,
+    Stick,
+    StickSlope,
+    creeping_sticks,
+    is_rigid,
+    own_period,
+    rigid_candidates,
+    rigid_slope,
+    stick_slope,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -129,6 +140,37 @@ def recalibrated(draft: Draft, slope: StickSlope, candidates: list[Stick], rig: 
         "(an error of the force scale or of V would look the same)"
     )
     return draft.with_stiffness(ratio), [note]
+
+
+def rigid_sticks(draft: Draft, speed: float) -> tuple[list[Stick], StickSlope | None, bool]:
+    """Where a mass that does not creep may stick on a drive of this speed, their slope, and whether it rests there."""
+    samples = draft.time, draft.extension, draft.weight
+    trial = rigid_candidates(draft.presmoothed, draft.flanks, speed, 1 / own_period(draft.oscillator))
+    slope = rigid_slope(*samples, trial, draft.noise) if trial else None
+    return trial, slope, slope is not None and is_rigid(*samples, trial, slope.value, draft.noise)
+
+
+def another_drive_velocity(draft: Draft, rig: Rig) -> list[str]:
+    """Whether a record without sticks sticks most of the time if the drive moves at another speed, as with a wrong unit."""
+    rates = [draft.presmoothed.rate[first : last + 1] for first, last in draft.flanks.limits]
+    rising = [float(np.median(rate[rate > np.median(rate)])) for rate in rates if np.ptp(rate) > 0]
+    speed = float(np.median(rising)) if rising else 0.0
+    if speed <= 0:
+        return []
+    trial, slope, rigid = rigid_sticks(draft, speed)
+    if not rigid:
+        slope = stick_slope(draft.time, draft.extension, draft.weight, draft.flanks, draft.presmoothed, speed)
+    stated = draft.oscillator.drive_velocity
+    if slope is None or slope.value <= 0 or abs(slope.value / stated - 1) <= most_mistaken(rig):
+        return []
+    slow = _slow_if_stuck(replace(draft, rigid=rigid), slope.value, trial)
+    if slow is None or slow < MOSTLY_SLOW:
+        return []
+    unit = "" if rig.unit == "1" else " m/s"
+    return [
+        f"no sticks were found at the drive_velocity of {stated:g}{unit}, but this record sticks {100 * slow:.0f} % of the "
+        f"time if the drive moves at {slope.value:.3g}{unit}: correct drive_velocity, unit or stiffness in the rig"
+    ]
 
 
 def most_mistaken(rig: Rig) -> float:

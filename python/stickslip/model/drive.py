@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.errors import InputError
-from stickslip.files.schema import Document, Point
+from stickslip.files.schema import Document, Limits, Point
+from stickslip.files.units import TEXTS
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Harmonic(Document):
     """
 
     amplitude: float
-    frequency: float
+    frequency: Annotated[float, Limits(dimensions=TEXTS["time^-1"])]
     phase: float = 0.0
 
 
@@ -57,7 +58,7 @@ class Drive(Document):
     Drive(velocity=0.0, harmonics=(), nodes=((0.0, 0.0), (10.0, 0.5)))
     """
 
-    velocity: float = 0.0
+    velocity: Annotated[float, Limits(dimensions=TEXTS["velocity"])] = 0.0
     harmonics: Harmonics = ()
     nodes: tuple[Point, ...] = ()
 

@@ -15,10 +15,13 @@ import numpy as np
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, read_toml
-from stickslip.files.schema import Count, Document, Finite, Kind, Limits, Positive, Says, complete, kind_of
+from stickslip.files.schema import Count, Document, Kind, Limits, Says, complete, kind_of
+from stickslip.files.units import TEXTS
 from stickslip.laws.law import Law, load_law
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive, Harmonic
+
+Velocity = Annotated[float, Limits(dimensions=TEXTS["velocity"], extreme=True)]
 
 
 class Described(Document):
@@ -84,12 +87,12 @@ class Oscillator(Described):
     # A document says its numbers: in SI a mass of 1 would be a guess.
     REQUIRED: ClassVar[tuple[str, ...]] = ("mass", "stiffness")
 
-    damping: Finite
+    damping: Annotated[float, Limits(dimensions=TEXTS["damping"], extreme=True)]
     # A number in nearly all uses, so that nobody has to ask which it is; a Drive goes to the general engine.
-    drive_velocity: Annotated[Any, Finite | Drive]
+    drive_velocity: Annotated[Any, Velocity | Drive]
     law: Law
-    mass: Finite = 1.0
-    stiffness: Finite = 1.0
+    mass: Annotated[float, Limits(dimensions=TEXTS["mass"], extreme=True)] = 1.0
+    stiffness: Annotated[float, Limits(dimensions=TEXTS["stiffness"], extreme=True)] = 1.0
     forcing: Harmonic | tuple[Harmonic, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -167,8 +170,8 @@ class Force(Document):
     Force(amplitude=0.1, frequency=1.25, phase=0.0, mass=1)
     """
 
-    amplitude: float
-    frequency: float
+    amplitude: Annotated[float, Limits(dimensions=TEXTS["force"])]
+    frequency: Annotated[float, Limits(dimensions=TEXTS["time^-1"])]
     phase: float = 0.0
     mass: Index = 0
 
@@ -190,7 +193,7 @@ class Contact(Document):
 
     mass: Index
     law: Law
-    drive_velocity: Finite | Drive = 0.0
+    drive_velocity: Velocity | Drive = 0.0
     other: Index | None = None
 
 
@@ -351,8 +354,8 @@ def chain(
     )
 
 
-#: A number, or one a mass.
-Vector = float | tuple[float, ...]
+#: Of a system of masses a start is one number a mass.
+Time = Annotated[float, Limits(above=0, dimensions=TEXTS["time"])]
 
 
 def system_from_dict(table: Mapping[str, Any], where: str = "system") -> Oscillator | System:
@@ -360,7 +363,13 @@ def system_from_dict(table: Mapping[str, Any], where: str = "system") -> Oscilla
     return System.from_dict(table, where) if "contacts" in table else Oscillator.from_dict(table, where)
 
 
-SIMULATION = {"t_end": Positive, "x0": Vector, "v0": Vector, "max_events": Count, "max_seconds": Positive}
+SIMULATION = {
+    "t_end": Time,
+    "x0": Annotated[float, Limits(dimensions=TEXTS["length"])] | tuple[float, ...],
+    "v0": Velocity | tuple[float, ...],
+    "max_events": Count,
+    "max_seconds": Time,
+}
 """What the table ``[simulation]`` of a system file may hold."""
 
 
@@ -387,7 +396,9 @@ def load_system_document(path: str | Path) -> tuple[Oscillator | System, dict[st
     """The system of a system file and its table ``[simulation]`` (t_end, x0, v0, max_events, max_seconds; may be empty)."""
     document = read_toml(path)
     simulation = document.pop("simulation", {})
-    check_keys(simulation, SIMULATION, (), f"{path}: simulation")
+    where = f"{path}: simulation"
+    check_keys(simulation, SIMULATION, (), where)
+    simulation = {key: kind_of(SIMULATION[key]).read(value, key, where) for key, value in simulation.items()}
     contacts = document.get("contacts")
     for table in [document, *(contacts if isinstance(contacts, list) else [])]:
         if isinstance(table, dict) and isinstance(table.get("law"), str):

@@ -20,8 +20,8 @@ from stickslip.errors import InputError
 from stickslip.explorer import content_of_record
 from stickslip.files.documents import write_whole
 from stickslip.identification import Agreement, Identification, compare_motion, identify
-from stickslip.identification.law_parameters import value
 from stickslip.identification.trajectory.shooting import fit_trajectories
+from stickslip.laws.numbers import value
 from stickslip.measurement import Rig, measure, notes
 from stickslip.measurement.read import open_motion
 from stickslip.report.report import Report

@@ -341,7 +341,7 @@ def _together(plan: Experiment, table: pd.DataFrame) -> None:
     """What is made of all records: one table, one law, one report."""
     import pandas as pd
 
-    from stickslip.identification import identify
+    from stickslip.identification import Identification, identify
     from stickslip.report.identification import page
     from stickslip.report.report import Report
 
@@ -364,7 +364,8 @@ def _together(plan: Experiment, table: pd.DataFrame) -> None:
                 [place / name / "friction.nc" for name in good], law=None if plan.law == "auto" else plan.law
             )
             law.save(place / "law.toml")
-            report = page(law, simulate=False)
+            if isinstance(law, Identification):
+                report = page(law, simulate=False)
         except InputError as error:
             why = str(error)
     if law is None:

@@ -53,10 +53,7 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
         report.table(comparison.table, mark="verdict")
         report.items(comparison.sentences)
     report.heading("The law and its uncertainty")
-    parameters = (
-        result.parameters if result.offset is None else pd.concat([result.parameters, result.offset.to_frame().T])
-    )
-    report.table(parameters.rename(columns={"low": "95 % from", "high": "to"}))
+    report.table(result.shown().rename(columns={"low": "95 % from", "high": "to"}))
     report.figure(
         _correlation(result), "Correlation of the fitted numbers: near ±1 only a combination of the two is known."
     )
@@ -106,8 +103,11 @@ def _key_numbers(result: Identification) -> dict[str, str]:
     table = result.parameters
     relative = (table["error"] / table["value"].abs()).sort_values(kind="stable")
     best = [name for name in table.index if name in relative.index[:3]]
-    key = {str(name): rounded(float(table.loc[name, "value"]), float(table.loc[name, "error"])) for name in best}
-    return key if len(key) == 3 else key | {"rms force residual": f"{result.rms:.2g}"}
+    key = {}
+    for name in best:
+        unit = "" if (unit := result.units[name]) == "1" else f" {unit}"
+        key[str(name)] = rounded(float(table.loc[name, "value"]), float(table.loc[name, "error"])) + unit
+    return key if len(key) == 3 else key | {"rms force residual": f"{result.rms:.2g}{result.force_unit}"}
 
 
 def _data(result: Identification) -> pd.DataFrame:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.show.canvas import ABOVE, OKABE_ITO, axes, label, parameter_label, units_of, words
+from stickslip.show.canvas import ABOVE, LINES, OKABE_ITO, axes, label, parameter_label, units_of, words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +37,7 @@ _OTHER = ("", "o", "black")
 
 
 def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None = None) -> Axes:
-    """Draw the range of the position over the parameter: stable parts full, unstable ones dashed, special points named.
+    """Draw the range of the position over the parameter: stable parts full, unstable ones dashed, marginal ones dotted.
 
     Parameters
     ----------
@@ -47,7 +47,8 @@ def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None
 
     Returns
     -------
-    The axes. Colours tell steady slip, cycles without and with sticks; the letters are explained in the legend.
+    The axes. Colours tell steady slip, cycles without and with sticks; the letters of special points are explained in the
+    legend.
     """
     ax = axes(ax)
     named: dict[str, str] = {}
@@ -69,13 +70,14 @@ def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None
                     values[part],
                     np.asarray(column)[part],
                     color=OKABE_ITO[_COLOURS[kind]],
-                    ls="-" if stable[start] else (0, (3, 2)),
+                    ls=LINES[stable[start]],
                     lw=1.5 if stable[start] else 1.1,
                 )
     for name, colour in named.items():
         ax.plot([], [], color=OKABE_ITO[colour], label=name)
-    if not all(all(branch.stable) for branch in result.branches):
-        ax.plot([], [], color=OKABE_ITO["black"], lw=1.1, ls=(0, (3, 2)), label="unstable")
+    for kind, text in ((False, "unstable"), (None, "marginal")):
+        if any(kind is value for branch in result.branches for value in branch.stable):
+            ax.plot([], [], color=OKABE_ITO["black"], lw=1.1, ls=LINES[kind], label=text)
     _mark(result, ax)
     which = units_of(result.system, units)
     ax.set(

@@ -50,6 +50,9 @@ REGIME_COLOURS = {
     "unfinished": OKABE_ITO["yellow"],
 }
 
+#: One line for motions that are stable (True), unstable (False) and marginal (None).
+LINES: dict[bool | None, Any] = {True: "-", False: (0, (3, 2)), None: (0, (1, 1.5))}
+
 #: One colour per direction of a sweep; what all directions share is grey.
 DIRECTION_COLOURS = {"up": OKABE_ITO["orange"], "down": OKABE_ITO["sky"], "fresh": OKABE_ITO["black"]}
 

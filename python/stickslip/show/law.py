@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.laws import BogaczRyczek, ForceRate, Law, PiecewiseLinear, Tabulated, TwoBranch, force_along
+from stickslip.laws import (
+    Asymmetric,
+    BogaczRyczek,
+    ForceRate,
+    Law,
+    PiecewiseLinear,
+    PiecewisePolynomial,
+    Tabulated,
+    TwoBranch,
+    force_along,
+)
 from stickslip.show.canvas import OKABE_ITO, axes, label
 
 if TYPE_CHECKING:
@@ -63,6 +73,11 @@ def law_plot(
             ax.plot(w[w >= low], again, color=OKABE_ITO["orange"], lw=1.0, ls="--", label=name)
     else:
         ax.plot(w, rising, color=OKABE_ITO["black"], label="kinetic")
+    if isinstance(law, Asymmetric):
+        back = -law.kinetic_force(-w[1:])
+        ax.plot(w[1:], back, color=OKABE_ITO["black"], ls="--", label="kinetic, w < 0 turned over")
+        rising = np.maximum(rising, back.max())
+        ax.plot(0, law.break_away_force(0.0, -1e-300), "s", color=OKABE_ITO["green"], ms=4, clip_on=False, zorder=3)
     weakest, strongest = law.break_away_force(0.0), law.break_away_force(10 * _long_rest(law))
     ax.plot([0, 0], [0, weakest], color=OKABE_ITO["grey"], lw=2.2, solid_capstyle="butt", label="adhesion", zorder=1.5)
     if strongest > weakest * (1 + 1e-12):
@@ -130,7 +145,7 @@ def _long_rest(law: Law) -> float:
 
 
 def _reach(law: Law) -> float:
-    if isinstance(law, PiecewiseLinear):
+    if isinstance(law, PiecewiseLinear | PiecewisePolynomial):
         return 1.5 * law.nodes[-1][0]
     tables: tuple[object, ...] = ()
     if isinstance(law, Tabulated):

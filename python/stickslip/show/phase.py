@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.dynamics.periodic.cycles import PeriodicOrbit
 from stickslip.errors import InputError
-from stickslip.show.canvas import MODE_COLOURS, OKABE_ITO, axes, label, units_of
+from stickslip.show.canvas import LINES, MODE_COLOURS, OKABE_ITO, axes, label, units_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def phase_plane(
-    orbit: Orbit,
+    orbit: Orbit | PeriodicOrbit,
     ax: Axes | None = None,
     *,
     transient: float = 0.5,
@@ -29,7 +30,7 @@ def phase_plane(
 
     Parameters
     ----------
-    orbit : any orbit.
+    orbit : any orbit, or a periodic one, of which one period is drawn: dashed if it is unstable, dotted if it is marginal.
     ax : axes to draw into; default a new figure.
     transient : the fraction of the orbit that counts as transient, in [0, 1).
     show_transient : whether it is drawn.
@@ -43,6 +44,9 @@ def phase_plane(
     if not 0 <= transient < 1:
         raise InputError(f"phase_plane: transient must lie in [0, 1), got {transient}")
     ax = axes(ax)
+    line = LINES[True]
+    if isinstance(orbit, PeriodicOrbit):
+        line, orbit, transient = LINES[orbit.stable], orbit.orbit, 0.0
     system, start = orbit.system, transient * orbit.t_end
     # Events belong to the curve: without them a short stick or a corner could fall between two samples.
     times = np.union1d(orbit.times(), np.append(orbit.segments["t"], start))
@@ -58,11 +62,13 @@ def phase_plane(
     if max(np.ptp(x[late]), np.ptp(v[late])) < 2e-3 * extent:
         ax.plot(x[-1], v[-1], "o", ms=4, color=colour, label=name, zorder=3)
     else:
-        ax.plot(x[late], v[late], color=colour, label=name, zorder=2, rasterized=late.sum() > 20_000)
+        ax.plot(x[late], v[late], color=colour, ls=line, label=name, zorder=2, rasterized=late.sum() > 20_000)
     # While it sticks, the mass moves with the drive.
     held = late & stuck
     if held.any():
-        ax.plot(np.where(held, x, np.nan), np.where(held, v, np.nan), color=MODE_COLOURS["stick"], lw=2.6, zorder=3)
+        ax.plot(
+            np.where(held, x, np.nan), np.where(held, v, np.nan), color=MODE_COLOURS["stick"], lw=2.6, ls=line, zorder=3
+        )
     ax.axhline(system.drive_velocity, color=OKABE_ITO["grey"], lw=0.6, ls="--", zorder=0)
     which = units_of(system, units)
     ax.set(xlabel=label("position x", "position", which), ylabel=label("velocity ẋ", "velocity", which))

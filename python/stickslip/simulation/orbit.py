@@ -6,7 +6,7 @@ import json
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import write_whole
 from stickslip.files.netcdf import read_tree
+from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.regimes import regime_of
 
@@ -27,6 +28,16 @@ if TYPE_CHECKING:
 #: The columns of a sampled motion, and of the events in a file.
 COLUMNS = ("x", "v", "a", "slip_velocity", "force", "stuck")
 EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
+#: The regime of a run whose numbers left their range, by why it stopped: what it did before says nothing.
+OUT_OF_RANGE = {"diverged": "diverged", "not_a_number": "unfinished"}
+
+
+@cache
+def _kinds() -> pd.CategoricalDtype:
+    """The kinds of events as a table has them."""
+    import pandas as pd
+
+    return pd.CategoricalDtype(pd.Index(_core.KINDS))
 
 
 @dataclass(frozen=True)
@@ -43,7 +54,7 @@ class Work:
     fallbacks: int = 0
 
 
-class Orbit:
+class Orbit(InNotebook):
     """The motion of an oscillator or of a system of masses from event to event.
 
     Shapes: of an oscillator x, v, slip velocity and force have the shape of the times asked for; of a system of n masses and
@@ -86,6 +97,12 @@ class Orbit:
     def __repr__(self) -> str:
         return f"<Orbit of {self.work.events} events to t = {self.t_end:g}, stop: {self.stop}>"
 
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        kinds = self.events["kind"].value_counts(sort=False)
+        counts = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count) or "none"
+        return {"regime": self.regime(), "t_end": self.t_end, "stop": self.stop_sentence, "events": counts}
+
     @cached_property
     def events(self) -> pd.DataFrame:
         """The table of events: t, kind, contact, x, v, force, stick_time, force_rate.
@@ -96,9 +113,12 @@ class Orbit:
         """
         import pandas as pd
 
-        rows = self._tables()["events"]
-        kinds = pd.Categorical.from_codes(rows[:, 1].astype(np.int64), categories=pd.Index(_core.KINDS))
-        return pd.DataFrame(rows, columns=list(EVENTS)).assign(kind=kinds, contact=rows[:, 2].astype(int))
+        # Column by column from the start: to put other types into a finished frame takes four times as long.
+        columns: dict[str, Any] = dict(zip(EVENTS, self._tables()["events"].T.copy(), strict=True))
+        codes = columns["kind"].astype(np.int8)
+        columns["kind"] = pd.Categorical.from_codes(codes, dtype=_kinds(), validate=False)
+        columns["contact"] = columns["contact"].astype(int)
+        return pd.DataFrame(columns, copy=False)
 
     @cached_property
     def segments(self) -> pd.DataFrame:
@@ -196,7 +216,8 @@ class Orbit:
         -------
         ``"stick_slip"``: adhesion breaks again and again; ``"at_rest"``: stuck throughout; ``"stable_slip"``: slip velocity
         constant within 0.2 % of its size; ``"almost_harmonic"``: it oscillates and keeps its sign; ``"back_and_forth"``: it
-        changes its sign without sticking. The words and their criteria stand in :data:`stickslip.simulation.regimes.REGIMES`.
+        changes its sign without sticking; ``"diverged"`` and ``"unfinished"`` where the numbers left their range. The words
+        and their criteria stand in :data:`stickslip.simulation.regimes.REGIMES`.
 
         Limits: a slow transient near a threshold needs a longer orbit; look at two lengths.
         """
@@ -204,6 +225,8 @@ class Orbit:
             raise InputError(f"regime: transient must lie in [0, 1), got {transient}")
         if not 0 <= contact < self._contacts:
             raise InputError(f"regime: contact must lie from 0 to {self._contacts - 1}, got {contact}")
+        if self.stop in OUT_OF_RANGE:
+            return OUT_OF_RANGE[self.stop]
         start = transient * self.t_end
         times = self.times()
         late = self._all(times[times >= start])

@@ -13,6 +13,9 @@ from stickslip.tracking.linking import Track
 ORDER = 6
 """Differences of this order hold nothing of a motion that twenty pictures a period show."""
 
+WIDEST = 1.6
+"""Differences over so many times the usual time lie across a gap."""
+
 FEWEST = 30
 """Steps from which what is usual can be told."""
 
@@ -21,6 +24,12 @@ LEAP = 8.0
 
 SHRUNK = 0.12
 """A marker that loses so much of its diameter for some pictures is hidden in part; blur by motion does not shrink it."""
+
+ALONE = 0.25
+"""A marker that loses so much in one picture alone."""
+
+SLIGHT = 0.015
+"""A marker that loses so much before or after that is being covered or uncovered."""
 
 GROWN = 0.3
 """One that gains so much is blurred, or something lies beside it."""
@@ -35,29 +44,57 @@ TEXTURE = 1.1
 """Below this the marker is one of many equal spots."""
 
 
-def scatter(places: Array) -> float:
-    """Standard deviation of what changes from picture to picture in one coordinate, in its unit; NaN of too few pictures.
+def scatter(places: Array, times: Array) -> Array:
+    """Standard deviation of what changes from picture to picture in one coordinate, at each picture; NaN of too few.
 
-    From the median of the differences of sixth order, whose variance is 924 times that of white noise; it is blind to
-    single pictures, and to errors that stay for longer than some pictures.
+    From divided differences of sixth order of the places that were seen, at their times, weighed so that white noise keeps
+    its variance: their rms over some pictures around, those beyond three times the usual one cut there. It is blind to
+    errors that stay for longer than some pictures.
 
     Examples
     --------
-    >>> rng = np.random.default_rng(0)
-    >>> round(scatter(50 * np.sin(np.arange(400) / 3) + 0.1 * rng.standard_normal(400)), 2)
-    0.11
+    >>> rng, t = np.random.default_rng(0), np.arange(400) + np.random.default_rng(1).uniform(-0.2, 0.2, 400)
+    >>> bool(np.abs(np.log(scatter(50 * np.sin(t / 5) + 0.1 * rng.standard_normal(400), t) / 0.1)).max() < 0.6)
+    True
     """
-    differences = np.diff(places, ORDER)
-    differences = differences[np.isfinite(differences)]
-    if len(differences) < FEWEST:
-        return math.nan
-    return 1.4826 * float(np.median(np.abs(differences))) / math.sqrt(math.comb(2 * ORDER, ORDER))
+    from scipy.ndimage import uniform_filter1d
+
+    seen = np.flatnonzero(np.isfinite(places) & np.isfinite(times))
+    nothing = np.full(len(places), math.nan)
+    if len(seen) < FEWEST + ORDER:
+        return nothing
+    moments, values = (np.lib.stride_tricks.sliding_window_view(one[seen], ORDER + 1) for one in (times, places))
+    span = moments[:, -1] - moments[:, 0]
+    apart = (moments[:, :, None] - moments[:, None, :]) / span[:, None, None] + np.eye(ORDER + 1)
+    weight = 1 / apart.prod(axis=2)
+    noise = np.sum(weight * values, axis=1) / np.linalg.norm(weight, axis=1)
+    known = span < WIDEST * np.median(span)  # across a gap the motion itself differs
+    noise, middle = noise[known], seen[ORDER // 2 : ORDER // 2 + len(known)][known]
+    if len(noise) < FEWEST:
+        return nothing
+    most = 3 * 1.4826 * float(np.median(np.abs(noise)))
+    around = uniform_filter1d(np.minimum(noise**2, most**2), min(USUAL, len(noise)), mode="nearest")
+    return np.interp(np.arange(len(places)), middle, np.sqrt(np.maximum(around, 0)))
 
 
 def hidden(size: Array) -> npt.NDArray[np.bool_]:
-    """Pictures in which a marker is markedly smaller than it usually is around then, by its sizes (NaN where unseen)."""
-    change = _change(size)
-    return np.asarray(change < -max(SHRUNK, _common(change)))
+    """Pictures in which a marker is partly hidden, by its sizes (NaN where unseen).
+
+    It is where it is markedly smaller than it usually is around then, and in the pictures before and after as long as it is
+    smaller at all. A single picture in which it is hardly smaller than that is noise.
+    """
+    from scipy.ndimage import label
+
+    change, common = _change(size), _common(_change(size))
+    seen = np.flatnonzero(np.isfinite(size))
+    found = np.zeros(len(size), bool)
+    runs, count = label(change[seen] < -max(SLIGHT, 0.5 * common))
+    for run in range(1, count + 1):
+        pictures = seen[runs == run]
+        least = float(change[pictures].min())
+        if least < -(max(SHRUNK, common) if len(pictures) > 1 else max(ALONE, common)):
+            found[pictures] = True
+    return found
 
 
 def _change(size: Array) -> Array:
@@ -80,7 +117,7 @@ def remarks(mass: int, x: Array, y: Array, size: Array) -> list[str]:
     """Sentences on the leaps of a track and the changes of its size; places in px, NaN where it was not seen."""
     found = []
     seen = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-    steps = np.hypot(np.diff(x[seen]), np.diff(y[seen]))
+    steps = np.hypot(np.diff(x[seen]), np.diff(y[seen])) / np.diff(seen)  # a picture
     if len(steps) >= FEWEST:
         usual, width = float(np.quantile(steps, 0.95)), float(np.nanmedian(size))
         leaps = np.flatnonzero(steps > max(LEAP * usual, 2 * width))

@@ -16,6 +16,7 @@ from stickslip.tracking.doubts import CLEAR, TEXTURE, clearness, hidden, remarks
 from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.finding.response_map import response_map
+from stickslip.tracking.finding.subset import Subset
 from stickslip.tracking.finding.template import find_templates
 from stickslip.tracking.linking import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
@@ -38,6 +39,9 @@ CUT = ": cut off at the edge"
 
 UNEXPLAINED = 1.3
 """Scatter may exceed the stated errors by this factor by chance."""
+
+PERSISTS = 1.15
+"""What compression scatters goes on for some pictures, which differences do not see: so much more, on films of H.264."""
 
 CROWD = 60
 """More candidates than this (and three a mass) are not looked at in one picture."""
@@ -224,20 +228,20 @@ def _finder(setup: Setup, first: Picture, name: str) -> Finder:
             threshold=setup.threshold,
             level=level,
             opening=setup.opening,
-            # one that is chosen by its place or its way may be fainter than others, and of several each may be mistaken for
-            # what windows do not show
-            windows=setup.count == 1 and setup.start is None and not setup.moving,
+            black={"dark": 255.0, "bright": 0.0}.get(setup.marker),
+            # one that is chosen by its place or its way may be fainter than others
+            windows=setup.start is None and not setup.moving,
         )
     if setup.finder == "fiducial":
         check_dictionary(setup.dictionary)
         return _whole(lambda picture: find_fiducials(picture, setup.dictionary, setup.ids))
-    pieces = []
+    pieces: list[Subset] = []
     for x, y, w, h in setup.templates or ():
         if x + w > first.shape[1] or y + h > first.shape[0]:
             raise InputError(
                 f"{name}: the template [{x}, {y}, {w}, {h}] leaves the picture of {first.shape[1]} x {first.shape[0]} px"
             )
-        pieces.append(response_map(first[y : y + h, x : x + w], "bright", setup.channel))
+        pieces.append(Subset(response_map(first[y : y + h, x : x + w], "bright", setup.channel)))
     return _whole(lambda picture: find_templates(response_map(picture, "bright", setup.channel), pieces))
 
 
@@ -252,6 +256,7 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
     x, y, x_error, y_error = (np.full(shape, np.nan) for _ in range(4))
     size = np.full(shape, np.nan)
     lost = np.full(shape, "", dtype=object)
+    times = np.array(seen.times)
     for mass, marker in enumerate(tracks):
         lost[:, mass] = _reasons(marker, seen)
         for frame, place in zip(marker.frames, marker.places, strict=True):
@@ -264,17 +269,19 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
         if setup.finder == "blob":
             _hide(lost[:, mass], x[:, mass], y[:, mass], size[:, mass])
         doubts += remarks(mass, x[:, mass], y[:, mass], size[:, mass])
-        doubts += _widen(mass, (x[:, mass], x_error[:, mass]), (y[:, mass], y_error[:, mass]))
-    if setup.reference:
+    if setup.reference:  # before the scatter is judged, which is the camera's until then
         doubts.append(_steady(setup.reference, x, y, x_error, y_error, lost))
+    for mass in range(shape[1]):
+        if mass not in (setup.reference or ()):
+            doubts += _widen(mass, times, (x[:, mass], x_error[:, mass]), (y[:, mass], y_error[:, mass]))
     calibration = PIXELS
     if setup.calibration is not None:
         calibration = read_calibration(
-            setup.calibration, setup.folder, float(np.nanmedian(size)), beside=Path(film.name)
+            setup.calibration, setup.folder, float(np.nanmedian(size)), beside=Path(film.name), shape=seen.shape
         )
-    motion = motion_dataset(
-        np.array(seen.times), x, y, x_error, y_error, lost, calibration, source=film.name, frame_rate=film.rate
-    )
+    motion = motion_dataset(times, x, y, x_error, y_error, lost, calibration, source=film.name, frame_rate=film.rate)
+    if setup.exposure or setup.line_time:
+        doubts.append(_shutter(motion, setup.exposure or 0.0, setup.line_time or 0.0))
     if setup.names is not None:
         motion = motion.assign_coords(name=("mass", list(setup.names)))
     if setup.reference:
@@ -283,6 +290,30 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
     motion.attrs["setup"] = setup.to_toml()
     motion.attrs["notes"] = [*film.notes, *calibration.notes, *_remarks(motion, calibration, size), *doubts]
     return motion
+
+
+def _shutter(motion: xr.Dataset, exposure: float, line_time: float) -> str:
+    """Give all places the time of the middle of their exposure, as their rows see it; the sentence says what was done.
+
+    The time is that of the first mass, on whose row it is taken; the others are moved along their own way to it, by cubic
+    splines. A picture shows the mean over the exposure T, which is off the middle by ẍ T²/24.
+    """
+    from scipy.interpolate import CubicSpline
+
+    rows = motion["y_px"].to_numpy()
+    stamps = motion["time"].to_numpy() + 0.5 * exposure
+    height = float(np.nanmedian(rows[:, 0]))
+    common = stamps + line_time * height
+    for name in ("x", "y"):
+        for mass in range(rows.shape[1]):
+            seen = np.flatnonzero(np.isfinite(motion[name].to_numpy()[:, mass]))
+            moments = stamps[seen] + line_time * rows[seen, mass]
+            if len(seen) > 3 and (np.diff(moments) > 0).all():
+                way = CubicSpline(moments, motion[name].to_numpy()[seen, mass])
+                motion[name][seen, mass] = way(common[seen]) - way(common[seen], 2) * exposure**2 / 24
+    motion.coords["time"] = ("time", common, motion["time"].attrs)
+    after = 1e3 * (0.5 * exposure + line_time * height)
+    return f"Times are those of the middle of the exposure, {after:.4g} ms after the stamps, and of row {height:.0f}."
 
 
 def _hide(lost: np.ndarray, x: Array, y: Array, size: Array) -> None:
@@ -315,14 +346,15 @@ def _steady(reference: tuple[int, ...], x: Array, y: Array, x_error: Array, y_er
     )
 
 
-def _widen(mass: int, *axes: tuple[Array, Array]) -> list[str]:
+def _widen(mass: int, times: Array, *axes: tuple[Array, Array]) -> list[str]:
     """Raise the errors to the scatter of the places where that is more than the picture's noise explains, and say it."""
     told = []
     for name, (place, error) in zip("xy", axes, strict=True):
-        seen, stated = scatter(place), float(np.nanmedian(error)) if np.isfinite(error).any() else np.nan
-        # a median of few differences scatters by itself
+        around = scatter(place, times)
+        seen, stated = (float(np.nanmedian(one)) if np.isfinite(one).any() else np.nan for one in (around, error))
+        # an rms of few differences scatters by itself
         if seen > (UNEXPLAINED + 3 / math.sqrt(max(np.isfinite(place).sum(), 1))) * stated:
-            error[:] = np.hypot(error, np.sqrt(seen**2 - stated**2))
+            error[:] = np.maximum(error, PERSISTS * around)
             told.append(f"{name} {seen:.2g} px where the noise explains {stated:.2g}")
     if not told:
         return []

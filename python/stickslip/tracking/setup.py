@@ -60,6 +60,8 @@ class Setup(Document):
         from all others, and they are left out of the motion.
     frame_rate : pictures per second of the camera; see `stickslip.tracking.video.source.Film`.
     times : a file with one time a line.
+    exposure : s that the shutter is open, from the stamp of a picture on; its places are those of the middle.
+    line_time : s from a row of a picture to the next one, of a rolling shutter; negative where it begins at the bottom.
     calibration : a table, see `stickslip.tracking.scale.calibration.read_calibration`; without it coordinates are pixels.
     folder : where the relative paths of the document begin.
 
@@ -95,6 +97,8 @@ class Setup(Document):
     reference: Annotated[tuple[int, ...], Says("a list of numbers of masses")] | None = None
     frame_rate: Annotated[float, Limits(above=0), Says("a positive number of pictures per second")] | None = None
     times: str | None = None
+    exposure: Positive | None = None
+    line_time: float | None = None
     calibration: Mapping[str, Any] | None = None
     folder: Path = field(default=Path(), compare=False)
 

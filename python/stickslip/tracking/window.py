@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.tracking.doubts import CLEAR
-from stickslip.tracking.finding.blobs import look, look_near
-from stickslip.tracking.finding.detections import Array, Detections
+from stickslip.tracking.finding.blobs import find_blobs, look_near
+from stickslip.tracking.finding.detections import Detections
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.video.source import Picture
 
@@ -32,23 +32,38 @@ LONGEST = 64
 SPARE = 6.0
 """What a spot may be off where it is expected, in px."""
 
+FIRST = 2.5
+"""Diameters that a spot which was seen once may have moved."""
+
 
 @dataclass
 class _Spot:
     """One followed spot.
 
-    Its last row; its score in the last whole picture; its velocity, and how far off that predicted it.
+    Its last row; its score in the last whole picture; its velocity, None where it was seen once, and how far off that
+    predicted it.
     """
 
     row: Detections
     score: float
-    velocity: tuple[float, float] = (0.0, 0.0)
+    velocity: tuple[float, float] | None = None
     off: float = 0.0
 
     @property
     def ahead(self) -> tuple[float, float]:
         """Where it is expected."""
-        return float(self.row.x[0]) + self.velocity[0], float(self.row.y[0]) + self.velocity[1]
+        right, down = self.velocity or (0.0, 0.0)
+        return float(self.row.x[0]) + right, float(self.row.y[0]) + down
+
+    @property
+    def reach(self) -> float:
+        """How far from there it may be; of what was seen once, so far that it is not taken for another."""
+        return FIRST * float(self.row.size[0]) if self.velocity is None else SPARE + 2 * self.off
+
+    @property
+    def half(self) -> float:
+        """Half the side of its window: the ground around a spot is a part of what is measured."""
+        return 10 + 0.85 * float(self.row.size[0]) + self.reach
 
     def missed(self, row: Detections) -> float:
         """Distance of a detection from there."""
@@ -63,16 +78,17 @@ class _Spot:
 class Watch:
     """Detections of picture after picture, in order.
 
-    A spot is looked for in a window around where its last velocity takes it, cut at the heights of the last whole
-    picture. The whole picture is looked at in the beginning and every `LONGEST` pictures. Where that shows a rival of the
-    markers that was not there, the pictures since the last whole one are looked at again as a whole. Where a spot is not
-    found again as it was, they are too, and all that follow: what a lost marker may be mistaken for must be known.
+    A spot is looked for in a window around where its last velocity takes it, cut at half its contrast. The whole picture is
+    looked at until all spots have a velocity, and every `LONGEST` pictures. Where that shows a rival of the markers that was
+    not there, the pictures since the last whole one are looked at again as a whole. Where a spot is not found again as it
+    was, they are too, and those that follow until all spots are where they are expected: what a lost marker may be mistaken
+    for must be known.
 
     Parameters
     ----------
     response : from a picture to its response map.
     count : markers that are wanted.
-    size, threshold, level, opening : as for :func:`stickslip.tracking.finding.blobs.look`.
+    size, threshold, level, opening, black : as for :func:`stickslip.tracking.finding.blobs.find_blobs`.
     windows : False: look at whole pictures only.
     """
 
@@ -82,16 +98,21 @@ class Watch:
     threshold: float | None = None
     level: float | None = None
     opening: int = 0
+    black: float | None = None
     windows: bool = True
 
     def __call__(self, pictures: Iterator[Picture | None]) -> Iterator[tuple[Detections, bool]]:
         """Detections of each picture, none of one that cannot be read, and whether all of it was looked at."""
         followed: list[_Spot] = []
-        known, heights, windows = Detections.of([]), np.zeros(0), self.windows
+        known = Detections.of([])
         waiting: list[tuple[Picture | None, Detections]] = []
         for picture in pictures:
-            due = picture is not None and len(waiting) >= min(LONGEST, KEPT // picture.nbytes)
-            near = self._near(picture, followed, heights) if picture is not None and windows and not due else None
+            due = picture is not None and (
+                len(waiting) >= min(LONGEST, KEPT // picture.nbytes)
+                or any(spot.velocity is None for spot in followed)
+                or sum((2 * spot.half) ** 2 for spot in followed) > picture[..., 0].size
+            )
+            near = self._near(picture, followed) if picture is not None and self.windows and not due else None
             if near is not None and picture is not None:
                 followed = near
                 rows = Detections.joined([spot.row for spot in followed])
@@ -101,11 +122,10 @@ class Watch:
                 waiting.append((None, Detections.of([])))
                 continue
             # what a marker may be mistaken for where it is lost shows in whole pictures only
-            lost = windows and bool(followed) and not due
-            found, heights = self._look(picture)
+            lost = self.windows and bool(followed) and not due
+            found = self._look(picture)
             followed, new = self._rivals(found, followed, known)
             yield from self._settled(waiting, new or lost)
-            windows = windows and not lost
             known, waiting = found, []
             yield found, True
         yield from self._settled(waiting, False)
@@ -114,15 +134,16 @@ class Watch:
         self, waiting: list[tuple[Picture | None, Detections]], again: bool
     ) -> Iterator[tuple[Detections, bool]]:
         for picture, found in waiting:
-            yield (self._look(picture)[0], True) if again and picture is not None else (found, picture is None)
+            yield (self._look(picture), True) if again and picture is not None else (found, picture is None)
 
-    def _look(self, picture: Picture) -> tuple[Detections, Array]:
-        return look(
+    def _look(self, picture: Picture) -> Detections:
+        return find_blobs(
             self.response(picture),
             size=self.size,
             threshold=self.threshold,
             level=self.level,
             opening=self.opening,
+            black=self.black,
         )
 
     def _rivals(self, found: Detections, before: list[_Spot], known: Detections) -> tuple[list[_Spot], bool]:
@@ -135,7 +156,7 @@ class Watch:
             spot = _Spot(row, float(row.score[0]))
             near = float(row.size[0]) / 2
             last = min(before, key=lambda one: one.missed(row), default=None)
-            if last is not None and last.missed(row) < max(SPARE + 2 * last.off, near):
+            if last is not None and last.missed(row) < max(last.reach, near):
                 spot = replace(last.moved_to(row), score=spot.score)
             else:
                 new |= not (np.hypot(known.x - row.x, known.y - row.y) < near).any()
@@ -143,26 +164,24 @@ class Watch:
                 spots.append(spot)
         return spots if self.count <= len(spots) <= self.count * (1 + MOST_RIVALS) else [], new
 
-    def _near(self, picture: Picture, followed: list[_Spot], heights: Array) -> list[_Spot] | None:
+    def _near(self, picture: Picture, followed: list[_Spot]) -> list[_Spot] | None:
         """The followed spots in this picture; None where one of them is not found as it was, or none is followed."""
         found = []
         for spot in followed:
             x, y = spot.ahead
             size = float(spot.row.size[0])
-            # the ground around a spot is a part of what is measured
-            half = 0.6 * size + 10 + 0.25 * size + SPARE + 2 * spot.off
-            left, top = max(round(x - half), 0), max(round(y - half), 0)
-            window = picture[top : round(y + half) + 1, left : round(x + half) + 1]
+            left, top = max(round(x - spot.half), 0), max(round(y - spot.half), 0)
+            window = picture[top : round(y + spot.half) + 1, left : round(x + spot.half) + 1]
             if min(window.shape[:2]) < size:
                 return None
             row = look_near(
                 self.response(window),
-                heights,
                 spot.row,
                 (x - left, y - top),
                 size=self.size,
                 level=self.level,
                 opening=self.opening,
+                black=self.black,
             ).moved(left, top)
             if not len(row) or row.score[0] < FAINT * spot.score:
                 return None

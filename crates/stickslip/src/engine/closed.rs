@@ -1,6 +1,7 @@
 //! The motion of one mass in closed form, segment by segment.
 
 use super::{Engine, Reached};
+use crate::abreast::Runner;
 use crate::drive::Clock;
 use crate::elementary::hypot;
 use crate::error::Error;
@@ -21,6 +22,8 @@ pub struct Closed<'a> {
     run: Run,
     place: Option<Place>,
     events: u64,
+    /// Events that count for the next call.
+    ahead: u64,
     end: Reached,
 }
 
@@ -33,7 +36,27 @@ impl<'a> Closed<'a> {
             run,
             place,
             events: 0,
+            ahead: 0,
             end: Reached::default(),
+        }
+    }
+
+    pub(crate) fn oscillator(&self) -> &'a Oscillator {
+        self.oscillator
+    }
+
+    /// The motion as one that may go in a lane, to its last mode before `t_end`.
+    pub(crate) fn runner(&self, t_end: f64) -> Runner<'a> {
+        let run = Run { t_end, ..self.run };
+        Runner::new(self.oscillator, run, self.place)
+    }
+
+    /// Take over from where it went there; the next call goes on from there.
+    pub(crate) fn take(&mut self, runner: &Runner) {
+        if runner.events > 0 {
+            (self.run.x0, self.run.v0, self.place) = (runner.x, Some(runner.v), Some(runner.place));
+            self.events += runner.events;
+            self.ahead += runner.events;
         }
     }
 
@@ -63,7 +86,11 @@ impl<'a> Closed<'a> {
             place: None,
             observer,
         };
-        let run = Run { t_end, ..self.run };
+        let run = Run {
+            t_end,
+            max_events: self.run.max_events - std::mem::take(&mut self.ahead),
+            ..self.run
+        };
         let (mut stop, work) = match self.place {
             Some(place) => resume(self.oscillator, run, place, &mut follower)?,
             None => observe(self.oscillator, run, &mut follower)?,

@@ -1,7 +1,7 @@
 //! When adhesion breaks, and when friction leaves the branches between which it holds a slip speed.
 
 use super::slip::{add_waves, bounds, waves};
-use super::{DEGREE, Ends, Motion, Sample, Start, first_exit};
+use super::{ANEW, BESIDE, DEGREE, Ends, Motion, Sample, Start, certified, first_exit};
 use crate::flow::exact::Stick;
 use crate::law::{End, Friction, Hold, Law};
 use crate::series::free_time;
@@ -89,7 +89,7 @@ pub fn end_of_hold<const H: usize>(
 /// Adhesion with a limit that stays.
 fn constant_limit<const H: usize>(
     stick: &Stick<H>,
-    bears: f64,
+    [backward, forward]: [f64; 2],
     horizon: f64,
     work: &mut Watched,
 ) -> Option<f64> {
@@ -97,28 +97,82 @@ fn constant_limit<const H: usize>(
         if stick.rate == 0.0 {
             return None;
         }
-        let limit = bears.copysign(stick.rate);
+        let limit = if stick.rate < 0.0 { -backward } else { forward };
         let t = ((limit - stick.start) / stick.rate).max(0.0);
         return (t < horizon).then_some(t);
     }
-    end_of_hold(stick, 1.0, [-bears, bears], Start::Inside, horizon, work).map(|(t, _)| t)
+    end_of_hold(stick, 1.0, [-backward, forward], Start::Inside, horizon, work).map(|(t, _)| t)
 }
 
-/// When adhesion breaks within `horizon`, if it does; `bears` is its limit, if that stays whatever the hold.
+/// When adhesion breaks within `horizon`, if it does; `bears` is its limit backward and forward, if that stays whatever the hold.
 #[must_use]
 pub fn end_of_stick<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
-    bears: Option<f64>,
+    bears: Option<[f64; 2]>,
     horizon: f64,
     work: &mut Watched,
 ) -> Option<f64> {
-    if let Some(bears) = bears {
-        return constant_limit(stick, bears, horizon, work);
-    }
+    let end = match bears {
+        Some(bears) => constant_limit(stick, bears, horizon, work),
+        None => changing_limit(stick, law, horizon, work),
+    };
+    debug_assert!(
+        end.is_none_or(|t| breaks(stick, law, bears, t)),
+        "{end:?} is no end of {stick:?}, {law:?}"
+    );
+    end
+}
+
+/// The certificate of a break-away.
+fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, bears: Option<[f64; 2]>, t: f64) -> bool {
+    let fastest = stick.frequency.iter().copied().fold(0.0, f64::max);
+    certified(t, if H == 0 { 0.0 } else { BESIDE / fastest }, |t| {
+        let (force, rate, _) = stick.at(t);
+        let hold = Hold {
+            stick_time: t,
+            force_rate: rate.abs(),
+        };
+        let limit = bears.map_or_else(
+            || law.toward(force.signum()).break_away(hold),
+            |[backward, forward]| if force < 0.0 { backward } else { forward },
+        );
+        [limit - force.abs(), ANEW * stick.rounding(t, limit)]
+    })
+}
+
+/// Adhesion with a limit that grows with the stick time and falls with the force rate.
+fn changing_limit<const H: usize>(
+    stick: &Stick<H>,
+    law: &Law,
+    horizon: f64,
+    work: &mut Watched,
+) -> Option<f64> {
     if H == 0 && stick.rate == 0.0 {
         return None;
     }
+    let [backward, forward] = [-1.0, 1.0].map(|direction| law.toward(direction));
+    if std::ptr::eq(backward, forward) {
+        return growing_limit(stick, law, None, horizon, work);
+    }
+    let first = growing_limit(stick, forward, Some(1.0), horizon, work);
+    growing_limit(stick, backward, Some(-1.0), first.unwrap_or(horizon), work).or(first)
+}
+
+/// How far a force has gone to the side on which adhesion is watched, and the sign of that side; none: either.
+fn outward_of(force: f64, side: Option<f64>) -> (f64, f64) {
+    let sign = side.unwrap_or(force.signum());
+    (sign * force, sign)
+}
+
+/// When adhesion breaks under a limit that changes with the hold, on one `side` or on either.
+fn growing_limit<const H: usize>(
+    stick: &Stick<H>,
+    law: &Law,
+    side: Option<f64>,
+    horizon: f64,
+    work: &mut Watched,
+) -> Option<f64> {
     let mut t = 0.0;
     let feels_rate = law.feels_force_rate() && H > 0;
     let curvature = stick.derivative_bound(2);
@@ -140,14 +194,15 @@ pub fn end_of_stick<const H: usize>(
         work.evaluations += 1;
         let (force, rate, bend) = stick.at(t);
         let bears = limit(t, rate);
-        let margin = bears - force.abs();
-        let outward = rate * force.signum();
+        let (size, sign) = outward_of(force, side);
+        let margin = bears - size;
+        let outward = rate * sign;
         let rounding = stick.rounding(t, bears);
         // A limit that falls with the force rate can also fall below a force that retreats.
         let passed = feels_rate && margin < -rounding;
         if passed || margin <= rounding && outward >= 0.0 {
             // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches.
-            let inward = -bend * force.signum();
+            let inward = -bend * sign;
             if passed || inward <= 0.0 || (outward > 0.0 && outward * outward > 2.0 * inward * rounding) {
                 return Some(t);
             }
@@ -155,12 +210,12 @@ pub fn end_of_stick<const H: usize>(
             continue;
         }
         // As the limit does not fall while the contact rests, its value now, at the worst force rate ahead, is a lower bound.
-        let mut step = margin_time(bears, force, rate, curvature).min(reach);
+        let mut step = margin_time(bears, force, rate, curvature, side).min(reach);
         let mut growth = law.growth_bound(t);
         if feels_rate {
             while step > 0.0
                 && limit(t, rate.abs() + curvature * step)
-                    - force.abs()
+                    - size
                     - rate.abs() * step
                     - 0.5 * curvature * step * step
                     <= 0.0
@@ -172,26 +227,26 @@ pub fn end_of_stick<const H: usize>(
             }
             // Where the force rate falls, the limit grows with it.
             let window = 2.0 * step;
-            let (swing, size) = (curvature * window, rate.abs());
+            let (swing, fast) = (curvature * window, rate.abs());
             let mut relief = -bend * rate.signum() + stick.derivative_bound(3) * window;
-            if swing >= size {
+            if swing >= fast {
                 relief = curvature;
             }
             if relief > 0.0 {
                 growth +=
-                    relief.min(curvature) * law.softening_bound([(size - swing).max(0.0), size + swing]);
+                    relief.min(curvature) * law.softening_bound([(fast - swing).max(0.0), fast + swing]);
             }
         }
         if force != 0.0 && growth < outward - curvature * (2.0 * step) {
             // The margin falls from here to twice the step: at most one root, close it.
-            match close(stick, law, (t, t + 2.0 * step), work) {
+            match close(stick, law, side, (t, t + 2.0 * step), work) {
                 Ok(root) => return (root < horizon).then_some(root),
                 Err(free) => step = free - t,
             }
         }
         // However small the step that the bounds allow, only the margin itself says whether adhesion breaks: the force changes
         // by no more than rounding in the least one.
-        let least = margin_time(rounding, 0.0, rate, curvature).min(f64::EPSILON * reach);
+        let least = margin_time(rounding, 0.0, rate, curvature, side).min(f64::EPSILON * reach);
         t += step.max(least).max(2.0 * f64::EPSILON * t);
         if t >= horizon {
             return None;
@@ -199,9 +254,10 @@ pub fn end_of_stick<const H: usize>(
     }
 }
 
-/// The largest step in which |force + rate τ| + curvature τ²/2 stays within `bears`.
-fn margin_time(bears: f64, force: f64, rate: f64, curvature: f64) -> f64 {
-    free_time(bears - force, -rate, curvature).min(free_time(bears + force, rate, curvature))
+/// The largest step in which |force + rate τ| + curvature τ²/2 stays within `bears`, on one side or on both.
+fn margin_time(bears: f64, force: f64, rate: f64, curvature: f64, side: Option<f64>) -> f64 {
+    let to = |sign: f64| free_time(bears - sign * force, -sign * rate, curvature);
+    side.map_or_else(|| to(1.0).min(to(-1.0)), to)
 }
 
 /// The root of the falling margin in (low, high], or `high` where it is still positive there: Halley inside the bracket. A
@@ -209,6 +265,7 @@ fn margin_time(bears: f64, force: f64, rate: f64, curvature: f64) -> f64 {
 fn close<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
+    side: Option<f64>,
     (mut low, high): (f64, f64),
     work: &mut Watched,
 ) -> Result<f64, f64> {
@@ -228,7 +285,8 @@ fn close<const H: usize>(
             stick_time: t,
             force_rate: rate.abs(),
         });
-        let margin = limit.force - force.abs();
+        let (size, sign) = outward_of(force, side);
+        let margin = limit.force - size;
         let rounding = stick.rounding(t, limit.force);
         if margin.abs()
             <= if polished {
@@ -248,8 +306,8 @@ fn close<const H: usize>(
         } else {
             (above, crossed) = (t, true);
         }
-        let mut fall = rate * force.signum() - limit.growth;
-        let mut hastens = bend * force.signum();
+        let mut fall = rate * sign - limit.growth;
+        let mut hastens = bend * sign;
         if moves {
             fall += limit.softening * bend * rate.signum();
         } else if limit.bend.is_finite() {

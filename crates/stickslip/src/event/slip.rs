@@ -1,7 +1,7 @@
 //! When slip along a piece of friction ends.
 
 use super::free::end_of_free_slip;
-use super::{DEGREE, Ends, Motion, Sample, Start, first_exit};
+use super::{ANEW, BESIDE, DEGREE, Ends, Guard, Motion, Sample, Start, certified, first_exit};
 use crate::flow::exact::{Signal, Slip};
 use crate::law::{End, Piece};
 use crate::watch::Watched;
@@ -30,9 +30,65 @@ pub fn end_of_slip<const H: usize>(
     horizon: f64,
     work: &mut Watched,
 ) -> Option<Arrival> {
-    if H == 0 {
-        return end_of_free_slip(slip, direction, drive_velocity, piece, start, horizon, work);
-    }
+    let arrival = if H == 0 {
+        end_of_free_slip(slip, direction, drive_velocity, piece, start, horizon, work)
+    } else {
+        end_of_forced_slip(slip, direction, drive_velocity, piece, start, horizon, work)
+    };
+    debug_assert!(
+        arrival.is_none_or(|arrival| is_end(slip, direction, drive_velocity, piece, start, &arrival)),
+        "{arrival:?} is no end of {piece:?}, {start:?}, along {slip:?}"
+    );
+    arrival
+}
+
+/// The certificate of an end of slip.
+fn is_end<const H: usize>(
+    slip: &Slip<H>,
+    direction: f64,
+    drive_velocity: f64,
+    piece: &Piece,
+    start: Start,
+    arrival: &Arrival,
+) -> bool {
+    let speed = Speed::new(slip, direction, drive_velocity, start);
+    let guard = match arrival.end {
+        End::Low => Guard {
+            target: piece.low,
+            ..Guard::LOW
+        },
+        End::High => Guard {
+            target: piece.high,
+            ..Guard::HIGH
+        },
+        end @ End::Turn { rising } => Guard {
+            end,
+            order: 1,
+            side: if rising { -1.0 } else { 1.0 },
+            target: 0.0,
+        },
+    };
+    let (rate, first) = (speed.terms_of_rate(), speed.at(0.0));
+    // Rounding of the start grows as the motion does.
+    let grown = guard.rounding(&first, rate) * slip.decay.growth(arrival.t);
+    certified(arrival.t, BESIDE / speed.fastest, |t| {
+        let sample = speed.at(t);
+        [
+            guard.margin(&sample)[0],
+            ANEW * (guard.rounding(&sample, rate) + grown),
+        ]
+    })
+}
+
+fn end_of_forced_slip<const H: usize>(
+    slip: &Slip<H>,
+    direction: f64,
+    drive_velocity: f64,
+    piece: &Piece,
+    start: Start,
+    horizon: f64,
+    work: &mut Watched,
+) -> Option<Arrival> {
     let speed = Speed::new(slip, direction, drive_velocity, start);
     let ends = Ends {
         low: piece.low,
@@ -43,7 +99,7 @@ pub fn end_of_slip<const H: usize>(
     let turning = start == Start::Turning && !slip.decay.oscillates();
     let x = if turning || slip.decay.steep() {
         work.evaluations += 1;
-        slip.position(exit.t, &slip.basis(exit.t))
+        speed.slip.position(exit.t, &slip.basis(exit.t))
     } else {
         let step = exit.t - exit.sample.t;
         speed.position(&exit.sample) + drive_velocity * step - direction * exit.travel
@@ -57,8 +113,8 @@ pub fn end_of_slip<const H: usize>(
 }
 
 /// The slip speed u = σ (s − ẋ).
-struct Speed<'a, const H: usize> {
-    slip: &'a Slip<H>,
+struct Speed<const H: usize> {
+    slip: Slip<H>,
     direction: f64,
     u: Signal<H>,
     du: Signal<H>,
@@ -70,14 +126,25 @@ struct Speed<'a, const H: usize> {
     fastest: f64,
 }
 
-impl<'a, const H: usize> Speed<'a, H> {
-    fn new(slip: &'a Slip<H>, direction: f64, drive_velocity: f64, start: Start) -> Self {
-        let u = slip.speed(direction, drive_velocity);
-        let mut du = u.derivative(&slip.decay, &slip.frequency);
-        if start == Start::Turning {
-            // Known to be zero here; rounding must not shift the next turn. Where the motion grows, the rate then no longer
-            // fits the speed well enough for the position to follow from both.
-            du = du.started_at_zero(&slip.decay);
+impl<const H: usize> Speed<H> {
+    fn new(slip: &Slip<H>, direction: f64, drive_velocity: f64, start: Start) -> Self {
+        let (mut slip, decay) = (*slip, slip.decay);
+        let mut u = slip.speed(direction, drive_velocity);
+        let mut du = u.derivative(&decay, &slip.frequency);
+        if start.turns(du.start(&decay)) {
+            // Known to be zero here; rounding must not shift the next turn.
+            if decay.separates() {
+                // Nor feed a fast exponential: of one that grows the state, to its last digit, need not tell even the sign.
+                u.free = decay.coefficients(decay.start(u.free), -du.p.iter().sum::<f64>());
+                du = u.derivative(&decay, &slip.frequency);
+                let (slow, fast) = decay.roots();
+                slip.v.free = u.free.map(|free| -direction * free);
+                slip.x.free = [slip.v.free[0] / slow, slip.v.free[1] / fast];
+            } else {
+                // Where the motion grows, the rate then no longer fits the speed well enough for the position to follow from
+                // both.
+                du = du.started_at_zero(&decay);
+            }
         }
         let exponents = slip.decay.exponents();
         let fastest = slip
@@ -97,7 +164,7 @@ impl<'a, const H: usize> Speed<'a, H> {
     }
 }
 
-impl<const H: usize> Speed<'_, H> {
+impl<const H: usize> Speed<H> {
     /// x where the slip speed was sampled, as x″ = −2γ x′ − (k/m) x in its free part and x″ = −Ω² x in a harmonic.
     fn position(&self, sample: &Sample<H>) -> f64 {
         let [value, rate] = sample.free;
@@ -164,7 +231,7 @@ pub(super) fn add_waves<const H: usize>(
     }
 }
 
-impl<const H: usize> Motion<H> for Speed<'_, H> {
+impl<const H: usize> Motion<H> for Speed<H> {
     #[inline]
     fn at(&self, t: f64) -> Sample<H> {
         let (decay, frequency) = (&self.slip.decay, &self.slip.frequency);
@@ -198,6 +265,10 @@ impl<const H: usize> Motion<H> for Speed<'_, H> {
         self.fastest
     }
 
+    fn growing(&self) -> f64 {
+        self.slip.decay.growing()
+    }
+
     /// The slip acceleration is what springs, damping, friction and forcing leave of each other: near steady slip, rounding.
     fn terms_of_rate(&self) -> f64 {
         let (spring, damper) = (
@@ -217,5 +288,57 @@ impl<const H: usize> Motion<H> for Speed<'_, H> {
         add_waves(&sample.waves, &self.slip.frequency, &mut derivatives);
         derivatives[0] = sample.d[0];
         derivatives
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Arrival, end_of_slip, is_end};
+    use crate::drive::{Clock, Harmonic};
+    use crate::event::{Start, Work};
+    use crate::flow::exact::Frame;
+    use crate::law::Piece;
+    use crate::watch::Watched;
+
+    /// A root has its certificate; a time beside it has none.
+    #[test]
+    fn only_a_root_is_certified() {
+        let forcing = [Harmonic {
+            amplitude: 0.3,
+            frequency: 1.7,
+            phase: 0.4,
+        }];
+        let frame = Frame::<1> {
+            mass: 1.0,
+            stiffness: 1.3,
+            damping: 0.1,
+            drive_velocity: 0.3,
+            forcing,
+        };
+        let mut found = 0;
+        for case in 0..200 {
+            let piece = Piece::line([0.0, 0.5], -0.2, 0.0, 0.1 + 0.01 * f64::from(case), 0);
+            let piece = Piece {
+                turns: case % 3 == 0,
+                ..piece
+            };
+            let (x, v) = (0.02 * f64::from(case) - 1.5, 0.3 - 0.5 * piece.high);
+            let slip = frame.closed(Clock::default(), x, v, 1.0, &piece);
+            let (mut work, mut go_on) = (Work::default(), || true);
+            let mut watched = Watched::new(&mut work, &mut go_on);
+            let Some(arrival) = end_of_slip(&slip, 1.0, 0.3, &piece, Start::Inside, 50.0, &mut watched)
+            else {
+                continue;
+            };
+            let certified =
+                |t: f64| is_end(&slip, 1.0, 0.3, &piece, Start::Inside, &Arrival { t, ..arrival });
+            assert!(certified(arrival.t), "{case}: {arrival:?}");
+            assert!(
+                !certified(arrival.t + 1e-6) && !certified((arrival.t - 1e-6).max(0.0)),
+                "{case}: {arrival:?}"
+            );
+            found += 1;
+        }
+        assert!(found > 150, "{found}");
     }
 }

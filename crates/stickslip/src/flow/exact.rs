@@ -90,15 +90,20 @@ impl Decay {
         [first.abs(), (value - first).abs()]
     }
 
+    /// The exponent at which a free motion can grow; 0 where it decays.
+    pub(crate) fn growing(&self) -> f64 {
+        if self.gamma >= 0.0 {
+            0.0
+        } else if self.oscillates() {
+            -self.gamma
+        } else {
+            self.omega - self.gamma
+        }
+    }
+
     /// How much a free motion can have grown after `t`.
     pub(crate) fn growth(&self, t: f64) -> f64 {
-        if self.gamma >= 0.0 {
-            1.0
-        } else if self.oscillates() {
-            exp(-self.gamma * t)
-        } else {
-            exp((self.omega - self.gamma) * t)
-        }
+        exp(self.growing() * t)
     }
 
     /// The two real exponents of a motion that does not oscillate, the smaller in size first.

@@ -11,7 +11,7 @@ pub(crate) mod tangent;
 use crate::drive::Clock;
 use crate::elementary::power;
 use crate::law::{Friction, Law, Piece};
-use crate::matrix::Matrix;
+use crate::matrix::{Matrix, Rows, filled};
 use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature, free_time, slope_at};
 use crate::system::{Drive, System, add_wave};
 use tangent::Linear;
@@ -35,6 +35,8 @@ pub(crate) struct Rub {
     pub offset: f64,
     /// The slope of that line; infinite where the slip speed is held.
     pub slope: f64,
+    /// The slip acceleration is zero at the start, by what led there: rounding must not give it a sign.
+    pub still: bool,
 }
 
 impl Rub {
@@ -59,15 +61,18 @@ impl Rub {
 pub(crate) struct Frame {
     pub(crate) masses: usize,
     inverse: Matrix,
-    spring: Matrix,
-    damper: Matrix,
+    /// M⁻¹ K and M⁻¹ D.
+    near: Rows<[f64; 2]>,
     /// b_c as (mass, other).
     ends: Vec<(usize, Option<usize>)>,
     /// M⁻¹ b_c.
-    response: Vec<Vec<f64>>,
+    response: Rows<f64>,
+    /// The contacts that a force of each accelerates.
+    moved: Rows<()>,
     forcing: Vec<crate::system::Force>,
     pub(crate) drives: Vec<Drive>,
-    smooth: Vec<bool>,
+    /// Whether the law of a contact is smooth, backward and forward.
+    smooth: Vec<[bool; 2]>,
     /// L without friction.
     pub(crate) rate: f64,
     /// The highest frequency of drives and forces.
@@ -83,20 +88,25 @@ pub(crate) struct Frame {
 #[derive(Clone, Debug)]
 pub(crate) struct Held {
     pub(crate) contacts: Vec<usize>,
-    gain: Matrix,
+    gain: Rows<f64>,
 }
 
 impl Held {
-    /// What a held contact's force owes to what each of them wants.
-    pub(crate) fn gain(&self, row: usize) -> &[f64] {
+    /// What a held contact's force owes to what they want, each by its place among them.
+    pub(crate) fn gain(&self, row: usize) -> &[(usize, f64)] {
         self.gain.row(row)
+    }
+
+    /// The force of a held contact that makes up for what they want.
+    fn force(&self, row: usize, wants: impl Fn(usize) -> f64) -> f64 {
+        self.gain(row).iter().map(|&(at, gain)| gain * wants(at)).sum()
     }
 
     /// The forces that make up for what the contacts want.
     pub(crate) fn forces(&self, wants: impl Fn(usize) -> f64) -> Vec<f64> {
-        let wants: Vec<f64> = (0..self.contacts.len()).map(wants).collect();
-        let force = |row| self.gain.row(row).iter().zip(&wants).map(|(g, w)| g * w).sum();
-        (0..self.contacts.len()).map(force).collect()
+        (0..self.contacts.len())
+            .map(|row| self.force(row, &wants))
+            .collect()
     }
 }
 
@@ -109,13 +119,30 @@ impl Frame {
         let damper = inverse.times(&Matrix::from_rows(&system.damping));
         let ends: Vec<_> = system.contacts.iter().map(|c| (c.mass, c.other)).collect();
         let n = system.masses();
-        let response = ends
-            .iter()
-            .map(|&(mass, other)| {
-                let other = |i| other.map_or(0.0, |j| inverse.at(i, j));
-                (0..n).map(|i| inverse.at(i, mass) - other(i)).collect()
-            })
-            .collect();
+        let near = Rows::new((0..n).map(|i| {
+            let both = spring.row(i).iter().zip(damper.row(i));
+            let both = both.map(|(spring, damper)| [*spring, *damper]).enumerate();
+            both.filter(|(_, both)| *both != [0.0; 2])
+        }));
+        let response = Rows::new(ends.iter().map(|&(mass, other)| {
+            let other = |i| other.map_or(0.0, |j| inverse.at(i, j));
+            let row: Vec<f64> = (0..n).map(|i| inverse.at(i, mass) - other(i)).collect();
+            filled(&row).collect::<Vec<_>>()
+        }));
+        let mut on: Vec<Vec<usize>> = vec![Vec::new(); n];
+        for (c, &(mass, other)) in ends.iter().enumerate() {
+            on[mass].push(c);
+            if let Some(other) = other {
+                on[other].push(c);
+            }
+        }
+        let moved = Rows::new((0..ends.len()).map(|c| {
+            let masses = response.row(c).iter();
+            let mut moved: Vec<usize> = masses.flat_map(|&(mass, _)| &on[mass]).copied().collect();
+            moved.sort_unstable();
+            moved.dedup();
+            moved.into_iter().map(|c| (c, ()))
+        }));
         let drives: Vec<Drive> = system.contacts.iter().map(|c| c.drive_velocity.clone()).collect();
         let fastest = drives
             .iter()
@@ -152,14 +179,21 @@ impl Frame {
             fastest,
             push: pushed.fold(driven, f64::max),
             inverse,
-            spring,
-            damper,
+            near,
             ends,
             response,
+            moved,
             forcing: system.forcing.clone(),
             drives,
-            smooth: system.contacts.iter().map(|c| c.law.smooth()).collect(),
+            smooth: (system.contacts.iter())
+                .map(|c| [-1.0, 1.0].map(|direction| c.law.toward(direction).smooth()))
+                .collect(),
         }
+    }
+
+    /// Whether the law of a contact is smooth in a direction of slip.
+    pub(crate) fn is_smooth(&self, contact: usize, direction: f64) -> bool {
+        self.smooth[contact][usize::from(direction >= 0.0)]
     }
 
     /// The mass of a contact.
@@ -185,26 +219,64 @@ impl Frame {
     /// The speed that the springs can give mass `i` while the motion changes. Under heavy damping that is far less than the
     /// position times the fastest rate.
     pub(crate) fn sprung(&self, i: usize, x: &[f64]) -> f64 {
-        let pulls = self.spring.row(i).iter().zip(x);
-        pulls.map(|(spring, x)| (spring * x).abs()).sum::<f64>() / self.rate
+        let pulls = self.near.row(i).iter();
+        pulls.map(|&(j, [spring, _])| (spring * x[j]).abs()).sum::<f64>() / self.rate
     }
 
     /// How much a unit force of `from` accelerates `to`: b_to M⁻¹ b_from.
     pub(crate) fn coupling(&self, to: usize, from: usize) -> f64 {
-        self.across(to, |i| self.response[from][i])
+        self.across(to, |mass| self.response(from, mass))
+    }
+
+    /// What a unit force of a contact accelerates a mass by.
+    pub(crate) fn response(&self, contact: usize, mass: usize) -> f64 {
+        let row = self.response.row(contact);
+        let place = row.binary_search_by_key(&mass, |&(i, _)| i);
+        place.map_or(0.0, |place| row[place].1)
+    }
+
+    /// Take out of `wants` what a force of a contact does about what every contact wants.
+    pub(crate) fn relieve(&self, wants: &mut [f64], contact: usize, force: f64) {
+        for &(to, ()) in self.moved.row(contact) {
+            wants[to] -= self.coupling(to, contact) * force;
+        }
+    }
+
+    /// Add what a force of a contact accelerates.
+    pub(crate) fn push<T: Linear>(&self, contact: usize, force: T, acceleration: &mut [T]) {
+        for &(i, response) in self.response.row(contact) {
+            acceleration[i].add(response, force);
+        }
     }
 
     pub(crate) fn held(&self, contacts: Vec<usize>) -> Held {
-        let mut block = Matrix::zero(contacts.len());
-        for (i, &to) in contacts.iter().enumerate() {
+        let m = contacts.len();
+        let mut place = vec![None; self.ends.len()];
+        for (i, &c) in contacts.iter().enumerate() {
+            place[c] = Some(i);
+        }
+        // Which of them a force of each accelerates: as a rule itself alone.
+        let moves = |i: usize| {
+            let moved = self.moved.row(contacts[i]).iter();
+            moved.filter_map(|&(to, ())| place[to])
+        };
+        let gain = if m > 1 && (0..m).all(|i| moves(i).eq([i])) {
+            Rows::new((0..m).map(|i| {
+                // With the rounding of Cholesky's way.
+                let lower = self.coupling(contacts[i], contacts[i]).sqrt();
+                [(i, (1.0 / lower) / lower)]
+            }))
+        } else {
+            let mut block = Matrix::zero(m);
             for (j, &from) in contacts.iter().enumerate() {
-                block.set(i, j, self.coupling(to, from));
+                for i in moves(j) {
+                    block.set(i, j, self.coupling(contacts[i], from));
+                }
             }
-        }
-        Held {
-            gain: block.pseudo_inverse(),
-            contacts,
-        }
+            let dense = block.pseudo_inverse();
+            Rows::new((0..m).map(|i| filled(dense.row(i))))
+        };
+        Held { contacts, gain }
     }
 
     /// b_c as a sum of those of other contacts, where it is one: its share of each.
@@ -225,20 +297,22 @@ impl Frame {
 
     /// Give the held contacts exactly zero slip velocity, at no change of momentum where two masses meet.
     pub(crate) fn stop(&self, held: &Held, clock: Clock, v: &mut [f64]) {
+        self.keep(held, |_| 0.0, clock, v);
+    }
+
+    /// The same for any slip velocity.
+    pub(crate) fn keep(&self, held: &Held, kept: impl Fn(usize) -> f64, clock: Clock, v: &mut [f64]) {
         let mut drive = ZERO;
         let slip: Vec<f64> = held
             .contacts
             .iter()
             .map(|&c| {
                 self.drives[c].expand(clock, &mut drive);
-                drive[0] - self.across(c, |i| v[i])
+                drive[0] - self.across(c, |i| v[i]) - kept(c)
             })
             .collect();
         for (row, &c) in held.contacts.iter().enumerate() {
-            let pull: f64 = held.gain.row(row).iter().zip(&slip).map(|(g, w)| g * w).sum();
-            for (v, response) in v.iter_mut().zip(&self.response[c]) {
-                *v += response * pull;
-            }
+            self.push(c, held.force(row, |at| slip[at]), v);
         }
     }
 }
@@ -305,13 +379,19 @@ impl Motion {
         }
     }
 
-    /// Accelerations at the start without any friction, from the coefficients 0 of x and v.
+    /// Coefficients 0 of x and v.
+    fn begin(&mut self, x: &[f64], v: &[f64]) {
+        for i in 0..x.len() {
+            (self.x[i][0], self.v[i][0]) = (x[i], v[i]);
+        }
+    }
+
+    /// Coefficients k of the accelerations without any friction, from those of x and v.
     fn free(&mut self, frame: &Frame, k: usize) {
         for i in 0..frame.masses {
-            let (spring, damper) = (frame.spring.row(i), frame.damper.row(i));
             let mut sum = self.input[i][k];
-            for j in 0..frame.masses {
-                sum -= spring[j] * self.x[j][k] + damper[j] * self.v[j][k];
+            for &(j, [spring, damper]) in frame.near.row(i) {
+                sum -= spring * self.x[j][k] + damper * self.v[j][k];
             }
             self.acceleration[i] = sum;
         }
@@ -319,9 +399,7 @@ impl Motion {
 
     /// The free accelerations b_c · a of every contact at (x, v), and the drive's: what its force must make up for to hold.
     pub(crate) fn wants(&mut self, frame: &Frame, x: &[f64], v: &[f64], wants: &mut Vec<f64>) {
-        for i in 0..frame.masses {
-            (self.x[i][0], self.v[i][0]) = (x[i], v[i]);
-        }
+        self.begin(x, v);
         self.free(frame, 0);
         wants.clear();
         wants.extend(
@@ -343,9 +421,7 @@ impl Motion {
             self.expand_single(frame, law, *rub, x[0], v[0]);
             return;
         }
-        for i in 0..frame.masses {
-            (self.x[i][0], self.v[i][0]) = (x[i], v[i]);
-        }
+        self.begin(x, v);
         // Adhesion leaves no mass any freedom.
         let ridden = held.contacts.len() == frame.masses && !frame.loops;
         for k in 0..ORDER {
@@ -357,16 +433,16 @@ impl Motion {
                     if rub.offset != 0.0 {
                         self.force[c][k] = if k == 0 { rub.offset } else { 0.0 };
                         if k == 0 {
-                            for (a, response) in self.acceleration.iter_mut().zip(&frame.response[c]) {
-                                *a += response * rub.offset;
-                            }
+                            frame.push(c, rub.offset, &mut self.acceleration);
                         }
                     }
                     continue;
                 }
                 self.u[c][k] = rub.direction * w;
-                let size = if frame.smooth[c] {
-                    laws[c].extend(&self.u[c], k, &mut self.grown[c])
+                let size = if frame.is_smooth(c, rub.direction) {
+                    laws[c]
+                        .toward(rub.direction)
+                        .extend(&self.u[c], k, &mut self.grown[c])
                 } else if k == 0 {
                     rub.offset + rub.slope * self.u[c][0]
                 } else {
@@ -375,9 +451,7 @@ impl Motion {
                 let force = rub.direction * size;
                 self.force[c][k] = force;
                 if force != 0.0 {
-                    for (a, response) in self.acceleration.iter_mut().zip(&frame.response[c]) {
-                        *a += response * force;
-                    }
+                    frame.push(c, force, &mut self.acceleration);
                 }
             }
             let next = (k + 1) as f64;
@@ -385,21 +459,19 @@ impl Motion {
                 self.wanted[row] = next * self.drive[c][k + 1] - frame.across(c, |i| self.acceleration[i]);
             }
             for (row, &c) in held.contacts.iter().enumerate() {
-                let force = held
-                    .gain
-                    .row(row)
-                    .iter()
-                    .zip(&self.wanted)
-                    .map(|(g, w)| g * w)
-                    .sum();
+                let force = held.force(row, |at| self.wanted[at]);
                 self.force[c][k] = force;
-                for (a, response) in self.acceleration.iter_mut().zip(&frame.response[c]) {
-                    *a += response * force;
-                }
+                frame.push(c, force, &mut self.acceleration);
             }
             if ridden && held.contacts.iter().all(|&c| self.drive[c][k + 1] == 0.0) {
                 // Every mass keeps its speed, without rounding.
                 self.acceleration.fill(0.0);
+            }
+            if k == 0 {
+                for (c, _) in rubs.iter().enumerate().filter(|(_, rub)| rub.still) {
+                    let slope = self.drive[c][1] - frame.across(c, |i| self.acceleration[i]);
+                    frame.push(c, slope / frame.coupling(c, c), &mut self.acceleration);
+                }
             }
             let share = INVERSE[k + 1];
             for i in 0..frame.masses {
@@ -414,8 +486,8 @@ impl Motion {
 
     /// The same for one mass on one drive, where the bookkeeping would cost more than the motion.
     fn expand_single(&mut self, frame: &Frame, law: &Law, rub: Rub, x0: f64, v0: f64) {
-        let (spring, damper) = (frame.spring.at(0, 0), frame.damper.at(0, 0));
-        let response = frame.response[0][0];
+        let [spring, damper] = frame.near.row(0).first().map_or([0.0; 2], |(_, near)| *near);
+        let response = frame.response(0, 0);
         let (x, v, u) = (&mut self.x[0], &mut self.v[0], &mut self.u[0]);
         let (force, drive, input) = (&mut self.force[0], &self.drive[0], &self.input[0]);
         (x[0], v[0]) = (x0, v0);
@@ -423,6 +495,7 @@ impl Motion {
             direction,
             offset,
             slope,
+            still,
         } = rub;
         if rub.holds() {
             for k in 0..ORDER {
@@ -439,7 +512,7 @@ impl Motion {
             u[ORDER] = 0.0;
             return;
         }
-        let smooth = frame.smooth[0];
+        let (smooth, law) = (frame.is_smooth(0, direction), law.toward(direction));
         let grown = &mut self.grown[0];
         let pull = response * direction;
         for k in 0..ORDER {
@@ -450,7 +523,11 @@ impl Motion {
                 slope * u[k] + if k == 0 { offset } else { 0.0 }
             };
             force[k] = direction * size;
-            let a = input[k] - spring * x[k] - damper * v[k] + pull * size;
+            let a = if still && k == 0 {
+                drive[1]
+            } else {
+                input[k] - spring * x[k] - damper * v[k] + pull * size
+            };
             x[k + 1] = v[k] * INVERSE[k + 1];
             v[k + 1] = a * INVERSE[k + 1];
         }
@@ -523,13 +600,14 @@ impl Motion {
         mut step: f64,
     ) -> f64 {
         for (c, rub) in rubs.iter().enumerate() {
-            if !frame.smooth[c] || rub.direction == 0.0 {
+            if !frame.is_smooth(c, rub.direction) || rub.direction == 0.0 {
                 continue;
             }
-            let room = |speed: f64| laws[c].resolution(speed).unwrap_or(f64::INFINITY);
+            let law = laws[c].toward(rub.direction);
+            let room = |speed: f64| law.resolution(speed).unwrap_or(f64::INFINITY);
             let bound = AGREES * scale / frame.coupling(c, c);
             let agrees = |t: f64, speed: f64| {
-                let law = rub.direction * laws[c].force(&Piece::constant(0.0), speed);
+                let law = rub.direction * law.force(&Piece::constant(0.0), speed);
                 t * (at(&self.force[c], t) - law).abs() <= bound
             };
             let u = &self.u[c];

@@ -56,7 +56,9 @@ impl Friction for ExponentialStribeck {
     }
 
     fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
-        let Grown { first, second, third } = grown;
+        let Grown {
+            first, second, third, ..
+        } = grown;
         first[k] = if self.exponent == 2.0 {
             third[k] = product(u, u, k);
             exponential(-1.0 / (self.scale * self.scale), third, second, first, k)

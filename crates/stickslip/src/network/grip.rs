@@ -17,11 +17,11 @@ use crate::series::{ORDER, Series};
 pub(super) struct Question<'a> {
     pub(super) frame: &'a Frame,
     pub(super) zero: &'a [usize],
-    /// What adhesion bears.
-    pub(super) limit: &'a [f64],
-    /// Friction slip would start with.
-    pub(super) kinetic: &'a [f64],
-    /// The relative accelerations that the contacts must make up for to hold.
+    /// What adhesion bears, backward and forward.
+    pub(super) limit: &'a [[f64; 2]],
+    /// Friction slip would start with, likewise.
+    pub(super) kinetic: &'a [[f64; 2]],
+    /// The relative accelerations that all contacts must make up for to hold.
     pub(super) wants: Vec<f64>,
     /// The drive velocities of all contacts.
     pub(super) drives: &'a [Series],
@@ -31,6 +31,11 @@ pub(super) struct Question<'a> {
     pub(super) released: Option<(usize, f64)>,
     /// The contact that is at its limit and relieved from there, by its place in `zero`: it sticks.
     pub(super) returned: Option<usize>,
+}
+
+/// Of a pair of numbers, backward and forward, that of a direction.
+pub(super) fn toward([backward, forward]: [f64; 2], direction: f64) -> f64 {
+    if direction < 0.0 { backward } else { forward }
 }
 
 impl Question<'_> {
@@ -71,29 +76,24 @@ impl Question<'_> {
         let place = |row: usize| self.zero[row];
         for from in (0..grip.len()).filter(|&row| grip[row] != 0.0) {
             let size = if self.idle(grip, from) {
-                self.limit[from]
+                toward(self.limit[from], grip[from])
             } else {
-                self.kinetic[from]
+                toward(self.kinetic[from], grip[from])
             };
-            let force = grip[from] * size;
-            for (to, want) in wants.iter_mut().enumerate() {
-                *want -= self.frame.coupling(place(to), place(from)) * force;
-            }
+            self.frame.relieve(&mut wants, place(from), grip[from] * size);
         }
         let stuck: Vec<usize> = (0..grip.len()).filter(|&row| grip[row] == 0.0).collect();
         let mut load = vec![0.0; grip.len()];
         if !stuck.is_empty() {
             let held = self.frame.held(stuck.iter().map(|&row| place(row)).collect());
-            for (row, force) in stuck.iter().zip(held.forces(|i| wants[stuck[i]])) {
+            for (row, force) in stuck.iter().zip(held.forces(|i| wants[place(stuck[i])])) {
                 load[*row] = force;
             }
             for &from in &stuck {
-                for (to, want) in wants.iter_mut().enumerate() {
-                    *want -= self.frame.coupling(place(to), place(from)) * load[from];
-                }
+                self.frame.relieve(&mut wants, place(from), load[from]);
             }
         }
-        (load, wants)
+        (load, self.zero.iter().map(|&c| wants[c]).collect())
     }
 
     /// The most overloaded of the stuck contacts, with its direction; or a slipping one that would go backwards, with 0.
@@ -102,17 +102,16 @@ impl Question<'_> {
         // Less than what the search for the end of adhesion takes for a limit that was passed.
         const RELIEVED: f64 = 5e-10;
         let (load, left) = self.loads(grip);
-        let size = self
-            .wants
-            .iter()
-            .fold(0.0, |most: f64, want| most.max(want.abs()));
+        let sizes = self.zero.iter().map(|&c| self.wants[c].abs());
+        let size = sizes.fold(0.0, f64::max);
         let mut worst = None;
         let mut most = 1.0 + ROOM;
         for row in (0..grip.len()).filter(|&row| grip[row] == 0.0) {
             let unheld = left[row].abs() > 1e-9 * size || self.follows(grip, row) == Some(false);
             // A contact at its limit beside one that breaks breaks too.
             let room = if self.returned == Some(row) {
-                let held = self.limit[row] * self.frame.coupling(self.zero[row], self.zero[row]);
+                let held =
+                    toward(self.limit[row], load[row]) * self.frame.coupling(self.zero[row], self.zero[row]);
                 1.0 + RELIEVED.max(self.still / held)
             } else if self.released.is_some() {
                 1.0 - ROOM
@@ -124,7 +123,7 @@ impl Question<'_> {
             } else if load[row] == 0.0 {
                 0.0
             } else {
-                load[row].abs() / self.limit[row] / room
+                load[row].abs() / toward(self.limit[row], load[row]) / room
             };
             if share * (1.0 + ROOM) > most {
                 most = share * (1.0 + ROOM);

@@ -71,10 +71,15 @@ impl Loop<'_> {
                 if contact.turning {
                     guard[0] = 0.0;
                 }
+                let rounding = self.frame.rate * rounding;
+                if guard[0].abs() <= rounding {
+                    // Beneath rounding a slip acceleration has no sense: it turns where it is more than that.
+                    guard[0] += 2.0 * rounding;
+                }
                 let end = End::Turn {
                     rising: contact.sense < 0.0,
                 };
-                if let Some(h) = first_root(&guard, self.frame.rate * rounding, false, reach, grazes)
+                if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
                     && (h < reach || found.is_none())
                 {
                     (found, reach) = (Some((h, c, Cause::End(end))), h);

@@ -157,6 +157,7 @@ impl<'a> Expansion<'a> {
             direction: rub[0],
             offset: rub[1],
             slope: rub[2],
+            still: false,
         };
         self.rubs.clear();
         self.rubs.extend(row[2 + 2 * n..].chunks_exact(4).map(rub));

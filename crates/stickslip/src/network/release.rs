@@ -17,6 +17,28 @@ pub(super) fn end_of_adhesion(
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Result<Option<f64>, f64> {
+    let [backward, forward] = [-1.0, 1.0].map(|direction| law.toward(direction));
+    if std::ptr::eq(backward, forward) {
+        return end_on(law, None, force, rested, still, reach, grazes);
+    }
+    let first = end_on(forward, Some(1.0), force, rested, still, reach, grazes);
+    let clear = first.map_or_else(|clear| clear, |found| found.unwrap_or(reach));
+    match end_on(backward, Some(-1.0), force, rested, still, clear, grazes) {
+        Ok(None) => first,
+        second => second,
+    }
+}
+
+/// When adhesion breaks on one `side`, by the sign of its force, or on either.
+fn end_on(
+    law: &Law,
+    side: Option<f64>,
+    force: &Series,
+    rested: f64,
+    still: f64,
+    reach: f64,
+    grazes: &mut Vec<f64>,
+) -> Result<Option<f64>, f64> {
     let limit = |t: f64, rate: f64| {
         law.break_away(Hold {
             stick_time: rested + t,
@@ -27,13 +49,16 @@ pub(super) fn end_of_adhesion(
     let bears = limit(0.0, force[1]);
     let rounding = (4.0 * f64::EPSILON * bears).max(2.0 * still / PASSED);
     if !feels_rate && law.growth_bound(rested) == 0.0 {
-        let mut upper = force.map(|term| -term);
-        let mut lower = *force;
-        upper[0] += bears;
-        lower[0] += bears;
-        let first = first_root(&upper, rounding, false, reach, grazes);
-        let second = first_root(&lower, rounding, false, first.unwrap_or(reach), grazes);
-        return Ok(second.or(first));
+        let mut first = None;
+        for sign in [1.0, -1.0]
+            .into_iter()
+            .filter(|sign| side.is_none_or(|side| side == *sign))
+        {
+            let mut room = force.map(|term| -sign * term);
+            room[0] += bears;
+            first = first_root(&room, rounding, false, first.unwrap_or(reach), grazes).or(first);
+        }
+        return Ok(first);
     }
     let bend = curvature(force, reach);
     let flat = bend * reach * reach <= rounding;
@@ -44,7 +69,8 @@ pub(super) fn end_of_adhesion(
     } else {
         bears
     };
-    if swing <= rounding && force[0].abs() - least <= rounding {
+    let outward_of = |value: f64| side.unwrap_or(value.signum()) * value;
+    if swing <= rounding && outward_of(force[0]) - least <= rounding {
         return Ok(None);
     }
     let tiny = f64::EPSILON * reach;
@@ -52,25 +78,24 @@ pub(super) fn end_of_adhesion(
     for _ in 0..ROUNDS {
         let (value, rate) = slope_at(force, t);
         let bears = limit(t, rate);
-        let outward = rate * value.signum();
-        if bears - value.abs() <= rounding {
-            if t > 0.0 || outward > 0.0 || bears - value.abs() < -PASSED * rounding {
+        let size = outward_of(value);
+        let outward = rate * side.unwrap_or(value.signum());
+        if bears - size <= rounding {
+            if t > 0.0 || outward > 0.0 || bears - size < -PASSED * rounding {
                 return Ok(Some(t));
             }
             // Adhesion that starts at its limit and is relieved from there.
             t += f64::EPSILON.sqrt() * reach;
             continue;
         }
-        let mut step = free_time(bears - value, -rate, bend)
-            .min(free_time(bears + value, rate, bend))
+        let free = |sign: f64| free_time(bears - sign * value, -sign * rate, bend);
+        let mut step = side
+            .map_or_else(|| free(1.0).min(free(-1.0)), free)
             .min(reach - t);
         if feels_rate && !flat {
             // The limit falls with the force rate: at the worst rate ahead it must still bear.
             while step > 0.0
-                && limit(t, rate.abs() + bend * step)
-                    - value.abs()
-                    - rate.abs() * step
-                    - 0.5 * bend * step * step
+                && limit(t, rate.abs() + bend * step) - size - rate.abs() * step - 0.5 * bend * step * step
                     <= 0.0
             {
                 step *= 0.5;
@@ -83,7 +108,7 @@ pub(super) fn end_of_adhesion(
             // The margin falls from here on: one root, close it.
             let margin = |t: f64| {
                 let (value, rate) = slope_at(force, t);
-                limit(t, rate) - value.abs()
+                limit(t, rate) - outward_of(value)
             };
             let until = (t + 2.0 * step).min(reach);
             if margin(until) <= 0.0 {

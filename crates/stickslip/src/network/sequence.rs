@@ -122,7 +122,8 @@ pub fn resume(
             Phase::Slip(direction) => contact.direction = direction,
             Phase::Hold(direction) => {
                 contact.direction = direction;
-                contact.between = motion.laws[c].branches(direction * speeds[c]);
+                contact.between = motion.laws[c].toward(direction).branches(direction * speeds[c]);
+                contact.kept = speeds[c];
             }
         }
     }
@@ -214,7 +215,11 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<Trail, Error> {
             (Kind::Release, _) => Ending::Release,
             (Kind::Reversal, Phase::Hold(direction)) => {
                 let u = orbit.states(&[from]).w[c].abs();
-                let [low, high] = orbit.system.contacts[c].law.branches(u).unwrap_or([f64::NAN; 2]);
+                let [low, high] = orbit.system.contacts[c]
+                    .law
+                    .toward(direction)
+                    .branches(u)
+                    .unwrap_or([f64::NAN; 2]);
                 let force = direction * main.force;
                 let upper = (force - high).abs() < (force - low).abs();
                 Ending::Line(if upper { End::High } else { End::Low })

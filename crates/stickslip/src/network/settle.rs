@@ -1,6 +1,6 @@
 //! Which contacts stick and which slip, and where: at the start, and after every event, for all of them at once.
 
-use super::grip::Question;
+use super::grip::{Question, toward};
 use super::{Contact, Loop, ROUNDING, STILL};
 use crate::flow::taylor::Rub;
 use crate::law::{Friction, Hold};
@@ -42,13 +42,15 @@ impl Loop<'_> {
                 .sum();
             let balance = direction * (wants[c] - others) / self.frame.coupling(c, c);
             let rate = self.rate_if_stuck(c);
-            let between = self.apart(c, w.abs());
+            let between = self.apart(c, direction, w.abs());
             let contact = &mut self.contacts[c];
             contact.memory.force_rate = rate;
             contact.direction = direction;
             contact.between = between.filter(|[falling, rising]| (falling..rising).contains(&&balance));
-            contact.piece = self.laws[c].begin(w.abs(), balance, &mut contact.memory);
-            force[c] = direction * self.laws[c].force(&contact.piece, w.abs());
+            contact.kept = if contact.between.is_some() { w } else { 0.0 };
+            let law = self.laws[c].toward(direction);
+            contact.piece = law.begin(w.abs(), balance, &mut contact.memory);
+            force[c] = direction * law.force(&contact.piece, w.abs());
         }
         // Whoever rests there has arrived just now; the start is no event.
         let rates = vec![0.0; self.contacts.len()];
@@ -82,6 +84,7 @@ impl Loop<'_> {
             direction: 0.0,
             offset: 0.0,
             slope: 0.0,
+            still: false,
         };
         let held = self
             .frame
@@ -94,7 +97,11 @@ impl Loop<'_> {
 
     /// Decide for all contacts with zero slip velocity at once.
     pub(super) fn settle(&mut self, passage: &Passage) {
-        let is_new = |c: usize| passage.arrived.contains(&c);
+        let mut new = vec![false; self.contacts.len()];
+        for &c in &passage.arrived {
+            new[c] = true;
+        }
+        let is_new = |c: usize| new[c];
         let zero: Vec<usize> = (0..self.contacts.len())
             .filter(|&c| self.contacts[c].direction == 0.0 && !passage.starting || is_new(c))
             .collect();
@@ -104,10 +111,10 @@ impl Loop<'_> {
         let all = self.frame.held(zero.clone());
         self.frame.stop(&all, self.clock, &mut self.v);
         // What adhesion bears, and what slip would start with.
-        let limit: Vec<f64> = zero
+        let limit: Vec<[f64; 2]> = zero
             .iter()
             .map(|&c| {
-                self.laws[c].break_away(if is_new(c) {
+                let hold = if is_new(c) {
                     Hold {
                         stick_time: 0.0,
                         force_rate: self.rate_if_stuck(c),
@@ -117,35 +124,42 @@ impl Loop<'_> {
                         stick_time: self.rested(c),
                         force_rate: passage.rates[c].abs(),
                     }
-                })
+                };
+                [-1.0, 1.0].map(|direction| self.laws[c].toward(direction).break_away(hold))
             })
             .collect();
-        let kinetic: Vec<f64> = (0..zero.len())
+        let kinetic: Vec<[f64; 2]> = (0..zero.len())
             .map(|row| {
-                let law = self.laws[zero[row]];
-                let piece = law.leave(limit[row], &mut self.contacts[zero[row]].memory.clone());
-                law.force(&piece, 0.0)
+                [-1.0, 1.0].map(|direction| {
+                    let law = self.laws[zero[row]].toward(direction);
+                    let bears = toward(limit[row], direction);
+                    let piece = law.leave(bears, &mut self.contacts[zero[row]].memory.clone());
+                    law.force(&piece, 0.0)
+                })
             })
             .collect();
         let mut wants = Vec::new();
         self.motion.wants(&self.frame, &self.x, &self.v, &mut wants);
+        // The place of each among those with zero slip velocity.
+        let mut row_of = vec![None; self.contacts.len()];
+        for (row, &c) in zero.iter().enumerate() {
+            row_of[c] = Some(row);
+        }
         for (c, contact) in self.contacts.iter().enumerate() {
-            if zero.contains(&c) {
+            if row_of[c].is_some() {
                 continue;
             }
             let speed = contact.direction * (self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]));
-            let force = contact.direction * self.laws[c].force(&contact.piece, speed.max(0.0));
-            for (to, want) in wants.iter_mut().enumerate() {
-                *want -= self.frame.coupling(to, c) * force;
-            }
+            let force = contact.friction(self.laws[c], speed.max(0.0));
+            self.frame.relieve(&mut wants, c, force);
         }
-        let row_of = |c: usize| zero.iter().position(|&other| other == c).unwrap_or(0);
+        let row_of = |c: usize| row_of[c].unwrap_or(0);
         let question = Question {
             frame: &self.frame,
             zero: &zero,
             limit: &limit,
             kinetic: &kinetic,
-            wants: zero.iter().map(|&c| wants[c]).collect(),
+            wants,
             drives: self.motion.drives(),
             still: STILL * self.frame.rate * self.scale,
             released: passage.released.map(|(c, force)| (row_of(c), force.signum())),
@@ -156,13 +170,14 @@ impl Loop<'_> {
         for (row, &c) in zero.iter().enumerate() {
             let idle = idle[row];
             let direction = if idle { 0.0 } else { answer[row] };
-            self.contacts[c].pinned = if idle { answer[row] * limit[row] } else { 0.0 };
+            let bears = toward(limit[row], answer[row]);
+            self.contacts[c].pinned = if idle { answer[row] * bears } else { 0.0 };
             if !is_new(c) && direction == 0.0 {
                 continue;
             }
             let stick_time = self.rested(c);
             let contact = &mut self.contacts[c];
-            let was = contact.direction * self.laws[c].force(&contact.piece, 0.0);
+            let was = contact.friction(self.laws[c], 0.0);
             contact.direction = direction;
             contact.sense = 0.0;
             contact.turning = false;
@@ -171,10 +186,10 @@ impl Loop<'_> {
                 self.tell(Kind::Capture, c, was);
                 continue;
             }
-            contact.piece = self.laws[c].leave(limit[row], &mut contact.memory);
+            contact.piece = self.laws[c].toward(direction).leave(bears, &mut contact.memory);
             // Adhesion that broke at the force slip starts with, within rounding: the slip velocity leaves zero with no slope.
-            let rounding = ROUNDING * (limit[row] + self.frame.rate * self.scale / self.frame.coupling(c, c));
-            contact.turning = kinetic[row] >= limit[row] - rounding;
+            let rounding = ROUNDING * (bears + self.frame.rate * self.scale / self.frame.coupling(c, c));
+            contact.turning = toward(kinetic[row], direction) >= bears - rounding;
             if is_new(c) {
                 self.tell(Kind::Crossing, c, was);
             } else {
@@ -185,7 +200,7 @@ impl Loop<'_> {
                 self.tell(
                     Kind::Release,
                     c,
-                    broken_by.map_or(limit[row] * direction, |(_, force)| force),
+                    broken_by.map_or(bears * direction, |(_, force)| force),
                 );
                 if let Some(event) = self.events.last_mut() {
                     (event.stick_time, event.force_rate) = (stick_time, passage.rates[c] * direction);

@@ -64,11 +64,13 @@ impl Loop<'_> {
 
     /// Leave the piece of contact `c` over its `end`, or the hold between its branches.
     pub(super) fn leave(&mut self, c: usize, end: End, speed: f64) {
-        let law = self.laws[c];
+        let law = self.laws[c].toward(self.contacts[c].direction);
         let rate = self.rate_if_stuck(c);
+        let follows = self.follows(c);
         let contact = &mut self.contacts[c];
         contact.memory.force_rate = rate;
         contact.sense = 0.0;
+        contact.kept = 0.0;
         if let Some([falling, rising]) = contact.between.take() {
             let (bound, balance) = if end == End::High {
                 (rising, f64::INFINITY)
@@ -83,8 +85,8 @@ impl Loop<'_> {
         }
         let speed = match end {
             End::Turn { rising } => {
-                // Friction that jumps to another branch takes the slip acceleration with it.
-                contact.turning = apart(law, speed).is_none();
+                // Friction that jumps to another branch takes the slip acceleration with it, unless others give the motion.
+                contact.turning = follows || apart(law, speed).is_none();
                 return self.turn(c, rising, speed);
             }
             End::Low => contact.piece.low,
@@ -97,24 +99,27 @@ impl Loop<'_> {
     }
 
     /// Friction of the two branches at slip speed `u` of a contact whose law has such, where the speed is held between them.
-    pub(super) fn apart(&self, c: usize, u: f64) -> Option<[f64; 2]> {
-        let branches = apart(self.laws[c], u)?;
+    pub(super) fn apart(&self, c: usize, direction: f64, u: f64) -> Option<[f64; 2]> {
+        let branches = apart(self.laws[c].toward(direction), u)?;
         (branches[0] < branches[1] && u > ROUNDING * self.scale).then_some(branches)
     }
 
     /// The slip acceleration changes its sign: to the other branch, or into the hold between them.
     pub(super) fn turn(&mut self, c: usize, rising: bool, speed: f64) {
-        let between = self.apart(c, speed).filter(|_| !self.follows(c));
+        let between = self
+            .apart(c, self.contacts[c].direction, speed)
+            .filter(|_| !self.follows(c));
         let rate = self.rate_if_stuck(c);
         let contact = &mut self.contacts[c];
         contact.memory.force_rate = rate;
-        let force = contact.direction * self.laws[c].force(&contact.piece, speed);
+        let law = self.laws[c].toward(contact.direction);
+        let force = contact.direction * law.force(&contact.piece, speed);
         let kind = if between.is_some() {
             contact.between = between;
+            contact.kept = contact.direction * speed;
             Kind::Hold
         } else {
-            contact.piece =
-                self.laws[c].next(&contact.piece, End::Turn { rising }, speed, &mut contact.memory);
+            contact.piece = law.next(&contact.piece, End::Turn { rising }, speed, &mut contact.memory);
             Kind::Reversal
         };
         self.tell(kind, c, force);

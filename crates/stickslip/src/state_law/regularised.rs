@@ -33,8 +33,11 @@ parameters! {
 impl StateFriction for Regularised {
     fn validate(&self) -> Result<(), Error> {
         self.within_limits()?;
-        let piece = self.law.begin(0.0, f64::INFINITY, &mut Memory::default());
-        if piece.turns || self.law.feels_force_rate() || self.law.growth_bound(0.0) > 0.0 {
+        let turns = |direction: f64| {
+            let law = self.law.toward(direction);
+            law.begin(0.0, f64::INFINITY, &mut Memory::default()).turns
+        };
+        if turns(1.0) || turns(-1.0) || self.law.feels_force_rate() || self.law.growth_bound(0.0) > 0.0 {
             return Err(Error::Remembers);
         }
         Ok(())
@@ -45,13 +48,13 @@ impl StateFriction for Regularised {
     }
 
     fn rates(&self, w: f64, _z: f64) -> (f64, f64) {
-        let u = w.abs();
-        let piece = self.law.begin(u, f64::INFINITY, &mut Memory::default());
+        let (u, law) = (w.abs(), self.law.toward(w));
+        let piece = law.begin(u, f64::INFINITY, &mut Memory::default());
         let sign = match self.shape {
             Shape::Arctan => std::f64::consts::FRAC_2_PI * atan(w / self.width),
             Shape::Tanh => tanh(w / self.width),
         };
-        (sign * self.law.force(&piece, u), 0.0)
+        (sign * law.force(&piece, u), 0.0)
     }
 
     fn steady(&self, _w: f64) -> f64 {

@@ -96,7 +96,7 @@ impl Course<'_> {
             Phase::Slip(_) => place.turn(c).value,
             Phase::Stick => {
                 let age = self.age(start, c, place.begin + h);
-                (self.bears(c, &age, &place.force_rate(c)) - &place.force(c).abs()).rates[0]
+                self.room(c, &age, &place.force_rate(c), place.force(c)).rates[0]
             }
             Phase::Hold(_) => 1.0,
         }
@@ -150,7 +150,7 @@ impl Course<'_> {
                 let [force, rate] = self.if_stuck(&end.moved, &arc.phases, c);
                 let detail = rate.value * force.value.signum();
                 let at_once = Dual::fixed(0.0, moves.rates.len());
-                let margin = self.bears(c, &at_once, &rate) - &force.abs();
+                let margin = self.room(c, &at_once, &rate, force);
                 if sticks {
                     push(Border::Entry, margin, detail);
                 } else {

@@ -34,7 +34,9 @@ impl Course<'_> {
                 let [between] = self
                     .varied
                     .ask(c, [&place.u(c)], parameter, LINE_STEP, |law, [u]| {
-                        [law.branches(u).map_or(f64::NAN, |pair| pair[rising])]
+                        [law.toward(*direction)
+                            .branches(u)
+                            .map_or(f64::NAN, |pair| pair[rising])]
                     });
                 place.force(c) * *direction - &between
             }
@@ -52,7 +54,12 @@ impl Course<'_> {
 
     /// What adhesion of a contact bears beyond the force that holds it.
     pub(super) fn margin(&self, start: &Moving, c: usize, tau: f64, place: &Place) -> Dual {
-        self.bears(c, &self.age(start, c, tau), &place.force_rate(c)) - &place.force(c).abs()
+        self.room(c, &self.age(start, c, tau), &place.force_rate(c), place.force(c))
+    }
+
+    /// What adhesion bears beyond a force.
+    pub(super) fn room(&self, c: usize, stick_time: &Dual, rate: &Dual, force: Dual) -> Dual {
+        self.bears(c, force.value, stick_time, rate) - &force.abs()
     }
 
     /// How long a stuck contact has stuck.
@@ -60,14 +67,15 @@ impl Course<'_> {
         later(&start.numbers[self.layout.contact(c) + AGE], tau)
     }
 
-    pub(super) fn bears(&self, c: usize, stick_time: &Dual, rate: &Dual) -> Dual {
+    /// What adhesion bears against slip in a direction.
+    fn bears(&self, c: usize, direction: f64, stick_time: &Dual, rate: &Dual) -> Dual {
         let rate = rate.clone().abs();
         let parameter = self.parameter(rate.rates.len());
         let inputs = [stick_time, &rate];
         let [bears] = self
             .varied
             .ask(c, inputs, parameter, RELATIVE_STEP, |law, [stick_time, rate]| {
-                [law.break_away(Hold {
+                [law.toward(direction).break_away(Hold {
                     stick_time: stick_time.max(0.0),
                     force_rate: rate.abs(),
                 })]
@@ -99,7 +107,7 @@ impl Course<'_> {
     fn turn_to(
         &self,
         state: &mut Moving,
-        c: usize,
+        (c, direction): (usize, f64),
         u: &Dual,
         force_rate: &Dual,
         next: impl Fn(&Law, &Piece, f64, &mut Memory) -> Piece,
@@ -121,7 +129,7 @@ impl Course<'_> {
                 branch: flags.branch,
                 turns: flags.turns,
             };
-            (next(law, &piece, z[9], &mut memory), memory)
+            (next(law.toward(direction), &piece, z[9], &mut memory), memory)
         };
         let own = &state.numbers[at..at + AGE];
         let inputs: [&Dual; 11] = std::array::from_fn(|i| match i {
@@ -216,12 +224,14 @@ impl Course<'_> {
             }
         };
         let leave = |law: &Law, _: &Piece, force: f64, memory: &mut Memory| law.leave(force, memory);
+        // That of the slip ahead.
+        let direction = next[c].direction();
         match (arc.phases[c], next[c]) {
             (_, Phase::Stick) => after.numbers[at + AGE] = Dual::fixed(0.0, lanes),
             (Phase::Stick, _) => {
-                let force = self.bears(c, &self.age(start, c, tau), &place.force_rate(c));
+                let force = self.bears(c, direction, &self.age(start, c, tau), &place.force_rate(c));
                 after.numbers[at + AGE] = Dual::fixed(0.0, lanes);
-                self.turn_to(after, c, &force, &Dual::fixed(0.0, lanes), leave);
+                self.turn_to(after, (c, direction), &force, &Dual::fixed(0.0, lanes), leave);
             }
             (Phase::Hold(_), _) => {
                 let balance = if arc.ending == Ending::Line(End::High) {
@@ -229,17 +239,21 @@ impl Course<'_> {
                 } else {
                     f64::NEG_INFINITY
                 };
-                self.turn_to(after, c, &place.u(c), &rate(), |law, _, u, memory| {
-                    law.begin(u, balance, memory)
-                });
+                self.turn_to(
+                    after,
+                    (c, direction),
+                    &place.u(c),
+                    &rate(),
+                    |law, _, u, memory| law.begin(u, balance, memory),
+                );
             }
             (Phase::Slip(_), Phase::Hold(_)) => {}
             (Phase::Slip(_), Phase::Slip(_)) => {
                 let Ending::Line(end) = arc.ending else { return };
                 let low = &start.numbers[at + LOW];
                 if end == End::Low && low.value <= 0.0 {
-                    let force = self.bears(c, &Dual::fixed(0.0, lanes), &rate());
-                    self.turn_to(after, c, &force, &Dual::fixed(0.0, lanes), leave);
+                    let force = self.bears(c, direction, &Dual::fixed(0.0, lanes), &rate());
+                    self.turn_to(after, (c, direction), &force, &Dual::fixed(0.0, lanes), leave);
                     return;
                 }
                 let u = match end {
@@ -247,7 +261,7 @@ impl Course<'_> {
                     End::High => &start.numbers[at + HIGH],
                     End::Turn { .. } => &place.u(c),
                 };
-                self.turn_to(after, c, u, &rate(), |law, piece, u, memory| {
+                self.turn_to(after, (c, direction), u, &rate(), |law, piece, u, memory| {
                     law.next(piece, end, u, memory)
                 });
             }

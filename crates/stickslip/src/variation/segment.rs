@@ -73,11 +73,13 @@ pub(super) fn rubs(phases: &[Phase], line: impl Fn(usize) -> [f64; 2]) -> Vec<Ru
             direction: 0.0,
             offset: 0.0,
             slope: 0.0,
+            still: false,
         },
         Phase::Hold(direction) => Rub {
             direction,
             offset: 0.0,
             slope: f64::INFINITY,
+            still: false,
         },
         Phase::Slip(direction) => {
             let [offset, slope] = line(c);
@@ -85,6 +87,7 @@ pub(super) fn rubs(phases: &[Phase], line: impl Fn(usize) -> [f64; 2]) -> Vec<Ru
                 direction,
                 offset,
                 slope,
+                still: false,
             }
         }
     };
@@ -226,7 +229,8 @@ impl<'a> Course<'a> {
             })
             .collect();
         for (row, &c) in held.contacts.iter().enumerate() {
-            for (slip, gain) in slip.iter().zip(held.gain(row)) {
+            for &(at, gain) in held.gain(row) {
+                let slip = &slip[at];
                 for i in 0..self.layout.masses {
                     let share = self.frame.response(c, i) * gain;
                     let number = &mut state.numbers[self.layout.v(i)];
@@ -303,10 +307,10 @@ impl<'a> Course<'a> {
         if place.lanes == 1 {
             return;
         }
-        let smooth = |c: usize| self.frame.is_smooth(c);
+        let smooth = |c: usize| self.frame.is_smooth(c, rubs[c].direction);
         for (c, slope) in place.slopes.iter_mut().enumerate() {
             if smooth(c) && !rubs[c].holds() {
-                *slope = stiffening(self.laws[c], &place.motion.u[c]);
+                *slope = stiffening(self.laws[c].toward(rubs[c].direction), &place.motion.u[c]);
             }
         }
         self.give(mode, clock, place);

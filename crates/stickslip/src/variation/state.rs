@@ -23,6 +23,16 @@ pub enum Phase {
     Hold(f64),
 }
 
+impl Phase {
+    /// The direction of its slip, 0 while it sticks.
+    pub(super) fn direction(self) -> f64 {
+        match self {
+            Self::Stick => 0.0,
+            Self::Slip(direction) | Self::Hold(direction) => direction,
+        }
+    }
+}
+
 /// What ends an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ending {

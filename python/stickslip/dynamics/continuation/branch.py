@@ -7,9 +7,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit
+from stickslip.dynamics.periodic.cycles import PeriodicOrbit, unchecked
 from stickslip.dynamics.periodic.shooting import Label, Point
+from stickslip.errors import InputError
+from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 
@@ -38,35 +41,93 @@ class SpecialPoint:
     point: Point | None = field(default=None, repr=False, compare=False)
     label: Label | None = field(default=None, repr=False, compare=False)
 
+    @property
+    def orbit(self) -> PeriodicOrbit:
+        """The closed orbit there, with its multipliers; to continue from it, over whatever number, give it as a guess.
 
-@dataclass
-class Branch:
+        Raises
+        ------
+        InputError
+            at a Hopf point of steady slip, which has no orbit.
+        """
+        if self.point is None:
+            raise InputError(f"special point: a {self.kind} of steady slip has no orbit; take a point of a cycle")
+        return unchecked(self.point.here)
+
+
+@dataclass(repr=False)
+class Branch(InNotebook):
     """One curve of motions: a row a point.
 
     Attributes
     ----------
     kind : ``"steady_slip"`` or ``"cycle"``.
     values : the parameter along the curve, shape (n,).
-    stable : shape (n,).
+    stable : shape (n,), None where the motion is marginal.
     period, multiplier : NaN on steady slip; the multiplier is the largest that is not the 1 of an autonomous cycle, for
         steady slip the growth rate of small disturbances.
     x_min, x_max : range of the position.
     sticks : whether adhesion is a part of the motion.
     special_points : in the order of the curve.
+    orbits : the closed orbit of each point of a cycle, unstable ones too; :meth:`orbit` gives one.
     """
 
     kind: str
     values: list[float] = field(default_factory=list)
-    stable: list[bool] = field(default_factory=list)
+    stable: list[bool | None] = field(default_factory=list)
     period: list[float] = field(default_factory=list)
     multiplier: list[float] = field(default_factory=list)
     x_min: list[float] = field(default_factory=list)
     x_max: list[float] = field(default_factory=list)
     sticks: list[bool] = field(default_factory=list)
     special_points: list[SpecialPoint] = field(default_factory=list)
+    orbits: list[PeriodicOrbit] = field(default_factory=list, repr=False, compare=False)
+
+    def orbit(self, index: int) -> PeriodicOrbit:
+        """The orbit of a point, stable or not: its period, multipliers, phases and, as ``.orbit``, its motion.
+
+        Raises
+        ------
+        InputError
+            for a branch of steady slip, or an index that the branch has not.
+
+        >>> import stickslip as ss
+        >>> swing = ss.Oscillator(0.0, 0.0, ss.laws.Coulomb(0.6), forcing=ss.Harmonic(1.0, 0.7))
+        >>> branch = ss.continuation(swing, "law.kinetic", (0.55, 0.75), seeds=0).branches[0]
+        >>> branch.orbit(0).events, branch.orbit(-1).events
+        (('crossing', 'crossing'), ('release', 'capture', 'release', 'capture'))
+        """
+        if not self.orbits:
+            raise InputError(f"branch: a branch of {self.kind} has no orbits; see stickslip.periodic_orbit for one")
+        if not -len(self.orbits) <= index < len(self.orbits):
+            raise InputError(f"branch: orbit must be from 0 to {len(self.orbits) - 1}, got {index}")
+        return self.orbits[index]
+
+    def nearest(self, value: float) -> PeriodicOrbit:
+        """The orbit of the point whose parameter is nearest to a value, the first on the curve of several."""
+        return self.orbit(int(np.argmin(np.abs(np.asarray(self.values) - value))) if self.values else 0)
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """All multipliers of each point, the largest first, shape (n, most); NaN where an orbit has fewer."""
+        most = max((len(cycle.multipliers) for cycle in self.orbits), default=0)
+        rows = [np.pad(c.multipliers, (0, most - len(c.multipliers)), constant_values=np.nan) for c in self.orbits]
+        return np.array(rows, complex).reshape(len(self.orbits), most)
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        ends = f"{min(self.values):.6g} to {max(self.values):.6g}" if self.values else "nothing"
+        stable = f"{sum(item is True for item in self.stable)} of {len(self.values)} points"
+        points = [f"{item.kind} at {item.parameter:.6g}" for item in self.special_points]
+        return {"kind": self.kind, "from": ends, "stable": stable, "special_points": points or "none"}
+
+    def __repr__(self) -> str:
+        facts = self.facts()
+        return f"<Branch of {self.kind} from {facts['from']}, stable at {facts['stable']}>"
 
     def add(self, cycle: PeriodicOrbit, value: float) -> None:
         """One more point."""
+        self.orbits.append(cycle)
         low, high = range_of(cycle)
         row = (value, cycle.stable, cycle.period, cycle.largest, low, high, cycle.sticks)
         for name, item in zip(COLUMNS, row, strict=True):
@@ -75,12 +136,13 @@ class Branch:
     def reversed(self) -> Branch:
         """The same curve from its other end."""
         columns = {name: getattr(self, name)[::-1] for name in COLUMNS}
-        return Branch(self.kind, **columns, special_points=self.special_points[::-1])
+        return Branch(self.kind, **columns, special_points=self.special_points[::-1], orbits=self.orbits[::-1])
 
     def joined(self, other: Branch) -> Branch:
         """The curve of both, where the other starts at the end of this one."""
         columns = {name: getattr(self, name) + getattr(other, name)[1:] for name in COLUMNS}
-        return Branch(self.kind, **columns, special_points=self.special_points + other.special_points)
+        points = self.special_points + other.special_points
+        return Branch(self.kind, **columns, special_points=points, orbits=self.orbits + other.orbits[1:])
 
 
 #: Columns of a branch, in the order in which a row is made.
@@ -88,7 +150,7 @@ COLUMNS = ("values", "stable", "period", "multiplier", "x_min", "x_max", "sticks
 
 
 @dataclass(frozen=True)
-class Branches:
+class Branches(InNotebook):
     """The branches of a continuation.
 
     Attributes
@@ -139,6 +201,11 @@ class Branches:
             "kinds": ", ".join(branch.kind for branch in self.branches),
         }
         return xr.Dataset(data, attrs=attrs)
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        points = [f"{item.kind} at {item.parameter:.6g}" for item in self.special_points]
+        return {"parameter": self.parameter, "branches": list(self.branches), "special_points": points or "none"}
 
     def __repr__(self) -> str:
         found = ", ".join(f"{item.kind} {item.parameter:.9g}" for item in self.special_points) or "none"

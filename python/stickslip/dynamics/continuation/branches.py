@@ -47,7 +47,9 @@ def continuation(
         Steady slip is followed of one mass.
     parameter : a number of the system document, such as ``"drive_velocity"``, ``"forcing.frequency"`` or ``"law.kinetic"``.
     bounds : (low, high) of the parameter.
-    guess : as for :func:`stickslip.periodic_orbit`, at the value that the system has; default the motion from rest.
+    guess : as for :func:`stickslip.periodic_orbit`, at the value that the system has; default the motion from rest. A
+        :class:`~stickslip.PeriodicOrbit`, as of ``branch.orbit(i)`` or ``special_point.orbit``, is followed as it is, stable
+        or not, at the value that its own system has (with `seeds` 0 nothing else).
     seeds : at how many values between the bounds the motion from rest is looked at for a further branch.
     most : the most points of one branch.
     progress : called as ``progress(points, most)`` after each point of a branch.
@@ -83,7 +85,9 @@ def continuation(
         steady = _steady(system, path, family)
         if steady.values:
             branches.append(steady)
-    here = read(system, path)
+    here = read(guess.system if isinstance(guess, PeriodicOrbit) else system, path)
+    if guess is not None and not low <= here <= high:
+        raise InputError(f"continuation: the bounds must hold the value of the guess, {here:g}, got {low:g}:{high:g}")
     starts = [(here, guess)] if low <= here <= high else []
     starts += [(low + (high - low) * (i + 0.5) / seeds, None) for i in range(seeds)]
     for value, start in starts:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
-from stickslip.dynamics.periodic.return_map import Return, moved, multipliers_of, return_of, size_of
+from stickslip.dynamics.periodic.return_map import Lost, Return, moved, multipliers_of, return_of, size_of
 
 if TYPE_CHECKING:
     from stickslip.dynamics.periodic.shooting import Point
@@ -77,3 +77,78 @@ def gradient(kind: str, here: Return, paths: Sequence[str], scales: Sequence[flo
             ends.append(determinant(kind, return_of(replace(here.sequence, system=system), here.forcing_periods)))
         slopes.append((ends[1] - ends[0]) / (2 * width))
     return np.array(slopes)
+
+
+def other_multipliers(point: Point, kind: str) -> Any:
+    """The multipliers but those that are critical all along a curve of a kind."""
+    values = nontrivial(point.here)
+    if kind == "neimark_sacker":
+        return np.delete(values, critical_pair(values))
+    if kind in ("fold", "flip"):
+        return np.delete(values, int(np.argmin(np.abs(values - (1 if kind == "fold" else -1)))))
+    return values
+
+
+def critical_pair(values: Any) -> list[int]:
+    """The two whose product is nearest to 1."""
+    first, second = np.triu_indices(len(values), 1)
+    best = int(np.argmin(np.abs(values[first] * values[second] - 1)))
+    return [int(first[best]), int(second[best])]
+
+
+def second_conditions(kind: str) -> dict[str, Callable[[Point], float]]:
+    """What vanishes at the points of codimension two on a curve of special points of a kind, by their names."""
+
+    def factors(sign: float) -> Callable[[Point], float]:
+        return lambda point: float(np.prod(other_multipliers(point, kind) - sign).real)
+
+    def circle(point: Point) -> float:
+        values = other_multipliers(point, kind)
+        pair = values[np.abs(values.imag) > 1e-9]
+        return float(np.abs(pair).max() - 1) if pair.size else math.nan
+
+    def cosine(level: float) -> Callable[[Point], float]:
+        def test(point: Point) -> float:
+            values = nontrivial(point.here)
+            return float(values[critical_pair(values)].sum().real) / 2 - level
+
+        return test
+
+    names = {"fold": factors(1.0), "flip": factors(-1.0), "neimark_sacker": circle}
+    tests = {f"{kind}_{name}": test for name, test in names.items() if not (kind == "flip" and name == "fold")}
+    if kind == "flip":
+        tests["fold_flip"] = factors(1.0)
+    if kind == "fold":
+        # The second multiplier at +1 is where folds meet a curve of Neimark–Sacker points.
+        tests["resonance_1_1"] = tests.pop("fold_fold")
+    if kind == "neimark_sacker":
+        angles = {"resonance_1_1": 1.0, "resonance_1_2": -1.0, "resonance_1_3": -0.5, "resonance_1_4": 0.0}
+        tests = {name: cosine(level) for name, level in angles.items()} | {
+            "fold_neimark_sacker": factors(1.0),
+            "flip_neimark_sacker": factors(-1.0),
+        }
+    return tests
+
+
+def root(function: Callable[[float], float], before: float, after: float) -> float:
+    """A zero in (0, 1) of a function with known ends (Illinois).
+
+    Raises
+    ------
+    Lost
+        where the function is not a number in between.
+    """
+    a, fa, b, fb = 0.0, before, 1.0, after
+    for _ in range(60):
+        c = (a * fb - b * fa) / (fb - fa)
+        fc = function(c)
+        if not math.isfinite(fc):
+            raise Lost("the test function is gone")
+        if fc == 0 or abs(b - a) < 1e-13 or abs(c - b) < 1e-14:
+            return c
+        if fc * fb < 0:
+            a, fa = b, fb
+        else:
+            fa /= 2
+        b, fb = c, fc
+    return b

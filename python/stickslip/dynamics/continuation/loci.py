@@ -11,24 +11,48 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.continuation.branch import SpecialPoint, extremes
-from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS
-from stickslip.dynamics.periodic.cycles import one_period
+from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS, root, second_conditions
+from stickslip.dynamics.periodic.cycles import PeriodicOrbit, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer, read, with_number
 from stickslip.dynamics.periodic.shooting import Family, Lost, Point, corrected, stepped
-from stickslip.dynamics.periodic.switching_boundaries import worst
+from stickslip.dynamics.periodic.switching_boundaries import name_of, worst
 from stickslip.errors import InputError
 from stickslip.files.documents import number
+from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _SMALLEST, _LARGEST = 1e-5, 0.1
+#: A direction this much shorter than that before it has vanished.
+_STILL = 1e-3
+
+
+@dataclass(frozen=True)
+class CodimensionTwo:
+    """A point of a curve in two parameters at which a second condition holds.
+
+    kind is, on a curve of folds, flips or Neimark–Sacker points, ``"cusp"`` (the curve of folds turns back),
+    ``"fold_flip"``, ``"fold_neimark_sacker"``, ``"flip_neimark_sacker"``, ``"flip_flip"`` or the strong resonances
+    ``"resonance_1_1"`` to ``"resonance_1_4"`` (the angle of the critical multipliers is 0, π, 2π/3, π/2); on a boundary of
+    sticking, where a multiplier passes +1, −1 or the unit circle, its name with ``"_fold"``, ``"_flip"`` or
+    ``"_neimark_sacker"``; where a curve ends on a boundary of another kind, both names with ``"_and_"``.
+    """
+
+    kind: str
+    values: tuple[float, float]
+    point: Point = field(repr=False, compare=False)
+
+    @property
+    def orbit(self) -> PeriodicOrbit:
+        """The closed orbit there."""
+        return unchecked(self.point.here)
 
 
 @dataclass
-class Locus:
+class Locus(InNotebook):
     """One curve of special points of one kind in the plane of two parameters.
 
     Attributes
@@ -37,6 +61,7 @@ class Locus:
     parameters : their names.
     values : shape (n, 2), in the order of the curve.
     x_min, x_max : range of the position of the motion there, shape (n,).
+    special_points : points of codimension two, in the order of the curve.
     """
 
     system: Oscillator | System
@@ -46,6 +71,7 @@ class Locus:
     values: Floats = field(default_factory=lambda: np.empty((0, 2)))
     x_min: Floats = field(default_factory=lambda: np.empty(0))
     x_max: Floats = field(default_factory=lambda: np.empty(0))
+    special_points: list[CodimensionTwo] = field(default_factory=list)
 
     def to_xarray(self) -> xr.Dataset:
         """Both parameters and the range of the position over ``point``."""
@@ -57,6 +83,10 @@ class Locus:
         data |= {"x_min": ("point", self.x_min), "x_max": ("point", self.x_max)}
         attrs = {"title": "stickslip locus", "kind": self.kind, "system": json.dumps(self.system.to_dict())}
         return xr.Dataset(data, attrs=attrs)
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        return {"kind": self.kind, "parameters": self.parameters, "points": len(self.values)}
 
     def __repr__(self) -> str:
         return f"<Locus of {self.kind} over {' and '.join(self.parameters)}: {len(self.values)} points>"
@@ -152,10 +182,13 @@ def locus(
             if progress is not None:
                 progress(walked + points, 2 * most)
 
-        halves = []
+        halves, found = [], []
         for sign in (-1.0, 1.0):
-            halves.append(_half(replace(start, direction=sign * start.direction), family, most, notify))
+            rows, second = _half(replace(start, direction=sign * start.direction), family, most, notify, point.kind)
+            halves.append(rows)
+            found.append(second)
             walked += most
+        curve.special_points = found[0][::-1] + found[1]
     rows = np.array(halves[0][::-1] + halves[1][1:])
     curve.values, curve.x_min, curve.x_max = rows[:, :2], rows[:, 2], rows[:, 3]
     return curve
@@ -164,16 +197,23 @@ def locus(
 _Row = tuple[float, float, float, float]
 
 
-def _half(point: Point, family: Family, most: int, notify: Callable[[int], None]) -> list[_Row]:
-    """One way along the curve until a bound or another boundary."""
+def _half(
+    point: Point, family: Family, most: int, notify: Callable[[int], None], kind: str
+) -> tuple[list[_Row], list[CodimensionTwo]]:
+    """One way along the curve until a bound or another boundary, and the points of codimension two on it."""
     rows = [_row(point)]
+    found: list[CodimensionTwo] = []
     step = 0.01
+    # What vanishes at the end of the curve, with the last point that has it.
+    ended: tuple[Point, Point, float] | None = None
     while len(rows) < most and step >= _SMALLEST:
         notify(len(rows))
         try:
             ahead = stepped(point, point.here.forcing_periods, family, step)
         except Lost:
             ahead = None
+        if ahead is not None and not _allowed(ahead):
+            ended = (point, ahead, step)
         if ahead is None or not _allowed(ahead) or float(point.direction @ ahead.direction) < 0.9:
             step /= 2
             continue
@@ -191,11 +231,69 @@ def _half(point: Point, family: Family, most: int, notify: Callable[[int], None]
                     point.here.sequence, point.here.forcing_periods, family, values, direction, point.boundary
                 )
                 rows.append(_row(end))
-            break
-        point = ahead
+            return rows, found
+        found += _second(point, ahead, step, family, kind)
+        ended, point = None, ahead
         rows.append(_row(point))
         step = min(1.4 * step, _LARGEST)
-    return rows
+    if ended is not None and len(rows) < most:
+        found += _last(*ended, family, kind)
+    return rows, found
+
+
+def _between(
+    point: Point, step: float, family: Family, test: Callable[[Point], float], ends: tuple[float, float]
+) -> Point:
+    """The point of a step at which a test function vanishes.
+
+    Raises
+    ------
+    Lost
+        where a point in between has no orbit.
+    """
+
+    def at(fraction: float) -> Point:
+        return stepped(point, point.here.forcing_periods, family, fraction * step)
+
+    return at(root(lambda fraction: test(at(fraction)), *ends))
+
+
+def _second(point: Point, ahead: Point, step: float, family: Family, kind: str) -> list[CodimensionTwo]:
+    """Points of codimension two by the multipliers, between two points of a curve."""
+    found = []
+    along = point.direction[-2:]
+    tests = second_conditions(kind)
+    if kind == "fold":
+        # At a cusp the curve turns back: its direction in the plane of the parameters vanishes.
+        tests["cusp"] = lambda there: float(there.direction[-2:] @ along)
+    for name, test in tests.items():
+        ends = (test(point), test(ahead))
+        if not (np.isfinite(ends).all() and ends[0] * ends[1] < 0):
+            continue
+        with contextlib.suppress(Lost):
+            there = _between(point, step, family, test, ends)
+            if name != "cusp" or np.linalg.norm(there.direction[-2:]) < _STILL * np.linalg.norm(along):
+                found.append(CodimensionTwo(name, (float(there.values[0]), float(there.values[1])), there))
+    return found
+
+
+def _last(point: Point, beyond: Point, step: float, family: Family, kind: str) -> list[CodimensionTwo]:
+    """The boundary at which a curve ends, where the test function that vanishes there is known on both sides."""
+    before, after = worst(point.here), worst(beyond.here)
+    passed = [label for label, value in after.items() if value < 0 < before.get(label, -1.0)]
+    if not passed:
+        return []
+    label = min(passed, key=lambda label: after[label])
+
+    def test(there: Point) -> float:
+        return worst(there.here).get(label, math.nan)
+
+    try:
+        there = _between(point, step, family, test, (before[label], after[label]))
+    except Lost:
+        return []
+    second = name_of(there.here, label)
+    return [CodimensionTwo(f"{kind}_and_{second}", (float(there.values[0]), float(there.values[1])), there)]
 
 
 def _row(point: Point) -> _Row:

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of
-from stickslip.dynamics.continuation.conditions import TESTS
+from stickslip.dynamics.continuation.conditions import TESTS, root
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic import switching_boundaries
 from stickslip.dynamics.periodic.cycles import finished
 from stickslip.dynamics.periodic.shooting import Family, Label, Lost, Point, axis, consistent, corrected, stepped
 from stickslip.errors import InputError
+from stickslip.files.notebook import waiting
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
 #: A cycle of less than this share of the largest on the branch is about to be a point.
@@ -44,9 +45,9 @@ class Walk:
         self._add(point)
         largest = self._size()
         step = 0.01
+        progress = waiting(self.progress, "continuation")
         while len(self.branch.values) < self.most:
-            if self.progress is not None:
-                self.progress(len(self.branch.values), self.most)
+            progress(len(self.branch.values), self.most)
             try:
                 ahead = stepped(point, point.here.forcing_periods, self.family, step)
             except Lost:
@@ -200,22 +201,4 @@ def _located(at: Callable[[float], Point], kind: str, before: float, after: floa
     Lost
         where a point in between has no orbit.
     """
-    return at(_root(lambda fraction: TESTS[kind](at(fraction)), before, after))
-
-
-def _root(function: Callable[[float], float], before: float, after: float) -> float:
-    """A zero in (0, 1) (Illinois)."""
-    a, fa, b, fb = 0.0, before, 1.0, after
-    for _ in range(60):
-        c = (a * fb - b * fa) / (fb - fa)
-        fc = function(c)
-        if not math.isfinite(fc):
-            raise Lost("the test function is gone")
-        if fc == 0 or abs(b - a) < 1e-13 or abs(c - b) < 1e-14:
-            return c
-        if fc * fb < 0:
-            a, fa = b, fb
-        else:
-            fa /= 2
-        b, fb = c, fc
-    return b
+    return at(root(lambda fraction: TESTS[kind](at(fraction)), before, after))

@@ -21,6 +21,7 @@ from stickslip.dynamics.periodic.return_map import forcing_period
 from stickslip.dynamics.periodic.shooting import Family, Lost, Point, axis, corrected
 from stickslip.errors import InputError
 from stickslip.files.documents import number
+from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator
 
 _PATH = "/drive_velocity"
@@ -47,7 +48,7 @@ Sides = tuple[Shown, Shown]
 
 
 @dataclass(frozen=True)
-class CriticalVelocities(Mapping[str, float]):
+class CriticalVelocities(Mapping[str, float], InNotebook):
     """Critical drive velocities by name, the lowest of each; `all` has every one.
 
     `criticality` says whether the cycle born at a smooth Hopf point is stable. `neutral` has the ranges of the drive velocity
@@ -71,6 +72,13 @@ class CriticalVelocities(Mapping[str, float]):
 
     def __len__(self) -> int:
         return len({kind for kind, _ in self.all})
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        kinds = dict.fromkeys(kind for kind, _ in self.all)
+        found: dict[str, Any] = {one: [value for kind, value in self.all if kind == one] for one in kinds}
+        ranges = [f"{low:.6g} to {high:.6g}" for low, high in self.neutral]
+        return found | ({"neutral slip": ranges} if ranges else {})
 
     def __repr__(self) -> str:
         said = [f"{kind} {value:.12g}" for kind, value in self.all] or ["none"]

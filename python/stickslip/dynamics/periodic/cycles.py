@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
-from stickslip.dynamics.periodic.event_sequence import SECTION, STATE, EventSequence, check
+from stickslip.dynamics.periodic.event_sequence import SECTION, STATE, EventSequence, check, layout_of
 from stickslip.dynamics.periodic.return_map import (
     Return,
     close,
@@ -24,16 +24,20 @@ from stickslip.dynamics.periodic.return_map import (
 )
 from stickslip.errors import InputError
 from stickslip.files.documents import number
+from stickslip.files.notebook import InNotebook
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: How far from 1 the size of a multiplier lies at most that rounding alone keeps from it.
 _MARGINAL = 1e-9
 
 
 @dataclass(frozen=True)
-class PeriodicOrbit:
+class PeriodicOrbit(InNotebook):
     """A closed orbit and its stability.
 
     Attributes
@@ -41,8 +45,9 @@ class PeriodicOrbit:
     period : its time T; `forcing_periods` says how many periods of the forcing that is (0 without forcing).
     multipliers : Floquet multipliers, complex, the largest first; an autonomous orbit has a 1 for the shift in time, and a
         stick brings a 0 (the direction it forgets).
-    stable : whether all but the 1 of an autonomous orbit lie inside the unit circle.
-    marginal : whether the largest of these has size 1 within 1e-9, so that neither is decided by it.
+    stable : whether all but the 1 of an autonomous orbit lie inside the unit circle; None where the orbit is marginal.
+    marginal : whether the largest of these has size 1, so that neither is decided by it: within 1e-9, or because the orbit
+        is a multiple root of the return map, as at the edge of a continuum of orbits, and known only to a root of rounding.
     residual : end minus start, the largest relative to the motion; `rounds` of Newton's method it took.
     state : t, x, v where the section is, at the event `section`; of a system x and v are of shape (n,).
     events : kinds of the endings of its phases, in order.
@@ -66,12 +71,12 @@ class PeriodicOrbit:
     @property
     def marginal(self) -> bool:
         """Whether small disturbances neither grow nor decay, as around a centre."""
-        return abs(self.largest - 1) < _MARGINAL
+        return self.closed.multiple or abs(self.largest - 1) < _MARGINAL
 
     @property
-    def stable(self) -> bool:
-        """Whether small disturbances decay."""
-        return self.largest < 1 and not self.marginal
+    def stable(self) -> bool | None:
+        """Whether small disturbances decay; None where they neither decay nor grow."""
+        return None if self.marginal else self.largest < 1
 
     @property
     def state(self) -> tuple[float, Any, Any]:
@@ -81,6 +86,23 @@ class PeriodicOrbit:
         if isinstance(self.system, Oscillator):
             return float(sequence.start[0]), float(x[0]), float(v[0])
         return float(sequence.start[0]), x, v
+
+    @property
+    def phases(self) -> pd.DataFrame:
+        """Its phases in order: duration, the event that ends each, and for every contact its mode.
+
+        A mode is ``"stick"``, ``"forward"`` or ``"backward"`` (the sense of the slip velocity), or ``"hold"`` between two
+        branches of a law.
+        """
+        import pandas as pd
+
+        sequence = self.closed.sequence
+        table = pd.DataFrame({"duration": self.closed.durations, "ends_by": self.events})
+        for contact in range(sequence.layout.contacts):
+            direction, held = sequence.modes[:, 2 * contact], sequence.modes[:, 2 * contact + 1] != 0
+            modes = np.select([held, direction == 0, direction > 0], ["hold", "stick", "forward"], "backward")
+            table[f"mode_{contact}" if sequence.layout.contacts > 1 else "mode"] = modes
+        return table
 
     @property
     def sticks(self) -> bool:
@@ -95,12 +117,20 @@ class PeriodicOrbit:
         """
         return one_period(self.closed, self.period)
 
+    @property
+    def _kind(self) -> str:
+        return "stable" if self.stable else "marginal" if self.marginal else "unstable"
+
     def __repr__(self) -> str:
-        kind = "stable" if self.stable else "marginal" if self.marginal else "unstable"
-        return f"<PeriodicOrbit T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {kind}>"
+        return f"<PeriodicOrbit T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {self._kind}>"
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        sizes = [float(size) for size in np.abs(self.multipliers)]
+        return {"period": self.period, "stability": self._kind, "sizes of multipliers": sizes, "events": self.events}
 
 
-def _from_section(system: Any, t0: float) -> Any:
+def from_section(system: Any, t0: float) -> Any:
     """The system whose clock is 0 where that of `system` is `t0`."""
 
     def later(harmonic: Any) -> Any:
@@ -121,7 +151,7 @@ def one_period(closed: Return, period: float) -> Orbit:
     """The orbit of a closed orbit, from its section on."""
     sequence = closed.sequence
     t0 = float(sequence.start[0])
-    system = _from_section(sequence.system, t0)
+    system = from_section(sequence.system, t0)
     if isinstance(system, System) or not system.closed_form:
         start = sequence.start.copy()
         start[0] = 0.0
@@ -144,13 +174,18 @@ def one_period(closed: Return, period: float) -> Orbit:
         ]
     )
     kinds = [_core.KINDS.index(kind) for kind in kinds_of(sequence)]
-    missing = np.full(len(kinds), np.nan)
-    force = system.stiffness * states[1:, 1] * missing
-    sticking = np.where(stuck, closed.durations, np.nan)
-    contact = np.zeros(len(kinds))
-    table = np.column_stack(
-        [states[1:, 0] - t0, kinds, contact, states[1:, 1], states[1:, 2], force, sticking, missing]
+    times, x, v = states[1:, 0] - t0, states[1:, 1], states[1:, 2]
+    angles = [harmonic.frequency * times + harmonic.phase for harmonic in system.harmonics]
+    driven = sum((f.amplitude * np.cos(a) for f, a in zip(system.harmonics, angles, strict=True)), np.zeros(len(kinds)))
+    rate = system.stiffness * v + sum(
+        f.amplitude * f.frequency * np.sin(a) for f, a in zip(system.harmonics, angles, strict=True)
     )
+    # Just before the event: what holds the mass, or what the line of friction says.
+    direction = sequence.phases[:, 0]
+    line = direction * states[:-1, 3] + states[:-1, 4] * (system.drive_velocity - v)
+    force = np.where(stuck | held, system.stiffness * x + system.damping * v - driven, line)
+    sticking, loading = (np.where(stuck, column, np.nan) for column in (closed.durations, np.sign(force) * rate))
+    table = np.column_stack([times, kinds, np.zeros(len(kinds)), x, v, force, sticking, loading])
     core = _core.Orbit.restore(
         system.core,
         ([float(sequence.start[1])], [float(sequence.start[2])], period, 10_000_000),
@@ -261,8 +296,8 @@ def periodic_orbit(
     system : autonomous or with harmonic forcing, of one mass or several; any law without an internal state. Contacts of a
         system must not close a loop, and its drives follow no table.
     guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
-        that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit` or a :class:`PeriodicOrbit`: its
-        last state.
+        that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit`: its last state; a
+        :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
     t_end : length of the run that is looked at for a return; default 150 natural periods, 30 from a guess.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
 
@@ -286,6 +321,8 @@ def periodic_orbit(
     check(system, "periodic_orbit")
     if periods is not None and (isinstance(periods, bool) or not isinstance(periods, int) or periods < 1):
         raise InputError(f"periodic_orbit: periods must be a whole number of at least 1, got {periods!r}")
+    if isinstance(guess, PeriodicOrbit):
+        return moved_to(system, guess)
     x0, v0 = _start(guess)
     slowest = max(system.natural_period, forcing_period(system) or 0.0)
     length = number("t_end", t_end, "periodic_orbit") if t_end is not None else slowest * (150 if guess is None else 30)
@@ -327,13 +364,22 @@ def amplitude(cycle: PeriodicOrbit) -> float:
 
 def finished(closed: Return, rounds: int) -> PeriodicOrbit:
     """A closed orbit as a result, its consistency checked."""
-    here = closed if len(closed.tests) else return_of(closed.sequence, closed.forcing_periods, tests=True)
-    reason = inconsistency(here)
+    cycle = unchecked(closed, rounds)
+    reason = inconsistency(cycle.closed)
     if reason is not None:
         raise InputError(
             f"periodic_orbit: Newton's method closed an orbit the motion does not follow ({reason}): its event sequence "
             "is another; give another guess"
         )
+    return cycle
+
+
+def unchecked(closed: Return, rounds: int = 0) -> PeriodicOrbit:
+    """A closed orbit as a result, as it is: on a boundary its consistency is a matter of rounding."""
+    here = closed
+    if not len(here.tests):
+        tested = return_of(closed.sequence, closed.forcing_periods, tests=True)
+        here = replace(tested, multiple=closed.multiple)
     size = size_of(here.sequence.system, here.sequence.start, here.coordinates)
     kinds = kinds_of(here.sequence)
     return PeriodicOrbit(
@@ -349,11 +395,20 @@ def finished(closed: Return, rounds: int) -> PeriodicOrbit:
     )
 
 
+def moved_to(system: Any, cycle: PeriodicOrbit) -> PeriodicOrbit:
+    """The same orbit of a system with other numbers: Newton's method on the event sequence it has."""
+    sequence = cycle.closed.sequence
+    if layout_of(system) != sequence.layout or (forcing_period(system) is None) != (cycle.forcing_periods == 0):
+        raise InputError(
+            "periodic_orbit: the guess is an orbit of a system of another kind; give a guess (x, v) or an orbit of this one"
+        )
+    closed, rounds = close(replace(sequence, system=system), cycle.forcing_periods)
+    return finished(closed, rounds)
+
+
 def _start(guess: Any) -> tuple[Any, Any]:
     if guess is None:
         return None, None
-    if isinstance(guess, PeriodicOrbit):
-        return guess.state[1:]
     if isinstance(guess, Orbit):
         x, v = guess.at(guess.t_end)
         return x, v

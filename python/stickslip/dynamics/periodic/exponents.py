@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,11 +14,12 @@ from stickslip.dynamics.periodic.event_sequence import TIME, EventSequence, chec
 from stickslip.dynamics.periodic.return_map import forcing_period
 from stickslip.errors import InputError
 from stickslip.files.documents import number
+from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 
 
 @dataclass(frozen=True)
-class LyapunovSpectrum:
+class LyapunovSpectrum(InNotebook):
     """Lyapunov exponents of a motion.
 
     Attributes
@@ -51,6 +53,11 @@ class LyapunovSpectrum:
         errors: NDArray[np.float64] = np.std(parts, axis=1, ddof=1) / math.sqrt(20)
         errors[lost] = math.nan
         return errors
+
+    def facts(self) -> dict[str, Any]:
+        """What a notebook shows."""
+        errors = self.errors
+        return {"exponents": self.exponents, "errors": errors, "time": self.t, "0–1 test": self.chaos_test}
 
     def __repr__(self) -> str:
         values = ", ".join(f"{value:.5g}" for value in self.exponents)

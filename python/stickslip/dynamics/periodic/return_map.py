@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +21,10 @@ _FORCES = ("offset", "anchor_f", "corner_f", "released_at")
 _NOTHING = 1e-11
 #: Below this share of the period there is no stick: one that has vanished closes to rounding where slip is neutral.
 _NO_STICK = 1e-7
+#: A step of Newton's method is not halved below this.
+_RESOLUTION = 1e-12
+#: Rounding leaves a double root undecided by its root, of which this is four times; so many slow steps down to it show one.
+_DOUBLE, _SLOW = 4 * np.finfo(float).eps ** 0.5, 9
 
 
 def _harmonics(system: Oscillator | System) -> list[Harmonic | Force]:
@@ -48,6 +53,10 @@ def forcing_period(system: Oscillator | System) -> float | None:
     raise InputError(f"periodic_orbit: the forcing has no common period, its frequencies are {frequencies}")
 
 
+class Lost(Exception):
+    """No orbit of this event sequence is found near the guess."""
+
+
 @dataclass(frozen=True)
 class Return:
     """One period of a cycle: the return map at its start, differentiated.
@@ -58,6 +67,7 @@ class Return:
     map_jacobian : of the return map over `coordinates`.
     parameter : derivative of the end with respect to the parameter, over `coordinates`; zero where none was asked for.
     tests : rows of test functions; `test_rates` their derivatives over `coordinates` and the parameter.
+    multiple : whether Newton's method closed it as slowly as at a multiple root, where a multiplier is 1.
     fixed : what the orbit writes whatever the start was, such as the velocity of the drive where it is reached;
         `fixed_parameter` its derivatives with respect to the parameter.
     """
@@ -74,6 +84,7 @@ class Return:
     durations: Floats
     fixed: NDArray[np.int64]
     fixed_parameter: Floats
+    multiple: bool = False
 
     @property
     def period(self) -> float:
@@ -167,8 +178,18 @@ def close(sequence: EventSequence, forcing_periods: int, rounds: int = 40) -> tu
     """
     best = math.inf
     stalled = 0
+    errors: list[float] = []
+    last: tuple[Return, Floats] | None = None
     for done in range(rounds):
-        here = return_of(sequence, forcing_periods)
+        try:
+            here = return_of(sequence, forcing_periods)
+        except InputError:
+            # A step too far: half of it.
+            if last is None or not np.abs(last[1]).max(initial=0.0) > _RESOLUTION:
+                raise
+            last = (last[0], last[1] / 2)
+            sequence = moved(*last)
+            continue
         size = size_of(sequence.system, here.sequence.start, here.coordinates)
         jacobian = np.eye(len(here.coordinates)) - here.map_jacobian
         # Around a centre every state closes, and a step would be the quotient of two roundings.
@@ -176,18 +197,33 @@ def close(sequence: EventSequence, forcing_periods: int, rounds: int = 40) -> tu
             return here, done + 1
         step = np.linalg.lstsq(jacobian, here.defect, rcond=1e-14)[0]
         error = float(np.abs(step / size).max(initial=0.0))
+        errors.append(error)
         fixed = np.array_equal(here.end[here.fixed], here.sequence.start[here.fixed])
         if (error < 1e-14 and fixed) or (done > 2 and error < 1e-9 and error >= 0.25 * best):
             stalled += 1
             if stalled > 1 or (error < 1e-14 and fixed):
                 return here, done + 1
+        if error < _DOUBLE and slow(errors):
+            return replace(here, multiple=True), done + 1
         best = min(best, error)
         # A step beyond a fifth of the motion is no correction any more.
-        sequence = moved(here, np.asarray(step * min(1.0, 0.2 / max(error, 1e-300)), float))
+        last = (here, np.asarray(step * min(1.0, 0.2 / max(error, 1e-300)), float))
+        sequence = moved(*last)
     raise InputError(
         f"periodic_orbit: no periodic orbit of this event sequence near the guess (the last step is {best:.1e} of the "
         "motion): give another guess or simulate longer first"
     )
+
+
+def slow(errors: Sequence[float]) -> bool:
+    """Whether Newton's method converges as towards a root of order m: each step is 1 − 1/m of the one before.
+
+    >>> slow([2e-3 / 2**i for i in range(12)]), slow([1e-1, 1e-2, 1e-4, 1e-8, 1e-15])
+    (True, False)
+    """
+    steps = np.asarray(errors[-_SLOW:])
+    rates = steps[1:] / steps[:-1]
+    return len(steps) == _SLOW and bool(((rates > 0.4) & (rates < 0.9)).all())
 
 
 def once(closed: Return) -> Return:
@@ -200,7 +236,8 @@ def once(closed: Return) -> Return:
         same = (parts[:, :, :-1] == parts[0, :, :-1]).all()
         if same and np.ptp(closed.durations.reshape(count, -1), axis=0).max() < 1e-7 * closed.period:
             sequence = replace(closed.sequence, phases=parts[0], last=phases[0, :-2].copy())
-            return close(sequence, closed.forcing_periods // count)[0]
+            found = close(sequence, closed.forcing_periods // count)[0]
+            return replace(found, multiple=found.multiple or closed.multiple)
     return closed
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.conditions import determinant, gradient
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, with_number
-from stickslip.dynamics.periodic.return_map import Return, inconsistency, moved, return_of, size_of
+from stickslip.dynamics.periodic.return_map import Lost, Return, inconsistency, moved, return_of, size_of
 from stickslip.errors import InputError
 
 #: Boundary and contact as one number, phase, and which of that kind on the phase: a test function along a sequence.
@@ -18,10 +18,6 @@ Label = tuple[int, int, int]
 _PATIENCE = 7
 #: What vanishes on a curve in two parameters: a test function, or a condition on the multipliers by its name.
 Condition = Label | str
-
-
-class Lost(Exception):
-    """No orbit of this event sequence is found near the guess."""
 
 
 @dataclass(frozen=True)

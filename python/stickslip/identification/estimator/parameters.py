@@ -1,4 +1,4 @@
-"""Parameters of a model: a vector to search in, and from its covariance values, errors and intervals by name."""
+"""Parameters of a model: names, limits, and the vector in which they are searched."""
 
 from __future__ import annotations
 
@@ -8,14 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
-
-from stickslip.identification.estimator.uncertainty import half_width
 
 Array = npt.NDArray[np.float64]
 
-WIDEST = 600.0
-"""Largest half-width of an interval of a logarithm, so that its ends are still numbers."""
 FARTHEST = 50.0
 """Largest size of a logarithm that is searched."""
 
@@ -56,9 +51,8 @@ class Parameters:
 
     >>> rate, limit = Parameter("rate", 0.0, logarithmic=True, unit="1/s"), Parameter("limit", 0.0, unit="N")
     >>> both = Parameters([rate, limit])
-    >>> table, covariance = both.estimate(np.array([0.0, 2.0]), np.diag([0.01, 0.04]), math.inf)
-    >>> table.round(3)[["value", "low", "high"]].to_numpy().tolist()
-    [[1.0, 0.822, 1.217], [2.0, 1.608, 2.392]]
+    >>> both.vector({"rate": 1.0, "limit": 2.0}).tolist()
+    [0.0, 2.0]
     """
 
     def __init__(self, parameters: Sequence[Parameter]) -> None:
@@ -92,45 +86,3 @@ class Parameters:
         pairs = np.array([item.within or (item.low, item.high) for item in self.free], dtype=float).reshape(-1, 2)
         pairs[self.logarithmic] = np.log(np.clip(pairs[self.logarithmic], math.exp(-FARTHEST), math.exp(FARTHEST)))
         return pairs[:, 0], pairs[:, 1]
-
-    def estimate(
-        self,
-        vector: Array,
-        covariance: Array,
-        freedom: float | Array,
-        derived: Mapping[str, Mapping[str, float]] | None = None,
-    ) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Value, standard error and 95 % interval by name, and the covariance of the values.
-
-        Parameters
-        ----------
-        vector, covariance : the search vector and its covariance.
-        freedom : degrees of freedom of the errors, one for all or one for each.
-        derived : further numbers as sums of the free ones, weights by name; their intervals have no limits.
-        """
-        names, values, units = list(self.names), self.plain(vector), self.units(vector)
-        quantile = np.array([half_width(1.0, each) for each in np.broadcast_to(freedom, values.shape)])
-        # A variance below zero is rounding where a form has a number too many: nothing is known of that one.
-        variance = np.diag(covariance)
-        spread = np.sqrt(np.where(variance < 0, math.inf, variance))
-        half = quantile * spread
-        # A ratio that ran off to where nothing is known of it has infinite errors and ends.
-        with np.errstate(over="ignore", invalid="ignore"):
-            ratio = np.exp(np.minimum(half, WIDEST))
-            low = np.where(
-                self.logarithmic, values / ratio, np.maximum(values - half, [item.low for item in self.free])
-            )
-            high = np.where(
-                self.logarithmic, values * ratio, np.minimum(values + half, [item.high for item in self.free])
-            )
-            error, full = spread * units, covariance * np.outer(units, units)
-        for name, weights in (derived or {}).items():
-            sums = np.vstack([np.eye(len(values)), [weights.get(each, 0.0) for each in names]])
-            names, values, full = [*names, name], sums @ values, sums @ full @ sums.T
-            error = np.append(error, math.sqrt(full[-1, -1]))
-            beyond = error[-1] * float(np.max(quantile))
-            low, high = np.append(low, values[-1] - beyond), np.append(high, values[-1] + beyond)
-        table = pd.DataFrame(
-            {"value": values, "error": error, "low": low, "high": high}, index=pd.Index(names, name="parameter")
-        )
-        return table, pd.DataFrame(full, index=names, columns=names)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -32,6 +33,17 @@ class Result:
         """Value, error, low and high (95 %) by name."""
         raise NotImplementedError
 
+    @property
+    def units(self) -> Mapping[str, str]:
+        """The unit of each estimate by its name, where it is known; "1" for a pure number."""
+        return {}
+
+    def shown(self) -> pd.DataFrame:
+        """The estimates, with their units where any are known."""
+        table = self.estimates()
+        units = [unit if (unit := self.units.get(str(name), "1")) != "1" else "" for name in table.index]
+        return table.assign(unit=units) if any(units) else table
+
     def report(self) -> str:
         """The result in words and tables."""
         lines = self.heading()
@@ -44,13 +56,16 @@ class Result:
         return first if len(first) <= WIDTH else first[: WIDTH - 1] + "…"
 
     def __repr__(self) -> str:
-        table = self.estimates()
-        numbers = [f"{name} = {row['value']:.5g} ± {row['error']:.2g}" for name, row in table.iloc[:SHOWN].iterrows()]
+        table = self.shown()
+        numbers = [
+            f"{name} = {row['value']:.5g} ± {row['error']:.2g} {row.get('unit', '')}".rstrip()
+            for name, row in table.iloc[:SHOWN].iterrows()
+        ]
         more = [f"and {len(table) - SHOWN} more"] if len(table) > SHOWN else []
         return f"<{type(self).__name__}: {self._first_line()}; {', '.join([*numbers, *more])}>"
 
     def _repr_html_(self) -> str:
-        table = self.estimates().to_html(float_format=lambda number: f"{number:.5g}")
+        table = self.shown().to_html(float_format=lambda number: f"{number:.5g}")
         notes = f"<p>{len(self.notes)} notes: see report()</p>" if self.notes else ""
         return f"<p>{html.escape(self._first_line())}</p>{table}{notes}"
 

@@ -1,19 +1,23 @@
-"""How much a column of residuals is worth: its robust scale, its correlation time and the interval that follows."""
+"""Standard errors and intervals: the scale of residuals, their autocorrelation time, and what follows for parameters."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from scipy import stats
 
 from stickslip.errors import InputError
+from stickslip.identification.estimator.parameters import Parameters
 
 Array = npt.NDArray[np.float64]
 
+WIDEST = 600.0
+"""Largest half-width of an interval of a logarithm, so that its ends are still numbers."""
 RECURRENT = 0.8
 """Correlation of a motion with itself, some time later, from which on it is said to repeat itself."""
 
@@ -32,6 +36,31 @@ def robust_scale(residuals: Array) -> float:
         return float(np.sqrt(np.mean(residuals**2)))
     scale = 1.4826 * float(np.median(np.abs(residuals)))
     return scale if scale > 0 else float(np.sqrt(np.mean(residuals**2)))
+
+
+def clipped_scale(residuals: Array) -> float:
+    """Standard deviation of normal residuals, nearly as sure as the ordinary one; an outlier counts as two of them.
+
+    The solution s of Σ min(r², c² s²) = n β s², c = 2, β = E min(z², c²) for standard normal z (Huber's proposal 2). Its
+    variance is that of an ordinary standard deviation but for a tenth, where the median's is three times as large, so that
+    Student's t holds for few residuals.
+
+    Limits: of fewer than ten residuals two outliers are too many.
+
+    Source: Huber, Ann. Math. Statist. 35 (1964) 73, doi:10.1214/aoms/1177703732.
+
+    >>> round(clipped_scale(np.array([-1.0, 1.0, -1.0, 1.0, 0.5, -0.5, 50.0])), 2)
+    1.36
+    """
+    scale = robust_scale(residuals)
+    if residuals.size < 5 or scale == 0:
+        return scale
+    share = 4 - 3 * math.erf(math.sqrt(2)) - 4 * math.exp(-2) / math.sqrt(2 * math.pi)
+    for _ in range(100):
+        last, scale = scale, math.sqrt(float(np.mean(np.minimum(residuals**2, 4 * scale**2))) / share)
+        if abs(scale - last) < 1e-6 * scale:
+            break
+    return scale
 
 
 def correlation_time(residuals: Array) -> float:
@@ -210,3 +239,53 @@ def correlated_covariance(
     tau = np.array([min(variance_inflation(score, period), most) for score in scores])
     covariance = inverse * variance * np.sqrt(np.outer(tau, tau))
     return np.asarray(covariance), max(count / float(tau.max()) - free, 1.0)
+
+
+def estimate(
+    parameters: Parameters,
+    vector: Array,
+    covariance: Array,
+    freedom: float | Array,
+    derived: Mapping[str, Mapping[str, float]] | None = None,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Value, standard error and 95 % interval by name, and the covariance of the values.
+
+    Parameters
+    ----------
+    parameters : those of the fit.
+    vector, covariance : the search vector and its covariance.
+    freedom : degrees of freedom of the errors, one for all or one for each.
+    derived : further numbers as sums of the free ones, weights by name; their intervals have no limits.
+
+    >>> from stickslip.identification.estimator.parameters import Parameter
+    >>> rate, limit = Parameter("rate", 0.0, logarithmic=True, unit="1/s"), Parameter("limit", 0.0, unit="N")
+    >>> table, _ = estimate(Parameters([rate, limit]), np.array([0.0, 2.0]), np.diag([0.01, 0.04]), math.inf)
+    >>> table.round(3)[["value", "low", "high"]].to_numpy().tolist()
+    [[1.0, 0.822, 1.217], [2.0, 1.608, 2.392]]
+    """
+    names, values, units = list(parameters.names), parameters.plain(vector), parameters.units(vector)
+    quantile = np.array([half_width(1.0, each) for each in np.broadcast_to(freedom, values.shape)])
+    # A variance below zero is rounding where a form has a number too many: nothing is known of that one.
+    variance = np.diag(covariance)
+    spread = np.sqrt(np.where(variance < 0, math.inf, variance))
+    half = quantile * spread
+    # A ratio that ran off to where nothing is known of it has infinite errors and ends.
+    with np.errstate(over="ignore", invalid="ignore"):
+        ratio = np.exp(np.minimum(half, WIDEST))
+        low = np.where(
+            parameters.logarithmic, values / ratio, np.maximum(values - half, [item.low for item in parameters.free])
+        )
+        high = np.where(
+            parameters.logarithmic, values * ratio, np.minimum(values + half, [item.high for item in parameters.free])
+        )
+        error, full = spread * units, covariance * np.outer(units, units)
+    for name, weights in (derived or {}).items():
+        sums = np.vstack([np.eye(len(values)), [weights.get(each, 0.0) for each in names]])
+        names, values, full = [*names, name], sums @ values, sums @ full @ sums.T
+        error = np.append(error, math.sqrt(full[-1, -1]))
+        beyond = error[-1] * float(np.max(quantile))
+        low, high = np.append(low, values[-1] - beyond), np.append(high, values[-1] + beyond)
+    table = pd.DataFrame(
+        {"value": values, "error": error, "low": low, "high": high}, index=pd.Index(names, name="parameter")
+    )
+    return table, pd.DataFrame(full, index=names, columns=names)

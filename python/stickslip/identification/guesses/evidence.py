@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,7 @@ class Evidence:
     static : the fits of static friction, None for too few rows.
     relative : whether friction drifts, so that break-aways are taken above the kinetic force of their own slip.
     pieces : number of linear pieces asked for.
+    sense : 1 or -1 where only slip in that sense counts, None: either.
     """
 
     records: Sequence[FrictionRecord]
@@ -42,17 +43,26 @@ class Evidence:
     static: StaticFriction | None
     relative: bool
     pieces: int
+    sense: float | None = None
+
+    def toward(self, sense: float) -> Evidence:
+        """The evidence of one direction; the fits of static friction are of both."""
+        return replace(self, rows=self.rows[self.rows["sense"] == sense], static=None, sense=sense)
 
     @property
     def curve(self) -> tuple[Array, Array]:
         """Slip speed, and kinetic force in the sense of the slip, of every sample that slips."""
-        speed = np.concatenate([np.abs(r.slip_velocity[~r.stuck]) for r in self.records])
-        force = [np.copysign(1.0, r.slip_velocity[~r.stuck]) * r.force[~r.stuck] for r in self.records]
-        return speed, np.concatenate(force)
+        w = np.concatenate([r.slip_velocity[~r.stuck] for r in self.records])
+        force = np.copysign(1.0, w) * np.concatenate([r.force[~r.stuck] for r in self.records])
+        counts = np.ones(w.size, bool) if self.sense is None else np.sign(w) == self.sense
+        return np.abs(w[counts]), force[counts]
 
     @property
     def kinetic(self) -> float:
         """The constant kinetic force that does the same work in all slips."""
+        if self.sense is not None:
+            speed, force = self.curve
+            return float(np.average(force, weights=speed))
         levels = [record.slip_level(a, b) for record in self.records for a, b in record.slips]
         paths = [float(np.abs(record.slip_velocity[a:b]).sum()) for record in self.records for a, b in record.slips]
         return float(np.average(levels, weights=paths)) if sum(paths) > 0 else float(np.mean(levels))

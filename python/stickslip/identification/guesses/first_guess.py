@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import lagrange
 
 from stickslip.errors import InputError
 from stickslip.identification.guesses.evidence import Evidence, Guess, need_rows
-from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of
+from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of, exponential
 from stickslip.identification.guesses.loops import bogacz_ryczek
 from stickslip.identification.guesses.state_laws import STATES
 from stickslip.identification.static.break_away import NARROW
 from stickslip.laws import (
+    Asymmetric,
     BogaczRyczek,
+    Combined,
     Coulomb,
     DwellTime,
+    ExponentialStribeck,
     ForceRate,
     Law,
     LogarithmicDwell,
     PiecewiseLinear,
+    PiecewisePolynomial,
     StaticKinetic,
 )
 
@@ -29,6 +36,10 @@ Array = npt.NDArray[np.float64]
 
 RATES = 1.5
 """Force rates (10th to 90th percentile) within this ratio say nothing about their effect."""
+LEAST_SAMPLES = 10
+"""So many samples of slip in a direction say something of its friction."""
+DEGREE = 4
+"""Degree of the polynomial that is first laid through a curve of any shape."""
 
 
 def first_guess(kind: type[Law], evidence: Evidence) -> Guess:
@@ -142,9 +153,65 @@ def _piecewise_linear(evidence: Evidence) -> Guess:
     if not (np.diff(nodes) > 0).all():
         raise InputError(f"identify: the slip velocities are too few for {evidence.pieces} pieces; ask for fewer")
     hats = np.stack([np.interp(speed, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
-    values = np.maximum(np.linalg.lstsq(hats, force, rcond=None)[0], 0.0)
-    free = [f"nodes[{i}].force" for i in range(len(nodes))]
-    free += [f"nodes[{i}].slip_velocity" for i in range(1, len(nodes) - 1)]
+    inner = [f"nodes[{i}].slip_velocity" for i in range(1, len(nodes) - 1)]
+    return _through_nodes(PiecewiseLinear, evidence, nodes, hats, force, inner)
+
+
+def _piecewise_polynomial(evidence: Evidence) -> Guess:
+    speed, force = curve_of(evidence, "PiecewisePolynomial")
+    nodes = 0.5 * float(speed.max()) * (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE))
+    weights = np.stack([lagrange(nodes, unit)(speed) for unit in np.eye(len(nodes))], axis=1)
+    guess = _through_nodes(partial(PiecewisePolynomial, degree=DEGREE), evidence, nodes, weights, force, [])
+    guess.notes.append(f"The curve is one polynomial of degree {DEGREE} up to the highest slip speed.")
+    return guess
+
+
+def _asymmetric(evidence: Evidence) -> Guess:
+    parts: dict[str, Guess] = {}
+    for name, sense in (("forward", 1.0), ("backward", -1.0)):
+        one = evidence.toward(sense)
+        if one.curve[0].size < LEAST_SAMPLES:
+            raise InputError(
+                f"identify: Asymmetric needs slip in both directions, and the records hold {one.curve[0].size} samples "
+                f"of slip {name}: add a record that goes there, or ask for the law of one direction"
+            )
+        sticks = len(one.rows) >= 2 and one.break_away > one.kinetic
+        parts[name] = _static_kinetic(one) if sticks else _coulomb(one)
+    note = "The law of each direction is {}, as its own break-aways tell; give a law of another kind with names to fit."
+    kinds = " and ".join(type(part.law).__name__ for part in parts.values())
+    free = [f"{name}.{number}" for name, part in parts.items() for number in part.free]
+    return Guess(Asymmetric(parts["forward"].law, parts["backward"].law), free, notes=[note.format(kinds)])
+
+
+def _combined(evidence: Evidence) -> Guess:
+    curve = exponential(evidence)
+    grown = _dwell_time(evidence, "Combined")
+    laws: list[Law] = []
+    for kinetic in (curve.law, *curve.candidates):
+        assert isinstance(kinetic, ExponentialStribeck)
+        for static in (grown.law, *grown.candidates):
+            assert isinstance(static, DwellTime)
+            # What grows does so from the kinetic force at w = 0.
+            limit = max(static.kinetic + static.limit - kinetic.break_away, 0.1 * static.limit)
+            laws.append(Combined(replace(static, kinetic=kinetic.break_away, limit=limit), kinetic))
+    return Guess(
+        laws[0],
+        [*(f"kinetic.{name}" for name in curve.free), "static.limit", "static.rate"],
+        constraints={"static.kinetic": "kinetic.break_away"},
+        candidates=laws[1:],
+        notes=[
+            *grown.notes,
+            "Static friction grows as DwellTime from the kinetic force at w = 0, an ExponentialStribeck.",
+        ],
+    )
+
+
+def _through_nodes(
+    law: Callable[..., Law], evidence: Evidence, nodes: Array, weights: Array, force: Array, free: Sequence[str]
+) -> Guess:
+    """A curve that is linear in the forces at its nodes, of which each sample has its `weights`."""
+    values = np.maximum(np.linalg.lstsq(weights, force, rcond=None)[0], 0.0)
+    free = [*(f"nodes[{i}].force" for i in range(len(nodes))), *free]
     notes, constraints = [], {}
     if len(evidence.rows) >= 2:
         top = max(evidence.break_away, float(values[0]))
@@ -156,8 +223,8 @@ def _piecewise_linear(evidence: Evidence) -> Guess:
             "The records hold no break-away, so the break-away force was set to the kinetic force at w = 0, which is an "
             "extrapolation."
         )
-    law = PiecewiseLinear(nodes=tuple((float(w), float(f)) for w, f in zip(nodes, values, strict=True)), break_away=top)
-    return Guess(law, free, constraints=constraints, notes=notes)
+    pairs = tuple((float(w), float(f)) for w, f in zip(nodes, values, strict=True))
+    return Guess(law(nodes=pairs, break_away=top), free, constraints=constraints, notes=notes)
 
 
 GUESSES: dict[type[Law], Callable[[Evidence], Guess]] = {
@@ -166,6 +233,9 @@ GUESSES: dict[type[Law], Callable[[Evidence], Guess]] = {
     DwellTime: _dwell_time,
     LogarithmicDwell: _logarithmic_dwell,
     PiecewiseLinear: _piecewise_linear,
+    PiecewisePolynomial: _piecewise_polynomial,
+    Asymmetric: _asymmetric,
+    Combined: _combined,
     ForceRate: _force_rate,
     BogaczRyczek: bogacz_ryczek,
     **CURVES,

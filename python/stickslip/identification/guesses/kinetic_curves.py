@@ -67,7 +67,10 @@ def stribeck(
     w, force = curve_of(evidence, kind)
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), least_viscous]
     scale, (kinetic, drop, viscous) = _least(
-        w, force, lambda s: [np.ones_like(w), np.exp(-((w / s) ** exponent)), w], low
+        w,
+        force,
+        lambda s: [np.ones_like(w), ExponentialStribeck(1.0, 0.0, s, exponent=exponent).kinetic_force(w), w],
+        low,
     )
     return kinetic + drop, kinetic, scale, viscous
 
@@ -82,7 +85,9 @@ def exponential(evidence: Evidence) -> Guess:
 def _lorentzian(evidence: Evidence) -> Guess:
     w, force = curve_of(evidence, "Lorentzian")
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
-    scale, (kinetic, drop, viscous) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + (w / s) ** 2), w], low)
+    scale, (kinetic, drop, viscous) = _least(
+        w, force, lambda s: [np.ones_like(w), Lorentzian(1.0, 0.0, s).kinetic_force(w), w], low
+    )
     law = Lorentzian(kinetic + drop, kinetic, scale, viscous)
     return Guess(law, ["break_away", "kinetic", "scale", "viscous"])
 
@@ -90,14 +95,16 @@ def _lorentzian(evidence: Evidence) -> Guess:
 def _popp_stelter(evidence: Evidence) -> Guess:
     w, force = curve_of(evidence, "PoppStelter")
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
-    scale, (kinetic, drop, square) = _least(w, force, lambda s: [np.ones_like(w), 1 / (1 + w / s), w**2], low)
+    scale, (kinetic, drop, square) = _least(
+        w, force, lambda s: [np.ones_like(w), Rational(1.0, 1 / s).kinetic_force(w), w**2], low
+    )
     law = PoppStelter(kinetic + drop, kinetic, 1 / scale, square)
     return Guess(law, ["break_away", "kinetic", "weakening", "square"])
 
 
 def _rational(evidence: Evidence) -> Guess:
     w, force = curve_of(evidence, "Rational")
-    scale, (break_away,) = _least(w, force, lambda s: [1 / (1 + w / s)], [0.0])
+    scale, (break_away,) = _least(w, force, lambda s: [Rational(1.0, 1 / s).kinetic_force(w)], [0.0])
     return Guess(Rational(break_away, 1 / scale), ["break_away", "weakening"])
 
 

@@ -16,16 +16,19 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER, minimize
 from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.uncertainty import (
+    clipped_scale,
     cluster_scores,
     correlation_time,
+    estimate,
     recurrence,
     robust_scale,
     variance_inflation,
 )
 from stickslip.identification.kinetic.motion import WITH_MEMORY, Motion
-from stickslip.identification.law_parameters import numbers, parameters_of_law, value, with_values
+from stickslip.identification.law_parameters import parameters_of_law
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import Coulomb, Law
+from stickslip.laws.numbers import numbers, value, with_values
 from stickslip.laws.state_law import StateLaw
 
 Array = npt.NDArray[np.float64]
@@ -122,8 +125,9 @@ class Problem:
         if self.relative:
             table = table[table["slip"].notna()]
         rate = table["force_rate"].abs().fillna(_usual_rate(record))
+        sense = [record.sense_of(slip) for slip in table["slip"]]
         late = _lag(record) if isinstance(self.law, WITH_MEMORY) else 0.0
-        return table.assign(rate=rate, stated=np.hypot(table["force_error"].fillna(0.0), rate * late))
+        return table.assign(rate=rate, sense=sense, stated=np.hypot(table["force_error"].fillna(0.0), rate * late))
 
     def _natural_scales(self) -> dict[str, float]:
         force = float(np.median([np.median(np.abs(m.record.force[~m.record.stuck])) for m in self.motions]))
@@ -167,10 +171,12 @@ class Problem:
                 found.append(motion.misfit(law, offset))
             table = self.tables[number]
             if len(table):
-                limit = law.break_away_force(table["stick_time"].to_numpy(), table["rate"].to_numpy())
+                limit = law.break_away_force(
+                    table["stick_time"].to_numpy(), (table["sense"] * table["rate"]).to_numpy()
+                )
                 rest = table["force"].to_numpy() - limit
                 if offset:
-                    rest = rest - offset * np.array([motion.record.sense_of(slip) for slip in table["slip"]])
+                    rest = rest - offset * table["sense"].to_numpy()
                 if self.relative:
                     ahead = motion.record.force - motion.replay(law) - offset
                     means = [motion.record.sense(*slip) * motion.work_mean(ahead, *slip) for slip in table["slip"]]
@@ -298,7 +304,7 @@ def _scales(
         row = np.maximum(np.hypot(stated, inner), floor)
         # Rows whose stated errors are too small or too large for their scatter: believe the scatter.
         if rest.size >= 5:
-            row = np.maximum(row * robust_scale(rest / row), floor)
+            row = np.maximum(row * clipped_scale(rest / row), floor)
         sigma.append(row)
         tau.append(correlation_time(rest / row))
     return sigma, tau
@@ -399,7 +405,7 @@ def _result(
     repeats = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges)
     covariance = covariance * np.sqrt(np.outer(repeats, repeats))
     freedom_of = np.maximum(freedom_of / repeats, 1.0)
-    table, whole = problem.parameters.estimate(numbers, covariance, freedom_of)
+    table, whole = estimate(problem.parameters, numbers, covariance, freedom_of)
     rows = [
         {
             "record": problem.motions[number].record.name,

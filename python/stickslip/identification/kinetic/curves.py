@@ -19,9 +19,11 @@ from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.uncertainty import (
     correlated_covariance,
     correlation_time,
+    estimate,
     half_width,
     recurrence,
 )
+from stickslip.laws import ExponentialStribeck
 
 Array = npt.NDArray[np.float64]
 
@@ -151,7 +153,9 @@ class Curve:
             case "logarithm":
                 return np.asarray(sense * np.log(np.maximum(speed, 1e-300) / self.reference))
             case "weakening":
-                return np.asarray(sense * np.exp(-((speed / self.scale) ** self.exponent)))
+                return np.asarray(
+                    ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(rows.w)
+                )
             case "offset":
                 return np.ones(len(rows))
             case "restoring":
@@ -359,7 +363,7 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
         return None  # two of its terms are one and the same on these rows
     covariance, freedom = _covariance(rows, scaled, rest)
     covariance /= np.outer(size, size)
-    table, _ = Parameters([Parameter(name) for name in names]).estimate(np.array(values), covariance, freedom)
+    table, _ = estimate(Parameters([Parameter(name) for name in names]), np.array(values), covariance, freedom)
     losses = held_back(rows, blank)
     if losses is None:
         return None

@@ -16,6 +16,7 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import linear, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameters
 from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
     OF_CONTACT,
@@ -367,7 +368,7 @@ class _Fit:
         moves = np.array([-inverse @ (jacobian.T @ part) for jacobian, part in parts])
         freedom = max(count - len(NAMES), 1)
         parameters = Parameters(OF_CONTACT)
-        table, covariance = parameters.estimate(self.numbers, moves.T @ moves * count / freedom, freedom, A_MINUS_B)
+        table, covariance = estimate(parameters, self.numbers, moves.T @ moves * count / freedom, freedom, A_MINUS_B)
         moves = moves * parameters.units(self.numbers)
         moves = np.column_stack([moves, moves[:, 0] - moves[:, 1]])
         table = table.assign(scatter=table["error"] * math.sqrt(count))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,10 +34,10 @@ from stickslip.identification.kinetic.curves import (
     held_back,
     record_scatter_of,
 )
-from stickslip.identification.law_parameters import pointers, value
-from stickslip.identification.records import opened
+from stickslip.identification.records import check_same_units, opened, stated_units
 from stickslip.laws import Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
+from stickslip.laws.numbers import pointers, units_of, value
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.signals.noise import noise_level
 
@@ -89,6 +89,7 @@ class SteadyFriction(Result):
     undecided : names of forms that predict held-back rows as well, within one standard error.
     notes : plain sentences.
     command : what to type to do it again.
+    stated : units of force and slip velocity.
     """
 
     rows: pd.DataFrame
@@ -97,6 +98,7 @@ class SteadyFriction(Result):
     undecided: list[str]
     notes: list[str]
     command: str
+    stated: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def best(self) -> SteadyFit:
@@ -117,7 +119,7 @@ class SteadyFriction(Result):
         fastest.
         """
         try:
-            return self._of_friction()
+            return self._of_friction().with_covariance(self.covariance)
         except InputError:
             return None
 
@@ -185,7 +187,9 @@ class SteadyFriction(Result):
 
     def heading(self) -> list[str]:
         """The chosen form and its formula."""
-        return [f"Friction over slip velocity: {self.chosen}", self.best.formula]
+        units = [f"{name} in {unit}" for name, unit in self.stated.items() if unit != "1"]
+        words = f" ({', '.join(units).replace('_', ' ')})" if units else ""
+        return [f"Friction over slip velocity: {self.chosen}{words}", self.best.formula]
 
     def estimates(self) -> pd.DataFrame:
         """The numbers of the chosen form."""
@@ -236,7 +240,9 @@ class SteadyFriction(Result):
             "rms": self.best.rms,
             "notes": self.notes,
         }
-        return law_file(law, covariance, source)
+        velocity = self.stated.get("slip_velocity", "1")
+        length, _, time = velocity.partition("/")
+        return law_file(law, covariance, source, units_of(law, self.stated.get("force", "1"), length, time or "1"))
 
     def save(self, path: str | Path) -> Path:
         """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
@@ -245,7 +251,7 @@ class SteadyFriction(Result):
 
     def plot(self, ax: Any = None) -> Any:
         """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes."""
-        from stickslip.show.canvas import ABOVE, new_axes
+        from stickslip.show.canvas import ABOVE, in_units, new_axes
 
         axes = new_axes()[0] if ax is None else ax
         w, force, error = (self.rows[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
@@ -263,8 +269,8 @@ class SteadyFriction(Result):
             axes.fill_between(grid, *self.best.interval(grid), color=line[0].get_color(), alpha=0.25, lw=0)
             for number, name in enumerate(self.undecided[:3], start=1):
                 axes.plot(grid, self.fits[name](grid), "--", lw=1, color=f"C{number}", label=name if label else None)
-        axes.set_xlabel("slip velocity w")
-        axes.set_ylabel("friction force f")
+        axes.set_xlabel("slip velocity w" + in_units(self.stated.get("slip_velocity")))
+        axes.set_ylabel("friction force f" + in_units(self.stated.get("force")))
         axes.legend(**ABOVE, ncols=2)
         return axes
 
@@ -311,14 +317,17 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     ('Coulomb + viscous, offset', {'kinetic': 0.4, 'viscous': 0.2, 'offset': -0.17})
     """
     items = list(friction) if isinstance(friction, list | tuple) else [friction]
-    parts, names = [], []
+    parts, names, units = [], [], []
     for number, item in enumerate(items, start=1):
         name = str(item) if isinstance(item, str | Path) else f"record {number}"
         tree = opened(Path(item)) if isinstance(item, str | Path) else item
-        parts.append(_rows(tree, name))
+        rows, stated = _rows(tree, name)
+        parts.append(rows)
+        units.append((name, stated))
         names.append(name)
     if not parts:
         raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
+    check_same_units(units)
     measured = rows = _joined(parts)
     notes = []
     if float(np.sum(rows.force * np.sign(rows.w))) < 0:
@@ -354,7 +363,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     notes = [*_disagreement(rows, fits[chosen]), *notes, *_words(rows, fits, chosen, undecided)]
     data = {"slip_velocity": rows.w, "force": rows.force, "force_error": measured.error, "source": rows.source}
     command = shlex.join(["stickslip", "identify", *names, "--steady", *(["--law", law] if law else [])])
-    return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command)
+    return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command, units[0][1])
 
 
 def _fits(rows: Rows, shapes: Iterable[str]) -> dict[str, SteadyFit]:
@@ -370,13 +379,16 @@ def _between(rows: Rows, fit: SteadyFit) -> float:
     return record_scatter_of(rows, rows.force - columns @ fit.numbers, columns / rows.error[:, None])[0]
 
 
-def _rows(tree: Any, name: str) -> Rows:
+def _rows(tree: Any, name: str) -> tuple[Rows, dict[str, str]]:
+    """The rows of a record that slide, and the units of force and slip velocity."""
     if not isinstance(tree, xr.DataTree):
         raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
     root = tree.to_dataset(inherit=False)
     table = tree.children["steady"].to_dataset(inherit=False) if "steady" in tree.children else None
     series = {"time", "slip_velocity", "force"} <= set(map(str, root.variables))
+    data = table if table is not None else root
     if series and (table is None or "branch" in table):
+        data = root
         w, force = (_numbers(root, key, name) for key in ("slip_velocity", "force"))
         unknown = np.full(len(w), math.nan)
         position = _numbers(root, "displacement", name) if "displacement" in root else unknown
@@ -403,7 +415,8 @@ def _rows(tree: Any, name: str) -> Rows:
         raise InputError(f"{name}: holds no friction over slip velocity; measure a record that slides")
     if not moving.any():
         raise InputError(f"{name}: nothing slides in it, so it holds no friction of slip; measure a record that slides")
-    return rows.take(moving)
+    units = stated_units(data)
+    return rows.take(moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}
 
 
 def _slowest(w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> float:

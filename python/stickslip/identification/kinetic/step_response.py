@@ -16,9 +16,9 @@ from scipy.integrate import solve_ivp
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.parameters import Parameter, Parameters
-from stickslip.identification.law_parameters import pointers
 from stickslip.identification.records import opened
 from stickslip.laws.law import save_law
+from stickslip.laws.numbers import pointers, units_of
 from stickslip.laws.rate_state import RateState
 
 Array = npt.NDArray[np.float64]
@@ -97,4 +97,4 @@ def save_rate_and_state(
     """Write the law file of a fit to steps of the speed: what the law has not, the machine's stiffness, is in its source."""
     of_law = [name for name in covariance.index if name in pointers(law)]
     values = {"values": parameters["value"].to_dict(), "errors": parameters["error"].to_dict()}
-    return save_law(path, law, covariance.loc[of_law, of_law], {**values, **source})
+    return save_law(path, law, covariance.loc[of_law, of_law], {**values, **source}, units_of(law, "1"))

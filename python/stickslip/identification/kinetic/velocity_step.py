@@ -16,7 +16,7 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import Minimum, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result
-from stickslip.identification.estimator.uncertainty import correlated_covariance
+from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
     OF_CONTACT,
@@ -227,4 +227,4 @@ def _table(found: Minimum, steady: Array) -> tuple[pd.DataFrame, pd.DataFrame]:
     covariance, independent = correlated_covariance(found.jacobian, found.residuals, max(chi, 1.0))
     drifted = (found.vector - steady) / 2
     drifted[NAMES.index("drift")] = 0.0
-    return OF_STEP.estimate(found.vector, covariance + np.outer(drifted, drifted), independent, A_MINUS_B)
+    return estimate(OF_STEP, found.vector, covariance + np.outer(drifted, drifted), independent, A_MINUS_B)

@@ -12,6 +12,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from stickslip.errors import InputError
+from stickslip.files.notebook import OfTable
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
@@ -33,8 +34,8 @@ LIKE = 0.05
 POINTS = 20_000
 
 
-@dataclass(frozen=True)
-class Agreement:
+@dataclass(frozen=True, repr=False)
+class Agreement(OfTable):
     """A measured motion and the motion of the identified law under the same drive.
 
     Attributes

@@ -13,13 +13,24 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.notebook import OfTable, waiting
 from stickslip.identification.guesses.first_guess import GUESSES
 from stickslip.identification.kinetic.branches import Problem, fit_branches
 from stickslip.identification.law_fit import Options, fit_law
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.static.break_away import break_away_rows, is_relative
-from stickslip.laws import BoucWen, Coulomb, Law, RateState, Regularised, Tabulated
+from stickslip.laws import (
+    Asymmetric,
+    BoucWen,
+    Combined,
+    Coulomb,
+    Law,
+    PiecewisePolynomial,
+    RateState,
+    Regularised,
+    Tabulated,
+)
 from stickslip.laws.state_law import StateLaw
 
 Array = npt.NDArray[np.float64]
@@ -32,7 +43,7 @@ INNER = 4
 """Blocks into which a held-back part is cut again where there are few, for the error of a difference."""
 LEAST = 0.01
 """Predictions whose errors differ by less than this part are alike."""
-BY_NAME_ONLY = (BoucWen, RateState, Regularised, Tabulated)
+BY_NAME_ONLY = (Asymmetric, BoucWen, Combined, PiecewisePolynomial, RateState, Regularised, Tabulated)
 """Laws that are compared where they are asked for: for what a record tells they are others (Dahl, a logarithm, a curve with a
 width that is no number of the contact, linear pieces), and they would crowd the table."""
 COUNTED = ("PiecewiseLinear", "TwoBranch")
@@ -43,8 +54,8 @@ SAMPLES = 6000
 """Samples of a directly measured record that are used, evenly thinned."""
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(OfTable):
     """Laws in the order of their prediction.
 
     Attributes
@@ -119,10 +130,13 @@ def compare_laws(
     errors: dict[str, list[tuple[Array, Array]]] = {}
     refused: list[str] = []
     trials = [(label, kind, count, offset) for label, kind, count in candidates for offset in offsets]
+    waited = waiting(None, "compare_laws")
     for number, (label, kind, count, offset) in enumerate(trials):
         label = f"{label} + offset" if offset else label
         if progress is not None:
             progress(label, number, len(trials))
+        else:
+            waited(number, len(trials))
         try:
             if breaks and kind in STATES:
                 raise InputError(

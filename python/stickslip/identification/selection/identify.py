@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any, Literal, overload
+
+import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.identification.estimator.result import Result
+from stickslip.identification.kinetic.rate_and_state import LEAST_STEPS, fit_velocity_steps
+from stickslip.identification.kinetic.steady import fit_steady
+from stickslip.identification.kinetic.velocity_step import fit_velocity_step
 from stickslip.identification.law_fit import Options, fit_law
-from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.identification.records import FrictionRecord, opened, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.pieces import choose_pieces
 from stickslip.identification.static.break_away import (
@@ -24,6 +31,7 @@ from stickslip.laws import (
     ForceRate,
     Law,
     LogarithmicDwell,
+    RateState,
     StaticKinetic,
 )
 
@@ -37,6 +45,69 @@ BY_FORM: dict[str, type[Law]] = {
 """The law that is taken where none is asked for, by the form of static friction; `DwellTime` for all others."""
 
 
+Told = Literal["motion", "curve", "step", "steps", "static"]
+
+
+def _of_one(fit: Callable[[Any], Result]) -> Callable[[Any], Result]:
+    """A fit of one record that takes a list of one too."""
+    return lambda friction: fit(friction[0] if isinstance(friction, list | tuple) else friction)
+
+
+FITS: dict[str, tuple[str, Callable[[Any], Result]]] = {
+    "curve": (
+        "the fit of friction over slip velocity alone (--steady, the way of records without sticks)",
+        fit_steady,
+    ),
+    "step": (
+        "the fit of rate-and-state friction to one step of the speed",
+        _of_one(fit_velocity_step),
+    ),
+    "steps": (
+        "the fit of rate-and-state friction to steps of the speed",
+        _of_one(fit_velocity_steps),
+    ),
+    "static": ("the fit of static friction to tables of break-aways", fit_static_friction),
+}
+"""What is fitted to records that hold no motion to fit a law to, in words, and the function that does it."""
+
+
+def told_by(friction: Any, law: str | type[Law] | Law | None = None, *, steady: bool = False) -> Told:
+    """What friction records can tell, if this law is asked for: a motion with its memory, or only tables of friction.
+
+    Parameters
+    ----------
+    friction : as for :func:`identify`.
+    law : that is asked for.
+    steady : whether only friction over slip velocity is asked for.
+    """
+    items = friction if isinstance(friction, list | tuple) else [friction]
+    trees = [opened(Path(item)) if isinstance(item, str | Path) else item for item in items]
+    if not trees or not all(isinstance(tree, xr.DataTree) for tree in trees):
+        return "motion"
+    steps = trees[0]["step"].sizes["step"] if len(trees) == 1 and "step" in trees[0].children else 0
+    if _name(law) == RateState.__name__ and steps:
+        return "steps" if steps >= LEAST_STEPS else "step"
+    if steady or all("time" not in tree.coords and "steady" in tree.children for tree in trees):
+        return "curve"
+    if law is not None:
+        return "motion"
+    if all("steady" in tree.children and not tree["break_away"].sizes["event"] for tree in trees):
+        # Motion without sticks: friction over slip velocity is all there is, or how it settles after one step of the speed.
+        return "step" if steps == 1 else "curve"
+    return "static" if all("slip_velocity" not in tree.variables for tree in trees) else "motion"
+
+
+@overload
+def identify(
+    friction: Any,
+    law: str | type[Law] | Law,
+    free: Iterable[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    pieces: int | Literal["auto"] | None = None,
+    offset: bool = False,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+) -> Identification: ...
+@overload
 def identify(
     friction: Any,
     law: str | type[Law] | Law | None = None,
@@ -45,7 +116,16 @@ def identify(
     pieces: int | Literal["auto"] | None = None,
     offset: bool = False,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-) -> Identification:
+) -> Any: ...
+def identify(
+    friction: Any,
+    law: str | type[Law] | Law | None = None,
+    free: Iterable[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    pieces: int | Literal["auto"] | None = None,
+    offset: bool = False,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+) -> Any:
     """Identify a friction law, with its uncertainty, from one or more friction records.
 
     Minimised is the robust misfit between the measured kinetic force and the law replayed with its memory along the
@@ -69,6 +149,12 @@ def identify(
     Returns
     -------
     Identification: ``.law``, ``.parameters``, ``.covariance``, ``.rms``, ``.notes``, ``.report()``, ``.save(path)``.
+
+    Records that hold no motion with sticks tell no memory. Where no law is asked for, the result is then that of
+    :func:`~stickslip.identification.fit_steady` for friction over slip velocity, of
+    :func:`~stickslip.identification.fit_velocity_step` or :func:`~stickslip.identification.fit_velocity_steps` for steps of
+    the speed, and of :func:`~stickslip.identification.fit_static_friction` for tables of break-aways. ``stickslip identify``
+    chooses in the same way.
 
     Raises
     ------
@@ -103,9 +189,23 @@ def identify(
     >>> found.parameters["value"].round(2).to_dict()
     {'break_away': 1.0, 'kinetic': 0.6}
     """
+    told = told_by(friction, law)
+    if told != "motion":
+        words, fit = FITS[told]
+        given = {"free": free, "fixed": fixed, "pieces": pieces, "offset": offset, "bounds": bounds}
+        for name, value in given.items():
+            if value:
+                raise InputError(f"identify: {name} does not go with {words}: leave {name} out")
+        return fit_steady(friction, _name(law)) if told == "curve" else fit(friction)
     records = read_records(friction)
     options = Options(None if free is None else list(free), dict(fixed or {}), pieces, offset, dict(bounds or {}))
     return _by_default(records, options) if law is None else _of_kind(records, law, options)
+
+
+def _name(law: str | type[Law] | Law | None) -> str | None:
+    if law is None or isinstance(law, str):
+        return law
+    return law.__name__ if isinstance(law, type) else type(law).__name__
 
 
 def _of_kind(records: list[FrictionRecord], law: str | type[Law] | Law, options: Options) -> Identification:

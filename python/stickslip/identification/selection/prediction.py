@@ -15,13 +15,14 @@ from scipy.optimize import nnls
 from scipy.stats import norm, qmc, t
 
 from stickslip.errors import InputError
+from stickslip.files.notebook import OfTable
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
-from stickslip.identification.law_parameters import with_values
-from stickslip.identification.records import FrictionRecord, read_records
+from stickslip.identification.records import FrictionRecord, check_same_units, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.agreement import CYCLES, TRANSIENT, cycle_of, measured_kind, oscillator_of
 from stickslip.identification.selection.reading import Reading, read_motion
 from stickslip.laws import Law
+from stickslip.laws.numbers import Spread
 from stickslip.measurement.instruments import Bench
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
@@ -46,8 +47,8 @@ FAR = 0.1
 """Distance from the records of the law, in e-folds, that is worth a sentence."""
 
 
-@dataclass(frozen=True)
-class Prediction:
+@dataclass(frozen=True, repr=False)
+class Prediction(OfTable):
     """Runs predicted by a law.
 
     Attributes
@@ -169,6 +170,7 @@ def _run(item: Any, law: Identification) -> FrictionRecord:
     if isinstance(item, Rig):
         return _unmeasured(item, f"{item.stiffness:g} N/m at {item.drive_velocity:g} m/s", law)
     (run,) = read_records(item)
+    check_same_units((record.name, record.units) for record in (*law.records, run))
     return replace(run, constants={**run.constants, **_stated(run)})
 
 
@@ -220,9 +222,7 @@ class _Law:
         self.law = law.law
         self.further = "record_scatter" in law.groups and bool((law.groups["record_scatter"] > 0).any())
         # Numbers that scatter from record to record scatter once more to the next one.
-        self.covariance = law.covariance.to_numpy() * (1 + len(law.records) if self.further else 1)
-        self.names = [str(name) for name in law.parameters.index]
-        self.values = law.parameters["value"].to_numpy()
+        self.covariance = law.covariance * (1 + len(law.records) if self.further else 1)
         self.constraints = law.constraints
         self.records = [record for record in law.records if {"mass", *STATED} <= set(record.constants)]
         stated = [_stated(record) for record in self.records]
@@ -271,27 +271,17 @@ class _Law:
 
     def draws(self, run: FrictionRecord, beyond: float) -> list[Reading]:
         """Motions of the laws that may as well be."""
-        variances, directions = np.linalg.eigh(self.covariance * (1 + beyond))
-        steps = directions * np.sqrt(np.maximum(variances, 0.0))
-        count = len(self.values)
+        spread = Spread(self.law, self.covariance * (1 + beyond), self.constraints)
+        count = len(spread.names)
         normal = qmc.MultivariateNormalQMC(np.zeros(count + len(STATED)), rng=np.random.default_rng(0)).random(DRAWS)
         found = []
         for one in normal:
-            law = self._at(self.values + steps @ one[:count])
+            law = spread.at(one[:count])
             ratios = np.exp(self.mistaken * one[count:])
             known = {name: run.constants[name] * ratio for name, ratio in zip(STATED, ratios, strict=True)}
             if law is not None:
                 found.append(_simulated(replace(run, constants={**run.constants, **known}), law))
         return found
-
-    def _at(self, values: Array) -> Law | None:
-        """The law with these numbers, None where that is no law."""
-        moved = dict(zip(self.names, values.tolist(), strict=True))
-        tied = {name: moved[source] for name, source in self.constraints.items() if source in moved}
-        try:
-            return with_values(self.law, moved | tied)
-        except InputError:
-            return None
 
 
 def _point(constants: Mapping[str, float]) -> Array:

@@ -19,7 +19,7 @@ from stickslip.files.documents import write_whole
 from stickslip.identification.estimator.least_squares import OUTLIER, linear, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result
-from stickslip.identification.estimator.uncertainty import correlated_covariance, robust_scale
+from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate, robust_scale
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.static.forms import BY_RATIO, Form, forms
 
@@ -235,7 +235,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
 
 
 def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
-    """All break-aways with a known stick time, with `record` (its number) and `level` (kinetic force of its slip).
+    """All break-aways with a known stick time, with its `record`, and `level` (kinetic force) and `sense` of its slip.
 
     Where the mass creeps, its force rates fall short of k V by its own creep, most in the shortest sticks; that is no rate at
     which it was loaded, and they are given as k V.
@@ -245,8 +245,10 @@ def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
         table = record.break_away.copy()
         if record.attrs.get("creeps") and {"stiffness", "drive_velocity"} <= set(record.constants):
             table["force_rate"] = record.constants["stiffness"] * record.constants["drive_velocity"]
+        slips = record.own_slip()
         table["record"] = number
-        table["level"] = [math.nan if slip is None else record.slip_level(*slip) for slip in record.own_slip()]
+        table["level"] = [math.nan if slip is None else record.slip_level(*slip) for slip in slips]
+        table["sense"] = [record.sense_of(slip) for slip in slips]
         frames.append(table[table["stick_time"].notna() & (table["stick_time"] > 0)])
     return pd.concat(frames, ignore_index=True)
 
@@ -400,7 +402,7 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
     covariance, freedom = correlated_covariance(found.jacobian[order], (residuals / sigma)[order], max(variance, 1e-24))
     numbers = Parameters([Parameter(name, logarithmic=name in BY_RATIO) for name in form.names])
-    table, _ = numbers.estimate(found.vector, covariance, freedom)
+    table, _ = estimate(numbers, found.vector, covariance, freedom)
     scatter = robust_scale(residuals)
     cut = np.minimum(residuals**2, (3 * max(scatter, 1e-300)) ** 2)
     penalty = 2 * (free + 1) * count / max(count - free - 2, 1)

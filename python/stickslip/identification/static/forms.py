@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stickslip import _core
+
 Array = npt.NDArray[np.float64]
 
 #: Positive numbers, fitted by their logarithm.
@@ -166,9 +168,20 @@ def _falls(level: float, rate: Array, grown: float, start_rate: float) -> list[F
     ]
 
 
-def _growth(p: Array, t: Array, exponent: float | Array = 1.0) -> Array:
-    """Δ∞ (1 − exp(−γ t^m)), with γ by its logarithm."""
-    return np.asarray(-p[0] * np.expm1(-np.exp(np.clip(p[1], -50, 50)) * t**exponent))
+def _static(time: Array, rate: Array, *, growth: Array | None = None, fall: Array | None = None) -> Array:
+    """The core's Δ∞ (1 − exp(−γ t^m))/(1 + δ/δ₀) + Δ₀/(1 + (δ/δ₁)^p), from (Δ∞, ln γ, ln m, ln δ₀) and (Δ₀, ln δ₁, ln p).
+
+    Of the growth the last numbers may be missing: m = 1 and no dependence on the force rate.
+    """
+    limit, *ratios = (0.0,) if growth is None else growth
+    bounded = [
+        math.exp(np.clip(ratio, *most)) for ratio, most in zip(ratios, ((-50, 50), (-20, 3), (-50, 50)), strict=False)
+    ]
+    gamma, exponent, scale = [*bounded, *(1.0, 1.0, None)[len(bounded) :]]
+    drop, fall_scale, steep = (0.0, 0.0, 0.0) if fall is None else fall
+    falls = (float(drop), math.exp(np.clip(fall_scale, -50, 50)), math.exp(np.clip(steep, -3, 5)))
+    at = (np.ascontiguousarray(values, float) for values in np.broadcast_arrays(time, rate))
+    return _core.static_friction((float(limit), gamma, exponent), scale, falls, *at)
 
 
 def _surface(p: Array, time: Array, rate: Array) -> Array:
@@ -176,22 +189,17 @@ def _surface(p: Array, time: Array, rate: Array) -> Array:
     return np.asarray(p[0] + p[1] * t + p[2] * d + p[3] * t**2 + p[4] * t * d + p[5] * d**2)
 
 
-def _fall(p: Array, d: Array) -> Array:
-    steep = np.exp(np.clip(p[2], -3, 5)) * (np.log(d) - p[1])
-    return np.asarray(p[0] / (1 + np.exp(np.clip(steep, -500, 500))))
-
-
 FORCE: dict[str, Callable[[Array, Array, Array], Array]] = {
     "constant": lambda p, t, _: np.full(len(t), p[0]),
     "logarithmic": lambda p, t, _: p[0] + p[1] * np.log10(t),
-    "exponential": lambda p, t, _: _growth(p, t),
+    "exponential": lambda p, t, d: _static(t, d, growth=p),
     "power": lambda p, t, _: p[0] * t ** np.exp(np.clip(p[1], -20, 3)),
-    "Kato": lambda p, t, _: _growth(p, t, np.exp(np.clip(p[2], -20, 3))),
+    "Kato": lambda p, t, d: _static(t, d, growth=p),
     "force rate": lambda p, _, d: p[0] + p[1] * np.log10(d),
     "stick time and force rate": lambda p, t, d: p[0] + p[1] * np.log10(t) + p[2] * np.log10(d),
-    "exponential over force rate": lambda p, t, d: _growth(p, t) / (1 + d / np.exp(np.clip(p[2], -50, 50))),
+    "exponential over force rate": lambda p, t, d: _static(t, d, growth=np.insert(p, 2, 0.0)),
     "surface": _surface,
-    "fall with force rate": lambda p, _, d: p[0] + _fall(p[1:], d),
-    "exponential and fall with force rate": lambda p, t, d: _fall(p, d) + _growth(p[3:], t),
+    "fall with force rate": lambda p, t, d: p[0] + _static(t, d, fall=p[1:]),
+    "exponential and fall with force rate": lambda p, t, d: _static(t, d, growth=p[3:], fall=p[:3]),
 }
 """Force, above the kinetic force where the form begins there, from the numbers, t and δ, by the name of the form."""

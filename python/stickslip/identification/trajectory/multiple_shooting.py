@@ -14,12 +14,13 @@ from scipy.sparse import csr_array
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER, levenberg_marquardt
 from stickslip.identification.estimator.uncertainty import correlation_time, inverse, robust_scale
-from stickslip.identification.law_parameters import LawParameters, pointers, with_values
+from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.trajectory.first_passage import OWN, STEP, Passage, Sticks, own_number, passage, solve
 from stickslip.identification.trajectory.search import Refined, distance
 from stickslip.identification.trajectory.slip import Slip, slips_of
 from stickslip.laws import Law
+from stickslip.laws.numbers import pointers, with_values
 from stickslip.laws.state_law import StateLaw
 from stickslip.measurement.signals.noise import noise_level
 

@@ -12,9 +12,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.law_parameters import numbers, value, with_values
+from stickslip.files.notebook import OfTable
 from stickslip.identification.result import Identification
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
+from stickslip.laws.numbers import numbers, value, with_values
 from stickslip.simulation.orbit import Orbit
 
 STEP = 1e-3
@@ -23,8 +24,8 @@ ZERO_STEP = 1e-4
 """Change of a number that is 0."""
 
 
-@dataclass(frozen=True)
-class Sensitivity:
+@dataclass(frozen=True, repr=False)
+class Sensitivity(OfTable):
     """Answers of the motion under one record's drive to changes of the law.
 
     Attributes

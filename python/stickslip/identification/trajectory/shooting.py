@@ -11,12 +11,13 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.identification.law_parameters import LawParameters, check_names
+from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Checkpoint
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.identification.trajectory.multiple_shooting import MultipleShooting, scattering
 from stickslip.identification.trajectory.search import Progress, Refined, distance, search
 from stickslip.identification.trajectory.single_shooting import SingleShooting
+from stickslip.laws.numbers import check_names
 
 if TYPE_CHECKING:
     from stickslip.identification.result import Identification

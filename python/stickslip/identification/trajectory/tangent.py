@@ -11,8 +11,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence
 from stickslip.errors import InputError
-from stickslip.identification.law_parameters import Pointer, pointers
 from stickslip.laws import Law
+from stickslip.laws.numbers import Pointer, pointers
 from stickslip.laws.state_law import StateLaw
 from stickslip.simulation.orbit import Orbit
 

@@ -19,11 +19,20 @@ LEVELS = 16
 LEAST_LEVELS = 3
 """A spot that is seen at fewer heights is noise or texture."""
 
+JUMPS = 1.12
+"""Shares below a tenth are left out, which jumps from picture to picture: errors are larger than by the rim's noise alone."""
+
 EVEN = 0.08
 """A ground that scatters by no more than this share of a blob's contrast is even: only the light varies on it."""
 
 ALIKE = 1.5
 """Diameters of one spot in successive pictures differ by less than this factor."""
+
+DEPTHS = (0.5, 0.3, 0.7)
+"""Shares of its contrast below its crown at which a spot that is known is cut out."""
+
+SAME = 0.9
+"""One that has this share of its last score is the same, and not looked for at another depth."""
 
 MOST = 80
 """Of a crowded picture no more spots than this are looked at closely, those that stand out most."""
@@ -31,7 +40,7 @@ MOST = 80
 
 @dataclass(frozen=True)
 class _Spot:
-    level: int
+    cut: float
     label: int
     area: int
     left: int
@@ -47,30 +56,20 @@ def find_blobs(
     threshold: float | None = None,
     level: float | None = None,
     opening: int = 0,
+    black: float | None = None,
 ) -> Detections:
-    """Compact spots of high response with their centres; see :func:`look`."""
-    return look(picture, size=size, threshold=threshold, level=level, opening=opening)[0]
-
-
-def look(
-    picture: ResponseMap,
-    *,
-    size: float | None = None,
-    threshold: float | None = None,
-    level: float | None = None,
-    opening: int = 0,
-) -> tuple[Detections, Array]:
-    """Compact spots of high response with their centres, and the heights at which the picture was cut.
+    """Compact spots of high response with their centres.
 
     The picture is cut at 16 heights; spots that lie inside each other at successive heights are one blob (as in a
     component tree). Each has its own outline, where the area changes least with the height, so uneven light does no harm.
     The centre is that of the response I above the ground around the blob, a plane (uneven light shifts a dark marker of 12 px
-    by 0.035 px otherwise),
+    by 0.035 px otherwise); the contrast c grows and falls with the light, so where `black` is known it is proportional to
+    the brightness |ground − black| (without that, light that falls by 10 % over 200 px shifts a marker of 20 px by 0.008 px),
 
-        x_c = Σ x_i g_i / Σ g_i,   g_i = clip(½ + s ((I_i − ground)/(crown − ground) − ½), 0, 1),
+        x_c = Σ x_i g_i / Σ g_i,   g_i = clip(½ + s ((I_i − ground_i)/c_i − ½), 0, 1),   c = crown − ground,
 
     s = 1 up to 12 px of diameter and 2 from 24 px on (then only the rim is weighed, not the face's texture), and its
-    standard error that of the picture's noise σ around the blob, σ_x = s σ/(crown − ground) √Σ(x_i − x_c)² / Σ g_i, the
+    standard error that of the picture's noise σ around the blob, σ_x = s σ/c √Σ(x_i − x_c)² / Σ g_i, the
     sum under the root over the rim where 0 < g_i < 1.
 
     Parameters
@@ -81,10 +80,11 @@ def look(
     threshold : least contrast in grey levels; default a sixth of the picture's range.
     level : cut only here; for a body whose outline is known to be at that response.
     opening : thin things (strings, rims) narrower than this many px are taken off the blobs first.
+    black : the response of what reflects no light: 255 of a map for dark markers, 0 for bright ones; None: not known.
 
     Returns
     -------
-    Detections, n >= 0, and the heights.
+    Detections, n >= 0.
 
     Limits: a marker must be roughly as wide as it is high (up to 1:4, for motion blur), and its contrast must exceed the
     noise about five times.
@@ -96,70 +96,83 @@ def look(
     work = _smoothed(picture, size, opening)
     low, top = (float(value) for value in np.percentile(work[:: max(1, high // 400)], [0.5, 100]))
     if top - low < 6:
-        return Detections.of([]), np.zeros(0)
+        return Detections.of([])
     step = (top - low) / (LEVELS + 1)
     least_levels = LEAST_LEVELS if threshold is None else max(1, round(threshold / step))
     heights: Array = np.array([level], float) if level is not None else low + step * np.arange(1.0, LEVELS + 1)
     chains = _chains(cv2, work, heights, smallest, largest, least_levels if level is None else 1)
-    rows = _rows(picture, work, chains, heights, level, size)
+    spots = [_outline(chain) for chain in sorted(chains, key=len, reverse=True)[:MOST]]
+    rows = [row for spot in spots if (row := _centre(cv2, picture, work, spot, level, size, black)) is not None]
     found = Detections.of([row for row in rows if threshold is None or row[5] >= threshold])
-    return _one_each(found), heights
+    return _one_each(found)
 
 
 def look_near(
     picture: ResponseMap,
-    heights: Array,
     like: Detections,
     place: tuple[float, float],
     *,
     size: float | None = None,
     level: float | None = None,
     opening: int = 0,
+    black: float | None = None,
 ) -> Detections:
     """The one spot that was seen before, in a small window around where it is expected.
 
-    The window is cut at the heights of the whole picture, so that outline, centre, errors and score are those of
-    :func:`look`.
+    The window is cut half of the spot's contrast below its crown, which must stand out most in it, and higher or lower where
+    something beside it runs into the spot.
 
     Parameters
     ----------
     picture : the window.
-    heights : of the whole picture.
     like : its last detection, one row.
     place : where it is expected, in px of the window.
-    size, level, opening : as for :func:`look`.
+    size, level, opening, black : as for :func:`find_blobs`.
 
     Returns
     -------
     Detections, one row; none where nothing alike lies whole in the window.
     """
     work = _smoothed(picture, size, opening)
+    cuts = [level]
     if level is None:
-        # the noise of its crown moves the heights from picture to picture, as it does in whole ones
-        ground = heights[0] - (heights[1] - heights[0])
-        heights = ground + (float(work.max()) - ground) / (LEVELS + 1) * np.arange(1.0, LEVELS + 1)
-    usual = math.pi / 4 * float(like.size[0]) ** 2
-    least = LEAST_LEVELS if level is None else 1
-    chains = _chains(vision(), work, heights, usual / 4, min(4 * usual, 0.5 * picture.size), least)
-    found = _one_each(Detections.of(_rows(picture, work, chains, heights, level, size)))
-    ratio = found.size / like.size[0]
-    found = found.take(np.flatnonzero((ratio < ALIKE) & (ratio > 1 / ALIKE) & ~found.cut_x & ~found.cut_y))
-    nearest = np.argsort(np.hypot(found.x - place[0], found.y - place[1]))[:1]
-    return found.take(nearest)
+        middle = work.size - round(0.125 * math.pi * float(like.size[0]) ** 2)
+        crown = float(np.partition(work, middle, axis=None)[middle])
+        cuts = [crown - share * float(like.contrast[0]) for share in DEPTHS]
+    best = Detections.of([])
+    for cut in cuts:
+        found = _spot_at(picture, work, cut, like, place, level, size, black)
+        if len(found) and (not len(best) or found.score[0] > best.score[0]):
+            best = found
+        if len(best) and best.score[0] > SAME * like.score[0]:
+            break
+    return best
 
 
-def _rows(
+def _spot_at(
     picture: ResponseMap,
     work: npt.NDArray[np.uint8],
-    chains: list[list[_Spot]],
-    heights: Array,
+    cut: float,
+    like: Detections,
+    place: tuple[float, float],
     level: float | None,
     size: float | None,
-) -> list[tuple[float, ...]]:
-    """Centres of the spots that stand out most."""
-    spots = [_outline(chain) for chain in sorted(chains, key=len, reverse=True)[:MOST]]
-    rows = [_centre(vision(), picture, work, spot, heights, level, size) for spot in spots]
-    return [row for row in rows if row is not None]
+    black: float | None,
+) -> Detections:
+    """The spot nearest to a place, with the outline at one height; none where it is not like before, or not whole."""
+    cv2 = vision()
+    _, _, stats, middles = cv2.connectedComponentsWithStats((work > cut).view(np.uint8), connectivity=8, ltype=4)
+    usual = math.pi / 4 * float(like.size[0]) ** 2
+    alike = (stats[:, 4] > usual / ALIKE**2) & (stats[:, 4] < usual * ALIKE**2)
+    alike[0] = False
+    if not alike.any():
+        return Detections.of([])
+    label = int(np.argmin(np.where(alike, np.hypot(middles[:, 0] - place[0], middles[:, 1] - place[1]), np.inf)))
+    left, top, wide, high, area = (int(value) for value in stats[label])
+    row = _centre(cv2, picture, work, _Spot(cut, label, area, left, top, wide, high), level, size, black)
+    found = Detections.of([] if row is None else [row])
+    whole = len(found) and not (found.cut_x[0] or found.cut_y[0])
+    return found if whole and 1 / ALIKE < found.size[0] / like.size[0] < ALIKE else Detections.of([])
 
 
 def _smoothed(picture: ResponseMap, size: float | None, opening: int) -> npt.NDArray[np.uint8]:
@@ -198,7 +211,9 @@ def _chains(
         good = (area >= smallest) & (area <= largest) & (area >= 0.45 * box) & (narrow >= 0.25)
         good[0] = False
         spots = {
-            int(label): _Spot(level, int(label), int(area[label]), *(int(value) for value in stats[label, :4]))
+            int(label): _Spot(
+                float(heights[level]), int(label), int(area[label]), *(int(value) for value in stats[label, :4])
+            )
             for label in np.flatnonzero(good)
         }
         parents: dict[int, list[list[_Spot]]] = {}
@@ -238,19 +253,30 @@ def _outline(chain: list[_Spot]) -> _Spot:
     return chain[1 + int(np.argmin(growth + 0.3 * middle))]
 
 
-def _tilt(window: Array, around: npt.NDArray[np.bool_], ground: float, contrast: float) -> Array:
+def _median(values: Array) -> float:
+    """The upper median, without what a general one costs."""
+    middle = values.size // 2
+    return float(np.partition(values, middle)[middle])
+
+
+def _tilt(window: Array, around: npt.NDArray[np.bool_], ground: float, spread: float, contrast: float) -> Array:
     """How much the light falls off across the window: the plane through what is around the blob, less its middle.
 
     Zero where that is no even ground but holds edges or texture.
     """
-    spread = 1.4826 * float(np.median(np.abs(window[around] - ground)))
     plain = around & (np.abs(window - ground) <= 3 * spread + 1)
-    if spread > EVEN * contrast or plain.sum() < 0.95 * around.sum():
+    rows, columns = np.nonzero(plain)
+    if spread > EVEN * contrast or len(rows) < 0.95 * np.count_nonzero(around):
         return np.zeros_like(window)
-    places = np.moveaxis(np.indices(window.shape, float), 0, -1)
-    places -= places[around].mean(axis=0)
-    slopes = np.linalg.lstsq(places[plain], window[plain] - np.mean(window[plain]), rcond=None)[0]
-    return np.asarray(places @ slopes)
+    centre_y, centre_x = rows.sum() / len(rows), columns.sum() / len(columns)
+    y, x, bright = rows - centre_y, columns - centre_x, window[plain] - ground
+    xx, yy, xy, xb, yb = x @ x, y @ y, x @ y, x @ bright, y @ bright
+    determinant = xx * yy - xy * xy
+    if determinant <= 0:
+        return np.zeros_like(window)
+    right, down = (xb * yy - yb * xy) / determinant, (yb * xx - xb * xy) / determinant
+    high, wide = window.shape
+    return np.asarray(down * (np.arange(high) - centre_y)[:, None] + right * (np.arange(wide) - centre_x))
 
 
 def _centre(
@@ -258,9 +284,9 @@ def _centre(
     picture: ResponseMap,
     work: npt.NDArray[np.uint8],
     half: _Spot,
-    heights: npt.NDArray[np.float64],
     level: float | None,
     wanted: float | None,
+    black: float | None,
 ) -> tuple[float, ...] | None:
     high, wide = picture.shape
     reach = min(6, 2 + math.ceil(0.12 * math.sqrt(half.area)))
@@ -268,7 +294,7 @@ def _centre(
     left, right = max(0, half.left - ring), min(wide, half.left + half.width + ring)
     top, bottom = max(0, half.top - ring), min(high, half.top + half.height + ring)
     window = picture[top:bottom, left:right].astype(np.float64)
-    cut = (work[top:bottom, left:right] > heights[half.level]).view(np.uint8)
+    cut = (work[top:bottom, left:right] > half.cut).view(np.uint8)
     _, labels = cv2.connectedComponents(cut)
     counts = np.bincount(
         labels[half.top - top : half.top - top + half.height, half.left - left : half.left - left + half.width].ravel()
@@ -285,31 +311,30 @@ def _centre(
     if around.sum() < 12:
         return None
     inside = core.astype(bool)
-    ground = float(np.median(window[around]))
-    crown = float(np.median(window[inside]))
-    contrast = crown - ground
+    ground = _median(window[around])
+    contrast = _median(window[inside]) - ground
     if contrast <= 0:
         return None
     steep = float(np.clip(math.sqrt(half.area) / 12, 1, 2))
-    middle = ground + 0.5 * contrast if level is None else level
-    share = np.clip(0.5 + steep * (window - middle - _tilt(window, around, ground, contrast)) / contrast, 0, 1)
+    spread = 1.4826 * _median(np.abs(window[around] - ground))
+    tilt = _tilt(window, around, ground, spread, contrast)
+    bright = math.nan if black is None else ground - black
+    # what reflects little says little of the light
+    here = contrast * (1 + tilt / bright) if abs(bright) > 0.5 * contrast else contrast
+    middle = ground + 0.5 * here if level is None else level
+    share = np.clip(0.5 + steep * (window - tilt - middle) / here, 0, 1)
     share[~near | (others & ~inside)] = 0
     share[share < 0.1] = 0  # the ground's noise far from the centre weighs most
-    weight = float(share.sum())
-    rows, columns = np.nonzero(share)
-    shares = share[rows, columns]
-    x = float((columns * shares).sum() / weight)
-    y = float((rows * shares).sum() / weight)
-    xx, yy, xy = (
-        float((a * b * shares).sum() / weight)
-        for a, b in ((columns - x, columns - x), (rows - y, rows - y), (columns - x, rows - y))
-    )
-    spread = 1.4826 * float(np.median(np.abs(window[around] - ground)))
+    along, down = share.sum(axis=0), share.sum(axis=1)
+    weight = float(along.sum())
+    x, y = float(along @ np.arange(len(along))) / weight, float(down @ np.arange(len(down))) / weight
+    columns, rows = np.arange(len(along)) - x, np.arange(len(down)) - y
+    xx, yy, xy = (float(v) / weight for v in (along @ columns**2, down @ rows**2, rows @ share @ columns))
     noise = math.hypot(max(spread, 0.3), 1 / math.sqrt(12))
-    rim = shares < 0.98
-    rough = steep * noise / (contrast * weight)
-    x_error = rough * math.sqrt(float(((columns - x)[rim] ** 2).sum()))
-    y_error = rough * math.sqrt(float(((rows - y)[rim] ** 2).sum()))
+    rim = (share > 0) & (share < 0.98)
+    rough = JUMPS * steep * noise / (contrast * weight)
+    x_error = rough * math.sqrt(float(rim.sum(axis=0) @ columns**2))
+    y_error = rough * math.sqrt(float(rim.sum(axis=1) @ rows**2))
     determinant = max(xx * yy - xy * xy, 1e-12)
     compact = min(1.0, weight / (4 * math.pi * math.sqrt(determinant)))
     wide_axis = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)

@@ -130,6 +130,9 @@ class Calibration:
         )
 
 
+FEWEST_FOR_LENS = 8
+"""Marks of a plane from which its lens can be told too."""
+
 FARTHEST = 1e9
 """No pixel lies farther away."""
 
@@ -148,7 +151,12 @@ _KINDS = {
 
 
 def read_calibration(
-    table: Mapping[str, Any], folder: Path, marker_size: float | None = None, *, beside: Path | None = None
+    table: Mapping[str, Any],
+    folder: Path,
+    marker_size: float | None = None,
+    *,
+    beside: Path | None = None,
+    shape: tuple[int, int] | None = None,
 ) -> Calibration:
     """The calibration that a table asks for.
 
@@ -160,6 +168,8 @@ def read_calibration(
     * ``ruler = "photo.jpg"`` with ``first``, ``second``, ``last`` (pixels of those marks), ``pitch``, ``order`` (of the
       polynomial, default 3) and ``start`` (what the first mark says, default 0): the marks are found in the photo.
     * ``marks = [[x, y], ...]`` with ``positions = [...]`` and ``order`` (default 1): pixels of known places.
+    * ``marks = [[x, y], ...]`` with ``positions = [[X, Y], ...]``, four or more: a plane seen at an angle, Y to
+      the left of X; with eight or more its lens is fitted too where none is given.
     * ``checker = "board.png"`` with ``corners = [9, 6]`` (inner corners along and across) and ``square``: a board in the
       plane of motion; plane and lens are fitted together.
     * ``marker_size``: the true diameter (or side) of the marker that is tracked.
@@ -173,6 +183,7 @@ def read_calibration(
     folder : where relative paths begin.
     marker_size : diameter of the tracked marker in px, for the kind of that name.
     beside : the film; a photo that is not in `folder` is looked for beside it.
+    shape : (height, width) of the film's pictures, whose middle is that of a lens that is fitted.
 
     Raises
     ------
@@ -200,7 +211,7 @@ def read_calibration(
     if "angle" in table:
         base["angle"] = number("angle", table["angle"], where)
     if kind == "marks":
-        return _from_marks(table, None, factor, base)
+        return _from_marks(table, None, factor, base, shape)
     if kind in ("ruler", "checker"):
         photo = folder / str(table[kind])
         aside = photo if beside is None else beside.parent / str(table[kind])
@@ -244,7 +255,13 @@ def _from_points(table: Mapping[str, Any], factor: float, base: dict[str, Any]) 
     )
 
 
-def _from_marks(table: Mapping[str, Any], photo: Path | None, factor: float, base: dict[str, Any]) -> Calibration:
+def _from_marks(
+    table: Mapping[str, Any],
+    photo: Path | None,
+    factor: float,
+    base: dict[str, Any],
+    shape: tuple[int, int] | None = None,
+) -> Calibration:
     if photo is not None:
         for key in ("first", "second", "last"):
             if key not in table:
@@ -259,6 +276,8 @@ def _from_marks(table: Mapping[str, Any], photo: Path | None, factor: float, bas
             raise InputError(
                 "calibration: marks and positions must be lists of one length; give a position for each mark"
             )
+        if given and isinstance(given[0], list | tuple):
+            return _from_plane_marks(table, factor, base, shape)
         places = np.array([_pair(mark, "marks") for mark in marks])
         positions = np.array([number("positions", value, "calibration") for value in given])
         order, of = table.get("order", 1), "the marks given"
@@ -309,8 +328,6 @@ def _from_marks(table: Mapping[str, Any], photo: Path | None, factor: float, bas
 
 
 def _from_checker(table: Mapping[str, Any], photo: Path, factor: float, base: dict[str, Any]) -> Calibration:
-    from scipy.optimize import least_squares
-
     cv2 = vision()
     picture = read_picture(photo)
     corners = table.get("corners")
@@ -331,29 +348,82 @@ def _from_checker(table: Mapping[str, Any], photo: Path, factor: float, base: di
     board = np.stack([columns, across - 1 - rows], axis=1).astype(float)  # y upwards
     if (places[along - 1] - places[0]) @ (1, 0) < 0:  # the finder may begin at either end of the board
         places = places[::-1]
-    height, width = grey.shape
-    centre, radius = ((width - 1) / 2, (height - 1) / 2), math.hypot(width, height) / 2
-    start = np.eye(3) if len(places) < 4 else cv2.findHomography(places, board)[0]
+    unit = str(table.get("unit", "m"))
+    of = f"corners of the board in {photo.name}"
+    return _plane(places, square * board, of, unit, factor, base, grey.shape, terms=2)
+
+
+def _from_plane_marks(
+    table: Mapping[str, Any], factor: float, base: dict[str, Any], shape: tuple[int, int] | None
+) -> Calibration:
+    marks = np.array([_pair(mark, "marks") for mark in table["marks"]])
+    positions = np.array([_pair(position, "positions") for position in table["positions"]])
+    for key in ("order", "origin", "angle"):
+        if key in table:
+            raise InputError(
+                f"calibration: {key} is no part of a plane through marks; their positions say it, leave it out"
+            )
+    if len(marks) < 4:
+        raise InputError(
+            f"calibration: a plane needs four marks or more with positions [[x, y], ...], got {len(marks)}"
+        )
+    given = base["lens"] is not None or shape is None
+    terms = 0 if given or len(marks) < FEWEST_FOR_LENS else 1
+    return _plane(marks, positions, "marks given", str(table.get("unit", "m")), factor, base, shape, terms=terms)
+
+
+def _plane(
+    places: Array,
+    world: Array,
+    of: str,
+    unit: str,
+    factor: float,
+    base: dict[str, Any],
+    shape: tuple[int, ...] | None,
+    *,
+    terms: int,
+) -> Calibration:
+    """A plane seen at an angle, from places in the picture and in the plane, with so many terms of a lens fitted."""
+    from scipy.optimize import least_squares
+
+    span = float(np.ptp(world, axis=0).max())
+    if min(np.linalg.svd(points - points.mean(axis=0))[1][1] / np.ptp(points) for points in (places, world)) < 1e-3:
+        raise InputError("calibration: the marks lie on one line, which shows no plane; add marks beside it")
+    high, wide = shape if shape is not None else (0, 0)
+    centre, radius = ((wide - 1) / 2, (high - 1) / 2), math.hypot(wide, high) / 2
+
+    def lens_of(numbers: Array) -> Lens | None:
+        if not terms:
+            return base["lens"]
+        return Lens(centre=centre, radius=radius, **dict(zip(("k1", "k2"), map(float, numbers), strict=False)))
+
+    def straight(lens: Lens | None) -> Array:
+        return places if lens is None else lens.straighten(places)
+
+    start = vision().findHomography(straight(None if terms else base["lens"]), world / span)[0]
+    if start is None:
+        raise InputError("calibration: no plane goes through these marks; check the order of marks and positions")
 
     def misfit(p: Array) -> Array:
-        lens = Lens(centre=centre, radius=radius, k1=p[8], k2=p[9])
         plane = np.append(p[:8], 1.0).reshape(3, 3)
-        return np.asarray((_project(plane, lens.straighten(places)) - board).ravel())
+        return np.asarray((_project(plane, straight(lens_of(p[8:]))) - world / span).ravel())
 
-    fit = least_squares(misfit, np.append(start.ravel()[:8] / start[2, 2], [0.0, 0.0]), x_scale="jac")
+    fit = least_squares(misfit, np.append(start.ravel()[:8] / start[2, 2], np.zeros(terms)), x_scale="jac")
     plane = np.append(fit.x[:8], 1.0).reshape(3, 3)
-    plane[:2] *= square * factor
-    rms = float(np.sqrt(2 * np.mean(fit.fun**2))) * square
-    lens = Lens(centre=centre, radius=radius, k1=float(fit.x[8]), k2=float(fit.x[9]))
-    note = (
-        f"Plane and lens from {len(places)} corners of the board in {photo.name}: they are missed by {rms:.3g} "
-        f"{table.get('unit', 'm')} rms; k1 = {lens.k1:.4g}, k2 = {lens.k2:.4g}."
-    )
+    plane[:2] *= span * factor
+    rms = float(np.sqrt(2 * np.mean(fit.fun**2))) * span
+    lens = lens_of(fit.x[8:])
+    note = f"Plane from {len(places)} {of}: they are missed by {rms:.3g} {unit} rms"
+    if terms and lens is not None:
+        note += f"; lens fitted with it, k1 = {lens.k1:.4g}, k2 = {lens.k2:.4g}"
+    extent = float(np.ptp(places, axis=0).max())
+    if len(places) == 4:
+        note += f" as any four are; a pixel of doubt in one is {100 / extent:.2g} % of the scale"
     return Calibration(
         **{**base, "lens": lens},
         homography=tuple(tuple(float(value) for value in row) for row in plane),
-        scale_error=rms / (square * math.hypot(along, across)),
-        notes=(note,),
+        scale_error=max(rms / span, 0.5 / extent if len(places) == 4 else 0.0),
+        notes=(note + ".",),
     )
 
 

@@ -117,13 +117,15 @@ impl Motion {
                 if rub.holds() {
                     continue;
                 }
-                let size = if frame.smooth[c] {
-                    laws[c].extend(&self.u[c], k, &mut self.grown[c])
+                let size = if frame.is_smooth(c, rub.direction) {
+                    laws[c]
+                        .toward(rub.direction)
+                        .extend(&self.u[c], k, &mut self.grown[c])
                 } else {
                     rub.slope * self.u[c][k] + if k == 0 { rub.offset } else { 0.0 }
                 };
                 self.force[c][k] = rub.direction * size;
-                frame.push_by(c, self.force[c][k], given);
+                frame.push(c, self.force[c][k], given);
             }
             let drive = |c: usize| (k + 1) as f64 * self.drive[c][k + 1];
             frame.hold(held, k, drive, &mut self.force, given);
@@ -144,11 +146,10 @@ impl Frame {
         acceleration: &mut [T],
     ) {
         for (i, a) in acceleration.iter_mut().enumerate() {
-            let (spring, damper) = (self.spring.row(i), self.damper.row(i));
             *a = input(i);
-            for j in 0..self.masses {
-                a.add(-spring[j], x[j][k]);
-                a.add(-damper[j], v[j][k]);
+            for &(j, [spring, damper]) in self.near.row(i) {
+                a.add(-spring, x[j][k]);
+                a.add(-damper, v[j][k]);
             }
         }
     }
@@ -164,31 +165,16 @@ impl Frame {
     ) {
         for (row, &c) in held.contacts.iter().enumerate() {
             let mut pull = T::NOTHING;
-            for (&c, gain) in held.contacts.iter().zip(held.gain.row(row)) {
-                pull.add(*gain, drive(c));
+            for &(at, gain) in held.gain(row) {
+                let c = held.contacts[at];
+                pull.add(gain, drive(c));
                 pull.add(-gain, self.across(c, |i| acceleration[i]));
             }
             force[c][k] = pull;
         }
         for &c in &held.contacts {
-            self.push_by(c, force[c][k], acceleration);
+            self.push(c, force[c][k], acceleration);
         }
-    }
-
-    /// Add what a force of a contact accelerates.
-    fn push_by<T: Linear>(&self, contact: usize, force: T, acceleration: &mut [T]) {
-        for (a, response) in acceleration.iter_mut().zip(&self.response[contact]) {
-            a.add(*response, force);
-        }
-    }
-
-    /// What a unit force of a contact accelerates a mass by.
-    pub(crate) fn response(&self, contact: usize, mass: usize) -> f64 {
-        self.response[contact][mass]
-    }
-
-    pub(crate) fn is_smooth(&self, contact: usize) -> bool {
-        self.smooth[contact]
     }
 }
 
@@ -254,7 +240,7 @@ impl Tangent {
                     continue;
                 }
                 let mut force = Lanes::NOTHING;
-                if frame.smooth[c] {
+                if frame.is_smooth(c, rub.direction) {
                     for (j, slope) in slopes[c][..=k].iter().enumerate() {
                         force.add(rub.direction * slope, self.u[c][k - j]);
                     }
@@ -267,7 +253,7 @@ impl Tangent {
                     force.add(rub.direction, offset);
                 }
                 self.force[c][k] = force;
-                frame.push_by(c, force, acceleration);
+                frame.push(c, force, acceleration);
             }
             let drive = |c: usize| later(&motion.drive[c], k + 1).map(|rate| (k + 1) as f64 * rate);
             frame.hold(held, k, drive, &mut self.force, acceleration);

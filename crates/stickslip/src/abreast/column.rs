@@ -1,0 +1,342 @@
+//! What an oscillator is to the lanes, and where its motion is.
+
+use std::f64::consts::TAU;
+
+use stickslip_lanes::Lane;
+
+use crate::drive::{Clock, Harmonic};
+use crate::elementary::{exp, sin_cos, whole_turns_less};
+use crate::event::Start;
+use crate::law::{Friction, Hold, Memory, Piece};
+use crate::mode::Mode;
+use crate::place::Place;
+use crate::structure::Oscillator;
+
+/// A structure of lanes, of which each lane can be written and read.
+macro_rules! lanes {
+    ($(#[$of:meta])* $name:ident { $($(#[$about:meta])* $field:ident),* $(,)? }) => {
+        $(#[$of])*
+        #[derive(Clone, Copy, Debug)]
+        pub(super) struct $name<L> { $($(#[$about])* pub(super) $field: L),* }
+
+        impl<L: Lane> $name<L> {
+            /// The same in every lane.
+            pub(super) fn splat(one: &$name<f64>) -> Self {
+                Self { $($field: L::splat(one.$field)),* }
+            }
+
+            /// Write lane `i`.
+            pub(super) fn put(&mut self, i: usize, one: &$name<f64>) {
+                $(self.$field.set(i, one.$field);)*
+            }
+
+            /// Read lane `i`.
+            #[allow(dead_code, reason = "not every structure is read and chosen from")]
+            pub(super) fn take(&self, i: usize) -> $name<f64> {
+                $name { $($field: self.$field.get(i)),* }
+            }
+
+            /// Another one where the mask says so.
+            #[inline(always)]
+            #[allow(dead_code, reason = "as above")]
+            pub(super) fn or(&self, mask: L::Mask, other: &Self) -> Self {
+                Self { $($field: L::choose(mask, other.$field, self.$field)),* }
+            }
+
+        }
+    };
+}
+
+lanes! {
+    /// What stays the same along a motion: of an oscillator whose friction in slip is one line, `offset` + `slope` · u.
+    Column {
+        /// s, k, and D with the slope of the law.
+        drive, stiffness, damping,
+        /// D alone.
+        damper,
+        /// What adhesion bears, and the friction slip starts with.
+        bears, offset,
+        /// The rest of x but for the sign of friction, that of friction, and 1/k.
+        rest, lag, per_stiffness,
+        /// Of the free part: γ, 2γ, k/m, ω, 1/ω, (k/m)³ and (k/m)³/ω.
+        gamma, twice_gamma, natural_squared, omega, per_omega, cube, cube_per_omega,
+        /// Of the force: amplitude A, frequency Ω, 1/Ω, Ω², and its response in phase and behind.
+        force, frequency, per_frequency, frequency_squared, within, behind,
+        /// The amplitude of the response as a velocity, and a bound of its sixth derivative.
+        swing, sixth,
+        /// 2π/Ω in two parts, of which small multiples of the first are exact.
+        period, period_low,
+        /// ks, its rate a radian of the force, and their reciprocals.
+        rise, rise_a_radian, per_rise,
+        /// ks over a period.
+        rise_a_period,
+        /// The holding force only rises: 1; else 0. The angle by which its extremes are off those of the force, and their height.
+        monotone, early, crest,
+        /// A holding force that is this near to a limit is there within rounding.
+        faint,
+    }
+}
+
+lanes! {
+    /// How a motion advances over one distance between samples: the free part by a 2 × 2 matrix, the harmonic by a rotation.
+    Step { f11, f12, f21, f22, cos, sin_over, sin_times, h, slack }
+}
+
+lanes! {
+    /// Where a motion is: at the start of a mode.
+    State {
+        x, v,
+        /// Whole periods since the phase of the force was zero, the time since then, and cos and sin of the force.
+        periods, t, cos, sin,
+        /// 1 in adhesion, else 0; the sign of w; whether slip starts without slope (1) or not (0).
+        stuck, direction, turning,
+        /// Events so far.
+        events,
+        /// Where to stop, in periods and time.
+        end_periods, end_t,
+        /// The most events.
+        most,
+    }
+}
+
+/// How often a distance between samples is halved before a lane is given to the search that has no such limit.
+pub(super) const HALVINGS: usize = 5;
+/// The distance between samples, in units of the time in which the motion changes.
+const REACH: f64 = 1.5;
+/// Numbers beyond these, or below one over them, are left to the other engine: sixth powers must not leave the numbers.
+const MODERATE: f64 = 1e20;
+
+/// Constants of a column, and its steps from the longest to the shortest.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Constants {
+    pub(super) column: Column<f64>,
+    pub(super) steps: [Step<f64>; HALVINGS + 1],
+    piece: Piece,
+    /// The time by which zero phase of the force is before zero time.
+    shift: f64,
+}
+
+impl Constants {
+    /// Of an oscillator of the kind that goes in lanes: friction alike in both directions, adhesion with a constant limit, one line of friction in slip, at most
+    /// one harmonic, a drive that moves forward, slip that oscillates and does not grow.
+    pub(super) fn of(oscillator: &Oscillator) -> Option<Self> {
+        let law = &oscillator.law;
+        let forced = match oscillator.forcing[..] {
+            [] => None,
+            [harmonic] => Some(harmonic),
+            _ => return None,
+        };
+        let constant = law.growth_bound(0.0) == 0.0 && !(law.feels_force_rate() && forced.is_some());
+        let alike = std::ptr::eq(law, law.toward(-1.0));
+        if !alike || law.smooth() || !constant || law.branches(0.0).is_some() {
+            return None;
+        }
+        let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
+        let piece = law.begin(0.0, f64::INFINITY, &mut Memory::default());
+        let bears = law.break_away(Hold {
+            stick_time: 0.0,
+            force_rate: k * s,
+        });
+        let whole = piece.low == 0.0 && piece.high.is_infinite() && !piece.turns;
+        if !whole || law.leave(bears, &mut Memory::default()) != piece || s <= 0.0 {
+            return None;
+        }
+        let natural_squared = k / m;
+        let damping = oscillator.damping + piece.slope;
+        let gamma = 0.5 * damping / m;
+        let kappa = gamma * gamma - natural_squared;
+        let omega = kappa.abs().sqrt();
+        let natural = natural_squared.sqrt();
+        // Without a force, one of no size at any frequency.
+        let Harmonic {
+            amplitude,
+            frequency,
+            mut phase,
+        } = forced.unwrap_or(Harmonic {
+            amplitude: 0.0,
+            frequency: natural,
+            phase: 0.0,
+        });
+        if amplitude < 0.0 {
+            phase += std::f64::consts::PI;
+        }
+        let amplitude = amplitude.abs();
+        let moderate = |x: f64| (1.0 / MODERATE..MODERATE).contains(&x.abs());
+        let usual = gamma >= 0.0
+            && kappa < 0.0
+            && omega > 0.1 * natural
+            && [m, k, s, natural, frequency].into_iter().all(moderate)
+            && (1e-6..1e6).contains(&(frequency / natural))
+            && [amplitude, bears, piece.offset]
+                .into_iter()
+                .all(|x| x == 0.0 || moderate(x));
+        if !usual {
+            return None;
+        }
+        let (real, imaginary) = (k - m * frequency * frequency, damping * frequency);
+        let size = real * real + imaginary * imaginary;
+        let (within, behind) = (amplitude * real / size, amplitude * imaginary / size);
+        let swing = (within * within + behind * behind).sqrt() * frequency;
+        let whole = TAU / frequency;
+        let period = f64::from_bits(whole.to_bits() & !((1 << 22) - 1));
+        // 2π = TAU + 2.4e-16, and what the quotient leaves of it.
+        let (back, lost) = crate::elementary::product(frequency, whole);
+        let left = ((TAU - back) - lost) + 2.449_293_598_294_706_4e-16;
+        let rise = k * s;
+        let (change, monotone) = (amplitude * frequency, rise >= amplitude * frequency);
+        let ratio = if monotone { 1.0 } else { rise / change };
+        let crest = amplitude * (1.0 - ratio * ratio).sqrt();
+        let early = if monotone { 0.0 } else { libm::asin(ratio) };
+        let column = Column {
+            drive: s,
+            stiffness: k,
+            damping,
+            damper: oscillator.damping,
+            bears,
+            offset: piece.offset,
+            rest: piece.slope * s / k,
+            lag: piece.offset / k,
+            per_stiffness: 1.0 / k,
+            gamma,
+            twice_gamma: 2.0 * gamma,
+            natural_squared,
+            omega,
+            per_omega: 1.0 / omega,
+            cube: natural_squared * natural_squared * natural_squared,
+            cube_per_omega: natural_squared * natural_squared * natural_squared / omega,
+            force: amplitude,
+            frequency,
+            per_frequency: 1.0 / frequency,
+            frequency_squared: frequency * frequency,
+            within,
+            behind,
+            swing,
+            sixth: 1.000_001 * swing * sixth(frequency),
+            period,
+            period_low: (whole - period) + left / frequency,
+            rise,
+            rise_a_radian: rise / frequency,
+            per_rise: 1.0 / rise,
+            rise_a_period: rise * whole,
+            monotone: f64::from(u8::from(monotone)),
+            early,
+            crest,
+            faint: 64.0 * f64::EPSILON * (bears + amplitude + rise * whole + oscillator.damping * s),
+        };
+        let mut h = REACH / natural.max(frequency);
+        let steps = std::array::from_fn(|_| {
+            let step = Step::over(&column, h);
+            h *= 0.5;
+            step
+        });
+        Some(Self {
+            column,
+            steps,
+            piece,
+            shift: whole_turns_less(phase, 0.0) / frequency,
+        })
+    }
+
+    /// The state at a place, to go on until `t_end` for so many events at the most.
+    pub(super) fn state(&self, (x, v): (f64, f64), place: &Place, t_end: f64, most: u64) -> State<f64> {
+        let (periods, t) = self.local(place.clock);
+        let (end_periods, end_t) = self.local(Clock {
+            high: t_end,
+            low: 0.0,
+        });
+        let (sin, cos) = sin_cos(self.column.frequency * t);
+        let (stuck, direction, turning) = match place.mode {
+            Mode::Slip { direction, start, .. } => {
+                (0.0, direction, f64::from(u8::from(start == Start::Turning)))
+            }
+            _ => (1.0, 1.0, 0.0),
+        };
+        State {
+            x,
+            v,
+            periods,
+            t,
+            cos,
+            sin,
+            stuck,
+            direction,
+            turning,
+            events: 0.0,
+            end_periods,
+            end_t,
+            most: most as f64,
+        }
+    }
+
+    /// The position, velocity and place of a state.
+    pub(super) fn place(&self, state: &State<f64>) -> (f64, f64, Place) {
+        let mode = if state.stuck == 1.0 {
+            Mode::Stick
+        } else {
+            let start = if state.turning == 1.0 {
+                Start::Turning
+            } else if state.v == self.column.drive {
+                Start::Low
+            } else {
+                Start::Inside
+            };
+            Mode::Slip {
+                direction: state.direction,
+                piece: self.piece,
+                start,
+            }
+        };
+        let place = Place {
+            clock: self.clock(state.periods, state.t),
+            mode,
+            memory: Memory::default(),
+        };
+        (state.x, state.v, place)
+    }
+
+    /// The time so many periods and a time after the phase of the force was zero.
+    pub(super) fn clock(&self, periods: f64, t: f64) -> Clock {
+        Clock::default()
+            .after(periods * self.column.period)
+            .after(t)
+            .after(periods * self.column.period_low - self.shift)
+    }
+
+    /// Whole periods of the force since its phase was zero, and the time since then.
+    fn local(&self, clock: Clock) -> (f64, f64) {
+        let Column {
+            period, period_low, ..
+        } = self.column;
+        let after = |periods: f64| {
+            ((clock.high - periods * period) + (clock.low + self.shift)) - periods * period_low
+        };
+        let mut periods = ((clock.high + self.shift) / (period + period_low)).floor();
+        if after(periods) < 0.0 {
+            periods -= 1.0;
+        }
+        (periods, after(periods))
+    }
+}
+
+fn sixth(x: f64) -> f64 {
+    (x * x * x) * (x * x * x)
+}
+
+impl Step<f64> {
+    fn over(column: &Column<f64>, h: f64) -> Self {
+        let (decay, (sin, cos)) = (exp(-column.gamma * h), sin_cos(column.omega * h));
+        let (c, s) = (decay * cos, decay * sin * column.per_omega);
+        let (wave_sin, wave_cos) = sin_cos(column.frequency * h);
+        Self {
+            f11: c + column.gamma * s,
+            f12: s,
+            f21: -column.natural_squared * s,
+            f22: c - column.gamma * s,
+            cos: wave_cos,
+            sin_over: wave_sin * column.per_frequency,
+            sin_times: wave_sin * column.frequency,
+            h,
+            slack: sixth(h) / 14_400.0,
+        }
+    }
+}

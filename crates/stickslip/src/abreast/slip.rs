@@ -1,0 +1,294 @@
+//! Slip in lanes: when the slip speed falls to zero.
+//!
+//! Samples lie at a constant distance, so the free part advances by one matrix and the harmonic by one rotation, without
+//! exponentials or sines on the way. The enclosure of [`crate::flow::enclosure`] says of every cell between two samples that
+//! it is clear; doubt halves the distance. Where a sample is beyond zero, the root of the quintic through the last two is where
+//! the motion is evaluated exactly; from there the root follows from the Taylor polynomial, what that leaves of the speed must
+//! be rounding, and the enclosure up to it says that it is the first.
+
+use stickslip_lanes::{Lane, Mask};
+
+use super::column::{Column, HALVINGS, State, Step};
+use super::elementary::{exp, sin_cos, turned};
+
+/// So many cells; a slip that lasts longer, by the longest of them, is likely to last for ever. Rounding grows with every cell.
+const CELLS: u32 = 256;
+/// So many exact evaluations.
+const ROUNDS: usize = 8;
+/// Degree of the Taylor polynomial.
+const DEGREE: usize = 7;
+
+/// Where slip ends.
+pub(super) struct Arrival<L: Lane> {
+    /// Lanes for which that is known.
+    pub(super) found: L::Mask,
+    /// Lanes whose slip lasts to the horizon, or for more cells than are gone in lanes.
+    pub(super) lasts: L::Mask,
+    pub(super) lasted: L,
+    /// Periods passed and the time in the last one, cos and sin of the force there.
+    pub(super) periods: L,
+    pub(super) t: L,
+    pub(super) cos: L,
+    pub(super) sin: L,
+    pub(super) x: L,
+}
+
+/// A time within a period and a step from there: the periods that pass, and the time in the last.
+#[inline(always)]
+pub(super) fn wrapped<L: Lane>(c: &Column<L>, t: L, step: L) -> (L, L) {
+    let n = L::splat;
+    let mut periods = ((t + step) * (c.frequency * n(0.5 / crate::elementary::PI.0))).floor();
+    let below = rest(c, t, step, periods).below(n(0.0));
+    periods = L::choose(below, periods - n(1.0), periods);
+    let beyond = (c.period + c.period_low).at_most(rest(c, t, step, periods));
+    periods = L::choose(beyond, periods + n(1.0), periods);
+    (periods, rest(c, t, step, periods))
+}
+
+#[inline(always)]
+fn rest<L: Lane>(c: &Column<L>, t: L, step: L, periods: L) -> L {
+    ((t - periods * c.period) + step) - periods * c.period_low
+}
+
+/// The bend of the slip speed from its free part, the rate of that, and the wave.
+#[inline(always)]
+fn bend_of<L: Lane>(c: &Column<L>, value: L, rate: L, wave: L) -> L {
+    -(c.twice_gamma * rate) - c.natural_squared * value - c.frequency_squared * wave
+}
+
+/// Slip speed, its rate and its bend.
+#[derive(Clone, Copy)]
+struct Sample<L>([L; 3]);
+
+/// The least coefficient of the enclosure of a cell of width `d`, see [`crate::flow::enclosure`]; `slack` is d⁶/14,400 times
+/// the bound of the sixth derivative.
+#[inline(always)]
+fn least<L: Lane>(Sample(left): Sample<L>, Sample(right): Sample<L>, d: L, slack: L) -> L {
+    let n = L::splat;
+    let (sixth, square) = (d * n(1.0 / 6.0), d * d);
+    let (up, fall) = (sixth * left[1], sixth * right[1]);
+    let (bend, curl) = (square * left[2], square * right[2]);
+    let second = left[0] + (up + up) + bend * n(1.0 / 30.0);
+    let fourth = right[0] - (fall + fall) + curl * n(1.0 / 30.0);
+    let middle = n(0.5) * (left[0] + right[0]) + n(1.2) * (up - fall) + n(0.025) * (bend + curl);
+    let (start, end) = (left[0].min(left[0] + up), right[0].min(right[0] - fall));
+    start.min(end).min(second.min(fourth).min(middle - slack))
+}
+
+/// Σ d_k τᵏ/k!, its slope and its bend.
+#[inline(always)]
+fn expanded<L: Lane>(d: &[L; DEGREE + 1], tau: L) -> [L; 3] {
+    let mut sums = [d[DEGREE]; 3];
+    for k in (1..=DEGREE).rev() {
+        for (order, sum) in sums.iter_mut().enumerate() {
+            if k > order {
+                *sum = d[k - 1] + *sum * (tau * L::splat(1.0 / (k - order) as f64));
+            }
+        }
+    }
+    sums
+}
+
+/// Where in a cell of width `d` the quintic through both samples is zero, as a share of it: positive at its left end, negative
+/// at its right.
+#[inline(always)]
+fn root_of_quintic<L: Lane>(Sample(left): Sample<L>, Sample(right): Sample<L>, d: L) -> L {
+    let n = L::splat;
+    let square = d * d;
+    let (p0, p1, p2) = (left[0], d * left[1], n(0.5) * square * left[2]);
+    let e0 = right[0] - (p0 + p1 + p2);
+    let e1 = d * right[1] - (p1 + (p2 + p2));
+    let e2 = square * right[2] - (p2 + p2);
+    let p3 = n(10.0) * e0 - n(4.0) * e1 + n(0.5) * e2;
+    let p4 = n(7.0) * e1 - n(15.0) * e0 - e2;
+    let p5 = n(6.0) * e0 - n(3.0) * e1 + n(0.5) * e2;
+    let (mut u, mut low, mut high) = (n(1.0), n(0.0), n(1.0));
+    for round in 0..3 {
+        let value = p0 + u * (p1 + u * (p2 + u * (p3 + u * (p4 + u * p5))));
+        let slope = p1 + u * (p2 + p2 + u * (n(3.0) * p3 + u * (n(4.0) * p4 + u * (n(5.0) * p5))));
+        let bend = p2 + p2 + u * (n(6.0) * p3 + u * (n(12.0) * p4 + u * (n(20.0) * p5)));
+        if round > 0 {
+            let beyond = value.below(n(0.0));
+            high = L::choose(beyond, u, high);
+            low = L::choose(beyond, low, u);
+        }
+        let tried = u - (value * slope) / (slope * slope - n(0.5) * value * bend);
+        let inside = low.below(tried) & tried.below(high) & slope.below(n(0.0));
+        u = L::choose(inside, tried, n(0.5) * (low + high));
+    }
+    u
+}
+
+#[inline(always)]
+pub(super) fn arrival<L: Lane>(
+    c: &Column<L>,
+    steps: &[Step<L>; HALVINGS + 1],
+    state: &State<L>,
+    horizon: L,
+    slips: L::Mask,
+) -> Arrival<L> {
+    let n = L::splat;
+    let (zero, one) = (n(0.0), n(1.0));
+    let sign = state.direction;
+    let wave = c.within * state.cos + c.behind * state.sin;
+    let wave_rate = c.frequency * (c.behind * state.cos - c.within * state.sin);
+    let place = c.rest + sign * c.lag;
+    let (y, z) = (state.x - place - wave, state.v - wave_rate);
+    let at_zero = state.v.at_most(c.drive) & c.drive.at_most(state.v);
+    let turning = zero.below(state.turning);
+    // The slip speed σ (s − ẋ): its rest, its free part and the rate of that, its wave and the rate of that.
+    let rest = sign * c.drive;
+    let (value0, rate0) = (-(sign * z), sign * (c.twice_gamma * z + c.natural_squared * y));
+    let (mut wave_value, mut wave_slope) = (-(sign * wave_rate), sign * c.frequency_squared * wave);
+    // What is known to be zero is zero: the rate of the free part makes up for the wave.
+    let rate0 = L::choose(turning, -wave_slope, rate0);
+    let (mut value, mut rate) = (value0, rate0);
+    let height = (rate0 + c.gamma * value0).abs();
+    let sixth = value0.abs() * c.cube + height * c.cube_per_omega + c.sixth;
+    let size = value0.abs() + height * c.per_omega + c.swing + c.drive;
+    let rounding = size * n(8.0 * f64::EPSILON);
+    let mut left = Sample([
+        L::choose(at_zero, zero, rest + value + wave_value),
+        L::choose(turning, zero, rate + wave_slope),
+        bend_of(c, value, rate, wave_value),
+    ]);
+    let mut right = left;
+    let mut gone = zero;
+    let mut step = steps[0];
+    let mut slack = step.slack * sixth;
+    let mut level = zero;
+    let mut active = slips;
+    let (mut crossed, mut lasts) = (L::Mask::none(), L::Mask::none());
+    // A cell that starts on zero may be clear within rounding; what follows must be clear by more than what rounding adds up to.
+    let mut least_clear = -rounding;
+    let mut drift = rounding;
+    for _ in 0..CELLS {
+        let (next_value, next_rate) = (
+            step.f11 * value + step.f12 * rate,
+            step.f21 * value + step.f22 * rate,
+        );
+        let next_wave = wave_value * step.cos + wave_slope * step.sin_over;
+        let next_slope = wave_slope * step.cos - wave_value * step.sin_times;
+        let next = Sample([
+            rest + next_value + next_wave,
+            next_rate + next_slope,
+            bend_of(c, next_value, next_rate, next_wave),
+        ]);
+        let beyond = next.0[0].below(-drift);
+        let clear = least_clear.at_most(least(left, next, step.h, slack)) & !beyond;
+        let closer = active & !clear & !beyond & level.below(n(HALVINGS as f64));
+        if closer.any() {
+            level = L::choose(closer, level + one, level);
+            for (j, shorter) in steps.iter().enumerate().skip(1) {
+                let j = n(j as f64);
+                let here = closer & level.at_most(j) & j.at_most(level);
+                step = step.or(here, shorter);
+            }
+            slack = step.slack * sixth;
+        }
+        let ends = active & beyond;
+        for (own, next) in right.0.iter_mut().zip(next.0) {
+            *own = L::choose(ends, next, *own);
+        }
+        crossed = crossed | ends;
+        let on = active & clear;
+        value = L::choose(on, next_value, value);
+        rate = L::choose(on, next_rate, rate);
+        wave_value = L::choose(on, next_wave, wave_value);
+        wave_slope = L::choose(on, next_slope, wave_slope);
+        for (own, next) in left.0.iter_mut().zip(next.0) {
+            *own = L::choose(on, next, *own);
+        }
+        gone = L::choose(on, gone + step.h, gone);
+        drift = L::choose(on, drift + rounding, drift);
+        least_clear = L::choose(on, drift, least_clear);
+        lasts = lasts | (on & horizon.at_most(gone));
+        active = on & gone.below(horizon) | closer;
+        if !active.any() {
+            break;
+        }
+    }
+    let mut arrival = Arrival {
+        found: L::Mask::none(),
+        lasts: lasts | (active & level.at_most(zero)),
+        lasted: zero,
+        periods: zero,
+        t: zero,
+        cos: one,
+        sin: zero,
+        x: zero,
+    };
+    let d = step.h;
+    let mut at = gone + root_of_quintic(left, right, d) * d;
+    let (mut low, mut high) = (gone, gone + d);
+    let mut open = crossed;
+    for _ in 0..ROUNDS {
+        if !open.any() {
+            break;
+        }
+        let decay = exp(-(c.gamma * at));
+        let (sin, cos) = sin_cos(c.omega * at);
+        let (periods, t) = wrapped(c, state.t, at);
+        let (wave_sin, wave_cos) = sin_cos(c.frequency * t);
+        let (cos, sin) = (decay * cos, decay * sin * c.per_omega);
+        let mut free = [value0 * cos + (rate0 + c.gamma * value0) * sin; DEGREE + 1];
+        free[1] = rate0 * cos - (c.natural_squared * value0 + c.gamma * rate0) * sin;
+        let mut wave = [-(sign * c.frequency * (c.behind * wave_cos - c.within * wave_sin)); DEGREE + 1];
+        wave[1] = sign * c.frequency_squared * (c.within * wave_cos + c.behind * wave_sin);
+        for k in 2..=DEGREE {
+            free[k] = -(c.twice_gamma * free[k - 1]) - c.natural_squared * free[k - 2];
+            wave[k] = -(c.frequency_squared * wave[k - 2]);
+        }
+        let mut g = free;
+        for (own, wave) in g.iter_mut().zip(wave) {
+            *own = *own + wave;
+        }
+        g[0] = rest + g[0];
+        // Householder's step of the third order, then Halley's on the polynomial.
+        let newton = -(g[0] / g[1]);
+        let (bend, third) = (newton * g[2], newton * newton * g[3]);
+        let first = newton * (g[1] + n(0.5) * bend) / (g[1] + bend + third * n(1.0 / 6.0));
+        let [value1, slope1, bend1] = expanded(&g, first);
+        let second = -(value1 * slope1) / (slope1 * slope1 - n(0.5) * value1 * bend1);
+        let by = first + second;
+        let (slope, bend) = (slope1 + second * bend1, bend1 + second * g[3]);
+        let remains = value1 + second * (slope1 + n(0.5) * second * bend1);
+        let span = (at + by) - gone;
+        let near = first.abs().below(n(0.02) * d) & second.abs().below(n(2e-6) * d) & zero.below(span);
+        let cube = span * span * span;
+        let low_of = least(
+            left,
+            Sample([zero, slope, bend]),
+            span,
+            cube * cube * n(1.0 / 14_400.0) * sixth,
+        );
+        let sure = (-rounding).at_most(low_of)
+            & remains.abs().at_most(rounding)
+            & slope.below(zero)
+            & (n(2.0) * bend * rounding).below(slope * slope);
+        let take = open & near & sure;
+        let travel = by
+            * (g[0]
+                + by * n(0.5)
+                    * (g[1] + by * n(1.0 / 3.0) * (g[2] + by * n(0.25) * (g[3] + by * n(0.2) * g[4]))));
+        let x = y * cos + (z + c.gamma * y) * sin + place + (c.within * wave_cos + c.behind * wave_sin);
+        arrival.lasted = L::choose(take, at + by, arrival.lasted);
+        arrival.x = L::choose(take, x + c.drive * by - sign * travel, arrival.x);
+        let (more, t) = wrapped(c, t, by);
+        arrival.periods = L::choose(take, periods + more, arrival.periods);
+        arrival.t = L::choose(take, t, arrival.t);
+        let (wave_cos, wave_sin) = turned((wave_cos, wave_sin), c.frequency * by);
+        arrival.cos = L::choose(take, wave_cos, arrival.cos);
+        arrival.sin = L::choose(take, wave_sin, arrival.sin);
+        arrival.found = arrival.found | take;
+        // What is near and not sure will not be any surer.
+        open = open & !near;
+        let beyond = g[0].below(zero);
+        high = L::choose(beyond, at, high);
+        low = L::choose(beyond, low, at);
+        let next = at + first;
+        let inside = low.below(next) & next.below(high) & g[1].below(zero);
+        at = L::choose(inside, next, n(0.5) * (low + high));
+    }
+    arrival
+}

@@ -1,0 +1,156 @@
+//! Adhesion in lanes: when the holding force reaches what adhesion bears.
+//!
+//! The force k x + k s τ + D s − A cos θ has its extremes at known angles, so it is known in closed form how many periods it
+//! stays within its limits and between which extremes it meets one. There it is monotone: the root lies in a bracket, and what
+//! the step to it leaves of the margin must be rounding.
+
+use stickslip_lanes::{Lane, Mask};
+
+use super::column::{Column, State};
+use super::elementary::{sin_cos, turned};
+use super::slip::wrapped;
+use crate::elementary::PI;
+
+/// So many evaluations of the force; then a lane is given to the other search.
+const ROUNDS: usize = 12;
+
+/// Where adhesion ends.
+pub(super) struct Release<L: Lane> {
+    /// Lanes for which that is known.
+    pub(super) found: L::Mask,
+    /// How long it lasted.
+    pub(super) lasted: L,
+    /// Periods passed and the time in the last one, cos and sin of the force there.
+    pub(super) periods: L,
+    pub(super) t: L,
+    pub(super) cos: L,
+    pub(super) sin: L,
+    pub(super) x: L,
+    pub(super) direction: L,
+}
+
+#[inline(always)]
+pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) -> Release<L> {
+    let n = L::splat;
+    let (zero, one) = (n(0.0), n(1.0));
+    let (half_turn, turn) = (n(PI.0), n(2.0 * PI.0));
+    let start = c.frequency * state.t;
+    // Without the wave.
+    let base = c.stiffness * state.x + c.damper * c.drive;
+    let rate = c.rise_a_radian;
+    let monotone = zero.below(c.monotone);
+    // The next crest and dip, and their heights.
+    let (crest_at, dip_at) = (half_turn + c.early, turn - c.early);
+    let crest_at = L::choose(start.below(crest_at), crest_at, crest_at + turn);
+    let dip_at = L::choose(start.below(dip_at), dip_at, dip_at + turn);
+    let top = base + rate * (crest_at - start) + c.crest;
+    let bottom = base + rate * (dip_at - start) - c.crest;
+    // So many crests stay below the limit: the next one is above it, the last one below, by more than rounding.
+    let missing = c.bears - top;
+    let skipped = (-(-missing * (one / c.rise_a_period)).floor()).max(zero);
+    let above = skipped * c.rise_a_period - missing;
+    let crest_sure = c.faint.below(above) & (skipped.at_most(zero) | c.faint.below(c.rise_a_period - above));
+    let dip_first = dip_at.below(crest_at) | zero.below(skipped);
+    let below = bottom + c.bears;
+    let dip_sure = !dip_first | c.faint.below(below.abs());
+    let down = below.below(zero) & dip_first & !monotone;
+    let (level, sense) = (L::choose(down, -c.bears, c.bears), L::choose(down, -one, one));
+    // The margin, sense · (force − level), is negative and rises from here to its extreme.
+    let end = L::choose(down, dip_at, crest_at + skipped * turn);
+    let way = L::choose(
+        down,
+        half_turn - (c.early + c.early),
+        half_turn + (c.early + c.early),
+    );
+    let wave = c.force * state.cos;
+    let mut low = L::choose(
+        monotone,
+        (start + (c.bears - c.force - base) / rate).max(start),
+        (end - way).max(start),
+    );
+    let mut high = L::choose(monotone, start + (c.bears + c.force - base) / rate, end);
+    let here = low.at_most(start);
+    let margin_low = sense
+        * (L::choose(
+            here,
+            base - wave,
+            base + rate * (low - start) - L::choose(monotone, c.force, sense * c.crest),
+        ) - level);
+    // A first guess: a cubic with the slopes at both ends, of which that at an extreme is zero.
+    let slope_low = L::choose(here, sense * (rate + c.force * state.sin), zero);
+    let margin_high = sense * (base + rate * (high - start) - level) + c.crest;
+    let width = high - low;
+    let a1 = slope_low * width;
+    let rise = margin_high - margin_low;
+    let (a2, a3) = (n(3.0) * rise - (a1 + a1), a1 - (rise + rise));
+    let mut share = -(margin_low / rise);
+    for _ in 0..2 {
+        let value = margin_low + share * (a1 + share * (a2 + share * a3));
+        let slope = a1 + share * (a2 + a2 + n(3.0) * share * a3);
+        let tried = share - value / slope;
+        let inside = zero.below(tried) & tried.below(one);
+        share = L::choose(inside, tried, share);
+    }
+    let straight = start + (c.bears - base + wave) / (rate + c.force * state.sin);
+    let mut at = L::choose(monotone, straight.max(low).min(high), low + share * width);
+    let mut open = stuck
+        & (monotone | (crest_sure & dip_sure))
+        & (sense * (base - wave - level)).below(-c.faint)
+        & skipped.below(n(1e6))
+        & (high - start).below(n(1e7));
+    let mut release = Release {
+        found: L::Mask::none(),
+        lasted: zero,
+        periods: zero,
+        t: zero,
+        cos: one,
+        sin: zero,
+        x: zero,
+        direction: sense,
+    };
+    for _ in 0..ROUNDS {
+        if !open.any() {
+            break;
+        }
+        let step = (at - start) * c.per_frequency;
+        let (periods, t) = wrapped(c, state.t, step);
+        let (sin, cos) = sin_cos(c.frequency * t);
+        let wave = c.force * cos;
+        let margin = sense * (base + c.rise * step - wave - level);
+        let slope = sense * (rate + c.force * sin);
+        // Householder's step of the third order, then Halley's, by the angle.
+        let newton = -(margin / slope);
+        let (bend, third) = (
+            newton * (sense * wave),
+            newton * newton * -(sense * c.force * sin),
+        );
+        let first = newton * (slope + n(0.5) * bend) / (slope + bend + third * n(1.0 / 6.0));
+        let (cos1, sin1) = turned((cos, sin), first);
+        let margin1 = sense * (base + c.rise * (step + first * c.per_frequency) - c.force * cos1 - level);
+        let slope1 = sense * (rate + c.force * sin1);
+        let bend1 = sense * c.force * cos1;
+        let second = -(margin1 * slope1) / (slope1 * slope1 - n(0.5) * margin1 * bend1);
+        let by = first + second;
+        let (square, to) = (n(0.5) * second * second, at + by);
+        let left = margin1 + second * slope1 + square * bend1;
+        let near = first.abs().below(n(0.1)) & second.abs().below(n(3e-6));
+        let inside = low.below(to + n(1e-9)) & to.at_most(high + n(1e-9)) & zero.below(slope1);
+        let take =
+            open & near & inside & left.abs().at_most(c.faint) & zero.below(step + by * c.per_frequency);
+        release.lasted = L::choose(take, step + by * c.per_frequency, release.lasted);
+        let (more, t) = wrapped(c, t, by * c.per_frequency);
+        release.periods = L::choose(take, periods + more, release.periods);
+        release.t = L::choose(take, t, release.t);
+        release.cos = L::choose(take, cos1 - (sin1 * second + cos1 * square), release.cos);
+        release.sin = L::choose(take, sin1 + (cos1 * second - sin1 * square), release.sin);
+        release.found = release.found | take;
+        open = open & !take;
+        low = L::choose(margin.at_most(zero), at.max(low), low);
+        high = L::choose(margin.at_most(zero), high, at.min(high));
+        let next = at + first;
+        let inside = low.below(next) & next.below(high);
+        at = L::choose(inside, next, n(0.5) * (low + high));
+    }
+    release.x = (level - c.damper * c.drive + c.force * release.cos) * c.per_stiffness;
+    release
+}

@@ -1,0 +1,70 @@
+//! Friction that differs between the two directions of slip: a law for each.
+
+use super::{Friction, Hold, Law, Memory, Piece, StaticKinetic};
+use crate::error::Error;
+use crate::parameters::{Limited, parameters};
+
+parameters! {
+    /// One law where the friction on the mass is positive (w > 0), another where it is negative, at rest and in slip.
+    pub struct Asymmetric {
+        /// The law for w > 0, and for adhesion that pulls that way.
+        pub forward: Box<Law> = Box::new(StaticKinetic { break_away: 1.2, kinetic: 0.7 }.into()) => [],
+        /// The law for w < 0.
+        pub backward: Box<Law> = Box::new(StaticKinetic { break_away: 0.8, kinetic: 0.5 }.into()) => [],
+    }
+}
+
+impl Asymmetric {
+    /// The law of one direction.
+    pub(super) fn toward(&self, direction: f64) -> &Law {
+        if direction < 0.0 {
+            &self.backward
+        } else {
+            &self.forward
+        }
+    }
+
+    fn sides(&self) -> [&Law; 2] {
+        [&self.forward, &self.backward]
+    }
+}
+
+/// What is asked here holds whatever the direction; all else is asked of [`Law::toward`] one.
+impl Friction for Asymmetric {
+    fn validate(&self) -> Result<(), Error> {
+        self.within_limits()?;
+        if self.sides().iter().any(|law| matches!(law, Law::Asymmetric(_))) {
+            return Err(Error::Document {
+                reason: "forward and backward must each be the law of one direction, got one that is asymmetric itself: give \
+                         the law it has there"
+                    .into(),
+            });
+        }
+        Ok(())
+    }
+
+    fn break_away(&self, hold: Hold) -> f64 {
+        self.forward.break_away(hold).min(self.backward.break_away(hold))
+    }
+
+    fn growth_bound(&self, stick_time: f64) -> f64 {
+        self.forward
+            .growth_bound(stick_time)
+            .max(self.backward.growth_bound(stick_time))
+    }
+
+    fn feels_force_rate(&self) -> bool {
+        self.sides().iter().any(|law| law.feels_force_rate())
+    }
+
+    fn resolution(&self, u: f64) -> Option<f64> {
+        self.sides()
+            .iter()
+            .filter_map(|law| law.resolution(u))
+            .reduce(f64::min)
+    }
+
+    fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece {
+        self.forward.begin(u, balance, memory)
+    }
+}

@@ -1,0 +1,91 @@
+//! Static friction of one law with the kinetic friction of another: how a curve is given a memory.
+
+use super::static_kinetic::at_least_kinetic;
+use super::{Adhesion, DwellTime, End, ExponentialStribeck, Friction, Hold, Law, Memory, Piece};
+use crate::error::Error;
+use crate::parameters::{Limited, parameters};
+use crate::series::{Grown, Series};
+
+parameters! {
+    /// |F| ≤ f_s(t_s, δ) of the one law at rest, F of the other in motion.
+    pub struct Combined {
+        /// The law that says what adhesion bears.
+        pub at_rest: Box<Law> as "static" = Box::new(DwellTime { kinetic: 1.0, ..DwellTime::example() }.into()) => [],
+        /// The law that says what slip produces.
+        pub kinetic: Box<Law> = Box::new(ExponentialStribeck::example().into()) => [],
+    }
+}
+
+impl Friction for Combined {
+    fn validate(&self) -> Result<(), Error> {
+        self.within_limits()?;
+        if [&self.at_rest, &self.kinetic]
+            .iter()
+            .any(|law| matches!(***law, Law::Asymmetric(_)))
+        {
+            return Err(Error::Document {
+                reason: "static and kinetic must be laws that are alike in both directions: combine the laws of each direction, and \
+                         make the law asymmetric of those"
+                    .into(),
+            });
+        }
+        if matches!(*self.kinetic, Law::BogaczRyczek(_)) {
+            return Err(Error::Document {
+                reason: "kinetic must be a law whose slip does not follow from its own break-away force, got BogaczRyczek: change \
+                         its static_friction instead"
+                    .into(),
+            });
+        }
+        let bears = self.break_away(Hold::default());
+        let first = self.leave(bears, &mut Memory::default());
+        at_least_kinetic(bears, self.force(&first, 0.0))
+    }
+
+    fn break_away(&self, hold: Hold) -> f64 {
+        self.at_rest.break_away(hold)
+    }
+
+    fn growth_bound(&self, stick_time: f64) -> f64 {
+        self.at_rest.growth_bound(stick_time)
+    }
+
+    fn adhesion(&self, hold: Hold) -> Adhesion {
+        self.at_rest.adhesion(hold)
+    }
+
+    fn softening_bound(&self, rates: [f64; 2]) -> f64 {
+        self.at_rest.softening_bound(rates)
+    }
+
+    fn feels_force_rate(&self) -> bool {
+        self.at_rest.feels_force_rate() || self.kinetic.feels_force_rate()
+    }
+
+    fn resolution(&self, u: f64) -> Option<f64> {
+        self.kinetic.resolution(u)
+    }
+
+    fn force(&self, piece: &Piece, u: f64) -> f64 {
+        self.kinetic.force(piece, u)
+    }
+
+    fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
+        self.kinetic.extend(u, k, grown)
+    }
+
+    fn branches(&self, u: f64) -> Option<[f64; 2]> {
+        self.kinetic.branches(u)
+    }
+
+    fn leave(&self, force: f64, memory: &mut Memory) -> Piece {
+        self.kinetic.leave(force, memory)
+    }
+
+    fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece {
+        self.kinetic.begin(u, balance, memory)
+    }
+
+    fn next(&self, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Piece {
+        self.kinetic.next(piece, end, u, memory)
+    }
+}

@@ -1,0 +1,133 @@
+"""Branches keep their orbits: each can be looked at, drawn and continued; orbits are found near the returns of a section."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+mpl.use("Agg")
+
+SLIDER = ss.Oscillator(0.0, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.2, 2.0))
+CHAOTIC = ss.Oscillator(0.0, 0.1, ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.8, 1.3))
+
+
+@pytest.fixture(scope="module")
+def result():
+    return ss.continuation(SLIDER, "forcing.amplitude", (0.19, 0.23), seeds=0)
+
+
+def test_every_point_of_a_branch_has_its_orbit_its_multipliers_and_phases(result):
+    branch = result.branches[0]
+    assert len(branch.orbits) == len(branch.values)
+    for index in (0, len(branch.values) // 2, -1):
+        cycle = branch.orbit(index)
+        assert cycle.system.forcing.amplitude == pytest.approx(branch.values[index], abs=1e-14)
+        assert cycle.period == branch.period[index]
+        assert cycle.stable == branch.stable[index]
+        np.testing.assert_allclose(branch.multipliers[index], cycle.multipliers)
+        start, end = (np.array(cycle.orbit.at(t)) for t in (0.0, cycle.period))
+        np.testing.assert_allclose(start, end, atol=1e-9)
+        phases = cycle.phases
+        assert phases["duration"].sum() == pytest.approx(cycle.period, abs=1e-12)
+        assert phases["mode"].tolist() == ["stick", "forward"] * 2
+        assert phases["ends_by"].tolist() == ["release", "capture"] * 2
+
+
+def test_the_orbit_of_a_special_point_is_where_the_multiplier_is_minus_one(result):
+    flip = next(point for point in result.special_points if point.kind == "flip")
+    assert flip.orbit.multipliers[0] == pytest.approx(-1.0, abs=1e-9)
+    assert flip.orbit.stable is None
+    assert flip.orbit.system.forcing.amplitude == pytest.approx(flip.parameter, abs=1e-14)
+
+
+def test_an_unstable_orbit_of_a_branch_is_continued_over_another_number(result):
+    branch = result.branches[0]
+    unstable = branch.orbit(branch.stable.index(False))
+    other = ss.continuation(unstable.system, "drive_velocity", (0.295, 0.305), guess=unstable, seeds=0)
+    assert len(other.branches) == 1
+    # the branch passes through the orbit it started from
+    again = other.branches[0].nearest(0.3)
+    moved = ss.periodic_orbit(unstable.system, again)
+    assert moved.period == pytest.approx(unstable.period, abs=1e-12)
+    assert moved.largest == pytest.approx(unstable.largest, abs=1e-9)
+    assert not moved.stable
+
+
+def test_what_a_branch_has_not_is_refused_in_one_sentence(result):
+    with pytest.raises(ss.InputError, match="orbit must be from 0 to"):
+        result.branches[0].orbit(1000)
+    steady = ss.continuation(
+        ss.Oscillator(0.1, 1.0, ss.laws.ExponentialStribeck(1.0, 0.5, 0.5)), "drive_velocity", (1, 1.3)
+    )
+    with pytest.raises(ss.InputError, match="steady_slip has no orbits"):
+        steady.branches[0].orbit(0)
+    hopf = next(point for point in steady.special_points if point.kind == "hopf")
+    with pytest.raises(ss.InputError, match="steady slip has no orbit"):
+        _ = hopf.orbit
+    unstable = result.branches[0].orbit(-1)
+    with pytest.raises(ss.InputError, match="the bounds must hold the value of the guess"):
+        ss.continuation(unstable.system, "drive_velocity", (0.4, 0.5), guess=unstable)
+    with pytest.raises(ss.InputError, match="a system of another kind"):
+        ss.periodic_orbit(ss.Oscillator(0.0, 0.3, SLIDER.law), unstable)
+
+
+def test_marginal_parts_of_a_branch_have_a_line_of_their_own(result):
+    branch = result.branches[0]
+    axes = ss.show.branches_plot(result)
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "unstable" in labels
+    assert "marginal" not in labels
+    branch.stable[3], was = None, branch.stable[3]
+    assert "marginal" in [text.get_text() for text in ss.show.branches_plot(result).get_legend().get_texts()]
+    branch.stable[3] = was
+
+
+def test_an_unstable_orbit_is_drawn_dashed_over_one_period(result):
+    branch = result.branches[0]
+    cycle = branch.orbit(branch.stable.index(False))
+    axes = ss.show.phase_plane(cycle)
+    assert all(line.is_dashed() for line in axes.lines[:2])
+    assert np.ptp(axes.lines[0].get_xdata()) == pytest.approx(branch.x_max[-1] - branch.x_min[-1], rel=0.05)
+    assert not any(line.is_dashed() for line in ss.show.phase_plane(branch.orbit(0)).lines[:2])
+
+
+@pytest.mark.slow
+def test_a_locus_of_flips_ends_where_the_stick_splits_and_says_so(result):
+    flip = next(point for point in result.special_points if point.kind == "flip")
+    curve = ss.locus(flip, ("forcing.amplitude", "drive_velocity"), ((0.2, 0.4), (0.28, 0.35)))
+    (end,) = curve.special_points
+    assert end.kind == "flip_and_adding_sliding"
+    # both hold there: the multiplier, and the slope with which the stick leaves its limit
+    assert end.orbit.multipliers[0] == pytest.approx(-1.0, abs=1e-7)
+    tests = end.orbit.closed.tests[:, 4]
+    assert abs(tests[np.isfinite(tests)]).min() < 1e-6
+
+
+def test_unstable_orbits_are_found_in_a_section_and_in_a_column_of_a_diagram():
+    found = ss.periodic_orbits(ss.section(CHAOTIC, t_end=4000), returns=4)
+    assert found
+    assert all(cycle.stable is False for cycle in found)
+    diagram = ss.orbit_diagram(CHAOTIC, "drive_velocity", [0.1, 0.2], periods=400, keep=300, points=300)
+    column = ss.periodic_orbits(diagram.isel(drive_velocity=1), returns=4)
+    assert column
+    for cycle in column:
+        assert cycle.system.drive_velocity == 0.2
+        assert cycle.largest > 1
+        # it is a motion: a run from there comes back
+        x, v = ss.simulate(cycle.orbit.system, cycle.period, *cycle.state[1:]).at(cycle.period)
+        assert (x, v) == pytest.approx(cycle.state[1:], abs=1e-9)
+
+
+def test_returns_that_make_no_sense_are_refused():
+    points = ss.section(SLIDER, t_end=100)
+    with pytest.raises(ss.InputError, match="returns must be"):
+        ss.periodic_orbits(points, returns=0)
+    with pytest.raises(ss.InputError, match="near must lie"):
+        ss.periodic_orbits(points, near=2.0)
+    with pytest.raises(ss.InputError, match="choose one by isel"):
+        ss.periodic_orbits(ss.orbit_diagram(SLIDER, "drive_velocity", [0.1, 0.2], periods=20, keep=5))
+    with pytest.raises(ss.InputError, match="the data of section"):
+        ss.periodic_orbits(points.drop_attrs())

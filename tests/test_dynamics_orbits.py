@@ -1,0 +1,91 @@
+"""Periodic orbits whose stability is not decided, near resonance, and what an orbit of one period tells."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+
+def den_hartog(omega: float, friction: float, damping: float = 0.0) -> ss.Oscillator:
+    """x″ + d x′ + x = cos Ω t − S sgn x′."""
+    return ss.Oscillator(damping, 0.0, ss.laws.Coulomb(friction), forcing=ss.Harmonic(1.0, omega))
+
+
+@pytest.mark.parametrize("friction", [0.05, 0.1, 0.2, 0.3])
+def test_at_half_the_resonance_orbits_are_a_continuum_and_marginal(friction):
+    # Without damping, Ω = 1/2 has a family of asymmetric orbits (Csernák & Stépán, J. Sound Vib. 295 (2006) 649); from rest
+    # the motion goes to its edge, ever more slowly: there Newton's method meets a double root.
+    cycle = ss.periodic_orbit(den_hartog(0.5, friction))
+    assert cycle.period == pytest.approx(4 * np.pi, abs=1e-8)
+    assert cycle.marginal
+    assert cycle.stable is None
+    assert repr(cycle).endswith("marginal>")
+    # At the edge the turn is at 1 + S.
+    assert abs(cycle.state[1]) == pytest.approx(1 + friction, abs=1e-6)
+
+
+def test_every_start_on_the_continuum_closes_and_is_marginal():
+    for start in ((0.0, 0.0), (0.0, 0.5), (1.0, 0.0), (1.0, 0.5), (1.3, 0.0), (2.0, 0.5)):
+        cycle = ss.periodic_orbit(den_hartog(0.5, 0.2), start)
+        assert cycle.marginal, start
+        assert cycle.largest == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_little_damping_decides_the_stability():
+    weak = ss.periodic_orbit(den_hartog(0.5, 0.2, 1e-3))
+    assert weak.stable is True
+    assert weak.largest == pytest.approx(np.exp(-1e-3 * 2 * np.pi), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "system",
+    [
+        ss.Oscillator(0.1, 0.2, ss.laws.StaticKinetic(1, 0.6)),
+        ss.Oscillator(0.1, -0.2, ss.laws.StaticKinetic(1, 0.6)),
+        ss.paper.oscillator(0.2),
+        ss.Oscillator(0.05, 0.3, ss.laws.TwoBranch(0.5, 0.7, 1.0)),
+        ss.Oscillator(0.2, 0.0, ss.laws.Coulomb(0.4), forcing=ss.Harmonic(1.0, 0.2, 0.7)),
+    ],
+)
+def test_events_of_one_period_are_those_of_the_run_that_settles(system):
+    cycle = ss.periodic_orbit(system)
+    mine = cycle.orbit.events
+    run = ss.simulate(system, 60 * cycle.period).events.iloc[-3 * len(mine) :]
+    first = np.flatnonzero(
+        (run["kind"].to_numpy() == mine["kind"].iloc[0]) & (np.abs(run["x"] - mine["x"].iloc[0]) < 1e-8)
+    )[0]
+    same = run.iloc[first : first + len(mine)]
+    assert same["kind"].tolist() == mine["kind"].tolist()
+    for column in ("x", "v", "force", "stick_time", "force_rate"):
+        np.testing.assert_allclose(mine[column], same[column], atol=1e-8, err_msg=column)
+    assert np.isfinite(mine["force"]).all()
+
+
+@pytest.mark.parametrize("frequency", [1.0, 1 + 1e-12, 1 - 1e-9])
+def test_orbits_and_exponents_at_an_undamped_resonance(frequency):
+    system = ss.Oscillator(0.0, 0.3, ss.laws.StaticKinetic(1, 0.5), forcing=ss.Harmonic(0.2, frequency))
+    cycle = ss.periodic_orbit(system)
+    beside = ss.periodic_orbit(ss.Oscillator(0.0, 0.3, system.law, forcing=ss.Harmonic(0.2, 1 + 1e-6)))
+    assert cycle.largest == pytest.approx(beside.largest, abs=1e-5)
+    assert cycle.state[1] == pytest.approx(beside.state[1], abs=1e-5)
+    # the largest multiplier of a settled motion is its exponent
+    spectrum = ss.lyapunov(system, 300.0)
+    assert spectrum.exponents[0] == pytest.approx(np.log(cycle.largest) / cycle.period, abs=5e-3)
+
+
+def test_the_release_map_of_a_smooth_law_predicts_the_releases_of_its_orbit():
+    system = ss.Oscillator(0.05, 0.3, ss.laws.ExponentialStribeck(1.0, 0.5, 0.4), forcing=ss.Harmonic(0.5, 0.7))
+    points = ss.section(system, "release", t_end=120, transient=0.2)
+    phase, forward = points["phase"].to_numpy(), points["force"].to_numpy() > 0
+    image = ss.release_map(system, phase[:-1][forward[:-1]])["image"].to_numpy()
+    assert len(image) >= 8
+    turn = np.exp(1j * (image - phase[1:][forward[:-1]]))
+    np.testing.assert_allclose(np.abs(turn - 1), 0, atol=1e-8)
+
+
+def test_what_has_no_release_map_says_so():
+    lugre = ss.Oscillator(0.0, 0.3, ss.laws.LuGre.example(), forcing=ss.Harmonic(0.5, 0.7))
+    with pytest.raises(ss.InputError, match="internal state"):
+        ss.release_map(lugre, [0.0])

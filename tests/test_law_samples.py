@@ -1,0 +1,78 @@
+"""Laws drawn from the covariance that is saved with a law."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import stickslip as ss
+from stickslip.identification import friction_of_orbit
+from stickslip.laws.law import save_law
+from stickslip.laws.numbers import units_of
+
+LAW = ss.laws.DwellTime(kinetic=0.5, limit=0.5, rate=0.4)
+NAMES = ["kinetic", "limit", "rate"]
+MATRIX = np.array([[4e-4, -2e-4, 0.0], [-2e-4, 9e-4, 1e-3], [0.0, 1e-3, 0.04]])
+COVARIANCE = pd.DataFrame(MATRIX, index=NAMES, columns=NAMES)
+
+
+def drawn(law, names, n=4000):
+    laws = law.sample(n, seed=1)
+    return np.array([[getattr(one, name) for name in names] for one in laws])
+
+
+def test_draws_have_the_covariance_that_the_file_holds(tmp_path):
+    save_law(tmp_path / "law.toml", LAW.with_covariance(COVARIANCE), COVARIANCE, {}, units_of(LAW))
+    law = ss.load_law(tmp_path / "law.toml")
+    pd.testing.assert_frame_equal(law.covariance, COVARIANCE)
+    values = drawn(law, NAMES)
+    # The standard error of a variance of 4000 draws is 2.2 %; of a logarithm's normal it is larger.
+    assert np.cov(values[:, :2].T) == pytest.approx(MATRIX[:2, :2], rel=0.15)
+    assert law == LAW
+    assert law.sample(3, 7) == LAW.with_covariance(COVARIANCE).sample(3, 7)
+
+
+def test_what_is_known_by_its_ratio_is_drawn_in_its_logarithm():
+    wide = pd.DataFrame([[0.16]], index=["rate"], columns=["rate"])  # as large as the number itself
+    rates = drawn(LAW.with_covariance(wide), ["rate"])[:, 0]
+    assert (rates > 0).all()
+    assert np.median(np.log(rates)) == pytest.approx(np.log(0.4), abs=0.06)
+    assert np.std(np.log(rates)) == pytest.approx(1.0, rel=0.08)
+
+
+def test_limits_and_ties_hold_in_every_draw(tmp_path):
+    error = pd.DataFrame([[0.04]], index=["kinetic"], columns=["kinetic"])
+    law = ss.laws.StaticKinetic(0.6, 0.6)
+    assert all(one.break_away >= one.kinetic for one in law.with_covariance(error).sample(50, 0))
+    narrow = law.with_covariance(error, {"break_away": "kinetic"}, {"kinetic": (0.5, float("inf"))})
+    save_law(tmp_path / "law.toml", narrow, error, {}, units_of(law))
+    laws = ss.load_law(tmp_path / "law.toml").sample(200, 0)
+    assert all(one.break_away == one.kinetic >= 0.5 for one in laws)
+    assert laws == narrow.sample(200, 0)
+
+
+def test_the_law_of_an_identification_is_drawn_before_and_after_it_is_saved(tmp_path):
+    true = ss.laws.StaticKinetic(1.0, 0.6)
+    orbit = ss.simulate(ss.Oscillator(0.05, 0.2, true), 120)
+    found = ss.identify(friction_of_orbit(orbit, np.arange(60, 120, 0.05), force_noise=0.01), law="StaticKinetic")
+    found.save(tmp_path / "law.toml")
+    assert ss.load_law(tmp_path / "law.toml").sample(5, 3) == found.law.sample(5, 3)
+    kinetic = drawn(found.law, ["kinetic"], 1000)[:, 0]
+    assert np.std(kinetic) == pytest.approx(found.parameters.loc["kinetic", "error"], rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (ss.laws.Coulomb(0.5), "this Coulomb has no covariance; take the law of an identification"),
+        (LAW.with_covariance(COVARIANCE * np.inf), "covariance of kinetic, limit, rate is not finite"),
+        (
+            ss.laws.Coulomb(0.5).with_covariance(
+                pd.DataFrame([[1.0]], index=["kinetic"], columns=["kinetic"]), within={"kinetic": (500.0, 501.0)}
+            ),
+            "of 1000 draws 0 lie within the limits",
+        ),
+    ],
+)
+def test_a_law_that_cannot_be_drawn_is_one_sentence(law, said):
+    with pytest.raises(ss.InputError, match=said):
+        law.sample(2, seed=0)

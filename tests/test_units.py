@@ -1,0 +1,107 @@
+"""Numbers with units in system and law files, and records that do not join."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip as ss
+from stickslip.cli.main import main
+from stickslip.identification import fit_steady, friction_of_orbit, predict_motion
+
+SYSTEM = """
+mass = "1200 g"
+stiffness = "0.6 N/mm"
+damping = "1 N s/m"
+drive_velocity = "50 mm/s"
+law = { type = "StaticKinetic", break_away = "6 N", kinetic = "3000 mN" }
+[simulation]
+t_end = "500 ms"
+x0 = "2 mm"
+"""
+PLAIN = ss.Oscillator(1.0, 0.05, ss.laws.StaticKinetic(6.0, 3.0), mass=1.2, stiffness=600.0)
+
+
+def test_a_system_file_takes_numbers_with_units(tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_text(SYSTEM)
+    assert ss.load_system(path) == PLAIN
+    assert main(["simulate", str(path), "-o", str(tmp_path / "orbit.nc")]) == 0
+    orbit = ss.load(tmp_path / "orbit.nc")
+    assert (orbit.t_end, orbit.at(0.0)[0]) == (0.5, 0.002)
+
+
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        ('damping = "1 N"', "damping: the unit must be one of N s/m"),
+        ('damping = "1"', "damping = '1' has no unit; write a number without quotes for SI"),
+        ('damping = "one N s/m"', 'damping must be a number or a text such as "1.5 N s/m"'),
+    ],
+)
+def test_a_unit_of_another_kind_is_one_sentence(tmp_path, capsys, written, said):
+    path = tmp_path / "system.toml"
+    path.write_text(SYSTEM.replace('damping = "1 N s/m"', written))
+    assert main(["simulate", str(path)]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+@pytest.fixture(scope="module")
+def friction():
+    orbit = ss.simulate(PLAIN, 3.0)
+    tree = friction_of_orbit(orbit, np.arange(0.5, 3.0, 0.002), force_noise=0.02)
+    return in_units(tree, "N", "m/s", "s")
+
+
+def in_units(tree, force, velocity, time):
+    units = {"force": force, "slip_velocity": velocity, "time": time}
+    data = tree.to_dataset(inherit=False).copy(deep=True)
+    for name, unit in units.items():
+        data[name].attrs["units"] = unit
+    return xr.DataTree.from_dict({"/": data, "/break_away": tree["break_away"].to_dataset(inherit=False)})
+
+
+def test_tables_and_law_files_carry_the_units_of_the_record(friction, tmp_path):
+    found = ss.identify(friction, law="ExponentialStribeck", fixed={"viscous": 0.0})
+    assert found.units == {"break_away": "N", "kinetic": "N", "scale": "m/s", "viscous": "N s/m"}
+    assert found.shown()["unit"].to_dict() == {name: found.units[name] for name in found.parameters.index}
+    assert " N" in found.report().splitlines()[4]
+    found.save(tmp_path / "law.toml")
+    assert '[units]\nbreak_away = "N"' in (tmp_path / "law.toml").read_text()
+
+
+def test_records_in_newtons_and_in_friction_coefficients_do_not_join(friction):
+    coefficient = in_units(friction, "1", "m/s", "s")
+    said = "expected the force in N, as in record 1, got it dimensionless"
+    for join in (ss.identify, fit_steady):
+        with pytest.raises(ss.InputError, match=said):
+            join([friction, coefficient])
+    with pytest.raises(ss.InputError, match="expected the force in N"):
+        predict_motion(ss.identify(friction, law="StaticKinetic"), [coefficient])
+    with pytest.raises(ss.InputError, match="expected the slip velocity in m/s"):
+        ss.identify([friction, in_units(friction, "N", "rad/s", "s")])
+
+
+def torque(tmp_path):
+    t = np.arange(0, 20, 0.02)
+    w = 0.5 * np.sin(0.7 * t)
+    torque = 0.4 * np.sign(w) + 0.25 * w + 0.02 * np.random.default_rng(2).standard_normal(t.size)
+    columns = {"time": "t", "velocity": {"column": "w", "unit": "rad/s"}, "force": {"column": "f", "unit": "N m"}}
+    friction = ss.measure({"t": t, "w": w, "f": torque}, {"instrument": "direct_force", "columns": columns})
+    friction.to_netcdf(tmp_path / "friction.nc", engine="h5netcdf")
+    return tmp_path / "friction.nc"
+
+
+def test_python_and_the_command_line_choose_the_same_law(tmp_path):
+    path = torque(tmp_path)
+    assert main(["identify", str(path), "-o", str(tmp_path / "law.toml")]) == 0
+    found = ss.identify(path)
+    assert found == fit_steady(path)
+    assert found.law == ss.load_law(tmp_path / "law.toml")
+    assert "viscous" in found.parameters.index
+    assert (
+        '[units]\n"nodes[0].slip_velocity" = "rad/s"\n"nodes[0].force" = "N m"' in (tmp_path / "law.toml").read_text()
+    )
+    with pytest.raises(ss.InputError, match="offset does not go with the fit of friction over slip velocity alone"):
+        ss.identify(path, offset=True)
