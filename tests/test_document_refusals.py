@@ -83,7 +83,7 @@ def test_a_system_says_in_its_own_words_what_is_wrong(system):
             'type = "PiecewiseLinear"\nnodes = [[0, 1], [0.1, 0.6, 2]]\nbreak_away = 1',
             r"PiecewiseLinear: nodes\[1\] must be a pair of numbers .*, got \[0.1, 0.6, 2\]",
         ),
-        ('type = "Coulomb"\nkinetic = [1, 2]', r"Coulomb: kinetic must be a number, got \[1, 2\]"),
+        ('type = "Coulomb"\nkinetic = [1, 2]', r"Coulomb: kinetic must be a number or a text such as .*, got \[1, 2\]"),
         (
             'type = "Tabulated"\nkinetic = "a"\nbreak_away = 1',
             "Tabulated: kinetic must be a number or a list of pairs .*, got 'a'",

@@ -259,7 +259,7 @@ def test_the_figures_of_the_paper_stand_among_the_presets():
     for number in range(2, 15):
         assert f"Fig. {number}" in shown
     amplitudes = {name: row["checked"]["amplitude"] for name, row in described_presets().items()}
-    # A nearer D makes the limit cycle larger (Fig. 10), a faster belt smaller (Fig. 5).
+    # D moved up makes the limit cycle larger (Fig. 10), a faster belt smaller (Fig. 5).
     assert amplitudes["fig-10"] > amplitudes["almost-harmonic"] > amplitudes["fig-5"]
 
 

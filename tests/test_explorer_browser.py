@@ -460,13 +460,13 @@ def test_a_panel_is_taken_away_alone_as_a_picture_and_as_a_film(opened, tmp_path
             opened.run("new Promise((done) => setTimeout(done, 50))")
             if (tmp_path / file).exists():
                 break
-        image = Image.open(tmp_path / file)
-        sizes.append(image.size)
-        if file.endswith("gif"):
-            assert image.n_frames == 40
-            first = np.asarray(image.convert("RGB"))
-            image.seek(20)
-            assert (np.asarray(image.convert("RGB")) != first).any()
+        with Image.open(tmp_path / file) as image:
+            sizes.append(image.size)
+            if file.endswith("gif"):
+                assert image.n_frames == 40
+                first = np.asarray(image.convert("RGB"))
+                image.seek(20)
+                assert (np.asarray(image.convert("RGB")) != first).any()
         (tmp_path / file).unlink()
     assert sizes[1] == pytest.approx([3 * size for size in sizes[0]], abs=3)
 

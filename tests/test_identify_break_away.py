@@ -10,6 +10,8 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.identification import fit_static_friction
+from stickslip.identification.static.forms import FORCE
+from stickslip.laws import DwellTime, ForceRate
 
 
 def friction(stick_time, force, force_rate=None, level=0.5, per_slip=None):
@@ -259,3 +261,17 @@ def test_a_table_that_lacks_some_force_rates_is_fitted_over_stick_time(missing):
     found = fit_static_friction(by_hand(rate))
     assert found.chosen == "logarithmic"
     assert any(note.startswith("1 of 40 break-aways have no force rate") for note in found.notes)
+
+
+def test_forms_of_static_friction_are_those_of_the_laws():
+    time, rate = np.geomspace(0.01, 100, 30), np.geomspace(10, 0.1, 30)
+    limit, gamma, m, scale = 0.5, 0.4, 0.7, 0.3
+    ratios = np.log([gamma, m, scale])
+    for name, numbers, law in (
+        ("exponential", [limit, ratios[0]], DwellTime(0.0, limit, gamma)),
+        ("Kato", [limit, *ratios[:2]], DwellTime(0.0, limit, gamma, m)),
+        ("exponential over force rate", [limit, ratios[0], ratios[2]], ForceRate(0.0, limit, gamma, scale)),
+    ):
+        assert (FORCE[name](np.array(numbers), time, rate) == law.break_away_force(time, rate)).all(), name
+    fall = FORCE["fall with force rate"](np.array([0.1, 0.5, np.log(scale), np.log(3.0)]), time, rate)
+    assert fall == pytest.approx(0.1 + 0.5 / (1 + (rate / scale) ** 3), rel=1e-14)

@@ -59,7 +59,7 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
     say(", sticks for ", last.stickTime, 4);
     say(" and breaks away at ", Math.abs(last.force), 4);
   }
-  host.append(`. ${orbit.words.events} events, ${orbit.words.exact ? "each exact" : "by Taylor series"}`);
+  host.append(`. ${orbit.words.events} ${orbit.words.events === 1 ? "event" : "events"}, ${orbit.words.exact ? "each exact" : "by Taylor series"}`);
   if (orbit.words.stop !== "t_end") host.append(`; ${orbit.words.sentence}`);
   host.append(".");
 }

@@ -61,8 +61,8 @@ export function judge(core: Core, law: Document, record: Measured): Omit<Fit, "l
   return { kinetic, broken };
 }
 
-/** Better and better laws: one a step, the last one `done`. Numbers that the record does not move stay. */
-export function* fit(core: Core, start: Document, paths: string[], record: Measured): Generator<Fit> {
+/** Better and better laws: one a step, the last one `done`; null after each piece of work between. Numbers that the record does not move stay. */
+export function* fit(core: Core, start: Document, paths: string[], record: Measured): Generator<Fit | null> {
   let law = start;
   let now = residuals(core, law, record);
   let damping = 1e-3;
@@ -77,13 +77,17 @@ export function* fit(core: Core, start: Document, paths: string[], record: Measu
     }
   };
   for (let step = 0; step < 60; step++) {
-    const columns = paths.map((_, i) => {
+    const columns: Float64Array[] = [];
+    for (let i = 0; i < paths.length; i++) {
+      columns.push(new Float64Array(now.rows.length));
       for (const h of [1e-4, -1e-4]) {
-        const near = tried(moved(paths.map((__, j) => (j === i ? h : 0))));
-        if (near) return near.rows.map((value, k) => (value - now.rows[k]!) / h);
+        const near = tried(moved(paths.map((_, j) => (j === i ? h : 0))));
+        yield null;
+        if (!near) continue;
+        columns[i] = near.rows.map((value, k) => (value - now.rows[k]!) / h);
+        break;
       }
-      return new Float64Array(now.rows.length);
-    });
+    }
     const dot = (a: Float64Array, b: Float64Array) => a.reduce((sum, value, k) => sum + value * b[k]!, 0);
     const normal = columns.map((a) => columns.map((b) => dot(a, b)));
     const down = columns.map((a) => -dot(a, now.rows));
@@ -93,6 +97,7 @@ export function* fit(core: Core, start: Document, paths: string[], record: Measu
       const by = solve(normal.map((row, i) => row.map((value, j) => (i === j ? value * (1 + damping) + floor : value))), down);
       const candidate = by && moved(by);
       const next = candidate && tried(candidate);
+      yield null;
       if (next && square(next.rows) < square(now.rows)) {
         const gain = 1 - square(next.rows) / square(now.rows);
         [law, now, damping, better] = [candidate, next, damping / 5, true];

@@ -2,7 +2,7 @@
 import { Grid } from "./panels/grid";
 import type { Panel } from "./panels/panel";
 import type { Returns } from "./panels/returns";
-import type { Plot, Range } from "./plot";
+import { type Plot, type Range, widen } from "./plot";
 import { type State, documentOf, put, varied } from "./state";
 import { type Ask, type SweepPart, Sweeper, lookOf } from "./sweeps";
 
@@ -139,12 +139,13 @@ function gridJob(panel: Grid, depends: Job["depends"], prepare: (state: State) =
 }
 
 function basinJob(panel: Grid, phase: Plot): Job {
-  const wide = ({ low, high }: Range) => ({ low: low - 0.5 * (high - low), high: high + 0.5 * (high - low) });
+  // Wide enough for a stick-slip motion too, whatever the motion on the page is.
+  const around = ({ low, high }: Range, ...more: number[]): Range => widen({ low: Math.min(low, ...more), high: Math.max(high, ...more) }, 0.25);
   return gridJob(
     panel,
     ({ system, chain }) => [system, chain],
-    ({ chain: { masses } }) => {
-      [panel.plot.x, panel.plot.y, panel.plot.labels] = [wide(phase.x), wide(phase.y), { x: "start x₀", y: "start ẋ₀" }];
+    ({ chain: { masses }, system: { drive_velocity: s } }) => {
+      [panel.plot.x, panel.plot.y, panel.plot.labels] = [around(phase.x, 0), around(phase.y, -3 * s, 1.2 * s), { x: "start x₀", y: "start ẋ₀" }];
       const each = Array.from({ length: masses });
       if (masses <= 1) return { names: ["x0", "v0"], row: (x0, v0) => [x0!, v0!] };
       return { names: each.flatMap((_, i) => [`x0.${i}`, `v0.${i}`]), row: (x0, v0) => each.flatMap(() => [x0!, v0!]) };

@@ -1,9 +1,10 @@
 /** The page: one state, the panels that show it, and what changes it. */
-import { Controls, element } from "./controls";
+import { axesWithin, showAxes } from "./axes";
+import { Controls } from "./controls";
 import { Core, Refused, unpack } from "./core";
 import { type Data, data as readData, savedRecord, savedState } from "./data";
 import { DiagramSweep } from "./diagramsweep";
-import { pageWith, titleOf, toCsv } from "./export";
+import { pageWith, toCsv } from "./export";
 import { sayMotion, sceneOf, settle } from "./facts";
 import { type Fit, judge } from "./fit";
 import { Jobs } from "./jobs";
@@ -14,6 +15,7 @@ import { Displacement } from "./panels/displacement";
 import { Grid } from "./panels/grid";
 import { Law } from "./panels/law";
 import type { Change, Panel, Scene } from "./panels/panel";
+import { PanelBoxes } from "./panelboxes";
 import { Phase } from "./panels/phase";
 import { Returns } from "./panels/returns";
 import { Rig } from "./panels/rig";
@@ -23,7 +25,7 @@ import { type Plot, type Range, neat } from "./plot";
 import { type Measured, readRecord } from "./record";
 import { RecordBox, free } from "./recordbox";
 import { Sound } from "./sound";
-import { type Document, FRESH, type State, fromLink, get, presetState, put, toLink, toToml } from "./state";
+import { type Document, type State, fromLink, get, presetState, put, toLink, toToml } from "./state";
 import { REGIMES, type Steady, Sweeper } from "./sweeps";
 import { theme } from "./theme";
 import { toolbar } from "./toolbar";
@@ -64,6 +66,7 @@ export class Page {
   private readonly controls: Controls;
   private fitter: Sweeper | null = null;
   private readonly box: RecordBox;
+  private readonly boxes: PanelBoxes;
   record: Measured | null = savedRecord();
   fitting = false;
   readonly sound = new Sound();
@@ -116,7 +119,7 @@ export class Page {
     this.controls = new Controls($("numbers"), data, (changes) => this.change(changes));
     this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.state = this.opened();
-    this.panelBoxes();
+    this.boxes = new PanelBoxes($("panel-boxes"), this.panels, (shown) => this.change([["view.panels", shown]]));
     toolbar(this);
     this.play(this.playing);
     this.showMoment();
@@ -259,7 +262,7 @@ export class Page {
     const preset = this.data.presets[this.state.preset];
     $<HTMLSelectElement>("presets").value = this.state.preset;
     $("source").textContent = preset?.source ?? "";
-    this.showPanels();
+    this.boxes.show(this.state.view.panels);
     if (this.sweepStale) {
       this.sweepStale = false;
       if (this.refused) this.sweeps.clear(this.state);
@@ -306,9 +309,10 @@ export class Page {
   private fit(program: string, paths: string[]): void {
     if (!this.record || !paths.length) return;
     this.fitter ??= new Sweeper(program, this.core.module, ({ fit, refused }) => {
-      if (refused) this.notes = [refused];
       this.fitting = !(refused || fit?.done);
       if (fit) this.change([["system.law", fit.law]]);
+      if (refused) this.notes = [refused];
+      this.stale = true;
     });
     this.fitting = true;
     this.fitter.ask({ law: this.state.system["law"], paths, record: this.record });
@@ -341,32 +345,12 @@ export class Page {
     sayMotion(host, this.state, this.orbit!, this.settled);
   }
 
+  /** What can be swept or mapped may have changed with the law. */
   private axisOptions(): void {
-    const { law, forcing } = this.state.system;
-    const pages = [
-      ...this.data.oscillator.map((page) => ({ ...page })),
-      ...(forcing.length ? [{ path: "forcing.0.amplitude", symbol: "u₀" }, { path: "forcing.0.frequency", symbol: "Ω" }] : []),
-      ...this.data.laws[law.type]!.numbers.filter((page) => typeof get(law, page.path) === "number" && !("choices" in page)).map((page) => ({ ...page, path: `law.${page.path}` })),
-    ];
-    const has = (name: string) => pages.some(({ path }) => path === name);
-    if (!has(this.state.diagram.over)) {
-      this.state = put(this.state, "diagram", FRESH.diagram);
-      this.sweepStale = true;
-    }
-    if (!has(this.state.map.x) || !has(this.state.map.y)) this.state = put(this.state, "map", FRESH.map);
-    const wanted = pages.map(({ path }) => path).join();
-    for (const [id, path] of [["over", this.state.diagram.over], ["map-x", this.state.map.x], ["map-y", this.state.map.y]] as const) {
-      const select = $<HTMLSelectElement>(id);
-      if (select.dataset["wanted"] !== wanted) {
-        select.dataset["wanted"] = wanted;
-        select.replaceChildren(...pages.map((page) => new Option(page.symbol, page.path)));
-      }
-      select.value = path;
-    }
-    for (const end of ["low", "high"] as const) {
-      const input = $<HTMLInputElement>(end);
-      if (document.activeElement !== input) input.value = String(this.state.diagram[end]);
-    }
+    const { state, changed } = axesWithin(this.data, this.state);
+    this.state = state;
+    this.sweepStale ||= changed;
+    showAxes(this.data, state);
   }
 
   private frame(now: number): void {
@@ -422,29 +406,6 @@ export class Page {
     const period = this.settled?.periodTime ?? 0;
     const lasts = Math.min(period > 0 && period < 0.5 * end ? period : (20 * Math.PI) / this.natural, 0.5 * end);
     return { from: end - lasts, lasts, seconds: Math.max(1.5, Math.min(8, (lasts * this.natural) / this.speed)) };
-  }
-
-  /** One box for each panel that may be put away. */
-  private panelBoxes(): void {
-    $("panel-boxes").append(
-      ...this.panels.map(({ plot: { host } }) => {
-        const box = element("input", { type: "checkbox", value: host.id });
-        box.onchange = () => {
-          const boxes = [...$("panel-boxes").querySelectorAll("input")];
-          const shown = boxes.filter(({ checked }) => checked).map(({ value }) => value);
-          this.change([["view.panels", shown.length < boxes.length ? shown.join() : ""]]);
-        };
-        return element("label", {}, box, element("span", {}, titleOf(host)));
-      }),
-    );
-  }
-
-  /** Show the panels that the state names; all where it names none. */
-  private showPanels(): void {
-    const { panels } = this.state.view;
-    const shown = (id: string) => !panels || panels.split(",").includes(id);
-    for (const { plot: { host } } of this.panels) host.closest("figure")!.hidden = !shown(host.id);
-    for (const box of $("panel-boxes").querySelectorAll("input")) box.checked = shown(box.value);
   }
 
   private get natural(): number {

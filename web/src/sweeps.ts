@@ -57,8 +57,8 @@ export interface SweepPart {
   refused?: string;
   /** The row of which no answer came. */
   lost?: number;
-  /** Whether this says only that the work has begun. */
-  begun?: boolean;
+  /** Whether this says only that the work goes on. */
+  alive?: boolean;
   fit?: Fit;
 }
 
@@ -114,7 +114,7 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
   /** The pieces of a sweep, or the steps of a fit. */
   function* pieces(ask: SweepAsk | FitAsk): Generator<Partial<SweepPart>> {
     if ("record" in ask) {
-      for (const one of fit(core, ask.law, ask.paths, ask.record)) yield { fit: one, done: one.done };
+      for (const one of fit(core, ask.law, ask.paths, ask.record)) yield one ? { fit: one, done: one.done } : { alive: true };
       return;
     }
     const { rows, ...question } = ask;
@@ -131,7 +131,7 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
   }
   const answer = async (ask: SweepAsk | FitAsk) => {
     const part = { id: ask.id, from: 0, rows: [], done: false, events: 0 };
-    scope.postMessage({ ...part, begun: true });
+    scope.postMessage({ ...part, alive: true });
     try {
       for (const piece of pieces(ask)) {
         scope.postMessage({ ...part, ...piece });
@@ -184,7 +184,7 @@ export class Sweeper {
     this.worker.onmessage = ({ data }: MessageEvent<SweepPart>) => {
       this.ready = true;
       if (data.id !== this.id) return;
-      if (data.begun) {
+      if (data.alive) {
         this.begun = true;
         return this.watch();
       }
@@ -209,7 +209,7 @@ export class Sweeper {
     // What kept it busy was asked before.
     if (asked && !this.begun) return this.post(asked);
     const part = { id: this.id, from: lost, rows: [], events: 0 };
-    if (!asked || "record" in asked) return this.hear({ ...part, done: true, refused: "a step of the fit took longer than 3 s: hold some numbers" });
+    if (!asked || "record" in asked) return this.hear({ ...part, done: true, refused: "a step of the fit took longer than 3 s: leave some numbers out" });
     const { rows, names } = asked;
     this.next = lost + 1;
     const done = this.next >= rows.length || ++this.lost > MOST_LOST;

@@ -1,7 +1,6 @@
 //! What the engine says of a run: the only place that knows its types.
 
 use serde_json::Value;
-use stickslip::law::Friction;
 use stickslip::mode::Kind;
 use stickslip::structure::Oscillator;
 use stickslip::system::System;

@@ -98,7 +98,7 @@ class Limits:
                 walker.add(frame, place, seen)
         if len(rows) < 10:
             return cls(reach)
-        found = 0.1 + SURE * np.percentile(np.array(rows), 99, axis=0)
+        found = 0.15 + SURE * np.percentile(np.array(rows), 99, axis=0)
         return cls(reach, *(min(float(one), most) for one, most in zip(found, (cls.size, cls.contrast), strict=True)))
 
 

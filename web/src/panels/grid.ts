@@ -1,5 +1,5 @@
 /** Motions over a plane of two numbers, from coarse to fine: the regime map, and the basins of attraction; a click goes there. */
-import { draggable } from "../plot";
+import { type Range, draggable } from "../plot";
 import type { Steady } from "../sweeps";
 import { theme } from "../theme";
 import { Panel, type Scene } from "./panel";
@@ -40,13 +40,11 @@ export class Grid extends Panel {
   }
   private at: [number, number] = [0, 0];
 
-  /** The values of each cell, in their order. */
+  /** The values of each cell, in their order: of the finest one, which a coarse one stands for until its neighbours have come. */
   rows(): number[][] {
     const { x, y } = this.plot;
-    return ORDER.map(([i, j, size]) => [
-      x.low + ((x.high - x.low) * Math.min(i + size / 2, CELLS - 0.5)) / CELLS,
-      y.low + ((y.high - y.low) * Math.min(j + size / 2, CELLS - 0.5)) / CELLS,
-    ]);
+    const middle = ({ low, high }: Range, cell: number) => low + ((high - low) * (cell + 0.5)) / CELLS;
+    return ORDER.map(([i, j]) => [middle(x, i), middle(y, j)]);
   }
 
   clear(): void {

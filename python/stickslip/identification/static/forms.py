@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stickslip import _core
+from stickslip.laws.adhesion import static_surface
 
 Array = npt.NDArray[np.float64]
 
@@ -180,8 +180,7 @@ def _static(time: Array, rate: Array, *, growth: Array | None = None, fall: Arra
     gamma, exponent, scale = [*bounded, *(1.0, 1.0, None)[len(bounded) :]]
     drop, fall_scale, steep = (0.0, 0.0, 0.0) if fall is None else fall
     falls = (float(drop), math.exp(np.clip(fall_scale, -50, 50)), math.exp(np.clip(steep, -3, 5)))
-    at = (np.ascontiguousarray(values, float) for values in np.broadcast_arrays(time, rate))
-    return _core.static_friction((float(limit), gamma, exponent), scale, falls, *at)
+    return static_surface(time, rate, (float(limit), gamma, exponent), scale, falls)
 
 
 def _surface(p: Array, time: Array, rate: Array) -> Array:

@@ -134,8 +134,9 @@ def look_near(
     Detections, one row; none where nothing alike lies whole in the window.
     """
     work = _smoothed(picture, size, opening)
-    cuts = [level]
-    if level is None:
+    if level is not None:
+        cuts = [level]
+    else:
         middle = work.size - round(0.125 * math.pi * float(like.size[0]) ** 2)
         crown = float(np.partition(work, middle, axis=None)[middle])
         cuts = [crown - share * float(like.contrast[0]) for share in DEPTHS]
