@@ -170,8 +170,8 @@ def test_basins_of_a_smooth_law_cost_what_their_runs_cost():
     began = time.thread_time()
     rows = chunk.compute()
     assert (rows["regime"] == "stick_slip").all()
-    # Processor time of one thread, so that others on the machine do not count; 40 times as much before observers.
-    assert time.thread_time() - began < 4 * loop
+    # Processor time of one thread, so that others on the machine do not count; it is 1.33 times the loop.
+    assert time.thread_time() - began < 2 * loop
 
 
 def test_the_release_map_predicts_the_releases_of_an_orbit():

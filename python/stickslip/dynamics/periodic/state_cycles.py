@@ -102,9 +102,9 @@ def state_cycle(
     Source: shooting, Seydel, Practical Bifurcation and Stability Analysis (2010), ch. 7.
 
     >>> from stickslip.laws import LuGre
-    >>> law = LuGre(1e5, 316.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-3)
+    >>> law = LuGre(1e5, 1e5**0.5, 0.4, kinetic=1.0, break_away=1.5, scale=1e-3)
     >>> cycle = state_cycle(Oscillator(damping=0.0, drive_velocity=0.1, law=law, stiffness=2.0))
-    >>> round(cycle.period, 7), cycle.stable  # Canudas de Wit et al. 1995, with their numbers
+    >>> round(cycle.period, 7), cycle.stable  # Canudas de Wit et al. 1995; two implicit integrators
     (6.3627198, True)
     """
     if periods is not None:
