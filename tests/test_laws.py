@@ -64,7 +64,7 @@ def test_every_law_has_a_section_and_a_picture(kind):
     [
         (lambda: ss.laws.StaticKinetic(0.5, 0.6), r"at least the kinetic force .* \(0\.6\), got 0\.5"),
         (lambda: ss.laws.Coulomb(float("nan")), "kinetic must be a finite number, got nan"),
-        (lambda: ss.laws.Coulomb("0.5"), "kinetic must be a number, got '0.5'"),
+        (lambda: ss.laws.Coulomb("0.5"), "kinetic = '0.5' has no unit; write a number without quotes for SI"),
         (lambda: ss.laws.Coulomb(-1), "kinetic must not be negative, got -1"),
         (lambda: ss.laws.DwellTime(0.5, -0.1, 1), "limit must not be negative, got -0.1"),
         (lambda: ss.laws.DwellTime(0.5, 0.1, 0), "rate must be greater than 0, got 0"),
