@@ -91,7 +91,8 @@ def _pieces(
     everywhere = uneven(top)
     values = evaluate(f, everywhere, where)
     allowed = _RELATIVE * float(np.abs(values).max()) if error is None else positive("error", error, where)
-    left, done = [(0.0, top)], []
+    left = [(0.0, top)]
+    done: list[_Floats] = []
     while left:
         low, high = left.pop()
         # The ends of neighbours are the same numbers, to the bit.
@@ -134,7 +135,7 @@ def _spline(rows: Any, where: str) -> _Floats:
     from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
     w, *columns = table(rows, where, most=3)
-    spline = CubicSpline(w, *columns) if len(columns) == 1 else CubicHermiteSpline(w, *columns)
+    spline = CubicSpline(w, columns[0]) if len(columns) == 1 else CubicHermiteSpline(w, columns[0], columns[1])
     share = np.array([0.0, 0.25, 0.75])
     inner = w[:-1, None] + np.diff(w)[:, None] * share
     at = np.append(inner.ravel(), w[-1])

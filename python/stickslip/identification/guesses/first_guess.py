@@ -153,8 +153,8 @@ def _piecewise_linear(evidence: Evidence) -> Guess:
     if not (np.diff(nodes) > 0).all():
         raise InputError(f"identify: the slip velocities are too few for {evidence.pieces} pieces; ask for fewer")
     hats = np.stack([np.interp(speed, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
-    inner = [f"nodes[{i}].slip_velocity" for i in range(1, len(nodes) - 1)]
-    return _through_nodes(PiecewiseLinear, evidence, nodes, hats, force, inner)
+    movable = [f"nodes[{i}].slip_velocity" for i in range(1, len(nodes) - 1)]
+    return _through_nodes(PiecewiseLinear, evidence, nodes, hats, force, movable)
 
 
 def _piecewise_polynomial(evidence: Evidence) -> Guess:

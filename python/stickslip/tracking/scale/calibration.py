@@ -394,7 +394,8 @@ def _plane(
 
     def lens_of(numbers: Array) -> Lens | None:
         if not terms:
-            return base["lens"]
+            given: Lens | None = base["lens"]
+            return given
         return Lens(centre=centre, radius=radius, **dict(zip(("k1", "k2"), map(float, numbers), strict=False)))
 
     def straight(lens: Lens | None) -> Array:
