@@ -34,7 +34,7 @@ def test_law_file_holds_law_uncertainty_and_source_and_loads_again(found, tmp_pa
     path = found.save(tmp_path / "law.toml")
     assert ss.load_law(path) == found.law
     document = tomllib.loads(path.read_text())
-    assert set(document) == {"law", "uncertainty", "covariance", "source"}
+    assert set(document) == {"law", "units", "uncertainty", "covariance", "source"}
     assert document["uncertainty"] == pytest.approx(found.parameters["error"].to_dict(), rel=1e-12)
     pd.testing.assert_frame_equal(ss.laws.load_covariance(path), found.covariance)
     assert document["source"]["version"]
