@@ -12,13 +12,13 @@ from stickslip.cli.main import main
 
 # A belt whose friction first falls and then rises with speed: stick-slip and stable slip coexist.
 FALLING = ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], break_away=1.0)
-BELT = ss.Oscillator(damping=0.0, drive_velocity=1.2, law=FALLING)
+MASS = ss.Oscillator(damping=0.0, drive_velocity=1.2, law=FALLING)
 
 
 @pytest.fixture
 def document(tmp_path):
     path = tmp_path / "system.toml"
-    path.write_text(BELT.to_toml())
+    path.write_text(MASS.to_toml())
     return str(path)
 
 
@@ -76,7 +76,7 @@ def test_refusals_are_one_sentence(document, capsys, options, sentence):
 def test_basins_have_labels_and_fractions_of_known_size():
     # Without damping, on the piece of slope +0.2 between w = 1 and 2 the steady slip at w = 1.2 is stable: starts near it
     # stay. At (x, v) = (f(1.2), 0) = (0.64, 0) the motion rests exactly.
-    result = ss.basins(BELT, x=np.linspace(0.54, 0.74, 11), v=np.linspace(-0.1, 0.1, 5), transient=80)
+    result = ss.basins(MASS, x=np.linspace(0.54, 0.74, 11), v=np.linspace(-0.1, 0.1, 5), transient=80)
     assert result["label"].dims == ("x", "v")
     assert result["attractor_regime"].values.tolist() == ["stable_slip"]
     np.testing.assert_allclose(result["attractor_x_mean"], 0.64, atol=1e-3)
@@ -134,7 +134,7 @@ def test_pictures_say_what_they_show():
     legend = ss.show.regime_map_plot(chart).get_legend()
     shown = {text.get_text() for text in legend.get_texts()}
     assert shown == {
-        {"stick_slip": "stick-slip", "back_and_forth": "reversing slip"}.get(word, word.replace("_", " "))
+        {"stick_slip": "stick-slip", "reversing_slip": "reversing slip"}.get(word, word.replace("_", " "))
         for word in chart["regime"].values.ravel()
     }
     points = ss.section(forced, "release", t_end=300)

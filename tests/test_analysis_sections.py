@@ -7,8 +7,8 @@ import pytest
 
 import stickslip as ss
 from stickslip.dynamics import sign_changes, steady_motion
-from stickslip.dynamics.rows import NUMBERS, Chunk, Look, period_of
 from stickslip.dynamics.sections import Surface, points_of
+from stickslip.dynamics.sweep import NUMBERS, Chunk, Look, period_of
 from stickslip.model.parameters import document_of
 
 FORCED = ss.Oscillator(

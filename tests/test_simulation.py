@@ -101,8 +101,8 @@ def test_other_regimes():
     coulomb = ss.laws.Coulomb(0.5)
     at_rest = ss.simulate(ss.Oscillator(0.0, 0.0, coulomb), 100, x0=5.3, v0=0.0)
     assert at_rest.regime() == "at_rest"
-    back_and_forth = ss.Oscillator(0.2, 0.0, ss.laws.Coulomb(0.3), forcing=ss.Harmonic(1.0, 0.7))
-    assert ss.simulate(back_and_forth, 400).regime() == "back_and_forth"
+    reversing_slip = ss.Oscillator(0.2, 0.0, ss.laws.Coulomb(0.3), forcing=ss.Harmonic(1.0, 0.7))
+    assert ss.simulate(reversing_slip, 400).regime() == "reversing_slip"
 
 
 def test_opposite_drive_gives_the_opposite_motion():

@@ -120,7 +120,7 @@ def test_identities_survive_a_common_jump_and_a_gap():
     assert [len(track.frames) for track in tracks] == [40, 40, 36, 40, 40]
     detections = film_of_points(paths)
     for number, found in enumerate(tracks):
-        x = [detections[frame].x[place] for frame, place in zip(found.frames, found.places, strict=True)]
+        x = [detections[frame].x[index] for frame, index in zip(found.frames, found.indices, strict=True)]
         np.testing.assert_allclose(x, paths[found.frames, number, 0])
 
 
@@ -133,7 +133,7 @@ def test_two_that_cross_keep_their_ways():
     detections = film_of_points(paths)
     tracks = find_markers(detections, 2, start=((50, 50), (450, 55)))
     for number, found in enumerate(tracks):
-        x = [detections[frame].x[place] for frame, place in zip(found.frames, found.places, strict=True)]
+        x = [detections[frame].x[index] for frame, index in zip(found.frames, found.indices, strict=True)]
         np.testing.assert_allclose(x, paths[:, number, 0])
 
 
@@ -176,7 +176,7 @@ def test_small_and_fast_markers_are_told_from_clutter_with_no_option_set(way, si
     assert len(tracks) == masses
     wrong = 0
     for number, found in enumerate(tracks):
-        seen = zip(found.frames, found.places, strict=True)
+        seen = zip(found.frames, found.indices, strict=True)
         right = sum(film[frame].x[place] == truth[frame, number] for frame, place in seen)
         wrong += len(time) - right
     assert wrong <= 0.01 * masses * len(time)

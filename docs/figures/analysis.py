@@ -12,7 +12,7 @@ from make import save
 import stickslip as ss
 from stickslip import show
 
-BELT = ss.Oscillator(
+MASS = ss.Oscillator(
     damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 1.3)
 )
 FALLING = ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], break_away=1.0)
@@ -22,10 +22,10 @@ def sections() -> None:
     """A chaotic motion in three sections of different kinds."""
     period = 2 * np.pi / 1.3
     panels = show.new_axes(1, 3, figsize=(10.5, 3.4))
-    show.section_plot(ss.section(BELT, t_end=20_000 * period, transient=0.1), panels[0])
-    releases = ss.section(BELT, "release", t_end=10_000 * period, transient=0.1)
+    show.section_plot(ss.section(MASS, t_end=20_000 * period, transient=0.1), panels[0])
+    releases = ss.section(MASS, "release", t_end=10_000 * period, transient=0.1)
     show.section_plot(releases, panels[1], across="phase", up="stick_time")
-    show.return_map_plot(ss.release_map(BELT, np.linspace(0, 2 * np.pi, 3000)), panels[2], colour=show.OKABE_ITO["sky"])
+    show.return_map_plot(ss.release_map(MASS, np.linspace(0, 2 * np.pi, 3000)), panels[2], colour=show.OKABE_ITO["sky"])
     show.return_map_plot(ss.return_map(releases, "phase"), panels[2], colour=show.OKABE_ITO["vermilion"])
     panels[2].set_title("release map; what is visited in vermilion", fontsize=9)
     save(panels[0], "analysis-sections.png")
@@ -44,7 +44,7 @@ def diagrams() -> None:
     )
     show.orbit_diagram_plot(around, panels[0])
     forced = ss.orbit_diagram(
-        BELT,
+        MASS,
         "forcing.frequency",
         np.linspace(0.4, 2.2, 451),
         direction=("up", "down", "fresh"),
@@ -58,7 +58,7 @@ def diagrams() -> None:
 def maps() -> None:
     """Regime, period and amplitude of the forced belt."""
     over = {"forcing.amplitude": np.linspace(0.0, 1.6, 161), "forcing.frequency": np.linspace(0.3, 2.3, 161)}
-    chart = ss.regime_map(BELT, over, transient=200)
+    chart = ss.regime_map(MASS, over, transient=200)
     panels = show.new_axes(1, 3, figsize=(12.5, 4.0))
     for ax, quantity in zip(panels, ("regime", "period", "amplitude"), strict=True):
         show.regime_map_plot(chart, ax, quantity=quantity)

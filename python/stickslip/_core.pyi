@@ -5,12 +5,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "BORDERS",
+    "BOUNDARIES",
     "BRANCHES",
     "ENDINGS",
     "KINDS",
-    "ONWARD",
     "REGIMES",
+    "RESTART",
     "STOPS",
     "SWEEP_COLUMNS",
     "Halt",
@@ -23,6 +23,8 @@ __all__ = [
     "__version__",
     "batch",
     "chaos",
+    "event_sequence",
+    "event_sequence_from",
     "follow",
     "halted",
     "law_facts",
@@ -30,8 +32,6 @@ __all__ = [
     "section",
     "static_friction",
     "sweep",
-    "trail",
-    "trail_from",
 ]
 
 _Floats = NDArray[np.float64]
@@ -42,9 +42,9 @@ KINDS: list[str]
 STOPS: list[str]
 BRANCHES: list[str]
 REGIMES: list[str]
-ONWARD: int
+RESTART: int
 SWEEP_COLUMNS: list[str]
-BORDERS: list[str]
+BOUNDARIES: list[str]
 ENDINGS: list[str]
 
 _Start = tuple[list[float] | None, list[float] | None, float, int]
@@ -165,15 +165,19 @@ def sweep(
     max_seconds: float | None,
 ) -> _Table: ...
 
-_Trail = tuple[_Floats, _Floats, list[str], str]
+_EventSequence = tuple[_Floats, _Floats, list[str], str]
 
-def trail(system: System, x0: list[float] | None, v0: list[float] | None, t_end: float, max_events: int) -> _Trail: ...
-def trail_from(system: System, state: _Floats, phases: _Floats, duration: float, max_events: int) -> _Trail: ...
+def event_sequence(
+    system: System, x0: list[float] | None, v0: list[float] | None, t_end: float, max_events: int
+) -> _EventSequence: ...
+def event_sequence_from(
+    system: System, state: _Floats, phases: _Floats, duration: float, max_events: int
+) -> _EventSequence: ...
 def follow(
     system: System,
     path: str | None,
     state: _Floats,
-    arcs: _Floats,
+    phases: _Floats,
     last: _Floats,
     reseed: bool,
     tests: bool,

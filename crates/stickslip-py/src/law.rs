@@ -45,7 +45,7 @@ pub(crate) fn static_friction<'py>(
     Ok(force.collect::<Vec<_>>().into_pyarray(py))
 }
 
-/// A law that says what adhesion bears.
+/// A law that says the static limit.
 #[pyclass(frozen, module = "stickslip._core")]
 pub(crate) struct Law(law::Law);
 

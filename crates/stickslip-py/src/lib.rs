@@ -1,4 +1,4 @@
-//! The border between the core and Python: conversions only. Documents cross it as JSON, numbers as arrays.
+//! The boundary between the core and Python: conversions only. Documents cross it as JSON, numbers as arrays.
 #![warn(clippy::disallowed_methods)]
 
 mod batch;
@@ -47,7 +47,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("BRANCHES", BRANCHES)?;
     module.add("REGIMES", Regime::ALL.map(Regime::name))?;
     module.add("SWEEP_COLUMNS", sweep::COLUMNS)?;
-    module.add("ONWARD", sweep::ONWARD)?;
+    module.add("RESTART", sweep::RESTART)?;
     module.add("STOPS", Stop::ALL.map(Stop::name))?;
     module.add_class::<orbit::Orbit>()?;
     module.add_class::<watch::Halt>()?;
@@ -60,9 +60,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
     module.add_class::<system::System>()?;
     module.add("ENDINGS", stability::ENDING_NAMES)?;
-    module.add("BORDERS", stability::BORDER_NAMES)?;
-    module.add_function(wrap_pyfunction!(stability::trail, module)?)?;
-    module.add_function(wrap_pyfunction!(stability::trail_from, module)?)?;
+    module.add("BOUNDARIES", stability::BOUNDARY_NAMES)?;
+    module.add_function(wrap_pyfunction!(stability::event_sequence, module)?)?;
+    module.add_function(wrap_pyfunction!(stability::event_sequence_from, module)?)?;
     module.add_function(wrap_pyfunction!(stability::follow, module)?)?;
     module.add_class::<law::Law>()?;
     module.add_class::<state::Law>()?;

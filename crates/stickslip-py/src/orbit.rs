@@ -47,25 +47,25 @@ impl Orbit {
         watched(py, max_seconds, |go_on| model.simulate(run, go_on)).map(Self)
     }
 
-    /// Go on from a state of a trail in which the contacts do what `phases` say, by Taylor steps.
+    /// Go on from a state of an event sequence in which the contacts do what `contact_states` say, by Taylor steps.
     #[staticmethod]
     #[expect(
         clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
+        reason = "that is how arrays cross the boundary"
     )]
     fn resume(
         py: Python<'_>,
         system: &System,
         state: PyReadonlyArray1<'_, f64>,
-        phases: PyReadonlyArray1<'_, f64>,
+        contact_states: PyReadonlyArray1<'_, f64>,
         duration: f64,
     ) -> PyResult<Self> {
         let (system, _) = system.masses()?;
         let layout = Layout::of(system);
         let state = state_from(layout, state.as_slice()?)?;
-        let phases = phases_of(layout, phases.as_slice()?)?;
+        let contact_states = phases_of(layout, contact_states.as_slice()?)?;
         let orbit = watched(py, None, |go_on| {
-            sequence::resume(system, &state, &phases, duration, 10_000_000, go_on)
+            sequence::resume(system, &state, &contact_states, duration, 10_000_000, go_on)
         });
         orbit.map(|orbit| Self(Kept::Steps(orbit)))
     }
@@ -74,7 +74,7 @@ impl Orbit {
     #[staticmethod]
     #[expect(
         clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
+        reason = "that is how arrays cross the boundary"
     )]
     fn restore(
         system: &System,
@@ -132,7 +132,7 @@ impl Orbit {
     /// Positions, velocities, accelerations mass by mass; slip velocities, friction forces, adhesion contact by contact.
     #[expect(
         clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
+        reason = "that is how arrays cross the boundary"
     )]
     fn states<'py>(&self, py: Python<'py>, times: PyReadonlyArray1<'py, f64>) -> PyResult<Columns<'py>> {
         let times = times.as_slice()?;

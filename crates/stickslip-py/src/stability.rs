@@ -1,15 +1,15 @@
-//! Trails and their derivatives at the border. Per contact a state has 10 numbers after time, positions and velocities, and
-//! at its end three flags (branch, turns, released); an arc is (direction, hold) of every contact, ending and contact as one
+//! Trails and their derivatives at the boundary. Per contact a state has 10 numbers after time, positions and velocities, and
+//! at its end three flags (branch, turns, released); a phase is (direction, hold) of every contact, ending and contact as one
 //! number, duration.
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stickslip::event_sequence::{self as of_oscillator, EventSequence};
 use stickslip::law::End;
 use stickslip::network::{self, sequence as of_system};
 use stickslip::simulate::Run;
-use stickslip::trail::{self as of_oscillator, Trail};
-use stickslip::variation::{self, Arc, Ending, Flags, Layout, Phase, State, Varied};
+use stickslip::variation::{self, ContactState, Ending, Flags, Layout, Phase, State, Varied};
 
 use crate::system::System;
 use crate::watch::watched;
@@ -20,8 +20,8 @@ const ENDINGS: [Ending; 7] = [
     Ending::Release,
     Ending::Line(End::Low),
     Ending::Line(End::High),
-    Ending::Line(End::Turn { rising: false }),
-    Ending::Line(End::Turn { rising: true }),
+    Ending::Line(End::Reversal { rising: false }),
+    Ending::Line(End::Reversal { rising: true }),
     Ending::Section,
     Ending::Time,
 ];
@@ -29,7 +29,7 @@ const ENDINGS: [Ending; 7] = [
 /// Their names.
 pub(crate) const ENDING_NAMES: [&str; 7] = ["release", "low", "high", "falling", "rising", "section", "time"];
 /// Names of the test functions by their number; that of contact c is c times their count more.
-pub(crate) const BORDER_NAMES: [&str; 6] = ["low", "high", "entry", "crossing", "stick", "arrival"];
+pub(crate) const BOUNDARY_NAMES: [&str; 6] = ["low", "high", "entry", "crossing", "stick", "arrival"];
 
 /// Numbers of the flags of a contact.
 const FLAGS: usize = 3;
@@ -47,21 +47,21 @@ fn whole(value: f64) -> usize {
     value as usize
 }
 
-fn phases_from(row: &[f64]) -> Vec<Phase> {
+fn phases_from(row: &[f64]) -> Vec<ContactState> {
     row.chunks_exact(2)
         .map(|pair| match pair {
-            [0.0, _] => Phase::Stick,
-            [direction, 0.0] => Phase::Slip(*direction),
-            _ => Phase::Hold(pair[0]),
+            [0.0, _] => ContactState::Stick,
+            [direction, 0.0] => ContactState::Slip(*direction),
+            _ => ContactState::Hold(pair[0]),
         })
         .collect()
 }
 
-fn plain(phase: &Phase) -> [f64; 2] {
-    match *phase {
-        Phase::Stick => [0.0, 0.0],
-        Phase::Slip(direction) => [direction, 0.0],
-        Phase::Hold(direction) => [direction, 1.0],
+fn plain(contact_state: &ContactState) -> [f64; 2] {
+    match *contact_state {
+        ContactState::Stick => [0.0, 0.0],
+        ContactState::Slip(direction) => [direction, 0.0],
+        ContactState::Hold(direction) => [direction, 1.0],
     }
 }
 
@@ -72,7 +72,7 @@ pub(crate) fn state_from(layout: Layout, row: &[f64]) -> PyResult<State> {
     }
     let flags = row[width..].chunks_exact(FLAGS).map(|flags| Flags {
         branch: u32::try_from(whole(flags[0])).unwrap_or_default(),
-        turns: flags[1] != 0.0,
+        reverses: flags[1] != 0.0,
         released: flags[2] != 0.0,
     });
     Ok(State {
@@ -81,9 +81,9 @@ pub(crate) fn state_from(layout: Layout, row: &[f64]) -> PyResult<State> {
     })
 }
 
-pub(crate) fn phases_of(layout: Layout, row: &[f64]) -> PyResult<Vec<Phase>> {
+pub(crate) fn phases_of(layout: Layout, row: &[f64]) -> PyResult<Vec<ContactState>> {
     if row.len() != 2 * layout.contacts {
-        return Err(broken("a row of phases", row.len()));
+        return Err(broken("a row of contact_states", row.len()));
     }
     Ok(phases_from(row))
 }
@@ -92,43 +92,43 @@ fn row_of(state: &State) -> impl Iterator<Item = f64> {
     let flags = state.flags.iter().flat_map(|flags| {
         [
             f64::from(flags.branch),
-            f64::from(u8::from(flags.turns)),
+            f64::from(u8::from(flags.reverses)),
             f64::from(u8::from(flags.released)),
         ]
     });
     state.numbers.iter().copied().chain(flags)
 }
 
-/// Start, arcs, kinds of their events, why it ended.
-type Trailed<'py> = (Array<'py, f64>, Array<'py, f64>, Vec<&'static str>, &'static str);
+/// Start, phases, kinds of their events, why it ended.
+type EventSequenceRows<'py> = (Array<'py, f64>, Array<'py, f64>, Vec<&'static str>, &'static str);
 
-fn columns<'py>(py: Python<'py>, trail: &Trail) -> Trailed<'py> {
-    let arcs = trail.arcs.iter().flat_map(|arc| {
+fn columns<'py>(py: Python<'py>, event_sequence: &EventSequence) -> EventSequenceRows<'py> {
+    let phases = event_sequence.phases.iter().flat_map(|phase| {
         let ending = ENDINGS
             .iter()
-            .position(|ending| *ending == arc.ending)
+            .position(|ending| *ending == phase.ending)
             .unwrap_or_default();
-        let tail = [(ending + ENDINGS.len() * arc.contact) as f64, arc.duration];
-        arc.phases.iter().flat_map(plain).chain(tail)
+        let tail = [(ending + ENDINGS.len() * phase.contact) as f64, phase.duration];
+        phase.contact_states.iter().flat_map(plain).chain(tail)
     });
     (
-        row_of(&trail.start).collect::<Vec<_>>().into_pyarray(py),
-        arcs.collect::<Vec<_>>().into_pyarray(py),
-        trail.kinds.iter().map(|kind| kind.name()).collect(),
-        trail.stop.name(),
+        row_of(&event_sequence.start).collect::<Vec<_>>().into_pyarray(py),
+        phases.collect::<Vec<_>>().into_pyarray(py),
+        event_sequence.kinds.iter().map(|kind| kind.name()).collect(),
+        event_sequence.stop.name(),
     )
 }
 
-/// The trail of a run from x and v at t = 0.
+/// The event sequence of a run from x and v at t = 0.
 #[pyfunction]
-pub(crate) fn trail<'py>(
+pub(crate) fn event_sequence<'py>(
     py: Python<'py>,
     system: &System,
     x0: Option<Vec<f64>>,
     v0: Option<Vec<f64>>,
     t_end: f64,
     max_events: u64,
-) -> PyResult<Trailed<'py>> {
+) -> PyResult<EventSequenceRows<'py>> {
     let (masses, oscillator) = system.masses()?;
     let run = network::Run {
         x0,
@@ -136,45 +136,47 @@ pub(crate) fn trail<'py>(
         t_end,
         max_events,
     };
-    let trail = watched(py, None, |go_on| match oscillator {
+    let event_sequence = watched(py, None, |go_on| match oscillator {
         Some(oscillator) => of_oscillator::run(oscillator, Run::of_one(&run), go_on),
         None => of_system::run(masses, run, go_on),
     })?;
-    Ok(columns(py, &trail))
+    Ok(columns(py, &event_sequence))
 }
 
-/// The trail from a state in a phase.
+/// The event sequence from a state in a contact_state.
 #[pyfunction]
 #[expect(
     clippy::needless_pass_by_value,
-    reason = "that is how arrays cross the border"
+    reason = "that is how arrays cross the boundary"
 )]
-pub(crate) fn trail_from<'py>(
+pub(crate) fn event_sequence_from<'py>(
     py: Python<'py>,
     system: &System,
     state: PyReadonlyArray1<'py, f64>,
-    phases: PyReadonlyArray1<'py, f64>,
+    contact_states: PyReadonlyArray1<'py, f64>,
     duration: f64,
     max_events: u64,
-) -> PyResult<Trailed<'py>> {
+) -> PyResult<EventSequenceRows<'py>> {
     let (masses, oscillator) = system.masses()?;
     let layout = Layout::of(masses);
     let state = state_from(layout, state.as_slice()?)?;
-    let phases = phases_of(layout, phases.as_slice()?)?;
-    let trail = watched(py, None, |go_on| match oscillator {
-        Some(oscillator) => of_oscillator::from(oscillator, &state, phases[0], duration, max_events, go_on),
-        None => of_system::from(masses, &state, &phases, duration, max_events, go_on),
+    let contact_states = phases_of(layout, contact_states.as_slice()?)?;
+    let event_sequence = watched(py, None, |go_on| match oscillator {
+        Some(oscillator) => {
+            of_oscillator::from(oscillator, &state, contact_states[0], duration, max_events, go_on)
+        }
+        None => of_system::from(masses, &state, &contact_states, duration, max_events, go_on),
     })?;
-    Ok(columns(py, &trail))
+    Ok(columns(py, &event_sequence))
 }
 
-/// Follow a trail. Returns the states after the arcs, their derivatives (numbers × (numbers + 1) each), the durations, and
-/// the test functions (border and contact, arc, tau, detail, value, derivatives each).
+/// Follow an event sequence. Returns the states after the phases, their derivatives (numbers × (numbers + 1) each), the durations, and
+/// the test functions (boundary and contact, phase, tau, detail, value, derivatives each).
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a thing")]
 #[expect(
     clippy::needless_pass_by_value,
-    reason = "that is how arrays cross the border"
+    reason = "that is how arrays cross the boundary"
 )]
 #[expect(clippy::type_complexity, reason = "four columns")]
 pub(crate) fn follow<'py>(
@@ -182,7 +184,7 @@ pub(crate) fn follow<'py>(
     system: &System,
     path: Option<&str>,
     state: PyReadonlyArray1<'py, f64>,
-    arcs: PyReadonlyArray1<'py, f64>,
+    phases: PyReadonlyArray1<'py, f64>,
     last: PyReadonlyArray1<'py, f64>,
     reseed: bool,
     tests: bool,
@@ -193,13 +195,13 @@ pub(crate) fn follow<'py>(
     let layout = Layout::of(masses);
     let start = state_from(layout, state.as_slice()?)?;
     let contacts = layout.contacts;
-    let arcs = arcs
+    let phases = phases
         .as_slice()?
         .chunks_exact(2 * contacts + 2)
         .map(|row| {
             let code = whole(row[2 * contacts]);
-            Arc {
-                phases: phases_from(&row[..2 * contacts]),
+            Phase {
+                contact_states: phases_from(&row[..2 * contacts]),
                 contact: code / ENDINGS.len(),
                 ending: ENDINGS[code % ENDINGS.len()],
                 duration: row[2 * contacts + 1],
@@ -207,18 +209,18 @@ pub(crate) fn follow<'py>(
         })
         .collect::<Vec<_>>();
     let last = phases_of(layout, last.as_slice()?)?;
-    if arcs.iter().any(|arc| arc.contact >= contacts) {
-        return Err(broken("a row of arcs", 2 * contacts + 2));
+    if phases.iter().any(|phase| phase.contact >= contacts) {
+        return Err(broken("a row of phases", 2 * contacts + 2));
     }
     let followed = watched(py, None, |go_on| {
-        variation::follow(&varied, &start, &arcs, &last, reseed, tests, go_on)
+        variation::follow(&varied, &start, &phases, &last, reseed, tests, go_on)
     })?;
     let states = followed.states.iter().flat_map(row_of).collect::<Vec<_>>();
     let lanes = layout.lanes();
     let tests = followed.tests.iter().flat_map(|test| {
         let head = [
-            (test.border as usize + BORDER_NAMES.len() * test.contact) as f64,
-            test.arc as f64,
+            (test.boundary as usize + BOUNDARY_NAMES.len() * test.contact) as f64,
+            test.phase as f64,
             test.tau,
             test.detail,
             test.value.value,

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 use stickslip::engine::{Engine, Reached};
 use stickslip::model::Start;
-use stickslip::place::Onward;
+use stickslip::restart::Restart;
 use stickslip::rows::Rows;
 use stickslip::section::{Point, Surface, section as points_of};
 use stickslip::sweep::{Look, Steady, Sweep, steady};
@@ -37,7 +37,7 @@ pub(crate) const COLUMNS: [&str; 14] = [
 ];
 
 /// How many numbers say how a motion goes on.
-pub(crate) const ONWARD: usize = Onward::NUMBERS;
+pub(crate) const RESTART: usize = Restart::NUMBERS;
 
 fn wrong(error: &impl ToString) -> PyErr {
     PyValueError::new_err(error.to_string())
@@ -91,7 +91,7 @@ pub(crate) fn section<'py>(
     let start = Start {
         x: x.unwrap_or_default(),
         v: v.unwrap_or_default(),
-        onward: None,
+        restart: None,
     };
     let mut engine = model.run(&start, max_events).map_err(|error| refused(&error))?;
     section_of(
@@ -148,11 +148,11 @@ pub(crate) fn sweep<'py>(
         rows: rows_of(document, names, &values)?,
         look: read(look)?,
     };
-    let (x, v, onward) = start.unwrap_or_default();
+    let (x, v, restart) = start.unwrap_or_default();
     let begin = Start {
         x,
         v,
-        onward: Onward::read(&onward),
+        restart: Restart::read(&restart),
     };
     let rows = watched(py, max_seconds, |go_on| {
         if chain {
@@ -186,12 +186,12 @@ fn table<'py>(py: Python<'py>, rows: &[Steady], points: usize, masses: usize) ->
         let end = row.end.as_ref().map(Start::after).unwrap_or_default();
         pad(&mut columns[1], end.x.into_iter(), masses);
         pad(&mut columns[2], end.v.into_iter(), masses);
-        pad(&mut columns[3], row.turning_x.iter().copied(), points);
-        pad(&mut columns[4], row.turning_w.iter().copied(), points);
+        pad(&mut columns[3], row.extrema_x.iter().copied(), points);
+        pad(&mut columns[4], row.extrema_w.iter().copied(), points);
         let section = row.section.iter().flat_map(|point| [point.t, point.x, point.v]);
         pad(&mut columns[5], section, 3 * points);
-        let onward = end.onward.iter().flat_map(Onward::numbers);
-        pad(&mut columns[6], onward, Onward::NUMBERS);
+        let restart = end.restart.iter().flat_map(Restart::numbers);
+        pad(&mut columns[6], restart, Restart::NUMBERS);
     }
     let [a, b, c, d, e, f, g] = columns.map(|column| column.into_pyarray(py));
     (a, b, c, d, e, f, g)

@@ -20,7 +20,7 @@ struct Desk {
     /// The orbit that was simulated last.
     orbit: Option<motion::Orbit>,
     /// How the last motion of the last chain goes on.
-    onward: Option<stickslip::model::Start>,
+    restart: Option<stickslip::model::Start>,
 }
 
 thread_local! {

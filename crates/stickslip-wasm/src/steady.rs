@@ -45,12 +45,12 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
         look: ask.look,
     };
     let mut begin = if ask.go_on {
-        desk.onward.take().unwrap_or_default()
+        desk.restart.take().unwrap_or_default()
     } else {
         Start {
             x: vec![ask.x0],
             v: ask.v0.into_iter().collect(),
-            onward: None,
+            restart: None,
         }
     };
     let mut events = 0;
@@ -72,17 +72,17 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
             row.period_time,
             row.mean.0,
             row.section.len() as f64,
-            row.turning_w.len() as f64,
+            row.extrema_w.len() as f64,
         ]);
         desk.numbers
             .extend(row.section.iter().flat_map(|point| [point.x, point.v]));
-        desk.numbers.extend(&row.turning_w);
+        desk.numbers.extend(&row.extrema_w);
         if ask.chain {
             begin = row.end.as_ref().map(Start::after).unwrap_or_default();
         }
     }
     if ask.chain {
-        desk.onward = Some(begin);
+        desk.restart = Some(begin);
     }
     Ok(json!({"events": events, "regimes": Regime::ALL.map(Regime::name)}))
 }

@@ -6,9 +6,9 @@ use std::hint::black_box;
 use std::sync::LazyLock;
 use std::time::Instant;
 
-use stickslip::abreast::{Runner, Width, forward};
 use stickslip::drive::Harmonic;
 use stickslip::engine::{Closed, Engine, Steps};
+use stickslip::lanes::{Runner, Width, forward};
 use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::network;
 use stickslip::observer::Observer;

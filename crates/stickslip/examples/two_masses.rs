@@ -32,7 +32,7 @@ impl Observer for Sticking {
 }
 
 fn main() -> Result<(), Error> {
-    let rubs = |mass, kinetic| Contact {
+    let force_lines = |mass, kinetic| Contact {
         mass,
         other: None,
         drive_velocity: 0.1.into(),
@@ -46,7 +46,7 @@ fn main() -> Result<(), Error> {
         mass: vec![vec![1.0, 0.0], vec![0.0, 1.0]],
         stiffness: vec![vec![2.0, -1.0], vec![-1.0, 2.0]],
         damping: vec![vec![0.1, 0.0], vec![0.0, 0.1]],
-        contacts: vec![rubs(0, 0.6), rubs(1, 0.7)],
+        contacts: vec![force_lines(0, 0.6), force_lines(1, 0.7)],
         forcing: vec![],
     };
     let run = Run {

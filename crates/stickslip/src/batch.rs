@@ -7,9 +7,9 @@ use std::ops::Range;
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
-use crate::abreast::{Told, forward_all};
 use crate::engine::Engine;
 use crate::error::{Error, positive};
+use crate::lanes::{OnEvent, forward_all};
 use crate::mode::Kind;
 use crate::model::{Running, Start};
 use crate::observer::Observer;
@@ -18,7 +18,7 @@ use crate::rows::Rows;
 use crate::section::keep;
 use crate::simulate::Stop;
 
-/// So many runs are one task, and go abreast.
+/// So many runs are one task, and go in SIMD lanes.
 const ABREAST: usize = 64;
 
 /// What is varied and what is kept of each run.
@@ -101,7 +101,7 @@ impl Batch {
         Ok(rows.into_iter().collect::<Result<Vec<_>, _>>()?.concat())
     }
 
-    /// Runs that go abreast where that is possible.
+    /// Runs that go in SIMD lanes where that is possible.
     fn block(&self, range: Range<usize>, go_on: &impl Fn() -> bool) -> Result<Vec<Row>, Error> {
         let of = |index: usize| move |error| self.rows.error(index, &error);
         let models = range.clone().map(|index| {
@@ -118,12 +118,12 @@ impl Batch {
         });
         let mut runs: Vec<_> = runs.collect::<Result<_, Error>>()?;
         let mut tallies: Vec<_> = runs.iter().map(|_| self.tally(go_on)).collect();
-        let told: Told = &mut |index, event| {
+        let on_event: OnEvent = &mut |index, event| {
             if event.t >= self.after {
                 tallies[index].event(event);
             }
         };
-        forward_all(&mut runs, &mut || go_on(), Some(told));
+        forward_all(&mut runs, &mut || go_on(), Some(on_event));
         let rows = runs
             .into_iter()
             .zip(tallies)

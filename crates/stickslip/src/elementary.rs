@@ -123,7 +123,7 @@ const fn parts(x: Double) -> [f64; 3] {
     [first / steps, second / steps, third / steps]
 }
 
-pub(crate) const ARC: [f64; 3] = parts(PI);
+pub(crate) const ARCTANGENT: [f64; 3] = parts(PI);
 pub(crate) const LOG: [f64; 3] = parts(LN_2);
 /// ln 2 as a double of which small multiples are exact, and the rest.
 const LOG_2: [f64; 2] = {
@@ -236,7 +236,7 @@ pub fn power(x: f64, n: f64) -> f64 {
 #[must_use]
 pub fn sin_cos(x: f64) -> (f64, f64) {
     if x.abs() < 40_000.0 {
-        let (bits, r) = reduce(x, STEPS as f64 / PI.0, &ARC);
+        let (bits, r) = reduce(x, STEPS as f64 / PI.0, &ARCTANGENT);
         let (sine, cosine) = CIRCLE[remainder(bits, 2 * STEPS)];
         let square = r * r;
         let s = r + r * square * (-1.0 / 6.0 + square * (1.0 / 120.0 - square * (1.0 / 5040.0)));
@@ -255,15 +255,15 @@ pub(crate) fn angle(x: f64, y: f64) -> f64 {
     let steep = y > x.abs();
     let z = if steep { x / y } else { y / x };
     let w = z * z;
-    let arc = z
+    let arctangent = z
         * (((0.999_995_6 - 0.332_994_6 * w) + (w * w) * (0.195_635_9 - 0.121_239 * w))
             + (w * w) * (w * w) * (0.057_477_2 - 0.013_480_43 * w));
     if steep {
-        0.5 * PI.0 - arc
+        0.5 * PI.0 - arctangent
     } else if x < 0.0 {
-        PI.0 + arc
+        PI.0 + arctangent
     } else {
-        arc
+        arctangent
     }
 }
 

@@ -10,7 +10,7 @@ pub use steps::{ReplaySteps, Steps};
 
 use crate::error::Error;
 use crate::observer::Observer;
-use crate::place::Onward;
+use crate::restart::Restart;
 use crate::simulate::Stop;
 
 /// A motion that is followed further and further.
@@ -38,5 +38,5 @@ pub struct Reached {
     /// Slip velocities, contact by contact.
     pub w: Vec<f64>,
     /// How a motion in closed form goes on, if it reached the end.
-    pub onward: Option<Onward>,
+    pub restart: Option<Restart>,
 }

@@ -8,12 +8,12 @@
 //! Where nothing forces the mass, slip is monotone between extrema known in closed form, and that is faster still: mostly its
 //! end follows from a guess in closed form, one evaluation there and the signs of the slip acceleration.
 
-mod adhesion;
+mod break_away;
 mod direct;
 mod free;
 mod slip;
 
-pub use adhesion::{end_of_hold, end_of_stick};
+pub use break_away::{end_of_hold, end_of_stick};
 pub use slip::{Arrival, end_of_slip};
 
 use crate::flow::enclosure::Span;
@@ -44,15 +44,15 @@ pub enum Start {
     /// At the high end, moving down.
     High,
     /// Where the slip acceleration is zero, maybe at an end: a turn, or adhesion that broke at the force slip produces.
-    Turning,
+    Reversal,
 }
 
 impl Start {
     /// Whether the slip acceleration is zero there but for rounding: at an end it points inward, so one that does not is.
-    fn turns(self, slope: f64) -> bool {
+    fn reverses(self, slope: f64) -> bool {
         match self {
             Self::Inside => false,
-            Self::Turning => true,
+            Self::Reversal => true,
             Self::Low => slope <= 0.0,
             Self::High => slope >= 0.0,
         }
@@ -126,7 +126,7 @@ impl<const H: usize> Sample<H> {
 struct Ends {
     low: f64,
     high: f64,
-    turns: bool,
+    reverses: bool,
 }
 
 /// A first end reached.
@@ -189,15 +189,15 @@ impl Guard {
     /// The step to the root, by Householder's method of the third order.
     #[inline]
     fn guess<const H: usize>(&self, sample: &Sample<H>) -> f64 {
-        let [margin, slope, bend] = self.margin(sample);
+        let [margin, slope, curvature] = self.margin(sample);
         let newton = -margin / slope;
         let third = if self.order == 0 {
             self.side * sample.d[3]
         } else {
             0.0
         };
-        let (bend, third) = (newton * bend, newton * newton * third);
-        newton * (slope + 0.5 * bend) / (slope + bend + third * (1.0 / 6.0))
+        let (curvature, third) = (newton * curvature, newton * newton * third);
+        newton * (slope + 0.5 * curvature) / (slope + curvature + third * (1.0 / 6.0))
     }
 }
 
@@ -207,13 +207,13 @@ fn rounding_of(terms: [f64; 3]) -> f64 {
 }
 
 /// A margin below zero: beyond the end by more than a touch within rounding, which would turn back there.
-fn beyond([margin, slope, bend]: [f64; 3], rounding: f64) -> bool {
-    margin < -rounding || through([slope, bend], rounding)
+fn beyond([margin, slope, curvature]: [f64; 3], rounding: f64) -> bool {
+    margin < -rounding || through([slope, curvature], rounding)
 }
 
 /// Whether a motion that meets an end with this slope and curvature of its margin goes on by more than rounding.
-fn through([slope, bend]: [f64; 2], rounding: f64) -> bool {
-    slope < 0.0 && slope * slope > 2.0 * bend * rounding
+fn through([slope, curvature]: [f64; 2], rounding: f64) -> bool {
+    slope < 0.0 && slope * slope > 2.0 * curvature * rounding
 }
 
 /// A polynomial and its first two derivatives.
@@ -326,7 +326,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
         let span = Span::new(right.t - left.t);
         let mut verdict = Verdict::Clear;
         for guard in self.guards().chain(&self.behind) {
-            let behind = guard.order == 0 && matches!(guard.end, End::Turn { .. });
+            let behind = guard.order == 0 && matches!(guard.end, End::Reversal { .. });
             if behind && !matches!(verdict, Verdict::Grazed) {
                 break;
             }
@@ -363,9 +363,10 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
     /// The guess made better by the Taylor polynomial, as far as that reaches.
     #[inline]
     fn aim(&self, sample: &Sample<H>, guard: &Guard, guess: f64) -> f64 {
-        let [value, slope, bend] = polynomial(&differentiated(self.coefficients(sample), guard.order), guess);
+        let [value, slope, curvature] =
+            polynomial(&differentiated(self.coefficients(sample), guard.order), guess);
         let newton = (guard.target - value) / slope;
-        let change = newton / (1.0 + 0.5 * newton * bend / slope).max(0.5);
+        let change = newton / (1.0 + 0.5 * newton * curvature / slope).max(0.5);
         if change.abs() < 0.5 * guess.abs() {
             guess + change
         } else {
@@ -382,13 +383,13 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
         let (n, mut step) = (guard.order, guess);
         let mut end = *sample;
         let travel;
-        let [value, slope, bend, jerk] = sample.d;
-        let short = step.abs() < NEXT * sample.reach() && (step * bend).abs() < 1e-4 * slope.abs();
+        let [value, slope, curvature, jerk] = sample.d;
+        let short = step.abs() < NEXT * sample.reach() && (step * curvature).abs() < 1e-4 * slope.abs();
         if n == 0 && short {
-            travel = step * (value + step * (0.5 * slope + step * (1.0 / 6.0) * bend));
-            end.d[0] = value + step * (slope + step * (0.5 * bend + step * (1.0 / 6.0) * jerk));
-            end.d[1] = slope + step * (bend + 0.5 * step * jerk);
-            end.d[2] = bend + step * jerk;
+            travel = step * (value + step * (0.5 * slope + step * (1.0 / 6.0) * curvature));
+            end.d[0] = value + step * (slope + step * (0.5 * curvature + step * (1.0 / 6.0) * jerk));
+            end.d[1] = slope + step * (curvature + 0.5 * step * jerk);
+            end.d[2] = curvature + step * jerk;
         } else {
             let coefficients = self.coefficients(sample);
             let differentiated = differentiated(coefficients, n);
@@ -415,12 +416,13 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
         if end.t <= left.t {
             return None;
         }
-        let (rounding, [left_over, slope, bend]) = (guard.rounding(sample, self.rate), guard.margin(&end));
+        let (rounding, [left_over, slope, curvature]) =
+            (guard.rounding(sample, self.rate), guard.margin(&end));
         if left_over.is_nan() || left_over.abs() > rounding {
             self.work.fallbacks += 1;
             return None;
         }
-        if !through([slope, bend], rounding) {
+        if !through([slope, curvature], rounding) {
             return None;
         }
         let first = matches!(
@@ -450,7 +452,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
     /// The end on which the motion lies at its start and beyond which it goes at once; one that it leaves is armed.
     #[inline]
     fn begin(&mut self, sample: &mut Sample<H>, start: Start) -> Option<End> {
-        if start.turns(sample.d[1]) {
+        if start.reverses(sample.d[1]) {
             sample.d[1] = 0.0;
         }
         match start {
@@ -461,8 +463,8 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
         let leads = sample.d[1..].iter().find(|&&derivative| derivative != 0.0);
         let heading = match start {
             // Of a branch for one sense: a slip acceleration of rounding must not lead back.
-            Start::Low if self.ends.turns => 1.0,
-            Start::High if self.ends.turns => -1.0,
+            Start::Low if self.ends.reverses => 1.0,
+            Start::High if self.ends.reverses => -1.0,
             _ => leads.copied().unwrap_or(0.0),
         };
         if sample.d[0] <= self.ends.low {
@@ -477,9 +479,9 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
             }
             sample.d[0] = self.ends.high;
         }
-        if self.ends.turns && heading != 0.0 {
+        if self.ends.reverses && heading != 0.0 {
             let rising = heading > 0.0;
-            let end = End::Turn { rising: !rising };
+            let end = End::Reversal { rising: !rising };
             let other = &mut self.guards[usize::from(!rising)];
             self.behind = other.target.is_finite().then_some(Guard { end, ..*other });
             *other = Guard {

@@ -4,7 +4,6 @@
 //! friction that opposes slip, ≥ 0 as a rule. Kinetic friction comes as linear [`Piece`]s; where a piece ends, the law names
 //! the next one. What a law remembers lies in [`Memory`], which belongs to the mode.
 
-mod adhesion;
 mod asymmetric;
 mod bogacz_ryczek;
 mod combined;
@@ -19,6 +18,7 @@ mod piecewise_linear;
 mod piecewise_polynomial;
 mod popp_stelter;
 mod rational;
+mod static_friction;
 mod static_kinetic;
 mod table;
 mod tabulated;
@@ -26,7 +26,6 @@ mod two_branch;
 
 use serde::{Deserialize, Serialize};
 
-pub use adhesion::StaticFriction;
 pub use asymmetric::Asymmetric;
 pub use bogacz_ryczek::{BRANCHES, BogaczRyczek};
 pub use combined::Combined;
@@ -41,6 +40,7 @@ pub use piecewise_linear::PiecewiseLinear;
 pub use piecewise_polynomial::PiecewisePolynomial;
 pub use popp_stelter::PoppStelter;
 pub use rational::Rational;
+pub use static_friction::StaticFriction;
 pub use static_kinetic::StaticKinetic;
 pub use table::Table;
 pub use tabulated::Tabulated;
@@ -70,12 +70,12 @@ pub struct Hold {
 /// Static friction at one hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adhesion {
-    /// The largest force adhesion bears, f_s.
+    /// The static limit, f_s.
     pub force: f64,
     /// ∂f_s/∂t_s, or a bound of it.
     pub growth: f64,
     /// ∂²f_s/∂t_s²; infinite where the growth is a bound only.
-    pub bend: f64,
+    pub curvature: f64,
     /// −∂f_s/∂δ.
     pub softening: f64,
 }
@@ -94,7 +94,7 @@ pub struct Piece {
     /// Which branch of its law this is; only the law reads it.
     pub branch: u32,
     /// Whether the law wants to know when the slip acceleration changes sign.
-    pub turns: bool,
+    pub reverses: bool,
 }
 
 impl Piece {
@@ -106,7 +106,7 @@ impl Piece {
             low,
             high,
             branch,
-            turns: false,
+            reverses: false,
         }
     }
 
@@ -130,7 +130,7 @@ pub enum End {
     /// The slip speed rose to the high end.
     High,
     /// The slip acceleration changed its sign inside the piece; `rising` after it.
-    Turn {
+    Reversal {
         /// The sense of the slip acceleration after the turn.
         rising: bool,
     },
@@ -182,7 +182,7 @@ pub trait Friction: Limited {
         self.within_limits()
     }
 
-    /// The largest force adhesion bears. It must not fall with the stick time nor rise with the force rate.
+    /// The static limit. It must not fall with the stick time nor rise with the force rate.
     fn break_away(&self, hold: Hold) -> f64;
 
     /// An upper bound of ∂f_s/∂t_s at and after `stick_time`; 0 for a law without dwell.
@@ -190,13 +190,13 @@ pub trait Friction: Limited {
         0.0
     }
 
-    /// What adhesion bears and, for the search for where it breaks, how that changes.
+    /// the static limit and, for the search for where it breaks, how that changes.
     fn adhesion(&self, hold: Hold) -> Adhesion {
         let growth = self.growth_bound(hold.stick_time);
         Adhesion {
             force: self.break_away(hold),
             growth,
-            bend: if growth == 0.0 { 0.0 } else { f64::INFINITY },
+            curvature: if growth == 0.0 { 0.0 } else { f64::INFINITY },
             softening: 0.0,
         }
     }

@@ -4,7 +4,7 @@
 //!
 //! | module | one sentence |
 //! |---|---|
-//! | [`abreast`] | many oscillators at once, one in each lane of the registers of a processor |
+//! | [`lanes`] | many oscillators at once, one in each lane of the registers of a processor |
 //! | [`structure`] | the oscillator: mass, stiffness, damping, drive, law, forcing |
 //! | [`drive`] | what acts from outside, and the compensated clock |
 //! | [`law`] | friction laws: two questions, one file a law |
@@ -13,7 +13,7 @@
 //! | [`flow`] | closed-form motion between events |
 //! | [`event`] | the certified next event |
 //! | [`simulate`] | the loop, and why it stopped |
-//! | [`place`] | where a motion goes on: mode and memory |
+//! | [`restart`] | from what a motion goes on: mode and memory |
 //! | [`orbit`] | what a run returns, evaluable at any time |
 //! | [`model`] | an oscillator or a system of masses, with the engine that its motion needs |
 //! | [`engine`] | a motion that is followed further and further: closed form, Taylor steps, samples, a kept orbit |
@@ -23,7 +23,7 @@
 //! | [`section`] | the states in which a motion meets a surface |
 //! | [`regime`] | the kind of a steady motion, in one word |
 //! | [`sweep`] | steady motions over parameters and starts: regime, period, extremes, points |
-//! | [`trail`] | the event sequence of a run, to be followed |
+//! | [`event_sequence`] | the event sequence of a run, to be followed |
 //! | [`variation`] | derivatives of a motion through its events; test functions of sliding bifurcations |
 //! | [`dual`] | numbers that carry their derivatives |
 //! | [`watch`] | whether a run goes on, asked within every loop whose length nobody knows |
@@ -39,11 +39,6 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-#[expect(
-    clippy::inline_always,
-    reason = "what is not inlined is not compiled for the width"
-)]
-pub mod abreast;
 pub mod batch;
 pub mod drive;
 pub mod dual;
@@ -51,7 +46,13 @@ pub mod elementary;
 pub mod engine;
 pub mod error;
 pub mod event;
+pub mod event_sequence;
 pub mod flow;
+#[expect(
+    clippy::inline_always,
+    reason = "what is not inlined is not compiled for the width"
+)]
+pub mod lanes;
 pub mod law;
 mod matrix;
 pub mod mode;
@@ -60,9 +61,9 @@ pub mod network;
 pub mod observer;
 pub mod orbit;
 pub mod parameters;
-pub mod place;
 pub mod regime;
 pub mod replay;
+pub mod restart;
 pub mod rows;
 pub mod section;
 pub mod series;
@@ -72,7 +73,6 @@ pub mod state_system;
 pub mod structure;
 pub mod sweep;
 pub mod system;
-pub mod trail;
 pub mod variation;
 pub mod watch;
 pub mod zero_one;

@@ -119,14 +119,14 @@ pub fn first<const H: usize>(
 /// The mode at zero slip velocity: adhesion if it can bear the holding force, else slip towards it.
 #[must_use]
 pub fn at_zero(law: &Law, holding: f64, rate: f64, memory: &mut Memory) -> Mode {
-    let bears = law.toward(holding).break_away(Hold {
+    let static_limit = law.toward(holding).break_away(Hold {
         stick_time: 0.0,
         force_rate: rate.abs(),
     });
-    if holding.abs() <= bears {
+    if holding.abs() <= static_limit {
         Mode::Stick
     } else {
-        slip_from_zero(law, holding, bears, memory)
+        slip_from_zero(law, holding, static_limit, memory)
     }
 }
 
@@ -135,7 +135,7 @@ pub fn at_zero(law: &Law, holding: f64, rate: f64, memory: &mut Memory) -> Mode 
 pub fn slip_from_zero(law: &Law, pull: f64, force: f64, memory: &mut Memory) -> Mode {
     let piece = law.toward(pull).leave(force, memory);
     let start = if piece.force(0.0) >= pull.abs() {
-        Start::Turning
+        Start::Reversal
     } else {
         Start::Low
     };
@@ -151,7 +151,7 @@ pub fn slip_from_zero(law: &Law, pull: f64, force: f64, memory: &mut Memory) -> 
 pub fn after(law: &Law, direction: f64, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Mode {
     let law = law.toward(direction);
     let branches = apart(law, u);
-    if let (End::Turn { rising }, Some(between)) = (end, branches)
+    if let (End::Reversal { rising }, Some(between)) = (end, branches)
         && between[0] < between[1]
     {
         return Mode::Hold {
@@ -165,7 +165,7 @@ pub fn after(law: &Law, direction: f64, piece: &Piece, end: End, u: f64, memory:
     let start = match end {
         End::High if next.low == u => Start::Low,
         End::Low if next.high == u => Start::High,
-        End::Turn { .. } if branches.is_none() => Start::Turning,
+        End::Reversal { .. } if branches.is_none() => Start::Reversal,
         // A piece that is entered between its ends; or friction jumps to the other branch, and the slip acceleration with it.
         _ => Start::Inside,
     };
@@ -187,7 +187,7 @@ pub fn after_hold(law: &Law, direction: f64, u: f64, end: End, memory: &mut Memo
     Mode::Slip {
         direction,
         piece: law.toward(direction).begin(u, balance, memory),
-        start: Start::Turning,
+        start: Start::Reversal,
     }
 }
 

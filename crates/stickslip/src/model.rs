@@ -13,7 +13,7 @@ use crate::matrix::Matrix;
 use crate::network;
 use crate::observer::Observer;
 use crate::orbit;
-use crate::place::Onward;
+use crate::restart::Restart;
 use crate::simulate::{Run, Stop, simulate_while};
 use crate::structure::Oscillator;
 use crate::system::{Drive, System};
@@ -35,7 +35,7 @@ pub struct Start {
     /// Velocities; none: those of the drives.
     pub v: Vec<f64>,
     /// How a motion in closed form goes on, instead.
-    pub onward: Option<Onward>,
+    pub restart: Option<Restart>,
 }
 
 impl Start {
@@ -46,7 +46,7 @@ impl Start {
         Self {
             x: end.x.clone(),
             v: v.map(|(&v, &rides)| if rides { f64::NAN } else { v }).collect(),
-            onward: end.onward,
+            restart: end.restart,
         }
     }
 
@@ -161,9 +161,9 @@ impl Model {
         }
         match self {
             Self::Closed(oscillator) => {
-                if let Some(onward) = start.onward {
-                    return Ok(Running::Closed(Box::new(Closed::onward(
-                        oscillator, onward, max_events,
+                if let Some(restart) = start.restart {
+                    return Ok(Running::Closed(Box::new(Closed::restart(
+                        oscillator, restart, max_events,
                     ))));
                 }
                 let run = Run {

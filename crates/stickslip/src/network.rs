@@ -6,23 +6,23 @@
 //! A contact whose slip speed is held between two branches of its law is a constraint as adhesion is. Where something happens
 //! at another contact it keeps its force while the others are decided; only then it is asked whether it holds on.
 
-mod grip;
+mod complementarity;
+mod contact_states;
 mod guards;
 pub(crate) mod orbit;
 mod release;
 pub mod sequence;
-mod settle;
 mod transition;
 
 pub use orbit::{Orbit, States};
 
-use settle::Passage;
+use contact_states::Passage;
 
 use crate::drive::Clock;
 use crate::engine::steps::Step;
 use crate::error::{Error, finite, positive};
 use crate::event::Work;
-use crate::flow::taylor::{Frame, Held, Motion, Rub};
+use crate::flow::taylor::{ForceLine, Frame, Held, Motion};
 use crate::law::{End, Friction, Law, Memory, Piece};
 use crate::mode::Kind;
 use crate::observer::Observer;
@@ -135,7 +135,7 @@ struct Contact {
     /// The force of a stuck contact that is at its limit while others hold it, else 0.
     pinned: f64,
     /// The slip acceleration is zero at the start of the piece, by what led there.
-    turning: bool,
+    at_reversal: bool,
     /// The sign of the slip acceleration in this piece, 0 before it is known.
     sense: f64,
     /// Friction of the two branches between which the slip speed is held, if it is.
@@ -151,7 +151,7 @@ impl Contact {
     }
 
     /// What it does, as far as the flow cares.
-    fn rub(&self) -> Rub {
+    fn force_line(&self) -> ForceLine {
         let (offset, slope) = if self.direction == 0.0 {
             (self.pinned, 0.0)
         } else if self.between.is_some() {
@@ -159,7 +159,7 @@ impl Contact {
         } else {
             (self.piece.offset, self.piece.slope)
         };
-        Rub {
+        ForceLine {
             direction: self.direction,
             offset,
             slope,
@@ -178,7 +178,7 @@ pub(crate) struct Loop<'a> {
     x: Vec<f64>,
     v: Vec<f64>,
     contacts: Vec<Contact>,
-    rubs: Vec<Rub>,
+    force_lines: Vec<ForceLine>,
     held: Held,
     /// The largest speed so far.
     scale: f64,
@@ -205,7 +205,7 @@ impl<'a> Loop<'a> {
             memory: Memory::default(),
             since: Clock::default(),
             pinned: 0.0,
-            turning: false,
+            at_reversal: false,
             sense: 0.0,
             between: None,
             kept: 0.0,
@@ -220,7 +220,7 @@ impl<'a> Loop<'a> {
             x: run.x0.clone().unwrap_or_else(|| vec![0.0; n]),
             v: run.v0.clone().unwrap_or_else(|| system.driven_velocities()),
             contacts: vec![still; system.contacts.len()],
-            rubs: Vec::new(),
+            force_lines: Vec::new(),
             scale: 0.0,
             steps: Vec::new(),
             events: Vec::new(),
@@ -295,15 +295,19 @@ impl<'a> Loop<'a> {
                 }
                 asked = Some(self.work.evaluations);
             }
-            let step = self.motion.reach(&self.frame, &self.rubs, self.scale);
+            let step = self.motion.reach(&self.frame, &self.force_lines, self.scale);
             self.record_step();
             let end = self.clock.until(run.t_end);
-            let bend = self.frame.drives.iter().map(|drive| drive.bend_after(self.clock));
-            let bend = bend.fold(f64::INFINITY, f64::min);
-            let whole = step.min(end).min(bend);
-            let mut horizon = self
-                .motion
-                .agreed(&self.frame, &self.laws, &self.rubs, self.scale, whole);
+            let corner = self
+                .frame
+                .drives
+                .iter()
+                .map(|drive| drive.corner_after(self.clock));
+            let corner = corner.fold(f64::INFINITY, f64::min);
+            let whole = step.min(end).min(corner);
+            let mut horizon =
+                self.motion
+                    .agreed(&self.frame, &self.laws, &self.force_lines, self.scale, whole);
             let step = if horizon < whole { horizon } else { step };
             if step.is_nan()
                 || step < f64::EPSILON * (1.0 / self.frame.rate).min(1.0) * 1e-3
@@ -326,13 +330,13 @@ impl<'a> Loop<'a> {
                 self.show(after, horizon, false, observer);
                 self.advance(horizon);
                 for contact in &mut self.contacts {
-                    contact.turning = false;
+                    contact.at_reversal = false;
                 }
-                if horizon == bend {
+                if horizon == corner {
                     // The drive changes its acceleration: adhesion may break at once.
                     let rates = self.rates(horizon);
                     self.motion.aim(&self.frame, self.clock);
-                    self.settle(&Passage {
+                    self.set_contact_states(&Passage {
                         arrived: Vec::new(),
                         released: None,
                         returned: None,
@@ -381,7 +385,7 @@ impl<'a> Loop<'a> {
             clock: self.clock,
             frame: &self.frame,
             motion: &self.motion,
-            rubs: &self.rubs,
+            force_lines: &self.force_lines,
             rounding: ROUNDING * self.scale,
         }
     }
@@ -401,7 +405,7 @@ impl<'a> Loop<'a> {
         self.measure_scale();
         // A jump of the acceleration elsewhere may turn a contact, whose new piece may turn the next one.
         for _ in 0..=self.contacts.len() {
-            self.set_rubs();
+            self.set_force_lines();
             // What adhesion or the branches hold drifts by rounding otherwise, the more the longer it is held.
             let kept = |c: usize| self.contacts[c].kept;
             self.frame.keep(&self.held, kept, self.clock, &mut self.v);
@@ -413,21 +417,21 @@ impl<'a> Loop<'a> {
             // A start that has no slope is expanded without one: what follows may be less than what rounding makes of it.
             for (c, contact) in self.contacts.iter_mut().enumerate() {
                 if contact.direction != 0.0 && contact.between.is_none() {
-                    contact.turning &= self.motion.u[c][1].abs() <= STILL * size;
-                    self.rubs[c].still = contact.turning;
+                    contact.at_reversal &= self.motion.u[c][1].abs() <= STILL * size;
+                    self.force_lines[c].still = contact.at_reversal;
                 }
             }
-            if self.rubs.iter().any(|rub| rub.still) {
+            if self.force_lines.iter().any(|force_line| force_line.still) {
                 self.series();
             }
-            let mut turned = false;
+            let mut reversed = false;
             for c in 0..self.contacts.len() {
                 let contact = &mut self.contacts[c];
-                if contact.direction == 0.0 || contact.between.is_some() || !contact.piece.turns {
+                if contact.direction == 0.0 || contact.between.is_some() || !contact.piece.reverses {
                     continue;
                 }
                 let slope = self.motion.u[c][1];
-                let now = if contact.turning {
+                let now = if contact.at_reversal {
                     self.motion.u[c][2]
                 } else {
                     slope
@@ -437,12 +441,12 @@ impl<'a> Loop<'a> {
                     contact.sense = now;
                 } else if now != contact.sense && slope.abs() > 1e3 * ROUNDING * size {
                     let speed = self.motion.u[c][0].max(0.0);
-                    self.turn(c, now > 0.0, speed);
-                    (self.contacts[c].sense, self.contacts[c].turning) = (now, false);
-                    turned = true;
+                    self.reverse(c, now > 0.0, speed);
+                    (self.contacts[c].sense, self.contacts[c].at_reversal) = (now, false);
+                    reversed = true;
                 }
             }
-            if !turned {
+            if !reversed {
                 return;
             }
         }
@@ -450,22 +454,29 @@ impl<'a> Loop<'a> {
 
     /// The coefficients for what the contacts do.
     fn series(&mut self) {
-        self.motion
-            .expand(&self.frame, &self.laws, &self.rubs, &self.held, &self.x, &self.v);
+        self.motion.expand(
+            &self.frame,
+            &self.laws,
+            &self.force_lines,
+            &self.held,
+            &self.x,
+            &self.v,
+        );
         self.work.evaluations += 1;
     }
 
-    fn set_rubs(&mut self) {
+    fn set_force_lines(&mut self) {
         for c in 0..self.contacts.len() {
             if self.contacts[c].between.is_some() && self.follows(c) {
                 // To either branch; where the slip acceleration has the other sign it turns.
                 self.leave(c, End::Low, self.motion.u[c][0].max(0.0));
-                (self.contacts[c].sense, self.contacts[c].turning) = (-1.0, false);
+                (self.contacts[c].sense, self.contacts[c].at_reversal) = (-1.0, false);
             }
         }
-        self.rubs.clear();
-        self.rubs.extend(self.contacts.iter().map(Contact::rub));
-        let stuck = (0..self.contacts.len()).filter(|&c| self.rubs[c].holds());
+        self.force_lines.clear();
+        self.force_lines
+            .extend(self.contacts.iter().map(Contact::force_line));
+        let stuck = (0..self.contacts.len()).filter(|&c| self.force_lines[c].holds());
         if !stuck.clone().eq(self.held.contacts.iter().copied()) {
             self.held = self.frame.held(stuck.collect());
         }
@@ -475,14 +486,18 @@ impl<'a> Loop<'a> {
         self.steps.extend([self.clock.high, self.clock.low]);
         self.steps.extend(&self.x);
         self.steps.extend(&self.v);
-        for (rub, contact) in self.rubs.iter().zip(&self.contacts) {
-            let branch = if rub.direction == 0.0 {
+        for (force_line, contact) in self.force_lines.iter().zip(&self.contacts) {
+            let branch = if force_line.direction == 0.0 {
                 0
             } else {
                 contact.piece.branch
             };
-            self.steps
-                .extend([rub.direction, rub.offset, rub.slope, f64::from(branch)]);
+            self.steps.extend([
+                force_line.direction,
+                force_line.offset,
+                force_line.slope,
+                f64::from(branch),
+            ]);
         }
     }
 

@@ -5,7 +5,7 @@ use crate::event::Work;
 use crate::flow::exact::Frame;
 use crate::law::Piece;
 use crate::mode::{Kind, Mode};
-use crate::place::Place;
+use crate::restart::HybridState;
 use crate::section::Point;
 use crate::simulate::{MOST_BYTES, Run, Stop};
 use crate::structure::{Oscillator, with_harmonics};
@@ -101,7 +101,7 @@ impl Segment {
             low: 0.0,
             high: f64::INFINITY,
             branch: self.branch,
-            turns: false,
+            reverses: false,
         };
         let slip = frame.closed(self.clock, self.x, self.v, self.direction, &piece);
         let basis = slip.basis(tau);
@@ -139,7 +139,7 @@ pub trait Record {
         false
     }
     /// The end of the run was reached here.
-    fn arrived(&mut self, _place: Place) {}
+    fn arrived(&mut self, _hybrid: HybridState) {}
 }
 
 /// A record that is told on as long as `go_on` says so.
@@ -168,8 +168,8 @@ impl<R: Record, F: FnMut() -> bool> Record for While<&mut R, F> {
         self.record.full()
     }
 
-    fn arrived(&mut self, place: Place) {
-        self.record.arrived(place);
+    fn arrived(&mut self, hybrid: HybridState) {
+        self.record.arrived(hybrid);
     }
 }
 

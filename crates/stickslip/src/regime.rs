@@ -42,7 +42,7 @@ impl Regime {
             Self::StickSlip => "stick_slip",
             Self::AlmostHarmonic => "almost_harmonic",
             Self::StableSlip => "stable_slip",
-            Self::BackAndForth => "back_and_forth",
+            Self::BackAndForth => "reversing_slip",
             Self::AtRest => "at_rest",
             Self::Diverged => "diverged",
             Self::Unfinished => "unfinished",

@@ -99,8 +99,8 @@ impl Follow {
     fn to(&mut self, law: &Law, u: f64, memory: &mut Memory) {
         let rising = u > self.u;
         if u != self.u {
-            if rising != self.rising && !self.fresh && self.piece.turns {
-                self.piece = law.next(&self.piece, End::Turn { rising }, self.u, memory);
+            if rising != self.rising && !self.fresh && self.piece.reverses {
+                self.piece = law.next(&self.piece, End::Reversal { rising }, self.u, memory);
             }
             (self.rising, self.fresh) = (rising, false);
         }

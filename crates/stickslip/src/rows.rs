@@ -54,11 +54,11 @@ impl Rows {
         for (head, mass, value) in starts {
             let of = if head == "x0" { &mut start.x } else { &mut start.v };
             of.resize(model.masses(), f64::NAN);
-            let place = match mass {
+            let node = match mass {
                 "" if model.masses() == 1 => of.first_mut(),
                 _ => mass.parse().ok().and_then(|mass: usize| of.get_mut(mass)),
             };
-            *place.ok_or_else(|| Error::Document {
+            *node.ok_or_else(|| Error::Document {
                 reason: format!("{head} must name a mass, such as {head}.0, got {mass:?}"),
             })? = value;
         }
@@ -83,9 +83,9 @@ fn number<'a>(document: &'a mut Value, path: &str) -> Result<&'a mut Value, Erro
         reason: format!("the system document has no number {path:?}"),
     };
     let pointer = format!("/{}", path.replace('.', "/"));
-    let place = document.pointer_mut(&pointer).ok_or_else(missing)?;
-    if place.is_number() {
-        Ok(place)
+    let node = document.pointer_mut(&pointer).ok_or_else(missing)?;
+    if node.is_number() {
+        Ok(node)
     } else {
         Err(missing())
     }

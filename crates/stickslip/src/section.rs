@@ -194,7 +194,7 @@ impl Cut {
             let Guard {
                 value,
                 rate,
-                bend,
+                curvature,
                 noise,
                 reach,
             } = guard(t);
@@ -202,18 +202,18 @@ impl Cut {
             let noise = noise.max(DIED_OUT);
             if value.abs() > noise {
                 self.see(value.signum(), || point(t), found);
-            } else if rate.abs() * reach <= noise && bend * reach * reach <= noise {
+            } else if rate.abs() * reach <= noise && curvature * reach * reach <= noise {
                 // On the surface for good, as far as rounding can tell.
                 self.stay(|| point(t));
                 t += reach;
                 continue;
             }
             let tiny = 4.0 * f64::EPSILON * t.max(unit);
-            let mut step = free_time((self.side * value).max(0.0), self.side * rate, bend);
+            let mut step = free_time((self.side * value).max(0.0), self.side * rate, curvature);
             if step <= tiny {
                 if self.side * rate < 0.0 {
                     self.see(-self.side, || point(t), found);
-                    step = free_time(0.0, rate.abs(), bend);
+                    step = free_time(0.0, rate.abs(), curvature);
                 } else {
                     // It touches: the square root of rounding leads past.
                     step = 1e-8 * unit;
@@ -229,7 +229,7 @@ pub(crate) struct Guard {
     pub(crate) value: f64,
     pub(crate) rate: f64,
     /// A bound of its curvature for a time `reach` from here.
-    pub(crate) bend: f64,
+    pub(crate) curvature: f64,
     /// A smaller value is zero within rounding.
     pub(crate) noise: f64,
     pub(crate) reach: f64,

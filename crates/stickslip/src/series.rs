@@ -142,7 +142,7 @@ pub fn derivative(series: &Series) -> Series {
 
 /// A bound of the second derivative for 0 ≤ h ≤ `reach`.
 #[must_use]
-pub fn curvature(series: &Series, reach: f64) -> f64 {
+pub fn curvature_bound(series: &Series, reach: f64) -> f64 {
     (2..=ORDER)
         .rev()
         .fold(0.0, |sum, k| sum * reach + (k * (k - 1)) as f64 * series[k].abs())
@@ -166,7 +166,7 @@ pub(crate) const PASSED: f64 = 1e6;
 
 /// The first h in [0, reach] at which a guard is no longer positive.
 ///
-/// A guard that starts within `rounding` of zero and rises is armed: its root at 0 is divided out. `turning` says that its
+/// A guard that starts within `rounding` of zero and rises is armed: its root at 0 is divided out. `at_reversal` says that its
 /// slope is zero by what is known of the mode; then both are. The march advances by the largest step in which a bound of
 /// the curvature excludes a root, so none is jumped over; it closes in on the first one from below, quadratically. A touch,
 /// where the guard turns back within `rounding` of zero, is no root: it is told to `grazes`.
@@ -174,12 +174,12 @@ pub(crate) const PASSED: f64 = 1e6;
 pub fn first_root(
     guard: &Series,
     rounding: f64,
-    turning: bool,
+    at_reversal: bool,
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Option<f64> {
     let mut series = *guard;
-    if turning {
+    if at_reversal {
         series[1] = 0.0;
     }
     if series[0] < -PASSED * rounding {
@@ -196,11 +196,11 @@ pub fn first_root(
         {
             return None;
         }
-        let order = if turning { 2 } else { 1 };
+        let order = if at_reversal { 2 } else { 1 };
         if series[order] <= 0.0 {
             return Some(0.0);
         }
-        armed = usize::from(turning) + 1;
+        armed = usize::from(at_reversal) + 1;
         series.copy_within(order.., 0);
         series[ORDER + 1 - order..].fill(0.0);
     }
@@ -210,7 +210,7 @@ pub fn first_root(
     if series[0] > away {
         return None;
     }
-    let bend = curvature(&series, reach);
+    let curvature = curvature_bound(&series, reach);
     let tiny = f64::EPSILON * reach;
     let mut t = 0.0;
     // Quadratic convergence needs a few dozen; a guard that touches zero within rounding is given up there.
@@ -233,13 +233,13 @@ pub fn first_root(
         if value <= 0.0 {
             return Some(t);
         }
-        let mut free = free_time(value, slope, bend);
+        let mut free = free_time(value, slope, curvature);
         if free <= tiny.max(f64::EPSILON * t) {
             return Some((t + free).min(reach));
         }
         if 8.0 * free < reach - t {
             // A tighter bound, over as far as it may be used.
-            let near = curvature(&series, t + 8.0 * free);
+            let near = curvature_bound(&series, t + 8.0 * free);
             free = free_time(value, slope, near).min(8.0 * free);
         }
         t += free;
@@ -253,10 +253,10 @@ pub fn first_root(
 
 /// The time after which a guard that meets zero at `t` is clear of it again, if it turns back before it is below `rounding`.
 fn touch(series: &Series, t: f64, (value, slope): (f64, f64), rounding: f64) -> Option<f64> {
-    let bend = slope_at(&derivative(series), t).1;
-    let deepest = value - 0.5 * slope * slope / bend;
-    (bend > 0.0 && deepest > -rounding)
-        .then(|| (2.0 * (2.0 * rounding - deepest) / bend).sqrt() - slope / bend)
+    let curvature = slope_at(&derivative(series), t).1;
+    let deepest = value - 0.5 * slope * slope / curvature;
+    (curvature > 0.0 && deepest > -rounding)
+        .then(|| (2.0 * (2.0 * rounding - deepest) / curvature).sqrt() - slope / curvature)
 }
 
 #[cfg(test)]

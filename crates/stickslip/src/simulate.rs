@@ -8,7 +8,7 @@ use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::network;
 use crate::orbit::{Event, Orbit, Record, Segment, While};
-use crate::place::Place;
+use crate::restart::HybridState;
 use crate::structure::{Oscillator, with_harmonics};
 use crate::watch::Watched;
 
@@ -179,59 +179,59 @@ pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> R
     )
 }
 
-/// Go on from a place, with x and v of the run, until `run.t_end`, a time on the clock of the place, and tell `record`.
+/// Go on from a hybrid, with x and v of the run, until `run.t_end`, a time on the clock of the hybrid, and tell `record`.
 ///
 /// # Errors
 /// A harmonic that meets an undamped resonance.
 pub fn resume(
     oscillator: &Oscillator,
     run: Run,
-    place: Place,
+    hybrid: HybridState,
     record: &mut impl Record,
 ) -> Result<(Stop, Work), Error> {
     fn go_on<const H: usize>(
         oscillator: &Oscillator,
         run: Run,
-        place: Place,
+        hybrid: HybridState,
         record: &mut impl Record,
     ) -> Result<(Stop, Work), Error> {
-        let mut state = Loop::<H>::new(oscillator, run, place.clock);
-        state.memory = place.memory;
-        state.go_from(place.mode, run, record)
+        let mut state = Loop::<H>::new(oscillator, run, hybrid.clock);
+        state.memory = hybrid.memory;
+        state.go_from(hybrid.mode, run, record)
     }
-    with_harmonics!(oscillator, H, go_on::<H>(oscillator, run, place, record))
+    with_harmonics!(oscillator, H, go_on::<H>(oscillator, run, hybrid, record))
 }
 
-/// The place where a run starts.
-pub(crate) fn first_place(oscillator: &Oscillator, run: Run) -> Place {
-    fn place<const H: usize>(oscillator: &Oscillator, run: Run) -> Place {
+/// The hybrid where a run starts.
+pub(crate) fn first_hybrid_state(oscillator: &Oscillator, run: Run) -> HybridState {
+    fn hybrid<const H: usize>(oscillator: &Oscillator, run: Run) -> HybridState {
         let mut state = Loop::<H>::new(oscillator, run, Clock::default());
         let mode = state.first();
-        state.place(mode)
+        state.hybrid(mode)
     }
-    with_harmonics!(oscillator, H, place::<H>(oscillator, run))
+    with_harmonics!(oscillator, H, hybrid::<H>(oscillator, run))
 }
 
-/// Position, velocity and place after the next event of a motion from a place, if it occurs before `t_end` and `record` goes
+/// Position, velocity and hybrid after the next event of a motion from a hybrid, if it occurs before `t_end` and `record` goes
 /// on until then.
 pub(crate) fn next_event(
     oscillator: &Oscillator,
     (x, v): (f64, f64),
-    place: Place,
+    hybrid: HybridState,
     t_end: f64,
     record: &mut impl Record,
-) -> Option<(f64, f64, Place)> {
+) -> Option<(f64, f64, HybridState)> {
     fn next<const H: usize>(
         oscillator: &Oscillator,
         run: Run,
-        place: Place,
+        hybrid: HybridState,
         record: &mut impl Record,
-    ) -> Option<(f64, f64, Place)> {
-        let mut state = Loop::<H>::new(oscillator, run, place.clock);
-        state.memory = place.memory;
+    ) -> Option<(f64, f64, HybridState)> {
+        let mut state = Loop::<H>::new(oscillator, run, hybrid.clock);
+        state.memory = hybrid.memory;
         let horizon = state.clock.until(run.t_end);
-        let mode = state.end_of(&place.mode, horizon, record).ok()?.ok()??;
-        Some((state.x, state.v, state.place(mode)))
+        let mode = state.end_of(&hybrid.mode, horizon, record).ok()?.ok()??;
+        Some((state.x, state.v, state.hybrid(mode)))
     }
     let run = Run {
         x0: x,
@@ -239,7 +239,7 @@ pub(crate) fn next_event(
         t_end,
         max_events: 1,
     };
-    with_harmonics!(oscillator, H, next::<H>(oscillator, run, place, record))
+    with_harmonics!(oscillator, H, next::<H>(oscillator, run, hybrid, record))
 }
 
 /// So many events pass between two questions whether to go on; in less than a millionth of the natural time √(m/k) they are an
@@ -265,8 +265,8 @@ const KEPT: usize = 4;
 
 struct Loop<'a, const H: usize> {
     law: &'a Law,
-    /// What adhesion bears backward and forward, if that never changes.
-    bears: Option<[f64; 2]>,
+    /// the static limit backward and forward, if that never changes.
+    static_limit: Option<[f64; 2]>,
     frame: Frame<H>,
     responses: [Response<H>; KEPT],
     clock: Clock,
@@ -290,7 +290,7 @@ impl<'a, const H: usize> Loop<'a, H> {
         };
         Self {
             law,
-            bears: steady.then(|| [-1.0, 1.0].map(|direction| law.toward(direction).break_away(hold))),
+            static_limit: steady.then(|| [-1.0, 1.0].map(|direction| law.toward(direction).break_away(hold))),
             responses: [frame.response(f64::NAN); KEPT],
             clock,
             forces: frame.forces(clock),
@@ -315,8 +315,8 @@ impl<'a, const H: usize> Loop<'a, H> {
     }
 
     /// Where a mode begins.
-    fn place(&self, mode: Mode) -> Place {
-        Place {
+    fn hybrid(&self, mode: Mode) -> HybridState {
+        HybridState {
             clock: self.clock,
             mode,
             memory: self.memory,
@@ -364,7 +364,7 @@ impl<'a, const H: usize> Loop<'a, H> {
                     });
                     return Ok((Stop::MaxSeconds, self.work));
                 }
-                record.arrived(Place::inside(self.clock, horizon, mode, self.memory));
+                record.arrived(HybridState::inside(self.clock, horizon, mode, self.memory));
                 return Ok((Stop::End, self.work));
             };
             mode = next;
@@ -452,13 +452,15 @@ impl<'a, const H: usize> Loop<'a, H> {
 
     /// Adhesion until it breaks; the mode after that.
     fn stick(&mut self, horizon: f64, record: &mut impl Record) -> Option<Mode> {
-        let (stick, law, bears) = (self.at_rest(), self.law, self.bears);
-        let t = self.search(record, |work| end_of_stick(&stick, law, bears, horizon, work))?;
+        let (stick, law, static_limit) = (self.at_rest(), self.law, self.static_limit);
+        let t = self.search(record, |work| {
+            end_of_stick(&stick, law, static_limit, horizon, work)
+        })?;
         self.x += self.frame.drive_velocity * t;
         self.v = self.frame.drive_velocity;
         self.wait(t);
         let (holding, rate, _) = self.at_rest().at(0.0);
-        let force = match self.bears {
+        let force = match self.static_limit {
             Some([backward, forward]) => {
                 if holding < 0.0 {
                     backward
@@ -514,21 +516,21 @@ impl<'a, const H: usize> Loop<'a, H> {
         let speed = match end {
             End::Low => piece.low,
             End::High => piece.high,
-            End::Turn { .. } => direction * (self.frame.drive_velocity - self.v),
+            End::Reversal { .. } => direction * (self.frame.drive_velocity - self.v),
         };
         let force = direction * piece.force(speed);
-        if !matches!(end, End::Turn { .. }) {
+        if !matches!(end, End::Reversal { .. }) {
             // The slip velocity is known exactly here.
             self.v = self.frame.drive_velocity - direction * speed;
         }
-        if end == (End::Turn { rising: true }) {
+        if end == (End::Reversal { rising: true }) {
             self.memory.force_rate = self.at_rest().at(0.0).1.abs();
         }
-        if speed > 0.0 || end == (End::Turn { rising: true }) {
+        if speed > 0.0 || end == (End::Reversal { rising: true }) {
             let next = mode::after(self.law, direction, piece, end, speed, &mut self.memory);
             let kind = match (end, &next) {
                 (_, Mode::Hold { .. }) => Kind::Hold,
-                (End::Turn { .. }, _) => Kind::Reversal,
+                (End::Reversal { .. }, _) => Kind::Reversal,
                 _ => Kind::Node,
             };
             record.event(self.event(kind, force));

@@ -211,7 +211,7 @@ fn links(system: &System<StateLaw>) -> Vec<Link> {
                 _ => None,
             }
         });
-        // Masses that rub on no drive: one of them is a variable itself.
+        // Masses that force_line on no drive: one of them is a variable itself.
         let free = || {
             known
                 .iter()

@@ -8,10 +8,10 @@ use std::ops::Range;
 
 use serde::Deserialize;
 
-use crate::abreast::forward_all;
 use crate::engine::{Engine, Reached};
 use crate::error::{Error, positive, wrong};
 use crate::event::Work;
+use crate::lanes::forward_all;
 use crate::mode::Kind;
 use crate::model::{Model, Start};
 use crate::observer::{Course, Observer};
@@ -47,7 +47,7 @@ pub struct Look {
     pub contact: usize,
 }
 
-/// So many runs go abreast, one after the other in each lane.
+/// So many runs go in SIMD lanes, one after the other in each lane.
 const ABREAST: usize = 256;
 
 /// Returns to the section that are compared with each other, at most.
@@ -82,9 +82,9 @@ pub struct Steady {
     /// Why it ended.
     pub stop: Stop,
     /// Positions where ẋ changes its sign, the last of them in time.
-    pub turning_x: VecDeque<f64>,
+    pub extrema_x: VecDeque<f64>,
     /// Slip velocities where ẇ changes its sign, 0 while the mass sticks.
-    pub turning_w: VecDeque<f64>,
+    pub extrema_w: VecDeque<f64>,
     /// The last returns to the section.
     pub section: VecDeque<Point>,
 }
@@ -111,8 +111,8 @@ impl Sweep {
         row().map_err(|error| self.rows.error(index, &error))
     }
 
-    /// The runs of a range of rows, each from `begin` unless the row says otherwise. Their transients go abreast where that is
-    /// possible (see [`crate::abreast`]).
+    /// The runs of a range of rows, each from `begin` unless the row says otherwise. Their transients go in SIMD lanes where that is
+    /// possible (see [`crate::lanes`]).
     ///
     /// # Errors
     /// The first row whose values make no sense.
@@ -153,11 +153,11 @@ impl Sweep {
     /// The model of a row, and where its run begins.
     fn model(&self, index: usize, begin: &Start) -> Result<(Model, Start), Error> {
         let (model, mut start) = self.rows.model(index, begin)?;
-        if let Some(onward) = start.onward.filter(|_| self.varies_law()) {
+        if let Some(restart) = start.restart.filter(|_| self.varies_law()) {
             // Lines and memory of one law say nothing under another.
-            start.onward = None;
+            start.restart = None;
             if let Model::Closed(oscillator) = &model {
-                start.v = vec![oscillator.drive_velocity - onward.w];
+                start.v = vec![oscillator.drive_velocity - restart.w];
             }
         }
         Ok((model, start))
@@ -243,8 +243,8 @@ struct Watch<'a> {
     contact: usize,
     points: usize,
     passing: Passing,
-    turns_x: Cut,
-    turns_w: Cut,
+    cut_x: Cut,
+    cut_w: Cut,
     x: [f64; 2],
     w: [f64; 2],
     sticks: bool,
@@ -256,8 +256,8 @@ struct Watch<'a> {
     returns: VecDeque<(Point, u32)>,
     /// Points of the section in the course that passes.
     met: VecDeque<Point>,
-    turning_x: VecDeque<f64>,
-    turning_w: VecDeque<f64>,
+    extrema_x: VecDeque<f64>,
+    extrema_w: VecDeque<f64>,
     /// The most returns that are kept.
     most: usize,
     /// Where it ended, if it did.
@@ -281,8 +281,8 @@ impl Observer for Watch<'_> {
             most,
             returns,
             met,
-            turning_x,
-            turning_w,
+            extrema_x,
+            extrema_w,
             go_on,
             ..
         } = self;
@@ -299,9 +299,9 @@ impl Observer for Watch<'_> {
         }
         widen(x, first.x);
         widen(w, first.w);
-        course.cross(contact, &mut self.turns_x, span, watched, &mut |point| {
+        course.cross(contact, &mut self.cut_x, span, watched, &mut |point| {
             widen(x, point.x);
-            keep(turning_x, *points, point.x);
+            keep(extrema_x, *points, point.x);
             // Returns and maxima in the order of time.
             while let Some(&before) = met.front().filter(|before| before.t < point.t) {
                 keep(returns, *most, (before, *loops));
@@ -310,9 +310,9 @@ impl Observer for Watch<'_> {
             *loops += u32::from(*rises);
             *rises = !*rises;
         });
-        course.cross(contact, &mut self.turns_w, span, watched, &mut |point| {
+        course.cross(contact, &mut self.cut_w, span, watched, &mut |point| {
             widen(w, point.w);
-            keep(turning_w, *points, point.w);
+            keep(extrema_w, *points, point.w);
         });
         for point in met.drain(..) {
             keep(returns, *most, (point, *loops));
@@ -351,8 +351,8 @@ impl<'a> Watch<'a> {
             contact: look.contact,
             points: look.points,
             passing: Passing::new(surface),
-            turns_x: Cut::new([0.0, 1.0, 0.0, 0.0], 0.0, 0),
-            turns_w: Cut::new([0.0, 0.0, 0.0, 1.0], 0.0, 0),
+            cut_x: Cut::new([0.0, 1.0, 0.0, 0.0], 0.0, 0),
+            cut_w: Cut::new([0.0, 0.0, 0.0, 1.0], 0.0, 0),
             x: none,
             w: none,
             sticks: false,
@@ -362,8 +362,8 @@ impl<'a> Watch<'a> {
             rises: false,
             returns: VecDeque::new(),
             met: VecDeque::new(),
-            turning_x: VecDeque::new(),
-            turning_w: VecDeque::new(),
+            extrema_x: VecDeque::new(),
+            extrema_w: VecDeque::new(),
             most,
             end: None,
             go_on,
@@ -396,8 +396,8 @@ impl<'a> Watch<'a> {
         // A motion that rests turns nowhere; its place stands for the points.
         let resting = self.end.filter(|_| rests);
         if let Some(end) = resting {
-            self.turning_x = std::iter::repeat_n(end.x, look.points.min(1)).collect();
-            self.turning_w = std::iter::repeat_n(end.w, look.points.min(1)).collect();
+            self.extrema_x = std::iter::repeat_n(end.x, look.points.min(1)).collect();
+            self.extrema_w = std::iter::repeat_n(end.w, look.points.min(1)).collect();
         }
         let cycle = if period > 0 && !rests {
             period
@@ -426,8 +426,8 @@ impl<'a> Watch<'a> {
             end: (stop == Stop::End).then(|| engine.end().clone()),
             events: engine.events(),
             stop,
-            turning_x: self.turning_x,
-            turning_w: self.turning_w,
+            extrema_x: self.extrema_x,
+            extrema_w: self.extrema_w,
             section: self
                 .returns
                 .iter()

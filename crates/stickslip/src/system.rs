@@ -1,4 +1,4 @@
-//! Any number of masses that rub on drives and on each other.
+//! Any number of masses that force_line on drives and on each other.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -145,7 +145,7 @@ impl Drive {
         Ok(())
     }
 
-    /// The coefficients of s(clock + h), good until [`Drive::bend_after`].
+    /// The coefficients of s(clock + h), good until [`Drive::corner_after`].
     pub(crate) fn expand(&self, clock: Clock, series: &mut Series) {
         series.fill(0.0);
         series[0] = self.velocity;
@@ -170,7 +170,7 @@ impl Drive {
     }
 
     /// The time from `clock` to the next node.
-    pub(crate) fn bend_after(&self, clock: Clock) -> f64 {
+    pub(crate) fn corner_after(&self, clock: Clock) -> f64 {
         let until = self.nodes.iter().map(|node| clock.until(node[0]));
         until.filter(|&time| time > 0.0).fold(f64::INFINITY, f64::min)
     }

@@ -1,6 +1,6 @@
 //! The derivative of a motion through its events: fundamental matrices of the segments and jumps at the events at once.
 //!
-//! A *trail* is a motion with its event sequence held fixed: arc after arc, each ended by the event that ended it in the
+//! An *event sequence* is a motion with its event sequence held fixed: phase after phase, each ended by the event that ended it in the
 //! motion it was taken from. The state carries everything that what follows depends on, the time, the lines of friction and
 //! the memory of the contacts included, and every number in it is a [`Dual`]: the derivative with respect to the start and to
 //! one parameter comes along. At an event the time moves with the state by −h′/ḣ, which is the saltation matrix
@@ -10,36 +10,36 @@
 //! Segments are differentiated by the variational equation, whose Taylor series go along with those of the motion. Only a
 //! law's own algebra (break-away force, next line) and the parameter of the system are differenced, to the fourth order.
 //!
-//! Held to its sequence, a motion goes on smoothly where the real one would change it. What vanishes there are the *borders*,
+//! Held to its sequence, a motion goes on smoothly where the real one would change it. What vanishes there are the *boundaries*,
 //! the test functions of the sliding bifurcations, and they carry their derivatives too.
 
-mod border;
+mod boundary;
 mod saltation;
 mod segment;
 mod state;
 mod varied;
 
-pub use border::{Border, Test};
+pub use boundary::{Boundary, Test};
 pub(crate) use state::contact_of;
-pub use state::{Arc, CONTACT, Ending, Flags, Layout, Phase, State};
+pub use state::{CONTACT, ContactState, Ending, Flags, Layout, Phase, State};
 pub use varied::Varied;
 
-use saltation::ArcEnd;
-use segment::{Course, Place};
+use saltation::PhaseEnd;
+use segment::{Course, Expansion};
 use state::Moving;
 
 use crate::dual::Dual;
 use crate::error::Error;
 use crate::simulate::MOST_BYTES;
 
-/// A trail followed: states at the ends of the arcs, durations, test functions.
+/// An event sequence followed: states at the ends of the phases, durations, test functions.
 #[derive(Clone, Debug, Default)]
 pub struct Followed {
-    /// The state after each arc.
+    /// The state after each phase.
     pub states: Vec<State>,
-    /// The derivatives of its numbers, arc after arc, row after row: by those of the start, and by the parameter.
+    /// The derivatives of its numbers, phase after phase, row after row: by those of the start, and by the parameter.
     pub rates: Vec<f64>,
-    /// How long each arc took.
+    /// How long each phase took.
     pub durations: Vec<f64>,
     /// The test functions.
     pub tests: Vec<Test>,
@@ -47,57 +47,58 @@ pub struct Followed {
 
 fn lost(index: usize, why: &str) -> Error {
     Error::Document {
-        reason: format!("the motion held to its event sequence {why} on arc {index}"),
+        reason: format!("the motion held to its event sequence {why} on phase {index}"),
     }
 }
 
-/// Follow a trail from `start`; `last` is what the contacts do after it. With `reseed` the derivatives begin anew with each arc.
-/// It ends early once `go_on` says no, asked before every arc.
+/// Follow an event sequence from `start`; `last` is what the contacts do after it. With `reseed` the derivatives begin anew with each phase.
+/// It ends early once `go_on` says no, asked before every phase.
 ///
 /// # Errors
-/// The arc whose end is not found near where it was.
+/// The phase whose end is not found near where it was.
 pub fn follow(
     varied: &Varied,
     start: &State,
-    arcs: &[Arc],
-    last: &[Phase],
+    phases: &[Phase],
+    last: &[ContactState],
     reseed: bool,
     tests: bool,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Followed, Error> {
     let course = Course::new(varied);
     let (width, lanes) = (course.layout.width(), course.layout.lanes());
-    if arcs.len().saturating_mul(width * lanes * size_of::<f64>()) > MOST_BYTES.saturating_mul(4) {
+    if phases.len().saturating_mul(width * lanes * size_of::<f64>()) > MOST_BYTES.saturating_mul(4) {
         return Err(Error::Document {
             reason: format!(
                 "the derivatives of {} events of this system take more than 4 GiB: follow fewer at a time",
-                arcs.len()
+                phases.len()
             ),
         });
     }
     let mut followed = Followed {
-        rates: Vec::with_capacity(arcs.len() * width * lanes),
+        rates: Vec::with_capacity(phases.len() * width * lanes),
         ..Followed::default()
     };
     let mut state = start.clone();
-    // The derivatives so far, row after row; what an arc adds is found by its own start.
+    // The derivatives so far, row after row; what a phase adds is found by its own start.
     let unit = identity(width);
-    let mut place = course.place();
-    for (index, arc) in arcs.iter().enumerate() {
+    let mut expansion = course.expansion();
+    for (index, phase) in phases.iter().enumerate() {
         if !go_on() {
             break;
         }
-        let next = arcs.get(index + 1).map_or(last, |arc| &arc.phases);
+        let next = phases.get(index + 1).map_or(last, |phase| &phase.contact_states);
         let seeded = state.seeded(course.all_lanes());
-        let tau = end_of(&course, &seeded, arc, &mut place).ok_or_else(|| lost(index, "does not end"))?;
-        let moves = Course::moves(&course.guard(&seeded, arc, tau, &place));
-        let end = ArcEnd {
+        let tau =
+            end_of(&course, &seeded, phase, &mut expansion).ok_or_else(|| lost(index, "does not end"))?;
+        let moves = Course::moves(&course.guard(&seeded, phase, tau, &expansion));
+        let end = PhaseEnd {
             index,
-            arc,
+            phase,
             start: &seeded,
             tau,
-            place: &place,
-            moved: course.moved(&seeded, tau, &place),
+            expansion: &expansion,
+            moved: course.moved(&seeded, tau, &expansion),
             next,
         };
         let after = course.pass(&end, &moves);
@@ -119,7 +120,7 @@ pub fn follow(
         };
         if tests {
             let first = followed.tests.len();
-            course.borders(&end, &mut followed.tests);
+            course.boundaries(&end, &mut followed.tests);
             course.entry(&end, &moves, &mut followed.tests);
             for test in &mut followed.tests[first..] {
                 let mut row = vec![0.0; lanes];
@@ -146,7 +147,7 @@ fn identity(width: usize) -> Vec<f64> {
     rows
 }
 
-/// The derivatives of a number by the start of the trail, from those by the start of the arc and of that by the trail's.
+/// The derivatives of a number by the start of the event sequence, from those by the start of the phase and of that by the event sequence's.
 fn chain(number: &Dual, rates: &[f64], row: &mut [f64]) {
     let parameter = row.len() - 1;
     row[parameter] = number.rates[parameter];
@@ -159,11 +160,11 @@ fn chain(number: &Dual, rates: &[f64], row: &mut [f64]) {
     }
 }
 
-/// When the arc ends, near where it did: Newton. The place goes there.
-fn end_of(course: &Course, start: &Moving, arc: &Arc, place: &mut Place) -> Option<f64> {
-    let mut tau = arc.duration;
-    course.go(start, &arc.phases, tau, place);
-    if arc.ending == Ending::Time {
+/// When the phase ends, near where it did: Newton. The expansion goes there.
+fn end_of(course: &Course, start: &Moving, phase: &Phase, expansion: &mut Expansion) -> Option<f64> {
+    let mut tau = phase.duration;
+    course.go(start, &phase.contact_states, tau, expansion);
+    if phase.ending == Ending::Time {
         return Some(tau);
     }
     let rate_of_all = course.frame.rate;
@@ -171,7 +172,7 @@ fn end_of(course: &Course, start: &Moving, arc: &Arc, place: &mut Place) -> Opti
     let mut best = f64::INFINITY;
     let mut first = None;
     for round in 0..60 {
-        let guard = course.guard(start, arc, tau, place);
+        let guard = course.guard(start, phase, tau, expansion);
         let (value, rate) = (guard.value, guard.rates[course.all_lanes() - 1]);
         if !(value.is_finite() && rate.is_finite()) || rate == 0.0 {
             return (value == 0.0).then_some(tau);
@@ -179,9 +180,10 @@ fn end_of(course: &Course, start: &Moving, arc: &Arc, place: &mut Place) -> Opti
         let step = -value / rate;
         // Beside a tangency Newton may run away from an end that was known from the start.
         let known = *first.get_or_insert(step);
-        if round > 0 && known.abs() < 1e-9 / rate_of_all && (tau - arc.duration).abs() > 1e-6 / rate_of_all {
-            course.shift(start, &arc.phases, arc.duration, place);
-            return Some(arc.duration);
+        if round > 0 && known.abs() < 1e-9 / rate_of_all && (tau - phase.duration).abs() > 1e-6 / rate_of_all
+        {
+            course.shift(start, &phase.contact_states, phase.duration, expansion);
+            return Some(phase.duration);
         }
         // Rounding ends the descent.
         if step == 0.0 || (round > 3 && step.abs() >= 0.5 * best && step.abs() < 1e-9 / rate_of_all) {
@@ -190,7 +192,7 @@ fn end_of(course: &Course, start: &Moving, arc: &Arc, place: &mut Place) -> Opti
         best = best.min(step.abs());
         let step = step.clamp(-longest, longest);
         tau += step;
-        course.shift(start, &arc.phases, tau, place);
+        course.shift(start, &phase.contact_states, tau, expansion);
         if step.abs() <= 1e-16 * tau.abs() {
             return Some(tau);
         }

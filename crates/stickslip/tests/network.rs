@@ -284,7 +284,7 @@ impl Dice {
             })
             .collect();
         if n > 1 {
-            // One mass rubs on its neighbour instead of on a drive, another on both.
+            // One mass force_lines on its neighbour instead of on a drive, another on both.
             let (first, second) = (self.below(n - 1), self.below(n - 1));
             contacts[first].other = Some(first + 1);
             contacts[first].drive_velocity = 0.0.into();
@@ -377,12 +377,12 @@ fn audit(system: &System, t_end: f64) -> (f64, f64) {
                     let across = v[contact.mass] - contact.other.map_or(0.0, |other| v[other]);
                     power += states.force[c] * across;
                     if direction == 0.0 {
-                        let bears = contact.law.break_away(Hold {
+                        let static_limit = contact.law.break_away(Hold {
                             stick_time: t_end,
                             force_rate: 0.0,
                         });
                         assert!(
-                            states.force[c].abs() <= bears + 1e-12,
+                            states.force[c].abs() <= static_limit + 1e-12,
                             "overloaded at {t}: {system:?}"
                         );
                     } else {

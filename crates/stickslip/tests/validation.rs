@@ -32,9 +32,9 @@ fn s1_coulomb_decay() {
         ..Run::stuck(100.0)
     };
     let orbit = simulate(&oscillator(Coulomb { kinetic: 0.5 }, 0.0, 0.0), run).unwrap();
-    let turns: Vec<f64> = orbit.events.iter().map(|event| event.x).collect();
-    assert_eq!(turns.len(), 5);
-    for (got, expected) in turns.iter().zip([-4.3, 3.3, -2.3, 1.3, -0.3]) {
+    let reverses: Vec<f64> = orbit.events.iter().map(|event| event.x).collect();
+    assert_eq!(reverses.len(), 5);
+    for (got, expected) in reverses.iter().zip([-4.3, 3.3, -2.3, 1.3, -0.3]) {
         close(*got, expected);
     }
     let stop = orbit.events.last().unwrap();
@@ -51,15 +51,15 @@ fn s2_coulomb_viscous_decay() {
         ..Run::stuck(100.0)
     };
     let orbit = simulate(&oscillator(Coulomb { kinetic: 0.5 }, 0.1, 0.0), run).unwrap();
-    let turns: Vec<f64> = orbit.events.iter().map(|event| event.x).collect();
+    let reverses: Vec<f64> = orbit.events.iter().map(|event| event.x).collect();
     let expected = [
         -3.601_445_886_432_4,
         2.150_085_931_854_4,
         -0.909_945_449_471_71,
         -0.149_714_775_542_2,
     ];
-    assert_eq!(turns.len(), 4);
-    for (got, expected) in turns.iter().zip(expected) {
+    assert_eq!(reverses.len(), 4);
+    for (got, expected) in reverses.iter().zip(expected) {
         close(*got, expected);
     }
     close(orbit.events.last().unwrap().t, 12.582_108_091_552_007);

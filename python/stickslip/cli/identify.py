@@ -149,12 +149,12 @@ def _path(files: list[str], given: dict[str, Any]) -> Path:
     """The way for these files and options: tables where there is no motion to fit a law to."""
     if "compare" in given:
         return PATHS["laws"]
-    from stickslip.identification.selection.identify import told_by
+    from stickslip.identification.selection.identify import fit_of
 
-    told = told_by(files, given.get("law"), steady="steady" in given)
-    if told == "motion":
+    kind = fit_of(files, given.get("law"), steady="steady" in given)
+    if kind == "motion":
         return PATHS["trajectories" if "trajectories" in given else "branches"]
-    return PATHS[told]
+    return PATHS[kind]
 
 
 def _flag(name: str) -> str:

@@ -80,8 +80,8 @@ def _motion(record: str | list[str], options: argparse.Namespace) -> list[str]:
 
 def _draw(path: str, parts: Mapping[str, Any], draw: Callable[[Any], list[Axes]]) -> list[str]:
     """A picture of each part: of several masses ``force-0.png``, ``force-1.png``, ..."""
-    place = Path(path)
-    names = [path if len(parts) == 1 else str(place.with_stem(f"{place.stem}-{mass}")) for mass in parts]
+    target = Path(path)
+    names = [path if len(parts) == 1 else str(target.with_stem(f"{target.stem}-{mass}")) for mass in parts]
     for name, part in zip(names, parts.values(), strict=True):
         save_figure(draw(part)[0].figure, name)
     return names

@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> None:
             return
         for name, row in table.iterrows():
             say(f"{row['state']:18s}{name}" + (f": {row['message']}" if row["message"] else ""))
-        say_written(plan.place / "report.html", plan.place / "records.csv")
+        say_written(plan.results / "report.html", plan.results / "records.csv")
 
     if options.watch:
         watch(plan, every=options.every, on_table=show)
@@ -54,4 +54,4 @@ def run(options: argparse.Namespace) -> None:
     show(table)
     failed = int((table["state"] == "failed").sum())
     if failed:
-        raise InputError(f"{failed} of {len(table)} records could not be measured; the others are in {plan.place}")
+        raise InputError(f"{failed} of {len(table)} records could not be measured; the others are in {plan.results}")

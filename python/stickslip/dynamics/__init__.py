@@ -8,8 +8,8 @@
 from stickslip.dynamics.attraction import basins
 from stickslip.dynamics.diagrams import orbit_diagram
 from stickslip.dynamics.maps import regime_map
+from stickslip.dynamics.orbit_summary import sign_changes, steady_motion
 from stickslip.dynamics.sections import Surface, release_map, return_map, section
-from stickslip.dynamics.steady import sign_changes, steady_motion
 
 __all__ = [
     "Surface",

@@ -114,7 +114,7 @@ def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tup
     label = np.full(tuple(plan.sizes[dim] for dim in plan.chunks), -1, np.int16)
     wide = max(float(np.ptp(values)) for values, _ in plan.coords.values()) or 1.0
     for index in range(int(np.prod(plan.counts))):
-        region = plan.region(plan.place(index))
+        region = plan.region(plan.position(index))
         rows = {name: np.asarray(arrays[name][region]) for name in found}
         mine = np.full(rows["period"].shape, -1, np.int16)
         left = ~np.isin(rows["regime"].astype("<U16"), ("diverged", "unfinished"))

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.dynamics.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
 from stickslip.dynamics.sections import Surface, contact_of, surface_from
 from stickslip.dynamics.store import Plan, Progress, Variable, compute, fingerprint, words_for
+from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.model.parameters import document_of, grid, path_in
@@ -129,17 +129,17 @@ def orbit_diagram(
     begin = start_of(system, x0, v0, "orbit_diagram")
     text = json.dumps(document)
 
-    def before(place: tuple[int, ...]) -> tuple[int, ...] | None:
-        which, part = place
+    def before(position: tuple[int, ...]) -> tuple[int, ...] | None:
+        which, part = position
         neighbour = part - 1 if directions[which] == "up" else part + 1
         chained = directions[which] != "fresh" and 0 <= neighbour < -(-axis.size // CHUNK)
         return (which, neighbour) if chained else None
 
-    def task(place: tuple[int, ...], arrays: Any) -> Chunk:
-        which, part = place
+    def task(position: tuple[int, ...], arrays: Any) -> Chunk:
+        which, part = position
         low, high = part * CHUNK, min((part + 1) * CHUNK, axis.size)
         start = begin
-        if before(place) is not None:
+        if before(position) is not None:
             # The run beside this part: below it on the way up, above it on the way down.
             there = low - 1 if directions[which] == "up" else high
             if arrays["stop"][which, there] == "t_end":
@@ -179,7 +179,7 @@ def orbit_diagram(
         variables["restart"] = Variable(
             (*dims, "number"), float, {"long_name": "the state from which the motion goes on"}
         )
-        sizes["number"] = _core.ONWARD
+        sizes["number"] = _core.RESTART
     if isinstance(system, System):
         sizes["mass"] = system.masses
     dimensionless = (

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.dynamics.rows import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
 from stickslip.dynamics.sections import Surface, contact_of, surface_from
 from stickslip.dynamics.store import Plan, Progress, Variable, compute, fingerprint, words_for
+from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.model.parameters import document_of, grid, path_in
@@ -106,7 +106,7 @@ def map_plan(
     if not isinstance(over, Mapping) or not over:
         raise InputError(f"{name}: name at least one parameter to vary, such as {{'drive_velocity': values}}")
     document = document_of(system)
-    places = tuple((paths or {}).get(item) or path_in(item, document, name) for item in over)
+    pointers = tuple((paths or {}).get(item) or path_in(item, document, name) for item in over)
     axes = {item: grid(item, values, name) for item, values in over.items()}
     for item, value, least in (("transient", transient, 0.0), ("window", window, 1.0)):
         if number(item, value, name) < least:
@@ -129,13 +129,13 @@ def map_plan(
     side = max(1, int(most ** (1 / len(axes))))
     chunks = {item: min(side, values.size) for item, values in axes.items()}
 
-    def task(place: tuple[int, ...], _: Any) -> Chunk:
+    def task(position: tuple[int, ...], _: Any) -> Chunk:
         parts = [
             values[i * chunks[item] : (i + 1) * chunks[item]]
-            for i, (item, values) in zip(place, axes.items(), strict=True)
+            for i, (item, values) in zip(position, axes.items(), strict=True)
         ]
         rows = np.stack([mesh.ravel() for mesh in np.meshgrid(*parts, indexing="ij")], axis=1)
-        return Chunk(text, places, rows, look, start=begin)
+        return Chunk(text, pointers, rows, look, start=begin)
 
     variables = {
         **{item: Variable(dims, float, {"long_name": MEANINGS[item]}) for item in NUMBERS},

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
-from stickslip.dynamics.rows import Chunk
+from stickslip.dynamics.sweep import Chunk
 from stickslip.errors import InputError
 from stickslip.files.documents import draft_of, fits, time_limit
 from stickslip.files.notebook import waiting
@@ -90,13 +90,13 @@ class Plan:
         """How many chunks there are along each dimension that is parted."""
         return tuple(-(-self.sizes[dim] // size) for dim, size in self.chunks.items())
 
-    def place(self, index: int) -> tuple[int, ...]:
+    def position(self, index: int) -> tuple[int, ...]:
         """The place of a chunk among the others."""
         return tuple(int(i) for i in np.unravel_index(index, self.counts))
 
-    def region(self, place: tuple[int, ...]) -> tuple[slice, ...]:
+    def region(self, position: tuple[int, ...]) -> tuple[slice, ...]:
         """The part of the dimensions that are parted that belongs to a chunk."""
-        bounds = zip(place, self.chunks.items(), strict=True)
+        bounds = zip(position, self.chunks.items(), strict=True)
         return tuple(slice(i * size, min((i + 1) * size, self.sizes[dim])) for i, (dim, size) in bounds)
 
 
@@ -196,13 +196,13 @@ def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Re
     """Hand out tasks, no more than `width` at once, and keep their results as they come."""
     done = sink.done()
     runs = int(np.prod([plan.sizes[dim] for dim in plan.chunks]))
-    finished: int = sum(_size(plan.region(plan.place(index))) for index in np.flatnonzero(done).tolist())
+    finished: int = sum(_size(plan.region(plan.position(index))) for index in np.flatnonzero(done).tolist())
     if finished:
         progress(finished, runs)
     followers: dict[int, int] = {}
     ready: deque[int] = deque()
     for index in np.flatnonzero(~done).tolist():
-        before = plan.before(plan.place(index))
+        before = plan.before(plan.position(index))
         previous = None if before is None else int(np.ravel_multi_index(before, plan.counts))
         if previous is None or done[previous]:
             ready.append(index)
@@ -213,14 +213,14 @@ def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Re
         while ready or running:
             while ready and len(running) < width:
                 index = ready.popleft()
-                task = replace(plan.task(plan.place(index), sink.arrays), until=until)
+                task = replace(plan.task(plan.position(index), sink.arrays), until=until)
                 running[executor.submit(_compute, task)] = index
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 index = running.pop(future)
                 sink.write(index, _result(plan, future))
                 if index in followers:
                     ready.append(followers.pop(index))
-                finished += _size(plan.region(plan.place(index)))
+                finished += _size(plan.region(plan.position(index)))
                 progress(finished, runs)
     finally:
         for future in running:
@@ -269,7 +269,7 @@ class Memory:
 
     def write(self, index: int, rows: Mapping[str, Array]) -> None:
         """Keep the rows of a chunk."""
-        region = self.plan.region(self.plan.place(index))
+        region = self.plan.region(self.plan.position(index))
         shape = tuple(part.stop - part.start for part in region)
         for name, array in self.arrays.items():
             array[region] = rows[name].reshape(*shape, *rows[name].shape[1:])
@@ -372,10 +372,10 @@ class Store(Memory):
         if {**there, "consolidated_metadata": None} != {**wanted, "consolidated_metadata": None}:
             (draft / _METADATA).replace(self.path / _METADATA)
         for file in draft.glob("*/**/*"):
-            place = self.path / file.relative_to(draft)
-            if file.is_file() and not (place.is_file() and place.read_bytes() == file.read_bytes()):
-                place.parent.mkdir(parents=True, exist_ok=True)
-                file.replace(place)
+            position = self.path / file.relative_to(draft)
+            if file.is_file() and not (position.is_file() and position.read_bytes() == file.read_bytes()):
+                position.parent.mkdir(parents=True, exist_ok=True)
+                file.replace(position)
 
     def _verified(self) -> NDArray[np.uint64]:
         """The checksums of the parts that are as they were written; 0 for all others, which are computed again."""
@@ -391,7 +391,7 @@ class Store(Memory):
                 values = array
             for index, check in list(checks.items()):
                 try:
-                    checks[index] = _checksum(values[self.plan.region(self.plan.place(index))], check)
+                    checks[index] = _checksum(values[self.plan.region(self.plan.position(index))], check)
                 except Exception:  # noqa: BLE001 as above
                     del checks[index]
         return np.array(

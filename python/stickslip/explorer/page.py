@@ -206,8 +206,8 @@ def page(
         'id="core"><': f'id="core">{_core_packed()}<',
         'id="program"><': f'id="program">{_shipped("explorer.js")}<',
     }
-    for place, filled in parts.items():
-        text = text.replace(place, filled, 1)
+    for slot, filled in parts.items():
+        text = text.replace(slot, filled, 1)
     return text
 
 

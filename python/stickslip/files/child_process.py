@@ -114,13 +114,13 @@ def serve() -> None:
     os.dup2(2, 1)  # what a library prints is no answer
     while True:
         try:
-            reader, place, path, what = _receive(asked)
+            reader, file, path, what = _receive(asked)
         except EOFError:
             return
         try:
-            _limit(3 * memory_for(place))  # the numbers, a copy of them on their way, and what the library needs
+            _limit(3 * memory_for(file))  # the numbers, a copy of them on their way, and what the library needs
             module, _, function = reader.partition(":")
-            answer = (False, getattr(importlib.import_module(module), function)(place))
+            answer = (False, getattr(importlib.import_module(module), function)(file))
             data = pickle.dumps(answer, protocol=5)
         except InputError as error:
             data = pickle.dumps((True, str(error)))

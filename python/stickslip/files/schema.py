@@ -1,4 +1,8 @@
-"""What a document may hold, said once by the annotations of a dataclass: reading, error sentences and JSON Schema follow."""
+"""What a document may hold, said once by the annotations of a dataclass: reading, error sentences and JSON Schema follow.
+
+The schema of each kind of file stands beside its class: `measurement/rigs/rig_file.py`, `model/system.py`, `laws/law.py`,
+`report/experiment.py`.
+"""
 
 from __future__ import annotations
 
@@ -377,9 +381,9 @@ class _List(Kind):
         return listed and (not self.fixed or len(value) == len(self.parts))
 
     def made(self, value: Any, name: str, where: str) -> Any:
-        places = self.parts if self.fixed else [self.parts[0]] * len(value)
+        expected = self.parts if self.fixed else [self.parts[0]] * len(value)
         return tuple(
-            kind.read(item, f"{name}[{i}]", where) for i, (kind, item) in enumerate(zip(places, value, strict=True))
+            kind.read(item, f"{name}[{i}]", where) for i, (kind, item) in enumerate(zip(expected, value, strict=True))
         )
 
     def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:

@@ -108,7 +108,7 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
         *guess.notes,
         *_chosen_form(found.law, guess),
         *_at_bounds(found, options.bounds),
-        *_what_could_not_be_told(found),
+        *_undecided(found),
     ]
     if kind is DwellTime and static is not None and static.chosen != "exponential":
         notes.append("The law asked for has the exponential form; the other form is named for comparison.")
@@ -267,7 +267,7 @@ def _best_start(problem: Problem, guess: Guess) -> Law:
     return min([guess.law, *guess.candidates], key=lambda law: problem.cost(law, usual))
 
 
-def _what_could_not_be_told(found: BranchFit) -> list[str]:
+def _undecided(found: BranchFit) -> list[str]:
     notes = []
     for name, number, error in found.parameters[["value", "error"]].itertuples():
         if abs(number) < 2 * error:

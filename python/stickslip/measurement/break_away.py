@@ -74,8 +74,8 @@ def _slope(friction: Friction, a: int, b: int) -> tuple[float, float]:
     slope = float(np.sum(t * f)) / square
     noise = friction.fit.oscillator.stiffness * friction.noise
     # what bends away from the line counts once per stick, not once per sample
-    bend = float(np.std(f - f.mean() - slope * t)) / (t[-1] - t[0])
-    return slope, math.hypot(noise / math.sqrt(square), bend)
+    corner = float(np.std(f - f.mean() - slope * t)) / (t[-1] - t[0])
+    return slope, math.hypot(noise / math.sqrt(square), corner)
 
 
 def _table(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> xr.Dataset:

@@ -106,8 +106,8 @@ def friction_force(fit: PiecewiseFit, sticks: list[Stick]) -> Friction:
     velocity = o.drive_velocity - w
     force = o.stiffness * extension + o.damping * velocity - o.mass * slip_acceleration
     # the error is smooth, so a long record needs it at its knots only
-    places = np.unique(np.concatenate(fit.knots))
-    coarse = fit.deviation(places, {0: o.stiffness, 1: o.damping, 2: o.mass}, fit.noise)
+    positions = np.unique(np.concatenate(fit.knots))
+    coarse = fit.deviation(positions, {0: o.stiffness, 1: o.damping, 2: o.mass}, fit.noise)
     return Friction(
         time=time,
         extension=extension,
@@ -115,7 +115,7 @@ def friction_force(fit: PiecewiseFit, sticks: list[Stick]) -> Friction:
         slip_velocity=w,
         slip_acceleration=slip_acceleration,
         force=force,
-        force_error=np.hypot(np.interp(time, places, coarse), _misplaced(fit, sticks)),
+        force_error=np.hypot(np.interp(time, positions, coarse), _misplaced(fit, sticks)),
         stuck=np.array([kind != "slip" for kind in fit.kinds])[fit.piece(time)],
         noise=fit.noise,
         cutoff=fit.cutoff,
@@ -132,10 +132,10 @@ def _misplaced(fit: PiecewiseFit, sticks: list[Stick]) -> Array:
     at = np.array([event[0] for event in events])
     aside = 1e-6 * fit.step
     jumps = fit.oscillator.mass * np.abs(fit.evaluate(at + aside, 2) - fit.evaluate(at - aside, 2))
-    for (place, spread), jump in zip(events, jumps, strict=True):
+    for (position, spread), jump in zip(events, jumps, strict=True):
         spread = max(spread, fit.step / 4)
-        near = slice(*np.searchsorted(fit.time, [place - 4 * spread, place + 4 * spread]))
-        probability = 0.5 * erfc(np.abs(fit.time[near] - place) / (math.sqrt(2) * spread))
+        near = slice(*np.searchsorted(fit.time, [position - 4 * spread, position + 4 * spread]))
+        probability = 0.5 * erfc(np.abs(fit.time[near] - position) / (math.sqrt(2) * spread))
         error[near] = np.hypot(error[near], jump * np.sqrt(probability))
     return error
 

@@ -132,8 +132,8 @@ class LimitSearch:
         h = (end - start) / count
         reference = _reference(count)
         part = slice(*np.searchsorted(self.time, [start, end]))
-        places = np.clip((self.time[part] - start) / h, 0.0, float(count))
-        basis = reference.basis(places)
+        positions = np.clip((self.time[part] - start) / h, 0.0, float(count))
+        basis = reference.basis(positions)
         y, w = self.path[part] - origin, self.weight[part]
         weighted = basis * (w / self.noise**2)[:, None]
         # df/dt / m = target - sum_d factors[d] u^(d)
@@ -160,12 +160,12 @@ class _Reference:
     ends: Array
     pieces: Array
 
-    def basis(self, places: Array) -> Array:
+    def basis(self, positions: Array) -> Array:
         """(n, size) values of the splines: on every interval six polynomials of its own coordinate."""
         count = len(self.pieces)
-        interval = np.minimum(places.astype(np.int64), count - 1)
-        powers = (places - interval)[:, None] ** np.arange(DEGREE + 1)
-        values = np.zeros((len(places), count + DEGREE))
+        interval = np.minimum(positions.astype(np.int64), count - 1)
+        powers = (positions - interval)[:, None] ** np.arange(DEGREE + 1)
+        values = np.zeros((len(positions), count + DEGREE))
         local = np.einsum("np,npj->nj", powers, self.pieces[interval])
         np.put_along_axis(values, interval[:, None] + np.arange(DEGREE + 1), local, axis=1)
         return values
@@ -181,7 +181,7 @@ def _reference(count: int) -> _Reference:
     derivatives = np.stack([np.asarray(spline.derivative(d)(nodes)) for d in (1, 2, 3)])
     weights = np.tile(0.5 * GAUSS_WEIGHTS, count)
     limits = [(0.0, d) for d in range(3)] + [(float(count), d) for d in range(3)]
-    ends = np.array([spline(place, nu=d) for place, d in limits])
+    ends = np.array([spline(position, nu=d) for position, d in limits])
     powers = 1 / np.array([math.factorial(p) for p in range(DEGREE + 1)])
     taylor = np.array([spline(np.arange(float(count)), nu=p) for p in range(DEGREE + 1)]) * powers[:, None, None]
     pieces = np.stack([taylor[:, i, i : i + DEGREE + 1] for i in range(count)])
@@ -296,15 +296,15 @@ class _OneStick:
         a, b = np.searchsorted(self.inside, [start, end])
         return Evidence(*(self.sums[:, b] - self.sums[:, a]).tolist())
 
-    def beside(self, joint: Joint, place: float, cutoff: float) -> Evidence:
+    def beside(self, joint: Joint, position: float, cutoff: float) -> Evidence:
         """Evidence of the slip before or after the stick if it meets it at `place`."""
-        key = (joint, place, cutoff)
+        key = (joint, position, cutoff)
         if key not in self.kept:
             search = replace(self.search, cutoff=cutoff)
             if joint == "before":
-                self.kept[key] = search.slip(self.low, place, self.origin, "end")
+                self.kept[key] = search.slip(self.low, position, self.origin, "end")
             else:
-                self.kept[key] = search.slip(place, self.high, self.origin, "start", joint == "soft")
+                self.kept[key] = search.slip(position, self.high, self.origin, "start", joint == "soft")
         return self.kept[key]
 
     def least(self, joint: Joint, cutoff: float) -> float:
@@ -314,28 +314,28 @@ class _OneStick:
             apart = self.rest(*sorted((at, self.middle))) + self.beside(joint, at, cutoff)
             return apart.constant
 
-        starts, ends = self.places()
-        places = starts[starts <= self.middle] if joint == "before" else ends[ends >= self.middle]
-        if len(places) < 2:
+        starts, ends = self.positions()
+        positions = starts[starts <= self.middle] if joint == "before" else ends[ends >= self.middle]
+        if len(positions) < 2:
             return 0.0
         try:
-            best = min(places.tolist(), key=value)
+            best = min(positions.tolist(), key=value)
             # a hard limit between two samples would ask for a laxer slip if it were left on one
-            spacing = float(places[1] - places[0])
+            spacing = float(positions[1] - positions[0])
             return min(value(at) for at in np.linspace(best - 0.8 * spacing, best + 0.8 * spacing, 9).tolist())
         except LinAlgError:
             return math.inf
 
-    def places(self) -> tuple[Array, Array]:
+    def positions(self) -> tuple[Array, Array]:
         """Where the limits are looked for."""
         # the valley of a hard capture is a few samples wide and has hills beside it, so look everywhere first
         stick, step = self.stick, self.search.step
         margin = MARGIN * step
         return (
-            self._places(
+            self._positions(
                 stick.start, stick.starts, self.low + margin, self.high - (2 * margin if stick.ends else 3 * step), 0.0
             ),
-            self._places(
+            self._positions(
                 stick.end,
                 stick.ends,
                 self.low + (2 * margin if stick.starts else 3 * step),
@@ -356,7 +356,7 @@ class _OneStick:
         """The stick with its limits and errors, or None, and the deviance of the stretch, under these cut-offs."""
         self.soft, self.before, self.after = soft, before, after
         stick, step = self.stick, self.search.step
-        starts, ends = self.places()
+        starts, ends = self.positions()
         table = np.full((len(starts), len(ends)), np.inf)
         for i, start in enumerate(starts):
             for j, end in enumerate(ends):
@@ -387,20 +387,22 @@ class _OneStick:
             return None, best
         return replace(stick, start=start, end=end, start_error=start_error, end_error=end_error), best
 
-    def _places(self, at: float, free: bool, lowest: float, highest: float, early: float) -> Array:
+    def _positions(self, at: float, free: bool, lowest: float, highest: float, early: float) -> Array:
         a, b = max(at - self.span - early, lowest), min(at + self.span, highest)
         if not free or b <= a:
             return np.array([at])
         return np.linspace(a, b, max(math.ceil((b - a) / self.search.step), 2) + 1)
 
-    def _centre(self, value: Callable[[float], float], places: Array, values: Array, soft: bool) -> tuple[float, float]:
+    def _centre(
+        self, value: Callable[[float], float], positions: Array, values: Array, soft: bool
+    ) -> tuple[float, float]:
         """Place and spread of a limit under its evidence, on a grid fine enough for it."""
         wide = np.flatnonzero(values < values.min() + 15)
-        spacing = float(places[1] - places[0])
-        a, b = float(places[wide[0]]) - spacing, float(places[wide[-1]]) + spacing
-        a, b = max(a, float(places[0])), min(b, float(places[-1]))
+        spacing = float(positions[1] - positions[0])
+        a, b = float(positions[wide[0]]) - spacing, float(positions[wide[-1]]) + spacing
+        a, b = max(a, float(positions[0])), min(b, float(positions[-1]))
         fine = np.linspace(a, b, int(np.clip(math.ceil(5 * (b - a) / spacing), 2, 16)) + 1)
-        deviances = np.array([value(float(place)) if b > a else 0.0 for place in fine])
+        deviances = np.array([value(float(position)) if b > a else 0.0 for position in fine])
         deviances[~np.isfinite(deviances)] = np.inf
         likelihood = np.exp(-0.5 * (deviances - deviances.min()))
         likelihood /= likelihood.sum()
@@ -412,6 +414,6 @@ class _OneStick:
             return mean, spread
         i = int(np.clip(np.argmin(deviances), 1, len(fine) - 2))
         left, lowest, right = deviances[i - 1 : i + 2]
-        bend = left + right - 2 * lowest
-        shift = float(np.clip(0.5 * (left - right) / bend, -1, 1)) if 0 < bend < np.inf else 0.0
+        corner = left + right - 2 * lowest
+        shift = float(np.clip(0.5 * (left - right) / corner, -1, 1)) if 0 < corner < np.inf else 0.0
         return float(fine[i] + shift * (fine[1] - fine[0])), spread

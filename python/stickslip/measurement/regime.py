@@ -88,12 +88,12 @@ def regime(
     sticks, cycles : how many cycles stick, and how many there are.
     """
     if rigid:
-        lingers, told = sticks > 0.2 * cycles, True
+        lingers, known = sticks > 0.2 * cycles, True
     else:
-        lingers, told = sticks > 0 and slow > LINGERS, not sticks or abs(slow - LINGERS) > slow_error
-    if lingers and told and float(np.std(slip_velocity)) >= STEADY * drive_velocity:
+        lingers, known = sticks > 0 and slow > LINGERS, not sticks or abs(slow - LINGERS) > slow_error
+    if lingers and known and float(np.std(slip_velocity)) >= STEADY * drive_velocity:
         return "stick_slip"
-    if not told or blur > BLURRED:
+    if not known or blur > BLURRED:
         return "unknown"
     return "stable_slip" if float(np.std(slip_velocity)) < STEADY * drive_velocity else "almost_harmonic"
 

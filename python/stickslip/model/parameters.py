@@ -41,16 +41,16 @@ def path_in(name: str, document: Mapping[str, Any], where: str, *, starts: bool 
         return name
     if name.startswith("forcing.") and not name.split(".")[1].isdigit():
         name = name.replace("forcing.", "forcing.0.", 1)
-    place: Any = document
+    node: Any = document
     for key in name.split("."):
         try:
-            place = place[int(key)] if isinstance(place, list) else place[key]
+            node = node[int(key)] if isinstance(node, list) else node[key]
         except (KeyError, IndexError, ValueError, TypeError):
-            known = [*place] if isinstance(place, Mapping) else []
+            known = [*node] if isinstance(node, Mapping) else []
             hint = did_you_mean(key, known)
             listed = f"; known here are {', '.join(known)}" if known else ""
             raise InputError(f"{where}: the system has no number {name!r}{hint}{listed}") from None
-    if isinstance(place, bool) or not isinstance(place, int | float):
+    if isinstance(node, bool) or not isinstance(node, int | float):
         raise InputError(f"{where}: {name!r} is not a number of the system, so it cannot be varied")
     return name
 
@@ -73,10 +73,10 @@ def varied(document: Mapping[str, Any], paths: Sequence[str], values: Sequence[f
             else:
                 starts.setdefault(parents[0], [0.0] * masses)[int(last)] = value
             continue
-        place = copy
+        node = copy
         for key in parents:
-            place = place[int(key)] if isinstance(place, list) else place[key]
-        place[int(last) if isinstance(place, list) else last] = value
+            node = node[int(key)] if isinstance(node, list) else node[key]
+        node[int(last) if isinstance(node, list) else last] = value
     return system_from_dict(copy), starts
 
 

@@ -41,7 +41,7 @@ SETTLED, DURATION, SEED = 100.0, 60.0, 20190
 #: Standard deviation of a tracked place in such a film, in units of length; noise of the records where nothing can be filmed.
 NOISE = 2e-4
 #: Standard error, in px, of what all places in a film are off by together: marker on its ground, light, edges of pixels.
-COMMON_PLACE_ERROR = 0.01
+COMMON_POSITION_ERROR = 0.01
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def see(drive_velocity: float, folder: Path, seed: int, filmed: bool) -> Seen:
         "break-aways off, pictures": float(np.median(late)) * CAMERA["frame_rate"] if late else float("nan"),
     }
     pixel = json.loads(motion.attrs["calibration"])["coefficients"][1] if filmed else 0.0
-    return Seen(friction, facts, COMMON_PLACE_ERROR * pixel)
+    return Seen(friction, facts, COMMON_POSITION_ERROR * pixel)
 
 
 def _track(orbit: Any, path: Path, seed: int) -> tuple[xr.Dataset, dict[str, float | int]]:

@@ -96,7 +96,7 @@ class Study:
     @cached_property
     def end_of_oscillation(self) -> float | None:
         """From the stuck start."""
-        return self.last(("stick_slip", "almost_harmonic", "back_and_forth"))
+        return self.last(("stick_slip", "almost_harmonic", "reversing_slip"))
 
     @cached_property
     def almost_harmonic(self) -> list[tuple[float, dict[str, Any]]]:

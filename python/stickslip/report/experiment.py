@@ -75,7 +75,7 @@ class Experiment(Document):
         return replace(cls.load(given), folder=Path(given).parent)
 
     @property
-    def place(self) -> Path:
+    def results(self) -> Path:
         """The folder of the results."""
         return self.folder / self.output
 
@@ -145,9 +145,11 @@ def run(
         if isinstance(path := plan.said(key), str):
             read_toml(path, f"{key} file")
     try:
-        plan.place.mkdir(parents=True, exist_ok=True)
+        plan.results.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{plan.place}: the folder cannot be made ({error.strerror}); choose another output") from None
+        raise InputError(
+            f"{plan.results}: the folder cannot be made ({error.strerror}); choose another output"
+        ) from None
     rows = {}
     for done, (name, row) in enumerate(_rows(plan, sources, again), start=1):
         rows[name] = row
@@ -216,7 +218,7 @@ def _rows(plan: Experiment, sources: Mapping[str, Path], again: bool) -> Iterato
         if not path.exists():
             yield name, row
             continue
-        finished = plan.place / name / "finished.json"
+        finished = plan.results / name / "finished.json"
         mark = _mark(plan, path)
         if not again and (known := _known(finished, mark)) is not None:
             yield name, {"source": str(path), "state": "finished before", "message": "", **known}
@@ -227,7 +229,7 @@ def _rows(plan: Experiment, sources: Mapping[str, Path], again: bool) -> Iterato
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(plan.workers, mp_context=context) as pool:
             jobs = {
-                pool.submit(_measured, path, plan.said("rig"), plan.said("track"), plan.place / name, mark): name
+                pool.submit(_measured, path, plan.said("rig"), plan.said("track"), plan.results / name, mark): name
                 for name, (path, mark) in waiting.items()
             }
             broken = []
@@ -249,7 +251,9 @@ def _alone(plan: Experiment, path: Path, name: str, mark: str) -> dict[str, Any]
     """The row of a record measured in a process of its own."""
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         try:
-            return pool.submit(_measured, path, plan.said("rig"), plan.said("track"), plan.place / name, mark).result()
+            return pool.submit(
+                _measured, path, plan.said("rig"), plan.said("track"), plan.results / name, mark
+            ).result()
         except BrokenProcessPool:
             return {"state": "failed", "message": f"{path}: the process that measured it ended; is the memory full?"}
 
@@ -345,31 +349,31 @@ def _together(plan: Experiment, table: pd.DataFrame) -> None:
     from stickslip.report.identification import page
     from stickslip.report.report import Report
 
-    place = plan.place
-    write_whole(place / "records.csv", lambda draft: table.to_csv(draft))
+    results = plan.results
+    write_whole(results / "records.csv", lambda draft: table.to_csv(draft))
     good = [str(name) for name in table.index[table["state"] != "failed"]]
     events = []
     for name in good:
         try:
-            events.append(pd.read_csv(place / name / "break_away.csv").assign(record=name))
+            events.append(pd.read_csv(results / name / "break_away.csv").assign(record=name))
         except pd.errors.EmptyDataError:
             continue
     together = pd.concat(events) if events else pd.DataFrame()
-    write_whole(place / "break_away.csv", lambda draft: together.to_csv(draft, index=False))
+    write_whole(results / "break_away.csv", lambda draft: together.to_csv(draft, index=False))
     report, why = Report("Experiment"), ""
     law = None
     if plan.law and good:
         try:
             law = identify(
-                [place / name / "friction.nc" for name in good], law=None if plan.law == "auto" else plan.law
+                [results / name / "friction.nc" for name in good], law=None if plan.law == "auto" else plan.law
             )
-            law.save(place / "law.toml")
+            law.save(results / "law.toml")
             if isinstance(law, Identification):
                 report = page(law, simulate=False)
         except InputError as error:
             why = str(error)
     if law is None:
-        (place / "law.toml").unlink(missing_ok=True)
+        (results / "law.toml").unlink(missing_ok=True)
     report.heading("Records")
     report.text(
         f"{len(good)} of {len(table)} records were measured." + (f" No law was identified: {why}" if why else "")
@@ -383,7 +387,7 @@ def _together(plan: Experiment, table: pd.DataFrame) -> None:
         report.table(together.set_index("record").drop(columns=["event"], errors="ignore").head(MOST_ROWS))
         if len(together) > MOST_ROWS:
             report.text(f"The first {MOST_ROWS} of {len(together)}; all are in break_away.csv.")
-    report.write(place / "report.html")
+    report.write(results / "report.html")
 
 
 MOST_ROWS = 500

@@ -91,7 +91,7 @@ def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None
 
 def _mark(result: Branches, ax: Axes) -> None:
     """The special points with their letters; those too near to be told apart share one text, in their order."""
-    places: list[tuple[float, float, list[str]]] = []
+    positions: list[tuple[float, float, list[str]]] = []
     width, height = np.ptp(result.bounds), np.ptp(ax.get_ylim())
     for item in result.special_points:
         x = [value for value in dict.fromkeys(item.x) if np.isfinite(value)]
@@ -99,13 +99,13 @@ def _mark(result: Branches, ax: Axes) -> None:
         if not x:
             continue
         letters = _NAMES.get(item.kind, _OTHER)[0] or item.kind
-        for at, top, there in places:
+        for at, top, there in positions:
             if abs(at - item.parameter) < 0.04 * width and abs(top - max(x)) < 0.05 * height:
                 there += [letters] if letters not in there else []
                 break
         else:
-            places.append((item.parameter, max(x), [letters]))
-    for at, top, there in places:
+            positions.append((item.parameter, max(x), [letters]))
+    for at, top, there in positions:
         ax.annotate(", ".join(there), (at, top), xytext=(3, 4), textcoords="offset points", fontsize=8)
     for kind in dict.fromkeys(item.kind for item in result.special_points):
         text = f"{_NAMES.get(kind, _OTHER)[0] or kind}: {_kind(kind)}"

@@ -44,7 +44,7 @@ REGIME_COLOURS = {
     "stick_slip": MODE_COLOURS["stick"],
     "almost_harmonic": MODE_COLOURS["slip_forward"],
     "stable_slip": OKABE_ITO["green"],
-    "back_and_forth": MODE_COLOURS["slip_backward"],
+    "reversing_slip": MODE_COLOURS["slip_backward"],
     "at_rest": OKABE_ITO["grey"],
     "diverged": OKABE_ITO["black"],
     "unfinished": OKABE_ITO["yellow"],
@@ -113,7 +113,7 @@ ABOVE: Any = {
 _HYPHENATED = {
     "stick_slip": "stick-slip",
     "almost_harmonic": "almost-harmonic",
-    "back_and_forth": "reversing slip",
+    "reversing_slip": "reversing slip",
 }
 
 _SI = {

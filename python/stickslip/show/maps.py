@@ -106,9 +106,9 @@ def basins_plot(result: xr.Dataset, ax: Axes | None = None, *, most: int = 8, un
         names.append(f"{words(regime)}{repeats} ({100 * float(attractor['fraction']):.3g} %)")
     _draw_codes(ax, (x, v), np.where(labels < count, labels, -1), _BASINS[:count], names)
     for index in range(count):
-        place = (float(result["attractor_x_mean"][index]), float(result["attractor_v_mean"][index]))
-        if x[0] <= place[0] <= x[-1] and v[0] <= place[1] <= v[-1]:
-            ax.plot(*place, "X", ms=7, color=_BASINS[index], mec=OKABE_ITO["black"], mew=0.8)
+        position = (float(result["attractor_x_mean"][index]), float(result["attractor_v_mean"][index]))
+        if x[0] <= position[0] <= x[-1] and v[0] <= position[1] <= v[-1]:
+            ax.plot(*position, "X", ms=7, color=_BASINS[index], mec=OKABE_ITO["black"], mew=0.8)
     ax.set(xlabel=parameter_label("x", which), ylabel=parameter_label("v", which))
     return ax
 

@@ -35,9 +35,9 @@ def motion_plot(
     The three axes.
     """
     motion = _one_mass(motion)
-    places = new_axes(3, 1, sharex=True, figsize=(7, 5.2)) if ax is None else list(ax)
-    if len(places) != 3:
-        raise InputError(f"motion_plot: three axes were expected, got {len(places)}")
+    panels = new_axes(3, 1, sharex=True, figsize=(7, 5.2)) if ax is None else list(ax)
+    if len(panels) != 3:
+        raise InputError(f"motion_plot: three axes were expected, got {len(panels)}")
     time = motion["time"].to_numpy()
     start, end = (time[0], time[-1]) if window is None else window
     inside = slice(*np.searchsorted(time, [start, end]))
@@ -47,15 +47,15 @@ def motion_plot(
         )
     inside = slice(inside.start, inside.stop, max(1, (inside.stop - inside.start) // MOST))
     t, stuck = time[inside], motion["stuck"].to_numpy().astype(bool)[inside]
-    for place, name, colour in zip(places, NAMES, ("blue", "green", "vermilion"), strict=True):
+    for panel, name, colour in zip(panels, NAMES, ("blue", "green", "vermilion"), strict=True):
         values, error = motion[name].to_numpy()[inside], motion[f"{name}_error"].to_numpy()[inside]
-        place.fill_between(t, values - error, values + error, color=OKABE_ITO[colour], alpha=0.25, lw=0)
-        place.plot(t, values, color=OKABE_ITO[colour], lw=0.9)
-        place.fill_between(t, 0, 1, where=stuck, transform=place.get_xaxis_transform(), color="0.5", alpha=0.2, lw=0)
-        place.set_ylabel(NAMES[name] + unit(motion[name]))
-        place.margins(x=0)
-    places[-1].set_xlabel("time t" + unit(motion["time"]))
-    return places
+        panel.fill_between(t, values - error, values + error, color=OKABE_ITO[colour], alpha=0.25, lw=0)
+        panel.plot(t, values, color=OKABE_ITO[colour], lw=0.9)
+        panel.fill_between(t, 0, 1, where=stuck, transform=panel.get_xaxis_transform(), color="0.5", alpha=0.2, lw=0)
+        panel.set_ylabel(NAMES[name] + unit(motion[name]))
+        panel.margins(x=0)
+    panels[-1].set_xlabel("time t" + unit(motion["time"]))
+    return panels
 
 
 def motion_phase(motion: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -90,9 +90,9 @@ def spectra_plot(
     """
     from stickslip.measurement import spectrum, spectrum_over_time
 
-    places = new_axes(1, 2, figsize=(8, 3.2)) if ax is None else list(ax)
-    if len(places) != 2:
-        raise InputError(f"spectra_plot: two axes were expected, got {len(places)}")
+    panels = new_axes(1, 2, figsize=(8, 3.2)) if ax is None else list(ax)
+    if len(panels) != 2:
+        raise InputError(f"spectra_plot: two axes were expected, got {len(panels)}")
     total, actual = spectrum(signal), spectrum_over_time(signal, window=window)
     frequency, amplitude = total["frequency"].to_numpy(), total["amplitude"].to_numpy()
     if highest is None:
@@ -102,19 +102,19 @@ def spectra_plot(
     # a dimensionless record has dimensionless time
     dimensionless = getattr(signal, "coords", {}).get("time", total["frequency"]).attrs.get("units") == "1"
     hertz, seconds = ("", "") if dimensionless else (" (Hz)", " (s)")
-    places[0].plot(frequency[seen], amplitude[seen], lw=0.8)
-    places[0].set(xlabel="frequency" + hertz, ylabel="amplitude" + unit(total["amplitude"]), xlim=(0, highest))
-    places[0].set_title("spectrum, total", fontsize=9)
+    panels[0].plot(frequency[seen], amplitude[seen], lw=0.8)
+    panels[0].set(xlabel="frequency" + hertz, ylabel="amplitude" + unit(total["amplitude"]), xlim=(0, highest))
+    panels[0].set_title("spectrum, total", fontsize=9)
     rows = actual["frequency"].to_numpy() <= highest
-    image = places[1].pcolormesh(
+    image = panels[1].pcolormesh(
         actual["time"].to_numpy(), actual["frequency"].to_numpy()[rows], actual["amplitude"].to_numpy()[rows],
         shading="auto", cmap="viridis", rasterized=True,
     )  # fmt: skip
-    places[1].set(xlabel="time" + seconds, ylabel="frequency" + hertz)
-    places[1].set_title("spectrum, actual", fontsize=9)
-    figure = places[1].figure
-    figure.colorbar(image, ax=places[1], label="amplitude" + unit(total["amplitude"]))
-    return places
+    panels[1].set(xlabel="time" + seconds, ylabel="frequency" + hertz)
+    panels[1].set_title("spectrum, actual", fontsize=9)
+    figure = panels[1].figure
+    figure.colorbar(image, ax=panels[1], label="amplitude" + unit(total["amplitude"]))
+    return panels
 
 
 def motion_figure(motion: xr.Dataset) -> list[Axes]:

@@ -215,7 +215,7 @@ class Orbit(InNotebook):
         Returns
         -------
         ``"stick_slip"``: adhesion breaks again and again; ``"at_rest"``: stuck throughout; ``"stable_slip"``: slip velocity
-        constant within 0.2 % of its size; ``"almost_harmonic"``: it oscillates and keeps its sign; ``"back_and_forth"``: it
+        constant within 0.2 % of its size; ``"almost_harmonic"``: it oscillates and keeps its sign; ``"reversing_slip"``: it
         changes its sign without sticking; ``"diverged"`` and ``"unfinished"`` where the numbers left their range. The words
         and their criteria stand in :data:`stickslip.simulation.regimes.REGIMES`.
 

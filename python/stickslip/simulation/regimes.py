@@ -13,7 +13,7 @@ REGIMES = {
     "stick_slip": "adhesion holds and breaks, again and again",
     "stable_slip": "the slip velocity is constant within 0.2 % of its size",
     "almost_harmonic": "the slip velocity oscillates and keeps its sign",
-    "back_and_forth": "the slip velocity changes its sign without a stick",
+    "reversing_slip": "the slip velocity changes its sign without a stick",
 }
 
 #: The growth rate of the 0–1 test (Gottwald & Melbourne 2009) from which on a motion counts as chaotic, and up to which as

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-TRAIL = 60
+PATH_LENGTH = 60
 """Pictures whose places are drawn behind a marker."""
 
 # The palette of Okabe and Ito, as the vision library orders its colours.
@@ -75,10 +75,10 @@ def draw_tracks(picture: Picture, motion: xr.Dataset, index: int) -> Picture:
 
     for mass in range(x.shape[1]):
         colour = _COLOURS[mass % len(_COLOURS)]
-        seen = [row for row in range(max(0, index - TRAIL), index + 1) if math.isfinite(x[row, mass])]
+        seen = [row for row in range(max(0, index - PATH_LENGTH), index + 1) if math.isfinite(x[row, mass])]
         if len(seen) > 1:
-            trail = np.array([at(row, mass) for row in seen], np.int32)
-            cv2.polylines(canvas, [trail], False, colour, thick, cv2.LINE_AA, 4)
+            tail = np.array([at(row, mass) for row in seen], np.int32)
+            cv2.polylines(canvas, [tail], False, colour, thick, cv2.LINE_AA, 4)
         known = np.flatnonzero(np.isfinite(x[: index + 1, mass]))
         if not known.size:
             continue
@@ -88,12 +88,12 @@ def draw_tracks(picture: Picture, motion: xr.Dataset, index: int) -> Picture:
             ends = [(column + sign * int(fine) * dx, row + sign * int(fine) * dy) for sign in (-1, 1)]
             cv2.line(canvas, *ends, colour if here else (128, 128, 128), thick, cv2.LINE_AA, 4)
         text = str(mass) if here else f"{mass} lost"
-        place = (column // 16 + arm, row // 16 - arm)
-        cv2.putText(canvas, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.1 * arm, colour, thick, cv2.LINE_AA)
+        position = (column // 16 + arm, row // 16 - arm)
+        cv2.putText(canvas, text, position, cv2.FONT_HERSHEY_SIMPLEX, 0.1 * arm, colour, thick, cv2.LINE_AA)
     stamp = f"{float(motion['time'][index]):.3f} s"
-    place = (2 * arm, canvas.shape[0] - 2 * arm)
-    cv2.putText(canvas, stamp, place, cv2.FONT_HERSHEY_SIMPLEX, 0.1 * arm, (0, 0, 0), 3 * thick, cv2.LINE_AA)
-    cv2.putText(canvas, stamp, place, cv2.FONT_HERSHEY_SIMPLEX, 0.1 * arm, (255, 255, 255), thick, cv2.LINE_AA)
+    position = (2 * arm, canvas.shape[0] - 2 * arm)
+    cv2.putText(canvas, stamp, position, cv2.FONT_HERSHEY_SIMPLEX, 0.1 * arm, (0, 0, 0), 3 * thick, cv2.LINE_AA)
+    cv2.putText(canvas, stamp, position, cv2.FONT_HERSHEY_SIMPLEX, 0.1 * arm, (255, 255, 255), thick, cv2.LINE_AA)
     result: Picture = canvas
     return result
 

@@ -44,7 +44,7 @@ TEXTURE = 1.1
 """Below this the marker is one of many equal spots."""
 
 
-def scatter(places: Array, times: Array) -> Array:
+def scatter(indices: Array, times: Array) -> Array:
     """Standard deviation of what changes from picture to picture in one coordinate, at each picture; NaN of too few.
 
     From divided differences of sixth order of the places that were seen, at their times, weighed so that white noise keeps
@@ -59,11 +59,11 @@ def scatter(places: Array, times: Array) -> Array:
     """
     from scipy.ndimage import uniform_filter1d
 
-    seen = np.flatnonzero(np.isfinite(places) & np.isfinite(times))
-    nothing = np.full(len(places), math.nan)
+    seen = np.flatnonzero(np.isfinite(indices) & np.isfinite(times))
+    nothing = np.full(len(indices), math.nan)
     if len(seen) < FEWEST + ORDER:
         return nothing
-    moments, values = (np.lib.stride_tricks.sliding_window_view(one[seen], ORDER + 1) for one in (times, places))
+    moments, values = (np.lib.stride_tricks.sliding_window_view(one[seen], ORDER + 1) for one in (times, indices))
     span = moments[:, -1] - moments[:, 0]
     apart = (moments[:, :, None] - moments[:, None, :]) / span[:, None, None] + np.eye(ORDER + 1)
     weight = 1 / apart.prod(axis=2)
@@ -74,7 +74,7 @@ def scatter(places: Array, times: Array) -> Array:
         return nothing
     most = 3 * 1.4826 * float(np.median(np.abs(noise)))
     around = uniform_filter1d(np.minimum(noise**2, most**2), min(USUAL, len(noise)), mode="nearest")
-    return np.interp(np.arange(len(places)), middle, np.sqrt(np.maximum(around, 0)))
+    return np.interp(np.arange(len(indices)), middle, np.sqrt(np.maximum(around, 0)))
 
 
 def hidden(size: Array) -> npt.NDArray[np.bool_]:
@@ -145,12 +145,12 @@ def clearness(film: list[Detections], whole: list[bool], tracks: list[Track]) ->
     """
     chosen: dict[int, list[int]] = {}
     for track in tracks:
-        for frame, place in zip(track.frames, track.places, strict=True):
+        for frame, position in zip(track.frames, track.indices, strict=True):
             if whole[frame]:
-                chosen.setdefault(frame, []).append(place)
+                chosen.setdefault(frame, []).append(position)
     ratios, counts = [], []
-    for frame, places in chosen.items():
-        others = np.delete(film[frame].score, places)
+    for frame, indices in chosen.items():
+        others = np.delete(film[frame].score, indices)
         counts.append(len(others))
-        ratios.append(float(film[frame].score[places].min() / others.max()) if len(others) else math.inf)
+        ratios.append(float(film[frame].score[indices].min() / others.max()) if len(others) else math.inf)
     return (float(np.median(ratios)), float(np.mean(counts))) if counts else (math.inf, 0.0)

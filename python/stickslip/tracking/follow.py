@@ -24,7 +24,7 @@ from stickslip.tracking.scale.calibration import PIXELS, Calibration, read_calib
 from stickslip.tracking.setup import Setup
 from stickslip.tracking.video.osp import PROJECTS, TEXTS, read_osp
 from stickslip.tracking.video.source import Film, Picture
-from stickslip.tracking.video.writing import check_place
+from stickslip.tracking.video.writing import check_target
 from stickslip.tracking.window import Watch
 
 if TYPE_CHECKING:
@@ -118,13 +118,13 @@ def track(
 def _check_outputs(source: str | Path | list[Path], output: str | Path | None, check: str | Path | None) -> None:
     """Refuse, before the work, what could not be written after it, and what would be written over the film."""
     sources = {Path(one).resolve() for one in (source if isinstance(source, list) else [source])}
-    for place in (output, check):
-        if place is not None and Path(place).resolve() in sources:
-            raise InputError(f"{place}: this is the film itself, which would be lost; choose another name")
+    for position in (output, check):
+        if position is not None and Path(position).resolve() in sources:
+            raise InputError(f"{position}: this is the film itself, which would be lost; choose another name")
     if output is not None:
         check_writable(output)
     if check is not None:
-        check_place(check)
+        check_target(check)
 
 
 @dataclass
@@ -164,9 +164,9 @@ def _unclear(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> list
     ratio, others = clearness(seen.pictures, seen.whole, tracks)
     if ratio >= CLEAR:
         return []
-    told = any(getattr(setup, name) is not None for name in ("size", "start", "region", "threshold", "level"))
+    given = any(getattr(setup, name) is not None for name in ("size", "start", "region", "threshold", "level"))
     like = f"{others:.0f} other spots in a picture look like a {_describe(setup)}, the best {1 / ratio:.2g} times as much as "
-    if ratio < TEXTURE and others >= 3 * setup.count and not (told or setup.moving):
+    if ratio < TEXTURE and others >= 3 * setup.count and not (given or setup.moving):
         raise InputError(
             f"{film.name}: {like}what was found, as texture does; give size, start, region or moving, or look whether there "
             "is a marker"
@@ -259,12 +259,12 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
     times = np.array(seen.times)
     for mass, marker in enumerate(tracks):
         lost[:, mass] = _reasons(marker, seen)
-        for frame, place in zip(marker.frames, marker.places, strict=True):
+        for frame, position in zip(marker.frames, marker.indices, strict=True):
             found = seen.pictures[frame]
-            x[frame, mass], y[frame, mass] = found.x[place], found.y[place]
-            x_error[frame, mass], y_error[frame, mass] = found.x_error[place], found.y_error[place]
-            size[frame, mass] = found.size[place]
-            cut = [name for name, off in (("x", found.cut_x[place]), ("y", found.cut_y[place])) if off]
+            x[frame, mass], y[frame, mass] = found.x[position], found.y[position]
+            x_error[frame, mass], y_error[frame, mass] = found.x_error[position], found.y_error[position]
+            size[frame, mass] = found.size[position]
+            cut = [name for name, off in (("x", found.cut_x[position]), ("y", found.cut_y[position])) if off]
             lost[frame, mass] = " and ".join(cut) + CUT if cut else ""
         if setup.finder == "blob":
             _hide(lost[:, mass], x[:, mass], y[:, mass], size[:, mass])
@@ -331,12 +331,12 @@ def _steady(reference: tuple[int, ...], x: Array, y: Array, x_error: Array, y_er
     fixed = list(reference)
     unseen = (lost[:, fixed] != "").all(axis=1)
     size = []
-    for place, error in ((x, x_error), (y, y_error)):
-        known = np.where(lost[:, fixed] == "", place[:, fixed], np.nan)
+    for position, error in ((x, x_error), (y, y_error)):
+        known = np.where(lost[:, fixed] == "", position[:, fixed], np.nan)
         off = np.ma.masked_invalid(known - np.nanmedian(known, axis=0))
         shift = off.mean(axis=1).filled(np.nan)
         of_shift = np.ma.masked_invalid(np.where(np.isfinite(known), error[:, fixed], np.nan) ** 2).sum(axis=1)
-        place -= shift[:, None]
+        position -= shift[:, None]
         error[:] = np.hypot(error, (np.sqrt(of_shift) / np.maximum(off.count(axis=1), 1)).filled(np.nan)[:, None])
         size.append(float(np.nanstd(shift)))
     lost[unseen[:, None] & (lost == "")] = "no reference seen"
@@ -348,18 +348,18 @@ def _steady(reference: tuple[int, ...], x: Array, y: Array, x_error: Array, y_er
 
 def _widen(mass: int, times: Array, *axes: tuple[Array, Array]) -> list[str]:
     """Raise the errors to the scatter of the places where that is more than the picture's noise explains, and say it."""
-    told = []
-    for name, (place, error) in zip("xy", axes, strict=True):
-        around = scatter(place, times)
+    given = []
+    for name, (position, error) in zip("xy", axes, strict=True):
+        around = scatter(position, times)
         seen, stated = (float(np.nanmedian(one)) if np.isfinite(one).any() else np.nan for one in (around, error))
         # an rms of few differences scatters by itself
-        if seen > (UNEXPLAINED + 3 / math.sqrt(max(np.isfinite(place).sum(), 1))) * stated:
+        if seen > (UNEXPLAINED + 3 / math.sqrt(max(np.isfinite(position).sum(), 1))) * stated:
             error[:] = np.maximum(error, PERSISTS * around)
-            told.append(f"{name} {seen:.2g} px where the noise explains {stated:.2g}")
-    if not told:
+            given.append(f"{name} {seen:.2g} px where the noise explains {stated:.2g}")
+    if not given:
         return []
     return [
-        f"Mass {mass} scatters from picture to picture ({', '.join(told)}): compression, flicker or a camera that shakes; "
+        f"Mass {mass} scatters from picture to picture ({', '.join(given)}): compression, flicker or a camera that shakes; "
         "the errors hold that, and nothing that stays for longer than some pictures."
     ]
 
@@ -404,12 +404,12 @@ def _remarks(motion: xr.Dataset, calibration: Calibration, size: Array) -> list[
         counts = {str(reason): int((reasons == reason).sum()) for reason in dict.fromkeys(reasons) if reason}
         cut = {reason: counts.pop(reason) for reason in [*counts] if reason.endswith(CUT)}
         for reason, count in cut.items():
-            told = f"Mass {mass} has no {reason.removesuffix(CUT)} in {count} of {len(reasons)} pictures{CUT}"
+            given = f"Mass {mass} has no {reason.removesuffix(CUT)} in {count} of {len(reasons)} pictures{CUT}"
             off = _leaning(motion.isel(mass=mass), reason, calibration, size[:, mass])
-            remarks.append(told + (f"; the axis leans, so {off}." if off else "."))
+            remarks.append(given + (f"; the axis leans, so {off}." if off else "."))
         if counts:
-            told = ", ".join(f"{count} {reason}" for reason, count in counts.items())
-            remarks.append(f"Mass {mass} is missing in {sum(counts.values())} of {len(reasons)} pictures ({told}).")
+            given = ", ".join(f"{count} {reason}" for reason, count in counts.items())
+            remarks.append(f"Mass {mass} is missing in {sum(counts.values())} of {len(reasons)} pictures ({given}).")
     steps = np.diff(motion["time"].to_numpy())
     if steps.size and np.ptp(steps) > 0.02 * np.median(steps):
         remarks.append(

@@ -27,12 +27,12 @@ class Track:
     Attributes
     ----------
     frames : picture numbers where it was seen, increasing.
-    places : its index in the detections of each of them.
+    indices : its index in the detections of each of them.
     score : sum of the scores of its detections.
     """
 
     frames: list[int] = field(default_factory=list)
-    places: list[int] = field(default_factory=list)
+    indices: list[int] = field(default_factory=list)
     score: float = 0.0
     x: float = 0.0
     y: float = 0.0
@@ -43,24 +43,24 @@ class Track:
     contrast: float = 0.0
     label: int = -1
 
-    def add(self, frame: int, place: int, detections: Detections) -> None:
+    def add(self, frame: int, index: int, detections: Detections) -> None:
         """Take detection `place` of picture `frame`."""
-        x, y = float(detections.x[place]), float(detections.y[place])
+        x, y = float(detections.x[index]), float(detections.y[index])
         if self.frames:
             gap = frame - self.frames[-1]
             ahead = math.hypot(x - self.x - gap * self.vx, y - self.y - gap * self.vy)
             self.flies = ahead < math.hypot(x - self.x, y - self.y)
             self.vx, self.vy = (x - self.x) / gap, (y - self.y) / gap
         share = 1.0 if not self.frames else 0.2  # marks change slowly: light, blur, distance
-        whole = not (detections.cut_x[place] or detections.cut_y[place])
+        whole = not (detections.cut_x[index] or detections.cut_y[index])
         if whole or not self.frames:
-            self.size += share * (float(detections.size[place]) - self.size)
-            self.contrast += share * (float(detections.contrast[place]) - self.contrast)
+            self.size += share * (float(detections.size[index]) - self.size)
+            self.contrast += share * (float(detections.contrast[index]) - self.contrast)
         self.x, self.y = x, y
-        self.label = int(detections.label[place])
-        self.score += float(detections.score[place])
+        self.label = int(detections.label[index])
+        self.score += float(detections.score[index])
         self.frames.append(frame)
-        self.places.append(place)
+        self.indices.append(index)
 
 
 @dataclass(frozen=True)
@@ -86,16 +86,16 @@ class Limits:
         rows = []
         for track in tracks:
             walker = Track()
-            for frame, place in zip(track.frames, track.places, strict=True):
+            for frame, index in zip(track.frames, track.indices, strict=True):
                 seen = film[frame]
-                if walker.frames and not (seen.cut_x[place] or seen.cut_y[place]):
+                if walker.frames and not (seen.cut_x[index] or seen.cut_y[index]):
                     rows.append(
                         (
-                            abs(math.log(seen.size[place] / walker.size)),
-                            abs(math.log(seen.contrast[place] / walker.contrast)),
+                            abs(math.log(seen.size[index] / walker.size)),
+                            abs(math.log(seen.contrast[index] / walker.contrast)),
                         )
                     )
-                walker.add(frame, place, seen)
+                walker.add(frame, index, seen)
         if len(rows) < 10:
             return cls(reach)
         found = 0.15 + SURE * np.percentile(np.array(rows), 99, axis=0)
@@ -154,9 +154,9 @@ def _reaches(film: list[Detections]) -> list[float]:
     seen = [detections for detections in film if len(detections)]
     if not seen:
         return []
-    places = np.concatenate([np.stack([detections.x, detections.y], axis=1) for detections in seen])
+    indices = np.concatenate([np.stack([detections.x, detections.y], axis=1) for detections in seen])
     first = 2 * float(np.median(np.concatenate([detections.size for detections in seen])))
-    last = max(first, float(np.hypot(*np.ptp(places, axis=0))))
+    last = max(first, float(np.hypot(*np.ptp(indices, axis=0))))
     return list(np.geomspace(first, last, 1 + math.ceil(math.log(last / first, 1.6))))
 
 
@@ -182,18 +182,18 @@ def link(film: list[Detections], limits: Limits) -> list[Track]:
     for frame, detections in enumerate(film):
         taken: set[int] = set()
         if alive and len(detections):
-            cost, allowed, worth = _distances(alive, detections, frame, limits)
+            cost, allowed, gain = _distances(alive, detections, frame, limits)
             # a column more for each track: what it costs to leave it waiting
-            alone = np.where(np.eye(len(alive), dtype=bool), worth, np.inf)
+            alone = np.where(np.eye(len(alive), dtype=bool), gain, np.inf)
             whole = np.hstack([np.where(allowed, cost, np.inf), alone])
             for row, column in zip(*linear_sum_assignment(whole), strict=True):
                 if column < len(detections):
                     alive[row].add(frame, int(column), detections)
                     taken.add(int(column))
-        for place in range(len(detections)):
-            if place not in taken:
+        for index in range(len(detections)):
+            if index not in taken:
                 track = Track()
-                track.add(frame, place, detections)
+                track.add(frame, index, detections)
                 alive.append(track)
         for track in [track for track in alive if len(track.frames) < PATIENCE and frame - track.frames[-1] >= 3]:
             alive.remove(track)
@@ -232,9 +232,9 @@ def _distances(
     # in units of the reach, and of how clearly a track has been seen: a marker must not give way to passing clutter
     seen = np.array([len(track.frames) for track in tracks])[:, None]
     weight = np.array([track.score for track in tracks])[:, None] / seen * np.where(seen < PATIENCE, 0.3, 1.0)
-    worth = 1.15 * weight
+    gain = 1.15 * weight
     allowed = (alike & same & near) | labelled
-    return np.minimum(weight * cost / reach, np.where(labelled, 0.5 * worth, np.inf)), allowed, worth
+    return np.minimum(weight * cost / reach, np.where(labelled, 0.5 * gain, np.inf)), allowed, gain
 
 
 _TRAITS = ("x", "y", "vx", "vy", "flies", "size", "contrast", "label")
@@ -269,7 +269,7 @@ def choose(
         for track in tracks:
             if len(chosen) < count and not any(_same_thing(track, other, film) for other in chosen):
                 chosen.append(track)
-        chosen.sort(key=lambda track: float(film[track.frames[0]].x[track.places[0]]))
+        chosen.sort(key=lambda track: float(film[track.frames[0]].x[track.indices[0]]))
     else:
         chosen = []
         for x, y in start:
@@ -285,10 +285,10 @@ def choose(
 
 def _travel(track: Track, film: list[Detections]) -> float:
     """How far apart its places lie, in px; of a coordinate that an edge cuts off nothing is known."""
-    rows = [(film[frame], place) for frame, place in zip(track.frames, track.places, strict=True)]
+    rows = [(film[frame], index) for frame, index in zip(track.frames, track.indices, strict=True)]
     spans = []
     for axis in "xy":
-        whole = [getattr(seen, axis)[place] for seen, place in rows if not getattr(seen, f"cut_{axis}")[place]]
+        whole = [getattr(seen, axis)[index] for seen, index in rows if not getattr(seen, f"cut_{axis}")[index]]
         spans.append(float(np.ptp(np.percentile(whole, [5, 95]))) if whole else 0.0)
     return math.hypot(*spans)
 
@@ -301,7 +301,7 @@ def _continues(piece: Track, track: Track, chosen: list[Track], film: list[Detec
     if abs(math.log(piece.size / track.size)) > math.log(1.6) or abs(math.log(piece.contrast / track.contrast)) > 1:
         return False
     last, first = (
-        (float(film[one.frames[at]].x[one.places[at]]), float(film[one.frames[at]].y[one.places[at]]))
+        (float(film[one.frames[at]].x[one.indices[at]]), float(film[one.frames[at]].y[one.indices[at]]))
         for one, at in ((before, -1), (after, 0))
     )
     if math.dist(last, first) > 12 * track.size + _travel(track, film):
@@ -312,27 +312,27 @@ def _continues(piece: Track, track: Track, chosen: list[Track], film: list[Detec
 def _join(track: Track, piece: Track) -> None:
     order = (track, piece) if track.frames[-1] < piece.frames[0] else (piece, track)
     track.frames = order[0].frames + order[1].frames
-    track.places = order[0].places + order[1].places
+    track.indices = order[0].indices + order[1].indices
     for name in ("x", "y", "vx", "vy"):
         setattr(track, name, getattr(order[1], name))
     track.score += piece.score
-    piece.frames, piece.places = [], []
+    piece.frames, piece.indices = [], []
 
 
 def _first_distance(track: Track, film: list[Detections], x: float, y: float) -> float:
     first = film[track.frames[0]]
-    return math.hypot(float(first.x[track.places[0]]) - x, float(first.y[track.places[0]]) - y)
+    return math.hypot(float(first.x[track.indices[0]]) - x, float(first.y[track.indices[0]]) - y)
 
 
 def _same_thing(one: Track, other: Track, film: list[Detections]) -> bool:
     """Whether one is a part of the other: they are nearer to each other than half a diameter."""
-    places = dict(zip(other.frames, other.places, strict=True))
+    indices = dict(zip(other.frames, other.indices, strict=True))
     apart = [
         math.hypot(
-            float(film[frame].x[place] - film[frame].x[places[frame]]),
-            float(film[frame].y[place] - film[frame].y[places[frame]]),
+            float(film[frame].x[index] - film[frame].x[indices[frame]]),
+            float(film[frame].y[index] - film[frame].y[indices[frame]]),
         )
-        for frame, place in zip(one.frames, one.places, strict=True)
-        if frame in places
+        for frame, index in zip(one.frames, one.indices, strict=True)
+        if frame in indices
     ]
     return bool(apart) and float(np.median(apart)) < 0.5 * max(one.size, other.size)

@@ -34,12 +34,12 @@ def motion_dataset(
         world, errors = (x.copy(), y.copy()), (x_error.copy(), y_error.copy())
     else:
         world, errors = calibration.to_world(x, y), calibration.errors(x, y, x_error, y_error)
-    for axis, place, error in zip("xy", world, errors, strict=True):
+    for axis, position, error in zip("xy", world, errors, strict=True):
         gone = np.array(
             [[reason != "" and (":" not in reason or axis in reason.split(":")[0]) for reason in row] for row in lost]
         )
         gone = gone.reshape(lost.shape)
-        place[gone] = np.nan
+        position[gone] = np.nan
         error[gone] = np.nan
     unit = {"units": calibration.unit}
     both = ("time", "mass")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Grey = npt.NDArray[np.float32]
 
-BLOCK, MARKER, BELT, WALL = 205.0, 40.0, 120.0, 150.0
+BLOCK, MARKER, DRIVE, WALL = 205.0, 40.0, 120.0, 150.0
 """Grey levels of the masses, their markers, the belt and what is behind it."""
 
 
@@ -199,9 +199,9 @@ class _Rig:
         shutter = np.linspace(-0.5, 0.5, 7) * open_for if open_for > 0 else np.zeros(1)
         for index, time in enumerate(self.times):
             moments = np.clip(time + shutter, 0, self.orbit.t_end)
-            places = self.rest + self.scale * _columns(self.orbit, moments)
-            belt = self.scale * self.drive_velocity * time
-            picture = self._scene(cv2, u, v, texture, belt, places) * light
+            positions = self.rest + self.scale * _columns(self.orbit, moments)
+            drive = self.scale * self.drive_velocity * time
+            picture = self._scene(cv2, u, v, texture, drive, positions) * light
             if camera.blur > 0:
                 picture = cv2.GaussianBlur(picture, (0, 0), camera.blur)
             if camera.noise > 0:
@@ -217,7 +217,7 @@ class _Rig:
         grain = random.standard_normal((self.camera.height, 1024)).astype(np.float32)
         # wrapped on before it is smoothed, so that the belt has no seam
         smooth = cv2.GaussianBlur(np.hstack([grain, grain, grain]), (0, 0), 2.5)[:, 1024:2048]
-        return np.asarray(BELT + 14 * smooth / smooth.std(), np.float32)
+        return np.asarray(DRIVE + 14 * smooth / smooth.std(), np.float32)
 
     def _light(self, u: Grey, v: Grey) -> Grey:
         across = (u / self.camera.width + 0.5 * v / self.camera.height) / 1.5
@@ -235,13 +235,13 @@ class _Rig:
         power = 10.0 ** math.floor(math.log10(wanted))
         return min((power * step for step in (1, 2, 5, 10)), key=lambda step: abs(math.log(step / wanted)))
 
-    def _scene(self, cv2: Any, u: Grey, v: Grey, texture: Grey, belt: float, places: Array) -> Grey:
+    def _scene(self, cv2: Any, u: Grey, v: Grey, texture: Grey, drive: float, positions: Array) -> Grey:
         height, radius = self.camera.height, 0.5 * self.camera.marker
         half = 3.0 * radius
-        along = np.mod(u - np.float32(belt % 1024), 1024).astype(np.float32)
+        along = np.mod(u - np.float32(drive % 1024), 1024).astype(np.float32)
         moving = cv2.remap(texture, along, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-        on_belt = _edge(0.36 * height - np.abs(v - np.float32(self.middle)))
-        scene = WALL + on_belt * (moving - WALL)
+        on_drive = _edge(0.36 * height - np.abs(v - np.float32(self.middle)))
+        scene = WALL + on_drive * (moving - WALL)
         # the ruler along the foot, its marks where the black and white blocks meet
         step = np.float32(self.pitch * self.scale)
         phase = np.mod((u - np.float32(self.rest[0])) / step, 2.0)
@@ -251,15 +251,15 @@ class _Rig:
         ruler = _edge(v - np.float32(0.90 * height)) * _edge(np.float32(0.97 * height) - v)
         scene = scene + ruler * (235 - 200 * np.clip(black, 0, 1) - scene)
         across = np.abs(v - np.float32(self.middle))
-        for mass in range(places.shape[1]):
+        for mass in range(positions.shape[1]):
             face = np.zeros_like(u)
             spot = np.zeros_like(u)
-            for place in places[:, mass]:
-                dx = u - np.float32(place)
+            for position in positions[:, mass]:
+                dx = u - np.float32(position)
                 face += _edge(half - np.maximum(np.abs(dx), across))
                 spot += _edge(radius - np.hypot(dx, across))
-            face /= len(places)
-            spot /= len(places)
+            face /= len(positions)
+            spot /= len(positions)
             scene = scene + face * (BLOCK - scene) + spot * (MARKER - BLOCK)
         return np.asarray(scene, np.float32)
 
@@ -267,7 +267,7 @@ class _Rig:
         """Where every marker's centre is."""
         x = _columns(self.orbit, self.times)
         flat = np.stack([self.ideal, np.full_like(self.ideal, self.middle)], axis=-1)
-        places = _distort(self.camera.lens, flat)
+        positions = _distort(self.camera.lens, flat)
         zero = np.zeros_like(x)
         lost = np.full(x.shape, "", dtype=object)
         unit = "1" if self.dimensionless else "m"
@@ -280,7 +280,7 @@ class _Rig:
             notes=("The truth of a film that was made.",),
         )
         truth = motion_dataset(
-            self.times, places[..., 0], places[..., 1], zero, zero, lost, calibration,
+            self.times, positions[..., 0], positions[..., 1], zero, zero, lost, calibration,
             source=source, frame_rate=self.camera.frame_rate,
         )  # fmt: skip
         truth["position"] = (("time", "mass"), x, {"units": unit, "long_name": "position in the orbit"})
@@ -324,10 +324,10 @@ def _edge(distance: Grey) -> Grey:
 
 def _distort(lens: Lens, ideal: Array) -> Array:
     """Where the lens shows what an ideal one shows at `ideal`: the inverse of `Lens.straighten`, by iteration."""
-    places = ideal.copy()
+    positions = ideal.copy()
     for _ in range(50):
-        step = ideal - lens.straighten(places)
-        places = places + step
+        step = ideal - lens.straighten(positions)
+        positions = positions + step
         if float(np.abs(step).max()) < 1e-9:
             break
-    return places
+    return positions

@@ -20,7 +20,7 @@ RIVAL = 1 / CLEAR
 FAINT = 0.75
 """A spot of less than this share of its last score is looked for in the whole picture."""
 
-MOST_RIVALS = 3
+MOST_ALTERNATIVES = 3
 """Where there are more rivals than this for every marker, whole pictures are looked at."""
 
 KEPT = 1 << 26
@@ -124,7 +124,7 @@ class Watch:
             # what a marker may be mistaken for where it is lost shows in whole pictures only
             lost = self.windows and bool(followed) and not due
             found = self._look(picture)
-            followed, new = self._rivals(found, followed, known)
+            followed, new = self._alternatives(found, followed, known)
             yield from self._settled(waiting, new or lost)
             known, waiting = found, []
             yield found, True
@@ -146,7 +146,7 @@ class Watch:
             black=self.black,
         )
 
-    def _rivals(self, found: Detections, before: list[_Spot], known: Detections) -> tuple[list[_Spot], bool]:
+    def _alternatives(self, found: Detections, before: list[_Spot], known: Detections) -> tuple[list[_Spot], bool]:
         """What is followed from here on, and whether a rival is among it that the last whole picture did not show."""
         if len(found) < self.count:
             return [], False
@@ -162,7 +162,7 @@ class Watch:
                 new |= not (np.hypot(known.x - row.x, known.y - row.y) < near).any()
             if not (row.cut_x[0] or row.cut_y[0]):
                 spots.append(spot)
-        return spots if self.count <= len(spots) <= self.count * (1 + MOST_RIVALS) else [], new
+        return spots if self.count <= len(spots) <= self.count * (1 + MOST_ALTERNATIVES) else [], new
 
     def _near(self, picture: Picture, followed: list[_Spot]) -> list[_Spot] | None:
         """The followed spots in this picture; None where one of them is not found as it was, or none is followed."""

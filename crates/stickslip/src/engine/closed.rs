@@ -1,15 +1,15 @@
 //! The motion of one mass in closed form, segment by segment.
 
 use super::{Engine, Reached};
-use crate::abreast::Runner;
 use crate::drive::Clock;
 use crate::elementary::hypot;
 use crate::error::Error;
 use crate::flow::exact::{Frame, Signal, Slip};
+use crate::lanes::Runner;
 use crate::law::Piece;
 use crate::observer::{Course, Observer};
 use crate::orbit::{Event, Orbit, Record, Segment};
-use crate::place::{Onward, Place};
+use crate::restart::{HybridState, Restart};
 use crate::section::{Cut, Guard, Point};
 use crate::simulate::{Run, Stop, observe, resume};
 use crate::structure::{Oscillator, with_harmonics};
@@ -20,7 +20,7 @@ use crate::watch::Watched;
 pub struct Closed<'a> {
     oscillator: &'a Oscillator,
     run: Run,
-    place: Option<Place>,
+    hybrid: Option<HybridState>,
     events: u64,
     /// Events that count for the next call.
     ahead: u64,
@@ -28,13 +28,13 @@ pub struct Closed<'a> {
 }
 
 impl<'a> Closed<'a> {
-    /// From the start of `run`, or from a place with its x and v; the time of `run` does not count.
+    /// From the start of `run`, or from a hybrid with its x and v; the time of `run` does not count.
     #[must_use]
-    pub fn new(oscillator: &'a Oscillator, run: Run, place: Option<Place>) -> Self {
+    pub fn new(oscillator: &'a Oscillator, run: Run, hybrid: Option<HybridState>) -> Self {
         Self {
             oscillator,
             run,
-            place,
+            hybrid,
             events: 0,
             ahead: 0,
             end: Reached::default(),
@@ -48,13 +48,13 @@ impl<'a> Closed<'a> {
     /// The motion as one that may go in a lane, to its last mode before `t_end`.
     pub(crate) fn runner(&self, t_end: f64) -> Runner<'a> {
         let run = Run { t_end, ..self.run };
-        Runner::new(self.oscillator, run, self.place)
+        Runner::new(self.oscillator, run, self.hybrid)
     }
 
     /// Take over from where it went there; the next call goes on from there.
     pub(crate) fn take(&mut self, runner: &Runner) {
         if runner.events > 0 {
-            (self.run.x0, self.run.v0, self.place) = (runner.x, Some(runner.v), Some(runner.place));
+            (self.run.x0, self.run.v0, self.hybrid) = (runner.x, Some(runner.v), Some(runner.hybrid));
             self.events += runner.events;
             self.ahead += runner.events;
         }
@@ -62,15 +62,15 @@ impl<'a> Closed<'a> {
 
     /// From where another motion ended, after so many events at the most.
     #[must_use]
-    pub fn onward(oscillator: &'a Oscillator, onward: Onward, max_events: u64) -> Self {
-        let (x0, v0, place) = onward.place(oscillator.drive_velocity, Clock::default());
+    pub fn restart(oscillator: &'a Oscillator, restart: Restart, max_events: u64) -> Self {
+        let (x0, v0, hybrid) = restart.hybrid(oscillator.drive_velocity, Clock::default());
         let run = Run {
             x0,
             v0: Some(v0),
             t_end: f64::INFINITY,
             max_events,
         };
-        Self::new(oscillator, run, Some(place))
+        Self::new(oscillator, run, Some(hybrid))
     }
 
     fn follow<const H: usize>(
@@ -83,7 +83,7 @@ impl<'a> Closed<'a> {
             frame: Frame::<H>::of(self.oscillator),
             after,
             open: None,
-            place: None,
+            hybrid: None,
             observer,
         };
         let run = Run {
@@ -91,14 +91,14 @@ impl<'a> Closed<'a> {
             max_events: self.run.max_events - std::mem::take(&mut self.ahead),
             ..self.run
         };
-        let (mut stop, work) = match self.place {
-            Some(place) => resume(self.oscillator, run, place, &mut follower)?,
+        let (mut stop, work) = match self.hybrid {
+            Some(hybrid) => resume(self.oscillator, run, hybrid, &mut follower)?,
             None => observe(self.oscillator, run, &mut follower)?,
         };
         self.events += work.events;
         if let Some((reached, start)) = follower.finish(&mut stop, t_end) {
             self.end = reached;
-            self.place = follower.place;
+            self.hybrid = follower.hybrid;
             (self.run.x0, self.run.v0) = (start.0, Some(start.1));
         }
         Ok(stop)
@@ -141,7 +141,7 @@ impl<'a> Replay<'a> {
             frame: Frame::<H>::of(&self.orbit.oscillator),
             after,
             open: None,
-            place: None,
+            hybrid: None,
             observer,
         };
         let mut events = self.orbit.events.iter();
@@ -185,7 +185,7 @@ struct Follower<'a, const H: usize, O> {
     frame: Frame<H>,
     after: f64,
     open: Option<Segment>,
-    place: Option<Place>,
+    hybrid: Option<HybridState>,
     observer: &'a mut O,
 }
 
@@ -201,12 +201,12 @@ impl<const H: usize, O: Observer> Follower<'_, H, O> {
         } else {
             self.frame.drive_velocity - state.v
         };
-        let place = self.place.filter(|_| ended);
-        let onward = place.map(|place| Onward {
+        let hybrid = self.hybrid.filter(|_| ended);
+        let restart = hybrid.map(|hybrid| Restart {
             x: state.x,
             w,
             stuck_for: if state.stuck { until } else { 0.0 },
-            place,
+            hybrid,
         });
         if ended {
             self.close(&segment, until, true);
@@ -222,7 +222,7 @@ impl<const H: usize, O: Observer> Follower<'_, H, O> {
             v: vec![state.v],
             rides: vec![state.stuck],
             w: vec![w],
-            onward,
+            restart,
         };
         // A stick is gone on with from where it began.
         let start = if state.stuck {
@@ -236,8 +236,8 @@ impl<const H: usize, O: Observer> Follower<'_, H, O> {
     fn close(&mut self, segment: &Segment, until: f64, last: bool) {
         let from = segment.clock.until(self.after).max(0.0);
         if O::PASSES && (from < until || last) {
-            let arc = Arc::new(&self.frame, segment);
-            self.observer.pass(&arc, (from, until), last);
+            let phase = ClosedPhase::new(&self.frame, segment);
+            self.observer.pass(&phase, (from, until), last);
         }
     }
 }
@@ -264,13 +264,13 @@ impl<const H: usize, O: Observer> Record for Follower<'_, H, O> {
         self.observer.full()
     }
 
-    fn arrived(&mut self, place: Place) {
-        self.place = Some(place);
+    fn arrived(&mut self, hybrid: HybridState) {
+        self.hybrid = Some(hybrid);
     }
 }
 
 /// What the mass does during one segment.
-struct Arc<const H: usize> {
+struct ClosedPhase<const H: usize> {
     clock: Clock,
     drive_velocity: f64,
     sticks: bool,
@@ -286,7 +286,7 @@ enum Motion<const H: usize> {
     Slip(Slip<H>),
 }
 
-impl<const H: usize> Arc<H> {
+impl<const H: usize> ClosedPhase<H> {
     fn new(frame: &Frame<H>, segment: &Segment) -> Self {
         let motion = if segment.direction == 0.0 || segment.slope.is_infinite() {
             Motion::Steady {
@@ -300,7 +300,7 @@ impl<const H: usize> Arc<H> {
                 low: 0.0,
                 high: f64::INFINITY,
                 branch: segment.branch,
-                turns: false,
+                reverses: false,
             };
             Motion::Slip(frame.closed(segment.clock, segment.x, segment.v, segment.direction, &piece))
         };
@@ -380,15 +380,15 @@ impl<const H: usize> Arc<H> {
             let basis = slip.basis(t);
             let (value, rate) = (g.at(&basis), dg.at(&basis));
             let amplitudes = slip.decay.amplitudes(g.free(&basis), dg.free(&basis));
-            let (mut bend, mut free) = (waves, 0.0);
+            let (mut curvature, mut free) = (waves, 0.0);
             for (amplitude, exponent) in amplitudes.into_iter().zip(slip.decay.exponents()) {
-                bend += growth * amplitude * exponent * exponent;
+                curvature += growth * amplitude * exponent * exponent;
                 free += amplitude;
             }
             Guard {
                 value,
                 rate,
-                bend,
+                curvature,
                 noise: 4.0 * f64::EPSILON * (swing + free),
                 reach,
             }
@@ -397,7 +397,7 @@ impl<const H: usize> Arc<H> {
     }
 }
 
-impl<const H: usize> Course for Arc<H> {
+impl<const H: usize> Course for ClosedPhase<H> {
     fn clock(&self) -> Clock {
         self.clock
     }

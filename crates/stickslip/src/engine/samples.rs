@@ -82,10 +82,10 @@ fn hermite(x: [f64; 2], v: [f64; 2], a: [f64; 2], h: f64) -> Series {
     (series[0], series[1], series[2]) = (x[0], v[0], 0.5 * a[0]);
     let rise = x[1] - x[0] - h * (v[0] + 0.5 * h * a[0]);
     let slope = h * (v[1] - v[0] - h * a[0]);
-    let bend = h * h * (a[1] - a[0]);
-    series[3] = (10.0 * rise - 4.0 * slope + 0.5 * bend) / (h * h * h);
-    series[4] = (-15.0 * rise + 7.0 * slope - bend) / (h * h * h * h);
-    series[5] = (6.0 * rise - 3.0 * slope + 0.5 * bend) / (h * h * h * h * h);
+    let curvature = h * h * (a[1] - a[0]);
+    series[3] = (10.0 * rise - 4.0 * slope + 0.5 * curvature) / (h * h * h);
+    series[4] = (-15.0 * rise + 7.0 * slope - curvature) / (h * h * h * h);
+    series[5] = (6.0 * rise - 3.0 * slope + 0.5 * curvature) / (h * h * h * h * h);
     series
 }
 

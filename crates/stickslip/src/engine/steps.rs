@@ -3,12 +3,12 @@
 use super::{Engine, Reached};
 use crate::drive::Clock;
 use crate::error::Error;
-use crate::flow::taylor::{Frame, Motion, Rub};
+use crate::flow::taylor::{ForceLine, Frame, Motion};
 use crate::network::orbit::Expansion;
 use crate::network::{Loop, Orbit, ROUNDING, Run};
 use crate::observer::{Course, Observer};
 use crate::section::{Cut, Guard, Point};
-use crate::series::{ORDER, Series, ZERO, at, curvature, derivative, free_time, slope_at};
+use crate::series::{ORDER, Series, ZERO, at, curvature_bound, derivative, free_time, slope_at};
 use crate::simulate::Stop;
 use crate::system::System;
 use crate::watch::Watched;
@@ -106,19 +106,19 @@ impl Track<'_> {
         let sizes = (along_x * self.x[0]).abs() + (along_v * self.v[0]).abs() + cut.level.abs();
         let noise = self.rounding * speed + 4.0 * f64::EPSILON * sizes;
         let (_, to) = span;
-        let whole = curvature(&g, to);
+        let whole = curvature_bound(&g, to);
         let guard = |t: f64| {
             let (value, rate) = slope_at(&g, t);
-            let (mut bend, mut reach) = (whole, to - t);
+            let (mut curvature, mut reach) = (whole, to - t);
             // A tighter bound, over as far as it may be used.
             let near = 8.0 * free_time(value.abs(), -rate.abs(), whole);
             if value.abs() > noise && near < reach {
-                (bend, reach) = (curvature(&g, t + near), near);
+                (curvature, reach) = (curvature_bound(&g, t + near), near);
             }
             Guard {
                 value,
                 rate,
-                bend,
+                curvature,
                 noise,
                 reach,
             }
@@ -132,7 +132,7 @@ pub(crate) struct Step<'a> {
     pub(crate) clock: Clock,
     pub(crate) frame: &'a Frame,
     pub(crate) motion: &'a Motion,
-    pub(crate) rubs: &'a [Rub],
+    pub(crate) force_lines: &'a [ForceLine],
     /// Speeds below this are zero within rounding.
     pub(crate) rounding: f64,
 }
@@ -144,7 +144,7 @@ impl Step<'_> {
             x: &self.motion.x[mass],
             v: &self.motion.v[mass],
             u: &self.motion.u[contact],
-            direction: self.rubs[contact].direction,
+            direction: self.force_lines[contact].direction,
             rounding: self.rounding,
             rate: self.frame.rate,
         }
@@ -157,16 +157,18 @@ impl Step<'_> {
         let all = |series: &[Series]| series.iter().map(|series| at(series, h)).collect();
         let (x, v): (Vec<f64>, Vec<f64>) = (all(&self.motion.x), all(&self.motion.v));
         let mut rides = vec![false; x.len()];
-        for (contact, rub) in self.rubs.iter().enumerate() {
-            rides[self.frame.mass_of(contact)] |= rub.direction == 0.0 && self.frame.driven(contact);
+        for (contact, force_line) in self.force_lines.iter().enumerate() {
+            rides[self.frame.mass_of(contact)] |= force_line.direction == 0.0 && self.frame.driven(contact);
         }
-        let slip = self.rubs.iter().zip(&self.motion.u);
+        let slip = self.force_lines.iter().zip(&self.motion.u);
         Reached {
-            w: slip.map(|(rub, u)| rub.direction * at(u, h)).collect(),
+            w: slip
+                .map(|(force_line, u)| force_line.direction * at(u, h))
+                .collect(),
             x,
             v,
             rides,
-            onward: None,
+            restart: None,
         }
     }
 }
@@ -181,7 +183,7 @@ impl Course for Step<'_> {
     }
 
     fn sticks(&self, contact: usize) -> bool {
-        self.rubs[contact].direction == 0.0
+        self.force_lines[contact].direction == 0.0
     }
 
     fn cross(
@@ -237,7 +239,7 @@ impl Engine for ReplaySteps<'_> {
                 clock,
                 frame: &steps.frame,
                 motion: &steps.motion,
-                rubs: &steps.rubs,
+                force_lines: &steps.force_lines,
                 rounding: ROUNDING * scale,
             };
             let from = clock.until(after).max(0.0);

@@ -66,7 +66,7 @@ impl<'a, const H: usize> Direct<'a, H> {
         let decay = &slip.decay;
         let mut u = slip.v.free.map(|value| -direction * value);
         let value = decay.start(u);
-        if start == Start::Turning {
+        if start == Start::Reversal {
             u = decay.coefficients(value, 0.0);
         }
         let du = decay.derivative(u);
@@ -91,35 +91,46 @@ impl<'a, const H: usize> Direct<'a, H> {
     ) -> Option<Arrival> {
         let rest = self.direction * drive_velocity;
         let (low, high) = (piece.low - rest, piece.high - rest);
-        let bend = -2.0 * self.decay.gamma * self.rate - self.decay.natural_squared * self.value;
-        let sense = if start == Start::Turning { bend } else { self.rate }.signum();
+        let curvature = -2.0 * self.decay.gamma * self.rate - self.decay.natural_squared * self.value;
+        let sense = if start == Start::Reversal {
+            curvature
+        } else {
+            self.rate
+        }
+        .signum();
         let contrary = (start == Start::Low && sense < 0.0) || (start == Start::High && sense > 0.0);
         let ends = [(low, End::Low), (high, End::High)];
         let (ahead, behind) = (ends[usize::from(sense > 0.0)], ends[usize::from(sense < 0.0)]);
-        let way = sense * (ahead.0 - self.value);
-        if contrary || way <= 0.0 {
+        let distance = sense * (ahead.0 - self.value);
+        if contrary || distance <= 0.0 {
             return None;
         }
-        if way.is_finite()
-            && let Some(arrival) = self.ahead(sense, bend, ahead, work)
+        if distance.is_finite()
+            && let Some(arrival) = self.ahead(sense, curvature, ahead, work)
         {
             return Some(arrival);
         }
-        let passes = way.is_finite() && self.decay.gamma < 0.0;
-        if piece.turns || passes || !behind.0.is_finite() {
+        let passes = distance.is_finite() && self.decay.gamma < 0.0;
+        if piece.reverses || passes || !behind.0.is_finite() {
             return None;
         }
         self.behind(sense, ahead.0, behind, work)
     }
 
     /// The end towards which the slip speed goes, before it turns.
-    fn ahead(&self, sense: f64, bend: f64, (target, end): (f64, End), work: &mut Watched) -> Option<Arrival> {
-        let way = target - self.value;
-        let discriminant = self.rate * self.rate + 2.0 * bend * way;
+    fn ahead(
+        &self,
+        sense: f64,
+        curvature: f64,
+        (target, end): (f64, End),
+        work: &mut Watched,
+    ) -> Option<Arrival> {
+        let distance = target - self.value;
+        let discriminant = self.rate * self.rate + 2.0 * curvature * distance;
         if discriminant < 0.0 {
             return None;
         }
-        let guess = 2.0 * way / (self.rate + discriminant.sqrt().copysign(sense));
+        let guess = 2.0 * distance / (self.rate + discriminant.sqrt().copysign(sense));
         let unit = 1.0 / self.decay.fastest();
         if guess.is_nan() || guess >= GUESS * unit {
             return None;
@@ -136,8 +147,8 @@ impl<'a, const H: usize> Direct<'a, H> {
             return Some(self.arrive(t, end, start - self.direction * integral(&polynomial, t), target));
         }
         let (arrival, slope) = self.beside(t, target, end, work)?;
-        let turned = self.decay.oscillates() && arrival.t * self.decay.omega >= PI;
-        (slope * sense > 0.0 && !turned).then_some(arrival)
+        let reversed = self.decay.oscillates() && arrival.t * self.decay.omega >= PI;
+        (slope * sense > 0.0 && !reversed).then_some(arrival)
     }
 
     /// The other end, after the slip speed turned once at a distance from the first.
@@ -186,16 +197,16 @@ impl<'a, const H: usize> Direct<'a, H> {
             let basis = self.slip.basis(t);
             let value = self.u[0] * basis.c + self.u[1] * basis.s;
             let rate = self.du[0] * basis.c + self.du[1] * basis.s;
-            let bend = -2.0 * decay.gamma * rate - decay.natural_squared * value;
-            let jerk = -2.0 * decay.gamma * bend - decay.natural_squared * rate;
+            let curvature = -2.0 * decay.gamma * rate - decay.natural_squared * value;
+            let jerk = -2.0 * decay.gamma * curvature - decay.natural_squared * rate;
             // Householder's method of the third order.
             let newton = (target - value) / rate;
-            let (half, third) = (newton * bend, newton * newton * jerk);
+            let (half, third) = (newton * curvature, newton * newton * jerk);
             let step = newton * (rate + 0.5 * half) / (rate + half + third * (1.0 / 6.0));
             let far = step.abs() * fastest;
             let x = self.slip.position(t, &basis);
             // Householder's step can vanish far from any root: what it leaves must be rounding.
-            let left = value - target + step * (rate + step * (0.5 * bend + step * (1.0 / 6.0) * jerk));
+            let left = value - target + step * (rate + step * (0.5 * curvature + step * (1.0 / 6.0) * jerk));
             let rounding = rounding_of([self.u[0] * basis.c, self.u[1] * basis.s, target]);
             if t + step <= 0.0 {
                 return None;
@@ -203,8 +214,8 @@ impl<'a, const H: usize> Direct<'a, H> {
             let short = far < NEXT;
             work.fallbacks += u64::from(short && left.abs() > rounding);
             if short && left.abs() <= rounding {
-                let travel = step * (value + step * (0.5 * rate + step * (1.0 / 6.0) * bend));
-                let slope = rate + step * bend;
+                let travel = step * (value + step * (0.5 * rate + step * (1.0 / 6.0) * curvature));
+                let slope = rate + step * curvature;
                 return Some((
                     self.arrive(t + step, end, x - self.direction * travel, target),
                     slope,

@@ -129,7 +129,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
     }
 
     fn between_extrema(&mut self, piece: &Piece, start: Start, horizon: f64) -> Option<Arrival> {
-        if start.turns(self.du.start(&self.slip.decay)) {
+        if start.reverses(self.du.start(&self.slip.decay)) {
             // Known to be zero here; rounding must not shift the extrema.
             let decay = &self.slip.decay;
             if decay.separates() {
@@ -201,8 +201,8 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
             if extremum >= horizon {
                 return None;
             }
-            if piece.turns {
-                return Some(self.arrive_at(extremum, End::Turn { rising: !rising }));
+            if piece.reverses {
+                return Some(self.arrive_at(extremum, End::Reversal { rising: !rising }));
             }
             // A decaying oscillation that missed both ends once misses them for ever.
             seen[usize::from(rising)] = true;
@@ -219,10 +219,11 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
     fn guess(&self, target: f64, from: f64, until: f64, extremum: Option<f64>) -> f64 {
         if from == 0.0 {
             let decay = &self.slip.decay;
-            let (start, slope, bend) = (self.u.start(decay), self.du.start(decay), self.ddu.start(decay));
+            let (start, slope, curvature) =
+                (self.u.start(decay), self.du.start(decay), self.ddu.start(decay));
             let travel = target - start;
             let whole = extremum.map_or(f64::INFINITY, |value| value - start);
-            let discriminant = slope * slope + 2.0 * bend * travel;
+            let discriminant = slope * slope + 2.0 * curvature * travel;
             if travel.abs() < 0.5 * whole.abs() && discriminant > 0.0 {
                 // Near the start the speed is a parabola.
                 return 2.0 * travel / (slope + discriminant.sqrt().copysign(travel));
@@ -330,7 +331,7 @@ mod tests {
                 random(-2.0, 1.0)
             };
             let piece = Piece {
-                turns: case % 7 == 0,
+                reverses: case % 7 == 0,
                 ..Piece::line([low, 0.5], slope, low, high, 0)
             };
             let direction = if case % 11 == 0 { -1.0 } else { 1.0 };

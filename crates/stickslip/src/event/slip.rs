@@ -61,7 +61,7 @@ fn is_end<const H: usize>(
             target: piece.high,
             ..Guard::HIGH
         },
-        end @ End::Turn { rising } => Guard {
+        end @ End::Reversal { rising } => Guard {
             end,
             order: 1,
             side: if rising { -1.0 } else { 1.0 },
@@ -93,11 +93,11 @@ fn end_of_forced_slip<const H: usize>(
     let ends = Ends {
         low: piece.low,
         high: piece.high,
-        turns: piece.turns,
+        reverses: piece.reverses,
     };
     let exit = first_exit(&speed, ends, start, horizon, work)?;
-    let turning = start == Start::Turning && !slip.decay.oscillates();
-    let x = if turning || slip.decay.steep() {
+    let at_reversal = start == Start::Reversal && !slip.decay.oscillates();
+    let x = if at_reversal || slip.decay.steep() {
         work.evaluations += 1;
         speed.slip.position(exit.t, &slip.basis(exit.t))
     } else {
@@ -131,7 +131,7 @@ impl<const H: usize> Speed<H> {
         let (mut slip, decay) = (*slip, slip.decay);
         let mut u = slip.speed(direction, drive_velocity);
         let mut du = u.derivative(&decay, &slip.frequency);
-        if start.turns(du.start(&decay)) {
+        if start.reverses(du.start(&decay)) {
             // Known to be zero here; rounding must not shift the next turn.
             if decay.separates() {
                 // Nor feed a fast exponential: of one that grows the state, to its last digit, need not tell even the sign.
@@ -237,9 +237,9 @@ impl<const H: usize> Motion<H> for Speed<H> {
         let (decay, frequency) = (&self.slip.decay, &self.slip.frequency);
         let basis = self.slip.basis(t);
         let free @ [value, rate] = [self.u.free(&basis), self.du.free(&basis)];
-        let bend = -2.0 * decay.gamma * rate - self.natural * value;
-        let jerk = -2.0 * decay.gamma * bend - self.natural * rate;
-        let mut d = [self.u.constant + value, rate, bend, jerk];
+        let curvature = -2.0 * decay.gamma * rate - self.natural * value;
+        let jerk = -2.0 * decay.gamma * curvature - self.natural * rate;
+        let mut d = [self.u.constant + value, rate, curvature, jerk];
         let waves = waves(
             std::array::from_fn(|j| self.u.wave(j, &basis)),
             std::array::from_fn(|j| self.du.wave(j, &basis)),
@@ -319,7 +319,7 @@ mod tests {
         for case in 0..200 {
             let piece = Piece::line([0.0, 0.5], -0.2, 0.0, 0.1 + 0.01 * f64::from(case), 0);
             let piece = Piece {
-                turns: case % 3 == 0,
+                reverses: case % 3 == 0,
                 ..piece
             };
             let (x, v) = (0.02 * f64::from(case) - 1.5, 0.3 - 0.5 * piece.high);

@@ -30,10 +30,10 @@ impl Span {
     pub(crate) fn least(&self, left: [f64; 3], right: [f64; 3], sixth: f64) -> f64 {
         let least = |a: f64, b: f64| if a < b { a } else { b };
         let (rise, fall) = (self.d * (1.0 / 6.0) * left[1], self.d * (1.0 / 6.0) * right[1]);
-        let (bend, curl) = (self.square * left[2], self.square * right[2]);
-        let second = left[0] + 2.0 * rise + bend * (1.0 / 30.0);
+        let (curvature, curl) = (self.square * left[2], self.square * right[2]);
+        let second = left[0] + 2.0 * rise + curvature * (1.0 / 30.0);
         let fourth = right[0] - 2.0 * fall + curl * (1.0 / 30.0);
-        let middle = 0.5 * (left[0] + right[0]) + 1.2 * (rise - fall) + 0.025 * (bend + curl);
+        let middle = 0.5 * (left[0] + right[0]) + 1.2 * (rise - fall) + 0.025 * (curvature + curl);
         least(
             least(least(left[0], left[0] + rise), least(right[0], right[0] - fall)),
             least(least(second, fourth), middle - self.slack * sixth),

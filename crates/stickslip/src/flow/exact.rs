@@ -501,14 +501,14 @@ impl<const H: usize> Stick<H> {
     #[must_use]
     pub fn at(&self, t: f64) -> (f64, f64, f64) {
         let (cos, sin) = self.waves(t);
-        let (mut force, mut rate, mut bend) = (self.start + self.rate * t, self.rate, 0.0);
+        let (mut force, mut rate, mut curvature) = (self.start + self.rate * t, self.rate, 0.0);
         for j in 0..H {
             let wave = self.p[j] * cos[j] + self.q[j] * sin[j];
             force += wave;
             rate += self.frequency[j] * (self.q[j] * cos[j] - self.p[j] * sin[j]);
-            bend -= self.frequency[j] * self.frequency[j] * wave;
+            curvature -= self.frequency[j] * self.frequency[j] * wave;
         }
-        (force, rate, bend)
+        (force, rate, curvature)
     }
 
     /// How far the holding force and a `limit` may be apart at `t` by rounding alone.

@@ -12,7 +12,7 @@ use crate::drive::Clock;
 use crate::elementary::power;
 use crate::law::{Friction, Law, Piece};
 use crate::matrix::{Matrix, Rows, filled};
-use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature, free_time, slope_at};
+use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, slope_at};
 use crate::system::{Drive, System, add_wave};
 use tangent::Linear;
 
@@ -28,7 +28,7 @@ const ROUNDS: u32 = 10_000;
 
 /// What a contact does, as far as the flow cares.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Rub {
+pub(crate) struct ForceLine {
     /// Sign of the slip velocity, 0 while stuck.
     pub direction: f64,
     /// Friction that opposes slip is offset + slope · u, unless the law is smooth.
@@ -39,7 +39,7 @@ pub(crate) struct Rub {
     pub still: bool,
 }
 
-impl Rub {
+impl ForceLine {
     /// Whether friction here is the reaction of a constraint: adhesion, or a slip speed that is held between two branches.
     /// A stuck contact at its limit that others hold has a force, its offset, instead.
     pub(crate) fn holds(&self) -> bool {
@@ -92,20 +92,20 @@ pub(crate) struct Held {
 }
 
 impl Held {
-    /// What a held contact's force owes to what they want, each by its place among them.
+    /// What a held contact's force owes to what they needed, each by its index among them.
     pub(crate) fn gain(&self, row: usize) -> &[(usize, f64)] {
         self.gain.row(row)
     }
 
-    /// The force of a held contact that makes up for what they want.
-    fn force(&self, row: usize, wants: impl Fn(usize) -> f64) -> f64 {
-        self.gain(row).iter().map(|&(at, gain)| gain * wants(at)).sum()
+    /// The force of a held contact that makes up for what they needed.
+    fn force(&self, row: usize, required: impl Fn(usize) -> f64) -> f64 {
+        self.gain(row).iter().map(|&(at, gain)| gain * required(at)).sum()
     }
 
-    /// The forces that make up for what the contacts want.
-    pub(crate) fn forces(&self, wants: impl Fn(usize) -> f64) -> Vec<f64> {
+    /// The forces that make up for what the contacts needed.
+    pub(crate) fn forces(&self, required: impl Fn(usize) -> f64) -> Vec<f64> {
         (0..self.contacts.len())
-            .map(|row| self.force(row, &wants))
+            .map(|row| self.force(row, &required))
             .collect()
     }
 }
@@ -219,8 +219,8 @@ impl Frame {
     /// The speed that the springs can give mass `i` while the motion changes. Under heavy damping that is far less than the
     /// position times the fastest rate.
     pub(crate) fn sprung(&self, i: usize, x: &[f64]) -> f64 {
-        let pulls = self.near.row(i).iter();
-        pulls.map(|&(j, [spring, _])| (spring * x[j]).abs()).sum::<f64>() / self.rate
+        let loads = self.near.row(i).iter();
+        loads.map(|&(j, [spring, _])| (spring * x[j]).abs()).sum::<f64>() / self.rate
     }
 
     /// How much a unit force of `from` accelerates `to`: b_to M⁻¹ b_from.
@@ -231,14 +231,14 @@ impl Frame {
     /// What a unit force of a contact accelerates a mass by.
     pub(crate) fn response(&self, contact: usize, mass: usize) -> f64 {
         let row = self.response.row(contact);
-        let place = row.binary_search_by_key(&mass, |&(i, _)| i);
-        place.map_or(0.0, |place| row[place].1)
+        let index = row.binary_search_by_key(&mass, |&(i, _)| i);
+        index.map_or(0.0, |index| row[index].1)
     }
 
-    /// Take out of `wants` what a force of a contact does about what every contact wants.
-    pub(crate) fn relieve(&self, wants: &mut [f64], contact: usize, force: f64) {
+    /// Take out of `required` what a force of a contact does about what every contact required.
+    pub(crate) fn relieve(&self, required: &mut [f64], contact: usize, force: f64) {
         for &(to, ()) in self.moved.row(contact) {
-            wants[to] -= self.coupling(to, contact) * force;
+            required[to] -= self.coupling(to, contact) * force;
         }
     }
 
@@ -251,14 +251,14 @@ impl Frame {
 
     pub(crate) fn held(&self, contacts: Vec<usize>) -> Held {
         let m = contacts.len();
-        let mut place = vec![None; self.ends.len()];
+        let mut index = vec![None; self.ends.len()];
         for (i, &c) in contacts.iter().enumerate() {
-            place[c] = Some(i);
+            index[c] = Some(i);
         }
         // Which of them a force of each accelerates: as a rule itself alone.
         let moves = |i: usize| {
             let moved = self.moved.row(contacts[i]).iter();
-            moved.filter_map(|&(to, ())| place[to])
+            moved.filter_map(|&(to, ())| index[to])
         };
         let gain = if m > 1 && (0..m).all(|i| moves(i).eq([i])) {
             Rows::new((0..m).map(|i| {
@@ -398,11 +398,11 @@ impl Motion {
     }
 
     /// The free accelerations b_c · a of every contact at (x, v), and the drive's: what its force must make up for to hold.
-    pub(crate) fn wants(&mut self, frame: &Frame, x: &[f64], v: &[f64], wants: &mut Vec<f64>) {
+    pub(crate) fn required(&mut self, frame: &Frame, x: &[f64], v: &[f64], required: &mut Vec<f64>) {
         self.begin(x, v);
         self.free(frame, 0);
-        wants.clear();
-        wants.extend(
+        required.clear();
+        required.extend(
             (0..frame.ends.len()).map(|c| self.drive[c][1] - frame.across(c, |i| self.acceleration[i])),
         );
     }
@@ -412,13 +412,13 @@ impl Motion {
         &mut self,
         frame: &Frame,
         laws: &[&Law],
-        rubs: &[Rub],
+        force_lines: &[ForceLine],
         held: &Held,
         x: &[f64],
         v: &[f64],
     ) {
-        if let ([_], [law], [rub]) = (x, laws, rubs) {
-            self.expand_single(frame, law, *rub, x[0], v[0]);
+        if let ([_], [law], [force_line]) = (x, laws, force_lines) {
+            self.expand_single(frame, law, *force_line, x[0], v[0]);
             return;
         }
         self.begin(x, v);
@@ -426,29 +426,29 @@ impl Motion {
         let ridden = held.contacts.len() == frame.masses && !frame.loops;
         for k in 0..ORDER {
             self.free(frame, k);
-            for (c, rub) in rubs.iter().enumerate() {
+            for (c, force_line) in force_lines.iter().enumerate() {
                 let w = self.drive[c][k] - frame.across(c, |i| self.v[i][k]);
-                if rub.direction == 0.0 || rub.holds() {
-                    self.u[c][k] = rub.sign() * w;
-                    if rub.offset != 0.0 {
-                        self.force[c][k] = if k == 0 { rub.offset } else { 0.0 };
+                if force_line.direction == 0.0 || force_line.holds() {
+                    self.u[c][k] = force_line.sign() * w;
+                    if force_line.offset != 0.0 {
+                        self.force[c][k] = if k == 0 { force_line.offset } else { 0.0 };
                         if k == 0 {
-                            frame.push(c, rub.offset, &mut self.acceleration);
+                            frame.push(c, force_line.offset, &mut self.acceleration);
                         }
                     }
                     continue;
                 }
-                self.u[c][k] = rub.direction * w;
-                let size = if frame.is_smooth(c, rub.direction) {
+                self.u[c][k] = force_line.direction * w;
+                let size = if frame.is_smooth(c, force_line.direction) {
                     laws[c]
-                        .toward(rub.direction)
+                        .toward(force_line.direction)
                         .extend(&self.u[c], k, &mut self.grown[c])
                 } else if k == 0 {
-                    rub.offset + rub.slope * self.u[c][0]
+                    force_line.offset + force_line.slope * self.u[c][0]
                 } else {
-                    rub.slope * self.u[c][k]
+                    force_line.slope * self.u[c][k]
                 };
-                let force = rub.direction * size;
+                let force = force_line.direction * size;
                 self.force[c][k] = force;
                 if force != 0.0 {
                     frame.push(c, force, &mut self.acceleration);
@@ -468,7 +468,11 @@ impl Motion {
                 self.acceleration.fill(0.0);
             }
             if k == 0 {
-                for (c, _) in rubs.iter().enumerate().filter(|(_, rub)| rub.still) {
+                for (c, _) in force_lines
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, force_line)| force_line.still)
+                {
                     let slope = self.drive[c][1] - frame.across(c, |i| self.acceleration[i]);
                     frame.push(c, slope / frame.coupling(c, c), &mut self.acceleration);
                 }
@@ -479,29 +483,30 @@ impl Motion {
                 self.v[i][k + 1] = self.acceleration[i] * share;
             }
         }
-        for (c, rub) in rubs.iter().enumerate() {
-            self.u[c][ORDER] = rub.sign() * (self.drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
+        for (c, force_line) in force_lines.iter().enumerate() {
+            self.u[c][ORDER] =
+                force_line.sign() * (self.drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
         }
     }
 
     /// The same for one mass on one drive, where the bookkeeping would cost more than the motion.
-    fn expand_single(&mut self, frame: &Frame, law: &Law, rub: Rub, x0: f64, v0: f64) {
+    fn expand_single(&mut self, frame: &Frame, law: &Law, force_line: ForceLine, x0: f64, v0: f64) {
         let [spring, damper] = frame.near.row(0).first().map_or([0.0; 2], |(_, near)| *near);
         let response = frame.response(0, 0);
         let (x, v, u) = (&mut self.x[0], &mut self.v[0], &mut self.u[0]);
         let (force, drive, input) = (&mut self.force[0], &self.drive[0], &self.input[0]);
         (x[0], v[0]) = (x0, v0);
-        let Rub {
+        let ForceLine {
             direction,
             offset,
             slope,
             still,
-        } = rub;
-        if rub.holds() {
+        } = force_line;
+        if force_line.holds() {
             for k in 0..ORDER {
                 let wanted = (k + 1) as f64 * drive[k + 1];
                 u[k] = if k == 0 {
-                    rub.sign() * (drive[0] - v[0])
+                    force_line.sign() * (drive[0] - v[0])
                 } else {
                     0.0
                 };
@@ -549,11 +554,11 @@ impl Motion {
     }
 
     /// How far the polynomials are good to rounding, for a motion of size `scale`.
-    pub(crate) fn reach(&self, frame: &Frame, rubs: &[Rub], scale: f64) -> f64 {
+    pub(crate) fn reach(&self, frame: &Frame, force_lines: &[ForceLine], scale: f64) -> f64 {
         let mut rate = frame.rate;
-        for (c, rub) in rubs.iter().enumerate() {
-            if rub.slope != 0.0 && !rub.holds() {
-                rate += rub.slope.abs() * frame.coupling(c, c);
+        for (c, force_line) in force_lines.iter().enumerate() {
+            if force_line.slope != 0.0 && !force_line.holds() {
+                rate += force_line.slope.abs() * frame.coupling(c, c);
             }
         }
         let bound = NEGLIGIBLE * scale;
@@ -571,9 +576,9 @@ impl Motion {
             rate = frame.fastest;
         }
         let mut shortest = reach(ORDER).min(reach(ORDER - 1)).min(LONGEST / rate);
-        for (c, rub) in rubs.iter().enumerate() {
+        for (c, force_line) in force_lines.iter().enumerate() {
             // What holds a stuck contact may vary while the masses do not.
-            if rub.direction == 0.0 || rub.holds() {
+            if force_line.direction == 0.0 || force_line.holds() {
                 let share = frame.rate * bound / frame.coupling(c, c);
                 for k in [ORDER - 2, ORDER - 1] {
                     shortest = shortest.min(power(share / self.force[c][k].abs(), 1.0 / k as f64));
@@ -595,23 +600,23 @@ impl Motion {
         &self,
         frame: &Frame,
         laws: &[&Law],
-        rubs: &[Rub],
+        force_lines: &[ForceLine],
         scale: f64,
         mut step: f64,
     ) -> f64 {
-        for (c, rub) in rubs.iter().enumerate() {
-            if !frame.is_smooth(c, rub.direction) || rub.direction == 0.0 {
+        for (c, force_line) in force_lines.iter().enumerate() {
+            if !frame.is_smooth(c, force_line.direction) || force_line.direction == 0.0 {
                 continue;
             }
-            let law = laws[c].toward(rub.direction);
+            let law = laws[c].toward(force_line.direction);
             let room = |speed: f64| law.resolution(speed).unwrap_or(f64::INFINITY);
             let bound = AGREES * scale / frame.coupling(c, c);
             let agrees = |t: f64, speed: f64| {
-                let law = rub.direction * law.force(&Piece::constant(0.0), speed);
+                let law = force_line.direction * law.force(&Piece::constant(0.0), speed);
                 t * (at(&self.force[c], t) - law).abs() <= bound
             };
             let u = &self.u[c];
-            let bend = curvature(u, step);
+            let curvature = curvature_bound(u, step);
             let (mut t, mut speed, mut slope) = (0.0, u[0], u[1]);
             for round in 0..=ROUNDS {
                 if !(t < step && speed >= 0.0) {
@@ -623,7 +628,7 @@ impl Motion {
                     break;
                 }
                 // An infinite one is no limit: `min` passes over what is not a number.
-                let free = free_time(room(speed), -slope.abs(), bend);
+                let free = free_time(room(speed), -slope.abs(), curvature);
                 let next = (t + free).min(step);
                 (speed, slope) = slope_at(u, next);
                 if !agrees(next, speed) {

@@ -113,7 +113,7 @@ impl BogaczRyczek {
     fn fall(force: f64, memory: &Memory) -> Piece {
         let slope = slope([0.0, force], memory.anchor);
         Piece {
-            turns: true,
+            reverses: true,
             ..Piece::line([0.0, force], slope, 0.0, memory.anchor[0], FALL)
         }
     }
@@ -122,7 +122,7 @@ impl BogaczRyczek {
         let slope = self.upper_slope(memory.anchor);
         // It is left by rising beyond the corner or by a turn, never at a low end.
         Piece {
-            turns: true,
+            reverses: true,
             ..Piece::line(memory.anchor, slope, 0.0, memory.corner[0], UPPER)
         }
     }
@@ -130,7 +130,7 @@ impl BogaczRyczek {
     fn common(&self, memory: &Memory) -> Piece {
         let slope = self.common_slope(memory.corner);
         Piece {
-            turns: true,
+            reverses: true,
             ..Piece::line(memory.corner, slope, memory.corner[0], f64::INFINITY, COMMON)
         }
     }
@@ -138,7 +138,7 @@ impl BogaczRyczek {
     fn lower(&self, memory: &Memory) -> Piece {
         let slope = slope(self.b, memory.corner);
         Piece {
-            turns: true,
+            reverses: true,
             ..Piece::line(memory.corner, slope, 0.0, memory.corner[0], LOWER)
         }
     }
@@ -152,7 +152,7 @@ impl BogaczRyczek {
         };
         let high = from[0] + (top - from[1]) / slope;
         Piece {
-            turns: true,
+            reverses: true,
             ..Piece::line(from, slope, from[0], high, CLIMB)
         }
     }
@@ -192,13 +192,13 @@ impl BogaczRyczek {
     }
 
     /// What follows where the slip speed turns to rise at `from`, on the lower or the common line.
-    fn turn_up(&self, from: Point, piece: &Piece, memory: &Memory) -> Piece {
+    fn from_minimum(&self, from: Point, piece: &Piece, memory: &Memory) -> Piece {
         // Static friction at stick time zero and the force rate of this moment (the paper's Eq. 7).
         let top = self.static_friction.without_rest(memory.force_rate);
         if from[1] < top {
             self.climb(from, top)
         } else if piece.branch == LOWER {
-            // Friction is already above what adhesion bears: the branches stay as they are.
+            // Friction is already above the static limit: the branches stay as they are.
             self.steep_up(from, memory)
         } else {
             *piece
@@ -226,7 +226,7 @@ impl BogaczRyczek {
             }
         }
         Piece {
-            turns: true,
+            reverses: true,
             ..Piece::line(from, steepest, from[0], high.max(from[0]), STEEP)
         }
     }
@@ -237,7 +237,7 @@ impl BogaczRyczek {
         let lower = self.lower(memory);
         let low = (from[1] - steepest * from[0] - lower.offset) / (lower.slope - steepest);
         Piece {
-            turns: true,
+            reverses: true,
             ..Piece::line(from, steepest, low.max(0.0), from[0], STEEP)
         }
     }
@@ -260,7 +260,7 @@ impl Friction for BogaczRyczek {
                 value: self.b[0],
             });
         }
-        // At the force rate at which adhesion bears most; where it bears less, the branches may cross near w = 0.
+        // At the force rate at which the static limit is largest; where it is less, the branches may cross near w = 0.
         self.validate_branches(self.static_friction.without_rest(0.0))
     }
 
@@ -322,11 +322,15 @@ impl Friction for BogaczRyczek {
                 self.rising(piece.high, memory)
             }
             (STEEP, End::High) => self.rising(u, memory),
-            // Where adhesion bears little, the lower branch may lie above near w = 0: the way back is then the same line.
-            (FALL | UPPER, End::Turn { rising: false }) if self.lower(memory).force(u) < piece.force(u) => {
+            // Where the static limit is small, the lower branch may lie above near w = 0: the way back is then the same line.
+            (FALL | UPPER, End::Reversal { rising: false })
+                if self.lower(memory).force(u) < piece.force(u) =>
+            {
                 self.steep_down([u, piece.force(u)], memory)
             }
-            (LOWER | COMMON, End::Turn { rising: true }) => self.turn_up([u, piece.force(u)], piece, memory),
+            (LOWER | COMMON, End::Reversal { rising: true }) => {
+                self.from_minimum([u, piece.force(u)], piece, memory)
+            }
             // Any other turn, down the common line or on a steep one, goes back along it.
             _ => *piece,
         }

@@ -9,7 +9,7 @@ use crate::series::{Grown, Series};
 parameters! {
     /// |F| ≤ f_s(t_s, δ) of the one law at rest, F of the other in motion.
     pub struct Combined {
-        /// The law that says what adhesion bears.
+        /// The law that says the static limit.
         pub at_rest: Box<Law> as "static" = Box::new(DwellTime { kinetic: 1.0, ..DwellTime::example() }.into()) => [],
         /// The law that says what slip produces.
         pub kinetic: Box<Law> = Box::new(ExponentialStribeck::example().into()) => [],
@@ -36,9 +36,9 @@ impl Friction for Combined {
                     .into(),
             });
         }
-        let bears = self.break_away(Hold::default());
-        let first = self.leave(bears, &mut Memory::default());
-        at_least_kinetic(bears, self.force(&first, 0.0))
+        let static_limit = self.break_away(Hold::default());
+        let first = self.leave(static_limit, &mut Memory::default());
+        at_least_kinetic(static_limit, self.force(&first, 0.0))
     }
 
     fn break_away(&self, hold: Hold) -> f64 {

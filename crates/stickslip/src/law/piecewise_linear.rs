@@ -63,7 +63,7 @@ impl Friction for PiecewiseLinear {
         match end {
             End::High => self.piece(index + 1),
             End::Low => self.piece(index - 1),
-            End::Turn { .. } => *piece,
+            End::Reversal { .. } => *piece,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Static and kinetic friction: adhesion bears more than slip produces.
+//! Static and kinetic friction: the static limit exceeds the kinetic force.
 
 use super::{Friction, Hold, Memory, Piece};
 use crate::error::{Error, finite};
@@ -29,7 +29,7 @@ impl Friction for StaticKinetic {
     }
 }
 
-/// Adhesion must bear at least what slip produces at zero speed.
+/// The static limit must be at least what slip produces at zero speed.
 pub(super) fn at_least_kinetic(break_away: f64, kinetic: f64) -> Result<(), Error> {
     if finite("break_away", break_away)? < kinetic {
         return Err(Error::BreakAwayBelowKinetic { break_away, kinetic });

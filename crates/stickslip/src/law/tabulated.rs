@@ -45,7 +45,7 @@ impl Friction for Tabulated {
         Adhesion {
             force,
             growth,
-            bend: 0.0,
+            curvature: 0.0,
             softening: 0.0,
         }
     }
@@ -72,7 +72,7 @@ impl Friction for Tabulated {
         match end {
             End::High => self.kinetic.piece(index + 1),
             End::Low => self.kinetic.piece(index - 1),
-            End::Turn { .. } => *piece,
+            End::Reversal { .. } => *piece,
         }
     }
 }

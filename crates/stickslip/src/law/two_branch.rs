@@ -35,7 +35,7 @@ impl TwoBranch {
         )]
         let branch = 2 * index as u32 + u32::from(!rising);
         Piece {
-            turns: true,
+            reverses: true,
             branch,
             ..self.table(rising).piece(index)
         }
@@ -79,7 +79,7 @@ impl Friction for TwoBranch {
         match end {
             End::High => self.piece(index + 1, rising),
             End::Low => self.piece(index - 1, rising),
-            End::Turn { rising } => self.at(u, rising),
+            End::Reversal { rising } => self.at(u, rising),
         }
     }
 }

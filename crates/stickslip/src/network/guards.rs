@@ -52,7 +52,7 @@ impl Loop<'_> {
             let piece = &contact.piece;
             let mut guard = *u;
             guard[0] -= piece.low;
-            if let Some(h) = first_root(&guard, rounding, contact.turning, reach, grazes)
+            if let Some(h) = first_root(&guard, rounding, contact.at_reversal, reach, grazes)
                 && (h < reach || found.is_none())
             {
                 (found, reach) = (Some((h, c, Cause::End(End::Low))), h);
@@ -60,15 +60,15 @@ impl Loop<'_> {
             if piece.high.is_finite() {
                 let mut guard = u.map(|term| -term);
                 guard[0] += piece.high;
-                if let Some(h) = first_root(&guard, rounding, contact.turning, reach, grazes)
+                if let Some(h) = first_root(&guard, rounding, contact.at_reversal, reach, grazes)
                     && (h < reach || found.is_none())
                 {
                     (found, reach) = (Some((h, c, Cause::End(End::High))), h);
                 }
             }
-            if piece.turns {
+            if piece.reverses {
                 let mut guard = derivative(u).map(|term| contact.sense * term);
-                if contact.turning {
+                if contact.at_reversal {
                     guard[0] = 0.0;
                 }
                 let rounding = self.frame.rate * rounding;
@@ -76,7 +76,7 @@ impl Loop<'_> {
                     // Beneath rounding a slip acceleration has no sense: it turns where it is more than that.
                     guard[0] += 2.0 * rounding;
                 }
-                let end = End::Turn {
+                let end = End::Reversal {
                     rising: contact.sense < 0.0,
                 };
                 if let Some(h) = first_root(&guard, rounding, false, reach, grazes)

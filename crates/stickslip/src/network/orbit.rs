@@ -2,7 +2,7 @@
 
 use crate::drive::Clock;
 use crate::event::Work;
-use crate::flow::taylor::{Frame, Motion, Rub};
+use crate::flow::taylor::{ForceLine, Frame, Motion};
 use crate::law::Law;
 use crate::network::Run;
 use crate::orbit::Event;
@@ -94,9 +94,9 @@ impl Orbit {
                 });
                 states.a.push(a);
             }
-            for (c, rub) in steps.rubs.iter().enumerate() {
-                let stuck = rub.direction == 0.0;
-                let w = rub.direction * at(&motion.u[c], h);
+            for (c, force_line) in steps.force_lines.iter().enumerate() {
+                let stuck = force_line.direction == 0.0;
+                let w = force_line.direction * at(&motion.u[c], h);
                 states.w.push(w);
                 states.force.push(at(&motion.force[c], h));
                 states.stuck.push(stuck);
@@ -110,7 +110,7 @@ impl Orbit {
 pub(crate) struct Expansion<'a> {
     pub(crate) frame: Frame,
     pub(crate) motion: Motion,
-    pub(crate) rubs: Vec<Rub>,
+    pub(crate) force_lines: Vec<ForceLine>,
     laws: Vec<&'a Law>,
     rows: Vec<&'a [f64]>,
 }
@@ -121,7 +121,7 @@ impl<'a> Expansion<'a> {
         Self {
             motion: Motion::of(&frame),
             frame,
-            rubs: Vec::new(),
+            force_lines: Vec::new(),
             laws: orbit.system.contacts.iter().map(|contact| &contact.law).collect(),
             rows: orbit.steps.chunks_exact(orbit.width()).collect(),
         }
@@ -153,20 +153,23 @@ impl<'a> Expansion<'a> {
     /// Expand a step again; when it begins.
     pub(crate) fn expand(&mut self, index: usize) -> Clock {
         let (n, row, clock) = (self.frame.masses, self.rows[index], self.clock(index));
-        let rub = |rub: &[f64]| Rub {
-            direction: rub[0],
-            offset: rub[1],
-            slope: rub[2],
+        let force_line = |force_line: &[f64]| ForceLine {
+            direction: force_line[0],
+            offset: force_line[1],
+            slope: force_line[2],
             still: false,
         };
-        self.rubs.clear();
-        self.rubs.extend(row[2 + 2 * n..].chunks_exact(4).map(rub));
-        let held = (0..self.rubs.len()).filter(|&c| self.rubs[c].holds()).collect();
+        self.force_lines.clear();
+        self.force_lines
+            .extend(row[2 + 2 * n..].chunks_exact(4).map(force_line));
+        let held = (0..self.force_lines.len())
+            .filter(|&c| self.force_lines[c].holds())
+            .collect();
         let held = self.frame.held(held);
         self.motion.aim(&self.frame, clock);
         let (x, v) = (&row[2..2 + n], &row[2 + n..2 + 2 * n]);
         self.motion
-            .expand(&self.frame, &self.laws, &self.rubs, &held, x, v);
+            .expand(&self.frame, &self.laws, &self.force_lines, &held, x, v);
         clock
     }
 }

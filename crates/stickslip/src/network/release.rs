@@ -1,7 +1,7 @@
 //! When adhesion breaks: the first time its force is more than a limit that grows with rest and falls with the force rate.
 
 use crate::law::{Friction, Hold, Law};
-use crate::series::{PASSED, Series, curvature, first_root, free_time, slope_at};
+use crate::series::{PASSED, Series, curvature_bound, first_root, free_time, slope_at};
 
 /// A search of so many rounds gives up where it is: the motion goes on from there.
 const ROUNDS: u32 = 10_000;
@@ -46,8 +46,8 @@ fn end_on(
         })
     };
     let feels_rate = law.feels_force_rate();
-    let bears = limit(0.0, force[1]);
-    let rounding = (4.0 * f64::EPSILON * bears).max(2.0 * still / PASSED);
+    let static_limit = limit(0.0, force[1]);
+    let rounding = (4.0 * f64::EPSILON * static_limit).max(2.0 * still / PASSED);
     if !feels_rate && law.growth_bound(rested) == 0.0 {
         let mut first = None;
         for sign in [1.0, -1.0]
@@ -55,19 +55,19 @@ fn end_on(
             .filter(|sign| side.is_none_or(|side| side == *sign))
         {
             let mut room = force.map(|term| -sign * term);
-            room[0] += bears;
+            room[0] += static_limit;
             first = first_root(&room, rounding, false, first.unwrap_or(reach), grazes).or(first);
         }
         return Ok(first);
     }
-    let bend = curvature(force, reach);
-    let flat = bend * reach * reach <= rounding;
+    let curvature = curvature_bound(force, reach);
+    let flat = curvature * reach * reach <= rounding;
     // A force that stays what it is within rounding, below a limit that does not fall, breaks nothing.
-    let swing = force[1].abs() * reach + 0.5 * bend * reach * reach;
+    let swing = force[1].abs() * reach + 0.5 * curvature * reach * reach;
     let least = if feels_rate {
-        limit(0.0, force[1].abs() + bend * reach)
+        limit(0.0, force[1].abs() + curvature * reach)
     } else {
-        bears
+        static_limit
     };
     let outward_of = |value: f64| side.unwrap_or(value.signum()) * value;
     if swing <= rounding && outward_of(force[0]) - least <= rounding {
@@ -77,25 +77,28 @@ fn end_on(
     let mut t = 0.0;
     for _ in 0..ROUNDS {
         let (value, rate) = slope_at(force, t);
-        let bears = limit(t, rate);
+        let static_limit = limit(t, rate);
         let size = outward_of(value);
         let outward = rate * side.unwrap_or(value.signum());
-        if bears - size <= rounding {
-            if t > 0.0 || outward > 0.0 || bears - size < -PASSED * rounding {
+        if static_limit - size <= rounding {
+            if t > 0.0 || outward > 0.0 || static_limit - size < -PASSED * rounding {
                 return Ok(Some(t));
             }
             // Adhesion that starts at its limit and is relieved from there.
             t += f64::EPSILON.sqrt() * reach;
             continue;
         }
-        let free = |sign: f64| free_time(bears - sign * value, -sign * rate, bend);
+        let free = |sign: f64| free_time(static_limit - sign * value, -sign * rate, curvature);
         let mut step = side
             .map_or_else(|| free(1.0).min(free(-1.0)), free)
             .min(reach - t);
         if feels_rate && !flat {
             // The limit falls with the force rate: at the worst rate ahead it must still bear.
             while step > 0.0
-                && limit(t, rate.abs() + bend * step) - size - rate.abs() * step - 0.5 * bend * step * step
+                && limit(t, rate.abs() + curvature * step)
+                    - size
+                    - rate.abs() * step
+                    - 0.5 * curvature * step * step
                     <= 0.0
             {
                 step *= 0.5;
@@ -104,7 +107,7 @@ fn end_on(
                 }
             }
         }
-        if (!feels_rate || flat) && law.growth_bound(rested + t) < outward - 2.0 * bend * step {
+        if (!feels_rate || flat) && law.growth_bound(rested + t) < outward - 2.0 * curvature * step {
             // The margin falls from here on: one root, close it.
             let margin = |t: f64| {
                 let (value, rate) = slope_at(force, t);

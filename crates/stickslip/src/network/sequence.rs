@@ -3,13 +3,13 @@
 use super::{Loop, Orbit, Run, check, simulate_while};
 use crate::drive::Clock;
 use crate::error::Error;
+use crate::event_sequence::EventSequence;
 use crate::flow::taylor::Frame;
 use crate::law::{End, Friction, Memory, Piece};
 use crate::mode::Kind;
 use crate::simulate::Stop;
 use crate::system::System;
-use crate::trail::Trail;
-use crate::variation::{Arc, CONTACT, Ending, Layout, Phase, State, contact_of};
+use crate::variation::{CONTACT, ContactState, Ending, Layout, Phase, State, contact_of};
 
 fn refused<T>(reason: String) -> Result<T, Error> {
     Err(Error::Document { reason })
@@ -33,11 +33,11 @@ fn admit(system: &System) -> Result<(), Error> {
     Ok(())
 }
 
-/// The trail of a run, as long as `go_on` says so.
+/// The event sequence of a run, as long as `go_on` says so.
 ///
 /// # Errors
 /// What makes no sense in the system or the run, and events that a disturbance would part.
-pub fn run(system: &System, run: Run, go_on: impl FnMut() -> bool) -> Result<Trail, Error> {
+pub fn run(system: &System, run: Run, go_on: impl FnMut() -> bool) -> Result<EventSequence, Error> {
     admit(system)?;
     check(system, &run)?;
     let mut state = Loop::new(system, &run);
@@ -47,30 +47,30 @@ pub fn run(system: &System, run: Run, go_on: impl FnMut() -> bool) -> Result<Tra
     of_orbit(&orbit, start, 0.0)
 }
 
-/// The trail from a state in which the contacts do what `phases` say, for a duration and as long as `go_on` says so.
+/// The event sequence from a state in which the contacts do what `contact_states` say, for a duration and as long as `go_on` says so.
 ///
 /// # Errors
 /// What makes no sense in the system or the state, and events that a disturbance would part.
 pub fn from(
     system: &System,
     state: &State,
-    phases: &[Phase],
+    contact_states: &[ContactState],
     duration: f64,
     max_events: u64,
     go_on: impl FnMut() -> bool,
-) -> Result<Trail, Error> {
-    let orbit = resume(system, state, phases, duration, max_events, go_on)?;
+) -> Result<EventSequence, Error> {
+    let orbit = resume(system, state, contact_states, duration, max_events, go_on)?;
     of_orbit(&orbit, state.clone(), state.numbers[0])
 }
 
-/// The motion from a state in which the contacts do what `phases` say, for a duration and as long as `go_on` says so.
+/// The motion from a state in which the contacts do what `contact_states` say, for a duration and as long as `go_on` says so.
 ///
 /// # Errors
 /// What makes no sense in the system or the state.
 pub fn resume(
     system: &System,
     state: &State,
-    phases: &[Phase],
+    contact_states: &[ContactState],
     duration: f64,
     max_events: u64,
     go_on: impl FnMut() -> bool,
@@ -106,7 +106,7 @@ pub fn resume(
             low: number(2),
             high: number(3),
             branch: flags.branch,
-            turns: flags.turns,
+            reverses: flags.reverses,
         };
         contact.memory = Memory {
             anchor: [number(4), number(5)],
@@ -116,18 +116,18 @@ pub fn resume(
         };
         contact.since = motion.clock.after(-number(CONTACT - 1));
         // The expansion forgets it where the slip speed has a slope.
-        contact.turning = true;
-        match phases[c] {
-            Phase::Stick => contact.direction = 0.0,
-            Phase::Slip(direction) => contact.direction = direction,
-            Phase::Hold(direction) => {
+        contact.at_reversal = true;
+        match contact_states[c] {
+            ContactState::Stick => contact.direction = 0.0,
+            ContactState::Slip(direction) => contact.direction = direction,
+            ContactState::Hold(direction) => {
                 contact.direction = direction;
                 contact.between = motion.laws[c].toward(direction).branches(direction * speeds[c]);
                 contact.kept = speeds[c];
             }
         }
     }
-    let stuck = (0..phases.len()).filter(|&c| phases[c] == Phase::Stick);
+    let stuck = (0..contact_states.len()).filter(|&c| contact_states[c] == ContactState::Stick);
     let held = motion.frame.held(stuck.collect());
     motion.frame.stop(&held, motion.clock, &mut motion.v);
     Ok(motion.orbit(system, run, go_on))
@@ -161,17 +161,17 @@ impl Rows<'_> {
         self.rows[self.rows.partition_point(|row| row[0] <= t).max(1) - 1]
     }
 
-    fn phases(&self, t: f64) -> Vec<Phase> {
+    fn contact_states(&self, t: f64) -> Vec<ContactState> {
         let first = 2 + 2 * self.orbit.system.masses();
         self.at(t)[first..]
             .chunks_exact(4)
-            .map(|rub| {
-                if rub[0] == 0.0 {
-                    Phase::Stick
-                } else if rub[2].is_infinite() {
-                    Phase::Hold(rub[0])
+            .map(|force_line| {
+                if force_line[0] == 0.0 {
+                    ContactState::Stick
+                } else if force_line[2].is_infinite() {
+                    ContactState::Hold(force_line[0])
                 } else {
-                    Phase::Slip(rub[0])
+                    ContactState::Slip(force_line[0])
                 }
             })
             .collect()
@@ -185,13 +185,13 @@ impl Rows<'_> {
     }
 }
 
-fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<Trail, Error> {
+fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Error> {
     let rows = Rows {
         orbit,
         rows: orbit.steps.chunks_exact(orbit.width()).collect(),
     };
     let frame = Frame::of(&orbit.system);
-    let (mut arcs, mut kinds) = (Vec::new(), Vec::new());
+    let (mut phases, mut kinds) = (Vec::new(), Vec::new());
     let mut from = begin;
     for at_once in orbit.events.chunk_by(|one, other| one.t == other.t) {
         // Adhesion that breaks may break others'; what arrives may too.
@@ -210,10 +210,10 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<Trail, Error> {
                 ));
             }
         }
-        let phases = rows.phases(from);
-        let ending = match (main.kind, phases[c]) {
+        let contact_states = rows.contact_states(from);
+        let ending = match (main.kind, contact_states[c]) {
             (Kind::Release, _) => Ending::Release,
-            (Kind::Reversal, Phase::Hold(direction)) => {
+            (Kind::Reversal, ContactState::Hold(direction)) => {
                 let u = orbit.states(&[from]).w[c].abs();
                 let [low, high] = orbit.system.contacts[c]
                     .law
@@ -224,15 +224,15 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<Trail, Error> {
                 let upper = (force - high).abs() < (force - low).abs();
                 Ending::Line(if upper { End::High } else { End::Low })
             }
-            (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Turn {
+            (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Reversal {
                 rising: !rows.grows(c, from, t),
             }),
             (Kind::Node, _) if rows.grows(c, from, t) => Ending::Line(End::High),
             (Kind::Capture | Kind::Crossing | Kind::Node, _) => Ending::Line(End::Low),
         };
         let (one, other) = (rows.at(from), rows.at(t));
-        arcs.push(Arc {
-            phases,
+        phases.push(Phase {
+            contact_states,
             contact: c,
             ending,
             duration: (other[0] - one[0]) + (other[1] - one[1]),
@@ -241,16 +241,16 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<Trail, Error> {
         from = t;
     }
     if orbit.stop == Stop::End {
-        arcs.push(Arc {
-            phases: rows.phases(from),
+        phases.push(Phase {
+            contact_states: rows.contact_states(from),
             contact: 0,
             ending: Ending::Time,
             duration: orbit.run.t_end - from,
         });
     }
-    Ok(Trail {
+    Ok(EventSequence {
         start,
-        arcs,
+        phases,
         kinds,
         stop: orbit.stop,
     })

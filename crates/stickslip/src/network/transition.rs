@@ -1,7 +1,7 @@
 //! From one mode into the next: the end of a piece, a turn to the other branch, the hold between the two.
 
+use super::contact_states::Passage;
 use super::guards::Cause;
-use super::settle::Passage;
 use super::{Loop, ROUNDING};
 use crate::law::{End, Friction, Piece};
 use crate::mode::{Kind, apart};
@@ -21,12 +21,12 @@ impl Loop<'_> {
                 if other == c {
                     // A slip that turns back before its speed is more than rounding never began.
                     return match cause {
-                        Cause::End(End::Turn { rising: false }) => speed <= tolerance,
+                        Cause::End(End::Reversal { rising: false }) => speed <= tolerance,
                         _ => cause == Cause::End(End::Low),
                     };
                 }
                 // One that has just left zero with no slope has no sign of it yet.
-                speed <= tolerance && slope < 0.0 && !(h == 0.0 && contact.turning)
+                speed <= tolerance && slope < 0.0 && !(h == 0.0 && contact.at_reversal)
             })
             .collect();
         let speed = at(&self.motion.u[c], h).max(0.0);
@@ -36,7 +36,8 @@ impl Loop<'_> {
         }
         let passage = Passage {
             released: (cause == Cause::Release).then_some((c, reached)),
-            returned: (h == 0.0 && self.contacts[c].turning && cause == Cause::End(End::Low)).then_some(c),
+            returned: (h == 0.0 && self.contacts[c].at_reversal && cause == Cause::End(End::Low))
+                .then_some(c),
             rates: self.rates(h),
             starting: false,
             arrived,
@@ -51,7 +52,7 @@ impl Loop<'_> {
         if h > 0.0 {
             // An event at once, at another contact, leaves what is known of the start as it was.
             for contact in &mut self.contacts {
-                contact.turning = false;
+                contact.at_reversal = false;
             }
         }
         if let Cause::End(end) = cause
@@ -59,7 +60,7 @@ impl Loop<'_> {
         {
             self.leave(c, end, speed);
         }
-        self.settle(&passage);
+        self.set_contact_states(&passage);
     }
 
     /// Leave the piece of contact `c` over its `end`, or the hold between its branches.
@@ -79,22 +80,22 @@ impl Loop<'_> {
             };
             let force = contact.direction * bound;
             contact.piece = law.begin(speed, balance, &mut contact.memory);
-            contact.turning = true;
+            contact.at_reversal = true;
             self.tell(Kind::Reversal, c, force);
             return;
         }
         let speed = match end {
-            End::Turn { rising } => {
+            End::Reversal { rising } => {
                 // Friction that jumps to another branch takes the slip acceleration with it, unless others give the motion.
-                contact.turning = follows || apart(law, speed).is_none();
-                return self.turn(c, rising, speed);
+                contact.at_reversal = follows || apart(law, speed).is_none();
+                return self.reverse(c, rising, speed);
             }
             End::Low => contact.piece.low,
             End::High => contact.piece.high,
         };
         let force = contact.direction * law.force(&contact.piece, speed);
         contact.piece = law.next(&contact.piece, end, speed, &mut contact.memory);
-        contact.turning = false;
+        contact.at_reversal = false;
         self.tell(Kind::Node, c, force);
     }
 
@@ -105,7 +106,7 @@ impl Loop<'_> {
     }
 
     /// The slip acceleration changes its sign: to the other branch, or into the hold between them.
-    pub(super) fn turn(&mut self, c: usize, rising: bool, speed: f64) {
+    pub(super) fn reverse(&mut self, c: usize, rising: bool, speed: f64) {
         let between = self
             .apart(c, self.contacts[c].direction, speed)
             .filter(|_| !self.follows(c));
@@ -119,7 +120,12 @@ impl Loop<'_> {
             contact.kept = contact.direction * speed;
             Kind::Hold
         } else {
-            contact.piece = law.next(&contact.piece, End::Turn { rising }, speed, &mut contact.memory);
+            contact.piece = law.next(
+                &contact.piece,
+                End::Reversal { rising },
+                speed,
+                &mut contact.memory,
+            );
             Kind::Reversal
         };
         self.tell(kind, c, force);
@@ -128,7 +134,7 @@ impl Loop<'_> {
     /// Whether the motion across contact `c` is given by others that hold, so that its own friction cannot.
     pub(super) fn follows(&self, c: usize) -> bool {
         let others =
-            (0..self.contacts.len()).filter(|&other| other != c && self.contacts[other].rub().holds());
+            (0..self.contacts.len()).filter(|&other| other != c && self.contacts[other].force_line().holds());
         self.frame.loops && self.frame.share(&others.collect::<Vec<_>>(), c).is_some()
     }
 }

@@ -61,7 +61,7 @@ impl StateFriction for BoucWen {
     }
 
     fn pace(&self, w: f64) -> f64 {
-        let bend = self.exponent * power(self.largest(), self.exponent - 1.0);
-        (self.beta + self.gamma.abs()) * bend * w.abs()
+        let curvature = self.exponent * power(self.largest(), self.exponent - 1.0);
+        (self.beta + self.gamma.abs()) * curvature * w.abs()
     }
 }

@@ -21,14 +21,14 @@ parameters! {
 
 impl ElastoPlastic {
     /// α for a bristle force σ₀ |z|.
-    fn plastic(&self, force: f64, bears: f64) -> f64 {
+    fn plastic(&self, force: f64, static_limit: f64) -> f64 {
         if force <= self.elastic {
             0.0
-        } else if force >= bears {
+        } else if force >= static_limit {
             1.0
         } else {
-            let middle = 0.5 * (bears + self.elastic);
-            0.5 + 0.5 * sin_cos(std::f64::consts::PI * (force - middle) / (bears - self.elastic)).0
+            let middle = 0.5 * (static_limit + self.elastic);
+            0.5 + 0.5 * sin_cos(std::f64::consts::PI * (force - middle) / (static_limit - self.elastic)).0
         }
     }
 }
@@ -47,14 +47,14 @@ impl StateFriction for ElastoPlastic {
     }
 
     fn rates(&self, w: f64, z: f64) -> (f64, f64) {
-        let bears = self.bristles.curve(w);
+        let static_limit = self.bristles.curve(w);
         let force = self.bristles.stiffness * z;
         let yielding = if z * w > 0.0 {
-            self.plastic(force.abs(), bears)
+            self.plastic(force.abs(), static_limit)
         } else {
             0.0
         };
-        let rate = w * (1.0 - yielding * force.abs() / bears);
+        let rate = w * (1.0 - yielding * force.abs() / static_limit);
         (
             force + self.bristles.damping * rate + self.bristles.viscous * w,
             rate,
@@ -66,8 +66,8 @@ impl StateFriction for ElastoPlastic {
     }
 
     fn pace(&self, w: f64) -> f64 {
-        let bears = self.bristles.curve(w);
-        let slope = 0.5 * std::f64::consts::PI / (bears - self.elastic) + 1.0 / bears;
+        let static_limit = self.bristles.curve(w);
+        let slope = 0.5 * std::f64::consts::PI / (static_limit - self.elastic) + 1.0 / static_limit;
         self.bristles.stiffness * w.abs() * slope
     }
 }

@@ -33,11 +33,12 @@ parameters! {
 impl StateFriction for Regularised {
     fn validate(&self) -> Result<(), Error> {
         self.within_limits()?;
-        let turns = |direction: f64| {
+        let reverses = |direction: f64| {
             let law = self.law.toward(direction);
-            law.begin(0.0, f64::INFINITY, &mut Memory::default()).turns
+            law.begin(0.0, f64::INFINITY, &mut Memory::default()).reverses
         };
-        if turns(1.0) || turns(-1.0) || self.law.feels_force_rate() || self.law.growth_bound(0.0) > 0.0 {
+        if reverses(1.0) || reverses(-1.0) || self.law.feels_force_rate() || self.law.growth_bound(0.0) > 0.0
+        {
             return Err(Error::Remembers);
         }
         Ok(())

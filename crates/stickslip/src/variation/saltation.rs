@@ -1,65 +1,72 @@
 //! The jump of the derivative at an event: what vanishes there, and the state and memory that follow.
 
-use super::segment::{Course, Place};
-use super::state::{AGE, Arc, Ending, Flags, HIGH, LOW, Moving, Phase, line_of};
+use super::segment::{Course, Expansion};
+use super::state::{AGE, ContactState, Ending, Flags, HIGH, LOW, Moving, Phase, line_of};
 use super::varied::{LINE_STEP, RELATIVE_STEP};
 use crate::drive::Clock;
 use crate::dual::Dual;
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 
-/// Where an arc of a trail ends.
-pub(super) struct ArcEnd<'a> {
-    /// Which arc.
+/// Where a phase of an event sequence ends.
+pub(super) struct PhaseEnd<'a> {
+    /// Which phase.
     pub(super) index: usize,
     pub(super) start: &'a Moving,
-    pub(super) arc: &'a Arc,
+    pub(super) phase: &'a Phase,
     pub(super) tau: f64,
-    pub(super) place: &'a Place,
+    pub(super) expansion: &'a Expansion,
     /// The state with the time, the positions and the velocities there.
     pub(super) moved: Moving,
     /// What the contacts do then.
-    pub(super) next: &'a [Phase],
+    pub(super) next: &'a [ContactState],
 }
 
 impl Course<'_> {
-    /// What vanishes where the arc ends, given the motion there.
-    pub(super) fn guard(&self, start: &Moving, arc: &Arc, tau: f64, place: &Place) -> Dual {
-        let c = arc.contact;
+    /// What vanishes where the phase ends, given the motion there.
+    pub(super) fn guard(&self, start: &Moving, phase: &Phase, tau: f64, expansion: &Expansion) -> Dual {
+        let c = phase.contact;
         let line = |which: usize| &start.numbers[self.layout.contact(c) + which];
-        match (arc.phases.get(c), arc.ending) {
-            (Some(Phase::Stick), Ending::Release) => self.margin(start, c, tau, place),
-            (Some(Phase::Hold(direction)), Ending::Line(end)) => {
+        match (phase.contact_states.get(c), phase.ending) {
+            (Some(ContactState::Stick), Ending::Release) => self.margin(start, c, tau, expansion),
+            (Some(ContactState::Hold(direction)), Ending::Line(end)) => {
                 let rising = usize::from(end == End::High);
                 let parameter = self.parameter(start.numbers[0].rates.len());
                 let [between] = self
                     .varied
-                    .ask(c, [&place.u(c)], parameter, LINE_STEP, |law, [u]| {
+                    .ask(c, [&expansion.u(c)], parameter, LINE_STEP, |law, [u]| {
                         [law.toward(*direction)
                             .branches(u)
                             .map_or(f64::NAN, |pair| pair[rising])]
                     });
-                place.force(c) * *direction - &between
+                expansion.force(c) * *direction - &between
             }
-            (Some(Phase::Slip(_)), Ending::Line(End::Low)) => place.u(c) - line(LOW),
-            (Some(Phase::Slip(_)), Ending::Line(End::High)) => place.u(c) - line(HIGH),
-            (Some(Phase::Slip(_)), Ending::Line(End::Turn { .. }) | Ending::Section) => place.turn(c),
-            // A time on the clock: an arc that starts later takes less.
+            (Some(ContactState::Slip(_)), Ending::Line(End::Low)) => expansion.u(c) - line(LOW),
+            (Some(ContactState::Slip(_)), Ending::Line(End::High)) => expansion.u(c) - line(HIGH),
+            (Some(ContactState::Slip(_)), Ending::Line(End::Reversal { .. }) | Ending::Section) => {
+                expansion.slip_acceleration(c)
+            }
+            // A time on the clock: a phase that starts later takes less.
             _ => {
                 let mut guard = later(&start.numbers[0], tau);
-                guard.value = tau - arc.duration;
+                guard.value = tau - phase.duration;
                 guard
             }
         }
     }
 
     /// What adhesion of a contact bears beyond the force that holds it.
-    pub(super) fn margin(&self, start: &Moving, c: usize, tau: f64, place: &Place) -> Dual {
-        self.room(c, &self.age(start, c, tau), &place.force_rate(c), place.force(c))
+    pub(super) fn margin(&self, start: &Moving, c: usize, tau: f64, expansion: &Expansion) -> Dual {
+        self.room(
+            c,
+            &self.age(start, c, tau),
+            &expansion.force_rate(c),
+            expansion.force(c),
+        )
     }
 
-    /// What adhesion bears beyond a force.
+    /// the static limit beyond a force.
     pub(super) fn room(&self, c: usize, stick_time: &Dual, rate: &Dual, force: Dual) -> Dual {
-        self.bears(c, force.value, stick_time, rate) - &force.abs()
+        self.static_limit(c, force.value, stick_time, rate) - &force.abs()
     }
 
     /// How long a stuck contact has stuck.
@@ -67,12 +74,12 @@ impl Course<'_> {
         later(&start.numbers[self.layout.contact(c) + AGE], tau)
     }
 
-    /// What adhesion bears against slip in a direction.
-    fn bears(&self, c: usize, direction: f64, stick_time: &Dual, rate: &Dual) -> Dual {
+    /// the static limit against slip in a direction.
+    fn static_limit(&self, c: usize, direction: f64, stick_time: &Dual, rate: &Dual) -> Dual {
         let rate = rate.clone().abs();
         let parameter = self.parameter(rate.rates.len());
         let inputs = [stick_time, &rate];
-        let [bears] = self
+        let [limit] = self
             .varied
             .ask(c, inputs, parameter, RELATIVE_STEP, |law, [stick_time, rate]| {
                 [law.toward(direction).break_away(Hold {
@@ -80,31 +87,31 @@ impl Course<'_> {
                     force_rate: rate.abs(),
                 })]
             });
-        bears
+        limit
     }
 
     /// The force that would hold a contact, did it stick in this state, and its rate.
-    pub(super) fn if_stuck(&self, state: &Moving, phases: &[Phase], c: usize) -> [Dual; 2] {
+    pub(super) fn if_stuck(&self, state: &Moving, contact_states: &[ContactState], c: usize) -> [Dual; 2] {
         let mut here = state.clone();
-        let mut stuck = phases.to_vec();
-        stuck[c] = Phase::Stick;
+        let mut stuck = contact_states.to_vec();
+        stuck[c] = ContactState::Stick;
         self.stop(&mut here, &stuck);
         self.holding(&here, &stuck, c)
     }
 
-    /// The state with the time, the positions and the velocities of a place.
-    pub(super) fn moved(&self, start: &Moving, tau: f64, place: &Place) -> Moving {
+    /// The state with the time, the positions and the velocities of a expansion.
+    pub(super) fn moved(&self, start: &Moving, tau: f64, expansion: &Expansion) -> Moving {
         let mut here = start.clone();
         here.numbers[0] = later(&start.numbers[0], tau);
         for i in 0..self.layout.masses {
-            here.numbers[self.layout.x(i)] = place.x(i);
-            here.numbers[self.layout.v(i)] = place.v(i);
+            here.numbers[self.layout.x(i)] = expansion.x(i);
+            here.numbers[self.layout.v(i)] = expansion.v(i);
         }
         here
     }
 
     /// The law of a contact names the line of friction that comes next.
-    fn turn_to(
+    fn take_line(
         &self,
         state: &mut Moving,
         (c, direction): (usize, f64),
@@ -127,7 +134,7 @@ impl Course<'_> {
                 low: z[2],
                 high: z[3],
                 branch: flags.branch,
-                turns: flags.turns,
+                reverses: flags.reverses,
             };
             (next(law.toward(direction), &piece, z[9], &mut memory), memory)
         };
@@ -143,34 +150,34 @@ impl Course<'_> {
             let (piece, memory) = answer(law, z);
             line_of(&piece, &memory)
         });
-        for (place, number) in state.numbers[at..].iter_mut().zip(numbers) {
-            *place = number;
+        for (expansion, number) in state.numbers[at..].iter_mut().zip(numbers) {
+            *expansion = number;
         }
         state.flags[c] = Flags::of(&piece, &memory);
     }
 
-    /// The state after an arc whose end `moves`.
-    pub(super) fn pass(&self, end: &ArcEnd, moves: &Dual) -> Moving {
-        let &ArcEnd { arc, next, .. } = end;
+    /// The state after a phase whose end `moves`.
+    pub(super) fn pass(&self, end: &PhaseEnd, moves: &Dual) -> Moving {
+        let &PhaseEnd { phase, next, .. } = end;
         let mut after = end.moved.clone();
-        for (c, (phase, next)) in arc.phases.iter().zip(next).enumerate() {
-            if *phase == Phase::Stick {
+        for (c, (contact_state, next)) in phase.contact_states.iter().zip(next).enumerate() {
+            if *contact_state == ContactState::Stick {
                 after.numbers[self.layout.contact(c) + AGE] = self.age(end.start, c, end.tau);
             }
-            let event = c == arc.contact && !matches!(arc.ending, Ending::Time | Ending::Section);
-            if phase != next || event {
+            let event = c == phase.contact && !matches!(phase.ending, Ending::Time | Ending::Section);
+            if contact_state != next || event {
                 self.change(&mut after, end, c);
             }
         }
         for number in &mut after.numbers {
-            settle(number, moves);
+            at_the_end(number, moves);
         }
         self.arrive(&mut after, end);
         self.stop(&mut after, next);
         after
     }
 
-    /// How the end of the arc moves with the start, by −h′/ḣ.
+    /// How the end of the phase moves with the start, by −h′/ḣ.
     pub(super) fn moves(guard: &Dual) -> Dual {
         let rate = guard.rates.last().copied().unwrap_or(1.0);
         let mut moves = guard.clone() * (-1.0 / rate);
@@ -181,16 +188,18 @@ impl Course<'_> {
     }
 
     /// The slip speed at the end of a line of friction is that end, to the last digit.
-    fn arrive(&self, after: &mut Moving, end: &ArcEnd) {
-        let &ArcEnd { start, arc, next, .. } = end;
-        let c = arc.contact;
-        let (Some(Phase::Slip(direction)), Ending::Line(end @ (End::Low | End::High))) =
-            (arc.phases.get(c), arc.ending)
+    fn arrive(&self, after: &mut Moving, end: &PhaseEnd) {
+        let &PhaseEnd {
+            start, phase, next, ..
+        } = end;
+        let c = phase.contact;
+        let (Some(ContactState::Slip(direction)), Ending::Line(end @ (End::Low | End::High))) =
+            (phase.contact_states.get(c), phase.ending)
         else {
             return;
         };
         let contact = &self.varied.base.contacts[c];
-        if contact.other.is_some() || next[c] == Phase::Stick {
+        if contact.other.is_some() || next[c] == ContactState::Stick {
             return;
         }
         let clock = Clock {
@@ -204,12 +213,12 @@ impl Course<'_> {
     }
 
     /// What a contact does anew.
-    fn change(&self, after: &mut Moving, end: &ArcEnd, c: usize) {
-        let &ArcEnd {
+    fn change(&self, after: &mut Moving, end: &PhaseEnd, c: usize) {
+        let &PhaseEnd {
             start,
-            arc,
+            phase,
             tau,
-            place,
+            expansion,
             next,
             ..
         } = end;
@@ -217,7 +226,7 @@ impl Course<'_> {
         let lanes = start.numbers[0].rates.len();
         let rate = || {
             if self.laws[c].feels_force_rate() {
-                let [_, rate] = self.if_stuck(&end.moved, &arc.phases, c);
+                let [_, rate] = self.if_stuck(&end.moved, &phase.contact_states, c);
                 rate
             } else {
                 Dual::fixed(0.0, lanes)
@@ -226,42 +235,43 @@ impl Course<'_> {
         let leave = |law: &Law, _: &Piece, force: f64, memory: &mut Memory| law.leave(force, memory);
         // That of the slip ahead.
         let direction = next[c].direction();
-        match (arc.phases[c], next[c]) {
-            (_, Phase::Stick) => after.numbers[at + AGE] = Dual::fixed(0.0, lanes),
-            (Phase::Stick, _) => {
-                let force = self.bears(c, direction, &self.age(start, c, tau), &place.force_rate(c));
+        match (phase.contact_states[c], next[c]) {
+            (_, ContactState::Stick) => after.numbers[at + AGE] = Dual::fixed(0.0, lanes),
+            (ContactState::Stick, _) => {
+                let force =
+                    self.static_limit(c, direction, &self.age(start, c, tau), &expansion.force_rate(c));
                 after.numbers[at + AGE] = Dual::fixed(0.0, lanes);
-                self.turn_to(after, (c, direction), &force, &Dual::fixed(0.0, lanes), leave);
+                self.take_line(after, (c, direction), &force, &Dual::fixed(0.0, lanes), leave);
             }
-            (Phase::Hold(_), _) => {
-                let balance = if arc.ending == Ending::Line(End::High) {
+            (ContactState::Hold(_), _) => {
+                let balance = if phase.ending == Ending::Line(End::High) {
                     f64::INFINITY
                 } else {
                     f64::NEG_INFINITY
                 };
-                self.turn_to(
+                self.take_line(
                     after,
                     (c, direction),
-                    &place.u(c),
+                    &expansion.u(c),
                     &rate(),
                     |law, _, u, memory| law.begin(u, balance, memory),
                 );
             }
-            (Phase::Slip(_), Phase::Hold(_)) => {}
-            (Phase::Slip(_), Phase::Slip(_)) => {
-                let Ending::Line(end) = arc.ending else { return };
+            (ContactState::Slip(_), ContactState::Hold(_)) => {}
+            (ContactState::Slip(_), ContactState::Slip(_)) => {
+                let Ending::Line(end) = phase.ending else { return };
                 let low = &start.numbers[at + LOW];
                 if end == End::Low && low.value <= 0.0 {
-                    let force = self.bears(c, direction, &Dual::fixed(0.0, lanes), &rate());
-                    self.turn_to(after, (c, direction), &force, &Dual::fixed(0.0, lanes), leave);
+                    let force = self.static_limit(c, direction, &Dual::fixed(0.0, lanes), &rate());
+                    self.take_line(after, (c, direction), &force, &Dual::fixed(0.0, lanes), leave);
                     return;
                 }
                 let u = match end {
                     End::Low => low,
                     End::High => &start.numbers[at + HIGH],
-                    End::Turn { .. } => &place.u(c),
+                    End::Reversal { .. } => &expansion.u(c),
                 };
-                self.turn_to(after, (c, direction), u, &rate(), |law, piece, u, memory| {
+                self.take_line(after, (c, direction), u, &rate(), |law, piece, u, memory| {
                     law.next(piece, end, u, memory)
                 });
             }
@@ -279,8 +289,8 @@ fn later(number: &Dual, tau: f64) -> Dual {
     later
 }
 
-/// Time along the arc is no direction of its own where the arc ends.
-pub(super) fn settle(number: &mut Dual, moves: &Dual) {
+/// Time along the phase is no direction of its own where the phase ends.
+pub(super) fn at_the_end(number: &mut Dual, moves: &Dual) {
     let slope = number.rates.last().copied().unwrap_or(0.0);
     if slope != 0.0 {
         number.shift(slope, moves);

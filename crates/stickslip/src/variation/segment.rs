@@ -2,17 +2,17 @@
 
 use std::cell::RefCell;
 
-use super::state::{Layout, Moving, Phase};
+use super::state::{ContactState, Layout, Moving};
 use super::varied::{Varied, difference};
 use crate::drive::Clock;
 use crate::dual::Dual;
 use crate::flow::taylor::tangent::{ABREAST, Given, Lanes, Linear, Tangent, Wide, stiffening, wide_at};
-use crate::flow::taylor::{Frame, Held, Motion, Rub};
+use crate::flow::taylor::{ForceLine, Frame, Held, Motion};
 use crate::law::Law;
 use crate::series::{ORDER, Series, ZERO, derivative, slope_at};
 use crate::system::System;
 
-/// An arc of more steps has run away from the motion it was taken from, to where its law grows without bound.
+/// A phase of more steps has run away from the motion it was taken from, to where its law grows without bound.
 const MOST_STEPS: u32 = 10_000;
 
 /// A system ready to be expanded, and those beside it.
@@ -23,20 +23,20 @@ pub(super) struct Course<'a> {
     pub(super) layout: Layout,
     beside: Vec<(Frame, Vec<&'a Law>)>,
     /// Memory for a look at what would be.
-    spare: RefCell<Place>,
+    spare: RefCell<Expansion>,
 }
 
-/// What the contacts do along an arc, as the flow needs to know it.
+/// What the contacts do along a phase, as the flow needs to know it.
 pub(super) struct Mode {
-    rubs: Vec<Rub>,
+    force_lines: Vec<ForceLine>,
     held: Held,
     beside: Vec<Held>,
 }
 
 /// A Taylor expansion with its derivatives, and the time into it; its memory is used again for the next. The last lane is the
-/// time along the arc.
+/// time along the phase.
 #[derive(Clone)]
-pub(super) struct Place {
+pub(super) struct Expansion {
     motion: Motion,
     /// The lanes along which the motion moves, [`ABREAST`] to a tangent.
     moving: Vec<usize>,
@@ -48,7 +48,7 @@ pub(super) struct Place {
     x: Vec<f64>,
     v: Vec<f64>,
     lanes: usize,
-    /// When the expansion begins, from the start of the arc.
+    /// When the expansion begins, from the start of the phase.
     pub(super) begin: f64,
     pub(super) h: f64,
     /// How far it is good.
@@ -67,23 +67,26 @@ fn laws(system: &System) -> Vec<&Law> {
 }
 
 /// What the flow needs to know of every contact.
-pub(super) fn rubs(phases: &[Phase], line: impl Fn(usize) -> [f64; 2]) -> Vec<Rub> {
-    let rub = |(c, phase): (usize, &Phase)| match *phase {
-        Phase::Stick => Rub {
+pub(super) fn force_lines(
+    contact_states: &[ContactState],
+    line: impl Fn(usize) -> [f64; 2],
+) -> Vec<ForceLine> {
+    let force_line = |(c, contact_state): (usize, &ContactState)| match *contact_state {
+        ContactState::Stick => ForceLine {
             direction: 0.0,
             offset: 0.0,
             slope: 0.0,
             still: false,
         },
-        Phase::Hold(direction) => Rub {
+        ContactState::Hold(direction) => ForceLine {
             direction,
             offset: 0.0,
             slope: f64::INFINITY,
             still: false,
         },
-        Phase::Slip(direction) => {
+        ContactState::Slip(direction) => {
             let [offset, slope] = line(c);
-            Rub {
+            ForceLine {
                 direction,
                 offset,
                 slope,
@@ -91,7 +94,7 @@ pub(super) fn rubs(phases: &[Phase], line: impl Fn(usize) -> [f64; 2]) -> Vec<Ru
             }
         }
     };
-    phases.iter().enumerate().map(rub).collect()
+    contact_states.iter().enumerate().map(force_line).collect()
 }
 
 impl<'a> Course<'a> {
@@ -104,18 +107,18 @@ impl<'a> Course<'a> {
             varied,
             laws: laws(base),
             layout: Layout::of(base),
-            spare: RefCell::new(Place::of(&frame, beside.iter().map(|(frame, _)| frame))),
+            spare: RefCell::new(Expansion::of(&frame, beside.iter().map(|(frame, _)| frame))),
             frame,
             beside,
         }
     }
 
     /// Room for expansions.
-    pub(super) fn place(&self) -> Place {
-        Place::of(&self.frame, self.beside.iter().map(|(frame, _)| frame))
+    pub(super) fn expansion(&self) -> Expansion {
+        Expansion::of(&self.frame, self.beside.iter().map(|(frame, _)| frame))
     }
 
-    /// Lanes of a state that carries all derivatives: its numbers, the parameter, the time along the arc.
+    /// Lanes of a state that carries all derivatives: its numbers, the parameter, the time along the phase.
     pub(super) fn all_lanes(&self) -> usize {
         self.layout.lanes() + 1
     }
@@ -125,88 +128,104 @@ impl<'a> Course<'a> {
         (lanes > 1).then(|| self.layout.width())
     }
 
-    /// What the contacts do along an arc from a state.
-    fn mode(&self, state: &Moving, phases: &[Phase]) -> Mode {
-        let rubs = rubs(phases, |c| {
+    /// What the contacts do along a phase from a state.
+    fn mode(&self, state: &Moving, contact_states: &[ContactState]) -> Mode {
+        let force_lines = force_lines(contact_states, |c| {
             let at = self.layout.contact(c);
             [state.numbers[at].value, state.numbers[at + 1].value]
         });
-        let held = self
-            .frame
-            .held((0..rubs.len()).filter(|&c| rubs[c].holds()).collect());
+        let held = self.frame.held(
+            (0..force_lines.len())
+                .filter(|&c| force_lines[c].holds())
+                .collect(),
+        );
         Mode {
             beside: self
                 .beside
                 .iter()
                 .map(|(frame, _)| frame.held(held.contacts.clone()))
                 .collect(),
-            rubs,
+            force_lines,
             held,
         }
     }
 
-    /// To the motion `tau` from the start of an arc.
-    pub(super) fn go(&self, start: &Moving, phases: &[Phase], tau: f64, place: &mut Place) {
-        self.walk(start, phases, tau, place, &mut |_| {});
+    /// To the motion `tau` from the start of a phase.
+    pub(super) fn go(
+        &self,
+        start: &Moving,
+        contact_states: &[ContactState],
+        tau: f64,
+        expansion: &mut Expansion,
+    ) {
+        self.walk(start, contact_states, tau, expansion, &mut |_| {});
     }
 
-    /// The same from a place near by.
-    pub(super) fn shift(&self, start: &Moving, phases: &[Phase], tau: f64, place: &mut Place) {
-        let h = tau - place.begin;
-        if (-0.1 * place.reach..=place.reach).contains(&h) {
-            place.h = h;
+    /// The same from a expansion near by.
+    pub(super) fn shift(
+        &self,
+        start: &Moving,
+        contact_states: &[ContactState],
+        tau: f64,
+        expansion: &mut Expansion,
+    ) {
+        let h = tau - expansion.begin;
+        if (-0.1 * expansion.reach..=expansion.reach).contains(&h) {
+            expansion.h = h;
         } else {
-            self.go(start, phases, tau, place);
+            self.go(start, contact_states, tau, expansion);
         }
     }
 
-    /// To the motion `tau` from the start of an arc; `pass` sees every expansion on the way but the last.
+    /// To the motion `tau` from the start of a phase; `pass` sees every expansion on the way but the last.
     pub(super) fn walk(
         &self,
         start: &Moving,
-        phases: &[Phase],
+        contact_states: &[ContactState],
         tau: f64,
-        place: &mut Place,
-        pass: &mut dyn FnMut(&Place),
+        expansion: &mut Expansion,
+        pass: &mut dyn FnMut(&Expansion),
     ) {
         let mut here = start.clone();
         let mut clock = Clock {
             high: start.numbers[0].value,
             low: 0.0,
         };
-        self.stop(&mut here, phases);
-        let mode = self.mode(&here, phases);
-        place.begin = 0.0;
+        self.stop(&mut here, contact_states);
+        let mode = self.mode(&here, contact_states);
+        expansion.begin = 0.0;
         for step in 0.. {
-            self.expand(ORDER, &here, phases, &mode, clock, place);
-            if tau - place.begin <= place.reach {
-                place.h = tau - place.begin;
+            self.expand(ORDER, &here, contact_states, &mode, clock, expansion);
+            if tau - expansion.begin <= expansion.reach {
+                expansion.h = tau - expansion.begin;
                 return;
             }
-            if step == MOST_STEPS || place.reach.is_nan() || place.reach <= 0.0 {
-                place.h = f64::NAN;
+            if step == MOST_STEPS || expansion.reach.is_nan() || expansion.reach <= 0.0 {
+                expansion.h = f64::NAN;
                 return;
             }
-            place.h = place.reach;
-            pass(place);
-            clock = clock.after(place.reach);
+            expansion.h = expansion.reach;
+            pass(expansion);
+            clock = clock.after(expansion.reach);
             for i in 0..self.layout.masses {
-                here.numbers[self.layout.x(i)] = place.x(i);
-                here.numbers[self.layout.v(i)] = place.v(i);
+                here.numbers[self.layout.x(i)] = expansion.x(i);
+                here.numbers[self.layout.v(i)] = expansion.v(i);
             }
-            // Time along the arc is counted from where it ends.
+            // Time along the phase is counted from where it ends.
             for number in &mut here.numbers {
                 if let Some(rate) = number.rates.last_mut() {
                     *rate = 0.0;
                 }
             }
-            place.begin += place.reach;
+            expansion.begin += expansion.reach;
         }
     }
 
     /// Stuck contacts leave no choice of their slip velocity.
-    pub(super) fn stop(&self, state: &mut Moving, phases: &[Phase]) {
-        let stuck: Vec<usize> = (0..phases.len()).filter(|&c| phases[c] == Phase::Stick).collect();
+    pub(super) fn stop(&self, state: &mut Moving, contact_states: &[ContactState]) {
+        let stuck: Vec<usize> = (0..contact_states.len())
+            .filter(|&c| contact_states[c] == ContactState::Stick)
+            .collect();
         if stuck.is_empty() {
             return;
         }
@@ -273,50 +292,57 @@ impl<'a> Course<'a> {
         &self,
         order: usize,
         state: &Moving,
-        phases: &[Phase],
+        contact_states: &[ContactState],
         mode: &Mode,
         clock: Clock,
-        place: &mut Place,
+        expansion: &mut Expansion,
     ) {
         let layout = self.layout;
         let number = |lane: usize| &state.numbers[lane];
-        let Mode { rubs, held, .. } = mode;
+        let Mode {
+            force_lines, held, ..
+        } = mode;
         for i in 0..layout.masses {
-            place.x[i] = number(layout.x(i)).value;
-            place.v[i] = number(layout.v(i)).value;
+            expansion.x[i] = number(layout.x(i)).value;
+            expansion.v[i] = number(layout.v(i)).value;
         }
-        let (x, v, motion) = (&place.x, &place.v, &mut place.motion);
+        let (x, v, motion) = (&expansion.x, &expansion.v, &mut expansion.motion);
         motion.aim(&self.frame, clock);
-        motion.expand(&self.frame, &self.laws, rubs, held, x, v);
+        motion.expand(&self.frame, &self.laws, force_lines, held, x, v);
         let rate = self.frame.rate;
         let sizes = x.iter().map(|x| rate * x.abs()).chain(v.iter().map(|v| v.abs()));
         let scale = sizes
             .fold(self.frame.push, f64::max)
             .max(motion.size(rate, 1) / rate)
             .max(f64::MIN_POSITIVE);
-        let step = motion.reach(&self.frame, rubs, scale);
+        let step = motion.reach(&self.frame, force_lines, scale);
         // The series of a motion that stands still is good for ever.
-        place.reach = if step.is_finite() {
-            motion.agreed(&self.frame, &self.laws, rubs, scale, step)
+        expansion.reach = if step.is_finite() {
+            motion.agreed(&self.frame, &self.laws, force_lines, scale, step)
         } else {
             f64::INFINITY
         };
-        place.lanes = number(0).rates.len();
-        place.moving.clear();
+        expansion.lanes = number(0).rates.len();
+        expansion.moving.clear();
         // Without other lanes time needs no tangent: it is the slope of the series.
-        if place.lanes == 1 {
+        if expansion.lanes == 1 {
             return;
         }
-        let smooth = |c: usize| self.frame.is_smooth(c, rubs[c].direction);
-        for (c, slope) in place.slopes.iter_mut().enumerate() {
-            if smooth(c) && !rubs[c].holds() {
-                *slope = stiffening(self.laws[c].toward(rubs[c].direction), &place.motion.u[c]);
+        let smooth = |c: usize| self.frame.is_smooth(c, force_lines[c].direction);
+        for (c, slope) in expansion.slopes.iter_mut().enumerate() {
+            if smooth(c) && !force_lines[c].holds() {
+                *slope = stiffening(
+                    self.laws[c].toward(force_lines[c].direction),
+                    &expansion.motion.u[c],
+                );
             }
         }
-        self.give(mode, clock, place);
-        let parameter = self.parameter(place.lanes).filter(|_| !self.beside.is_empty());
+        self.give(mode, clock, expansion);
+        let parameter = self
+            .parameter(expansion.lanes)
+            .filter(|_| !self.beside.is_empty());
         let line = |c: usize| {
-            let counts = matches!(phases[c], Phase::Slip(_)) && !smooth(c);
+            let counts = matches!(contact_states[c], ContactState::Slip(_)) && !smooth(c);
             let at = layout.contact(c);
             counts.then(|| [number(at), number(at + 1)])
         };
@@ -324,12 +350,18 @@ impl<'a> Course<'a> {
         let counts: Vec<&Dual> = state.numbers[..layout.contact(0)].iter().chain(lines).collect();
         let moves =
             |lane: usize| parameter == Some(lane) || counts.iter().any(|number| number.rates[lane] != 0.0);
-        place.moving.extend((0..place.lanes).filter(|&lane| moves(lane)));
-        let blocks = place.moving.len().div_ceil(ABREAST);
-        if place.tangents.len() < blocks {
-            place.tangents.resize(blocks, Tangent::new(&self.frame));
+        expansion
+            .moving
+            .extend((0..expansion.lanes).filter(|&lane| moves(lane)));
+        let blocks = expansion.moving.len().div_ceil(ABREAST);
+        if expansion.tangents.len() < blocks {
+            expansion.tangents.resize(blocks, Tangent::new(&self.frame));
         }
-        for (tangent, moving) in place.tangents.iter_mut().zip(place.moving.chunks(ABREAST)) {
+        for (tangent, moving) in expansion
+            .tangents
+            .iter_mut()
+            .zip(expansion.moving.chunks(ABREAST))
+        {
             let along = |number: &Dual| -> Lanes {
                 let rates = &*number.rates;
                 std::array::from_fn(|lane| moving.get(lane).map_or(0.0, |&lane| rates[lane]))
@@ -346,34 +378,41 @@ impl<'a> Course<'a> {
             for (c, own) in tangent.line.iter_mut().enumerate() {
                 *own = line(c).map_or([Lanes::NOTHING; 2], |line| line.map(along));
             }
-            let given = parameter.map(|_| &place.given);
+            let given = parameter.map(|_| &expansion.given);
             tangent.expand(
                 order,
                 &self.frame,
-                &place.motion,
-                (rubs, held),
-                &place.slopes,
+                &expansion.motion,
+                (force_lines, held),
+                &expansion.slopes,
                 given,
             );
             // Those of its tangents need not be.
-            if place.reach.is_infinite() && !tangent.ended() {
-                place.reach = 1.0 / rate;
+            if expansion.reach.is_infinite() && !tangent.ended() {
+                expansion.reach = 1.0 / rate;
             }
         }
     }
 
     /// What the parameter changes while the motion is held.
-    fn give(&self, mode: &Mode, clock: Clock, place: &mut Place) {
+    fn give(&self, mode: &Mode, clock: Clock, expansion: &mut Expansion) {
         let Some((_, step)) = self.varied.around else {
             return;
         };
         for (((frame, laws), held), Beside { motion, acceleration }) in
-            self.beside.iter().zip(&mode.beside).zip(&mut place.beside)
+            self.beside.iter().zip(&mode.beside).zip(&mut expansion.beside)
         {
             motion.aim(frame, clock);
-            motion.give(frame, laws, &mode.rubs, held, &place.motion, acceleration);
+            motion.give(
+                frame,
+                laws,
+                &mode.force_lines,
+                held,
+                &expansion.motion,
+                acceleration,
+            );
         }
-        let beside = &place.beside;
+        let beside = &expansion.beside;
         let differ = |rows: &mut [Series], of: fn(&Beside) -> &[Series]| {
             for (row, series) in rows.iter_mut().enumerate() {
                 for (k, term) in series.iter_mut().enumerate() {
@@ -381,24 +420,31 @@ impl<'a> Course<'a> {
                 }
             }
         };
-        differ(&mut place.given.acceleration, |beside| &beside.acceleration);
-        differ(&mut place.given.force, |beside| &beside.motion.force);
-        differ(&mut place.given.drive, |beside| beside.motion.drives());
+        differ(&mut expansion.given.acceleration, |beside| &beside.acceleration);
+        differ(&mut expansion.given.force, |beside| &beside.motion.force);
+        differ(&mut expansion.given.drive, |beside| beside.motion.drives());
     }
 
-    /// The force of a contact and its rate at the start of an arc on which it would stick.
-    pub(super) fn holding(&self, state: &Moving, phases: &[Phase], c: usize) -> [Dual; 2] {
+    /// The force of a contact and its rate at the start of a phase on which it would stick.
+    pub(super) fn holding(&self, state: &Moving, contact_states: &[ContactState], c: usize) -> [Dual; 2] {
         let clock = Clock {
             high: state.numbers[0].value,
             low: 0.0,
         };
-        let place = &mut *self.spare.borrow_mut();
-        self.expand(2, state, phases, &self.mode(state, phases), clock, place);
-        [0, 1].map(|k| place.coefficient(k, |motion| &motion.force[c], |tangent| &tangent.force[c]))
+        let expansion = &mut *self.spare.borrow_mut();
+        self.expand(
+            2,
+            state,
+            contact_states,
+            &self.mode(state, contact_states),
+            clock,
+            expansion,
+        );
+        [0, 1].map(|k| expansion.coefficient(k, |motion| &motion.force[c], |tangent| &tangent.force[c]))
     }
 }
 
-impl Place {
+impl Expansion {
     fn of<'a>(frame: &Frame, beside: impl Iterator<Item = &'a Frame>) -> Self {
         let motion = Motion::of(frame);
         let (x, u) = (motion.x.clone(), motion.u.clone());
@@ -477,7 +523,7 @@ impl Place {
     }
 
     /// Its rate.
-    pub(super) fn turn(&self, contact: usize) -> Dual {
+    pub(super) fn slip_acceleration(&self, contact: usize) -> Dual {
         self.rate(&self.motion.u[contact], |tangent| &tangent.u[contact])
     }
 

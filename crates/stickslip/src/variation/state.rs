@@ -1,4 +1,4 @@
-//! What the state of a system is made of, and what an arc of its motion does and ends with.
+//! What the state of a system is made of, and what a phase of its motion does and ends with.
 
 use crate::dual::Dual;
 use crate::law::{End, Memory, Piece};
@@ -12,9 +12,9 @@ pub(super) const LOW: usize = 2;
 pub(super) const HIGH: usize = 3;
 pub(super) const AGE: usize = 9;
 
-/// What a contact does along an arc.
+/// What a contact does along a phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Phase {
+pub enum ContactState {
     /// It sticks.
     Stick,
     /// It slips in a direction.
@@ -23,7 +23,7 @@ pub enum Phase {
     Hold(f64),
 }
 
-impl Phase {
+impl ContactState {
     /// The direction of its slip, 0 while it sticks.
     pub(super) fn direction(self) -> f64 {
         match self {
@@ -33,7 +33,7 @@ impl Phase {
     }
 }
 
-/// What ends an arc.
+/// What ends a phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ending {
     /// Adhesion breaks.
@@ -46,11 +46,11 @@ pub enum Ending {
     Time,
 }
 
-/// One arc of a trail.
+/// One phase of an event sequence.
 #[derive(Clone, Debug)]
-pub struct Arc {
+pub struct Phase {
     /// What every contact does.
-    pub phases: Vec<Phase>,
+    pub contact_states: Vec<ContactState>,
     /// What ends it.
     pub ending: Ending,
     /// At which contact.
@@ -65,7 +65,7 @@ pub struct Flags {
     /// Branch of the law.
     pub branch: u32,
     /// Whether the law wants to know of turns.
-    pub turns: bool,
+    pub reverses: bool,
     /// Whether the anchor was set by a break-away.
     pub released: bool,
 }
@@ -74,7 +74,7 @@ impl Flags {
     pub(super) fn of(piece: &Piece, memory: &Memory) -> Self {
         Self {
             branch: piece.branch,
-            turns: piece.turns,
+            reverses: piece.reverses,
             released: memory.released_at.is_some(),
         }
     }
@@ -102,7 +102,7 @@ pub(crate) fn contact_of(piece: &Piece, memory: &Memory) -> ([f64; CONTACT], Fla
     (numbers, Flags::of(piece, memory))
 }
 
-/// The state at the start of an arc.
+/// The state at the start of a phase.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
     /// t; positions; velocities; [`CONTACT`] numbers of every contact.

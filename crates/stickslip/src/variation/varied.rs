@@ -61,8 +61,8 @@ fn around(document: &Value, path: &str) -> Result<([System; 4], f64), Error> {
     let value = number.ok_or_else(|| refused(&format!("the system document has no number {path:?}")))?;
     let step = step_of(value, RELATIVE_STEP);
     let mut beside = |steps: f64| {
-        if let Some(place) = table.pointer_mut(path) {
-            *place = (value + steps * step).into();
+        if let Some(expansion) = table.pointer_mut(path) {
+            *expansion = (value + steps * step).into();
         }
         let system = system_of(&table)?;
         admit(&system).map_err(|error| {

@@ -107,11 +107,11 @@ def _across(here: Return, family: Family, point: Point, *, double: bool) -> Floa
         across[here.coordinates] = vectors[:, int(np.argmin(np.abs(values + 1)))].real
         return np.asarray(across / np.linalg.norm(across), float)
     _, _, jacobian, _ = evaluate(here.sequence, here.forcing_periods, family, point.values, None)
-    places = [*here.coordinates, len(across) - 1]
+    columns = [*here.coordinates, len(across) - 1]
     scales = np.concatenate([sizes, family.scales(point.values)])
     _, _, rows = np.linalg.svd(jacobian * scales / sizes[:, None])
-    null, along = rows[-2:], point.direction[places]
+    null, along = rows[-2:], point.direction[columns]
     # Of the plane of null vectors the one across the branch.
     shares = null @ along
-    across[places] = shares[1] * null[0] - shares[0] * null[1]
+    across[columns] = shares[1] * null[0] - shares[0] * null[1]
     return np.asarray(across / np.linalg.norm(across), float)

@@ -64,14 +64,14 @@ class Walk:
                     step /= 4
                     continue
                 if boundary is not None:
-                    onward = self._cross(point, *boundary)
-                    if onward is None:
+                    past = self._cross(point, *boundary)
+                    if past is None:
                         break
                     try:
-                        self._add(onward)
+                        self._add(past)
                     except InputError:
                         break
-                    point, step = onward, 0.003
+                    point, step = past, 0.003
                     continue
                 step /= 2
                 if step < _SMALLEST:
@@ -132,10 +132,10 @@ class Walk:
         """Switch the event sequence at a boundary; the first point beyond it, None where the branch ends there."""
         name = switching_boundaries.name_of(boundary.here, label)
         way = math.copysign(1.0, float(boundary.values[0] - self.branch.values[-1]))
-        onward = switching_boundaries.beyond(boundary, last.here, self.family, (way, -way))
-        back = onward is not None and onward[1] != way
+        past = switching_boundaries.beyond(boundary, last.here, self.family, (way, -way))
+        back = past is not None and past[1] != way
         self._special("nonsmooth_fold" if back else name, boundary, name, label)
-        return None if onward is None else onward[0]
+        return None if past is None else past[0]
 
     def _between(self, point: Point, ahead: Point, step: float) -> bool:
         """Folds, flips and tori between two points of one event sequence; whether the cycle is a point on the way.

@@ -73,8 +73,8 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
     cycles each of half the measure of the one before. None where no such way goes on.
     """
     span = float(family.scales(point.values)[0])
-    places, sizes = [float(point.values[0])], [measure(point)]
-    target = places[0] + np.copysign(1e-4 * span, point.direction[_PARAMETER])
+    parameters, sizes = [float(point.values[0])], [measure(point)]
+    target = parameters[0] + np.copysign(1e-4 * span, point.direction[_PARAMETER])
     estimates: list[float] = []
     followed: list[Point] = []
     for _ in range(_MOST):
@@ -86,13 +86,13 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
             break
         if not 0.0 < size < sizes[-1]:
             break
-        places.append(float(point.values[0]))
+        parameters.append(float(point.values[0]))
         sizes.append(size)
         followed.append(point)
-        estimates.append(_extrapolated(sizes, places, 0.0))
+        estimates.append(_extrapolated(sizes, parameters, 0.0))
         if len(estimates) > 4 and abs(estimates[-1] - estimates[-2]) < 1e-11 * span:
             break
-        target = _extrapolated(sizes, places, size / 2)
+        target = _extrapolated(sizes, parameters, size / 2)
     if len(estimates) < 5:
         return None
     # Beyond the best estimate rounding grows again: the multiplier goes to 1.
@@ -103,7 +103,7 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
     end = estimates[best + 1]
     # Half the size: half the distance, or a quarter of it.
     last, before = best + 2, best + 1
-    ratio = (places[last] - end) / (places[before] - end) * sizes[before] / sizes[last]
+    ratio = (parameters[last] - end) / (parameters[before] - end) * sizes[before] / sizes[last]
     return abs(ratio - 1) < 0.2, end, followed[best + 1]
 
 
@@ -119,10 +119,10 @@ def _size(point: Point) -> float:
     return float(np.std(x, axis=0).max())
 
 
-def _extrapolated(sizes: list[float], places: list[float], size: float) -> float:
+def _extrapolated(sizes: list[float], parameters: list[float], size: float) -> float:
     """The polynomial through the last cycles (Neville)."""
     a: NDArray[np.float64] = np.array(sizes[-_USED:])
-    p = np.array(places[-_USED:])
+    p = np.array(parameters[-_USED:])
     for k in range(1, len(a)):
         p = ((size - a[k:]) * p[:-1] - (size - a[:-k]) * p[1:]) / (a[:-k] - a[k:])
     return float(p[0])

@@ -159,7 +159,7 @@ def criticality(system: Oscillator, path: str, value: float, width: float) -> st
         value = speed
     states = [steady_slip(with_number(system, "/drive_velocity", value + shift * step)) for shift in (-1, 0, 1)]
     below, at, above = (math.nan if state is None else state.damping for state in states)
-    bend = above - 2 * at + below
-    if abs(bend) < 1e-9 * max(abs(above), abs(below)):
+    curvature = above - 2 * at + below
+    if abs(curvature) < 1e-9 * max(abs(above), abs(below)):
         return "degenerate"
-    return "supercritical" if bend > 0 else "subcritical"
+    return "supercritical" if curvature > 0 else "subcritical"

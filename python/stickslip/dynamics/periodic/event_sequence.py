@@ -26,7 +26,7 @@ CONTACT = (
 STATE = ("t", "x", "v", *CONTACT)
 FLAGS = 3
 #: Test functions by their number in the core, and the columns before their derivatives.
-BOUNDARIES = tuple(_core.BORDERS)
+BOUNDARIES = tuple(_core.BOUNDARIES)
 _HEAD = 5
 RELEASE, LOW, HIGH, FALLING, RISING, SECTION, TIME = range(len(_core.ENDINGS))
 
@@ -175,12 +175,14 @@ class EventSequence:
         cls, system: Any, t_end: float, x0: Any = None, v0: Any = None, max_events: int = 100_000
     ) -> tuple[EventSequence, list[str], str]:
         """The sequence of a run, the kinds of its events and why it ended."""
-        return cls._made(system, lambda core: _core.trail(core, as_list(x0), as_list(v0), t_end, max_events))
+        return cls._made(system, lambda core: _core.event_sequence(core, as_list(x0), as_list(v0), t_end, max_events))
 
     def continued(self, duration: float, max_events: int = 100_000) -> tuple[EventSequence, list[str], str]:
         """What the real motion does from this start, for a duration."""
         modes = np.ascontiguousarray(self.modes[0])
-        return self._made(self.system, lambda core: _core.trail_from(core, self.start, modes, duration, max_events))
+        return self._made(
+            self.system, lambda core: _core.event_sequence_from(core, self.start, modes, duration, max_events)
+        )
 
     def from_event(
         self, phase: int, duration: float, followed: Followed | None = None

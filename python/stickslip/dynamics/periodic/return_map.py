@@ -162,9 +162,9 @@ def size_of(system: Oscillator | System, start: Floats, coordinates: NDArray[np.
     sizes[layout.ages] = np.maximum(sizes[layout.ages], time)
     # A number of the line or the memory that passes zero is no smaller a part of the law than the others of its dimension.
     for alike in (_SPEEDS, _FORCES):
-        places = layout.contact_coordinates(alike)
-        known = np.where(np.isfinite(sizes[places]), sizes[places], np.nan)
-        sizes[places] = np.nanmax(known, axis=1, keepdims=True)
+        columns = layout.contact_coordinates(alike)
+        known = np.where(np.isfinite(sizes[columns]), sizes[columns], np.nan)
+        sizes[columns] = np.nanmax(known, axis=1, keepdims=True)
     return np.asarray(sizes[coordinates], float)
 
 

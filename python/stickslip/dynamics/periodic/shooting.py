@@ -110,7 +110,7 @@ def _scales(here: Return, family: Family, values: Floats) -> Floats:
     return np.concatenate([size_of(here.sequence.system, here.sequence.start, here.coordinates), family.scales(values)])
 
 
-def _places(here: Return, family: Family) -> NDArray[np.int64]:
+def _columns(here: Return, family: Family) -> NDArray[np.int64]:
     """Where coordinates and parameters stand in a full direction."""
     return np.concatenate([here.coordinates, here.sequence.layout.width + np.arange(len(family.paths))])
 
@@ -120,7 +120,7 @@ def tangent(here: Return, jacobian: Floats, family: Family, values: Floats, alon
     scales = _scales(here, family, values)
     _, _, rows = np.linalg.svd(jacobian * scales)
     direction = np.zeros(here.sequence.layout.width + len(family.paths))
-    direction[_places(here, family)] = rows[-1]
+    direction[_columns(here, family)] = rows[-1]
     if along is not None and direction @ along < 0:
         direction = -direction
     return direction
@@ -161,7 +161,7 @@ def corrected(
         scales = _scales(here, family, values)
         matrix, right = jacobian * scales, -residual
         if direction is not None:
-            matrix = np.vstack([matrix, direction[_places(here, family)]])
+            matrix = np.vstack([matrix, direction[_columns(here, family)]])
             right = np.append(right, 0.0)
         step = np.linalg.lstsq(matrix, right, rcond=1e-14)[0]
         error = float(np.abs(step).max(initial=0.0))
@@ -194,7 +194,7 @@ def stepped(point: Point, forcing_periods: int, family: Family, step: float) -> 
     """The next point of the curve, `step` along its direction, with the same event sequence."""
     here = point.here
     scales = np.ones(len(point.direction))
-    scales[_places(here, family)] = _scales(here, family, point.values)
+    scales[_columns(here, family)] = _scales(here, family, point.values)
     leap = step * point.direction * scales
     sequence = moved(here, leap[here.coordinates])
     values = point.values + leap[here.sequence.layout.width :]

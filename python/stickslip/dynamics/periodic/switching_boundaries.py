@@ -104,18 +104,18 @@ def _merged(boundary: Point, family: Family, share: float) -> tuple[Point, Label
         return None
     gone = np.roll(short, -first)
     rows: list[list[float]] = []
-    places: list[tuple[int, float]] = []
+    roots: list[tuple[int, float]] = []
     for index, phase in enumerate(sequence.phases):
         if gone[index - 1] and index:
             rows[-1] = [*rows[-1][:3], rows[-1][3] + phase[3]]
         elif gone[index]:
-            places.append((len(rows) - 1, rows[-1][3]))
+            roots.append((len(rows) - 1, rows[-1][3]))
         else:
             rows.append(list(phase))
     sequence = replace(sequence, phases=np.array(rows))
     try:
         tests = return_of(sequence, here.forcing_periods, tests=True).tests
-        phase, tau = places[0]
+        phase, tau = roots[0]
         near = tests[(tests[:, 0] == _STICK) & (tests[:, 1] == phase)]
         order = int(np.argmin(np.abs(near[:, 2] - tau)))
         label = (_STICK, phase, order)
@@ -202,8 +202,8 @@ def _probes(boundary: Point, family: Family, value: float, offset: float) -> Ite
     marks = np.flatnonzero(sectioned.endings == SECTION)
     length = (2.3 if here.forcing_periods == 0 else 1.6) * here.period
     # From the greatest slip speed, where a contact remembers least of the boundary, a little faster or slower; else as it is.
-    places = [sectioned.part(followed, int(mark), len(sectioned.phases) - 1) for mark in marks[:1]] + [sectioned]
-    for sequence in places:
+    roots = [sectioned.part(followed, int(mark), len(sectioned.phases) - 1) for mark in marks[:1]] + [sectioned]
+    for sequence in roots:
         if len(sequence.phases) == 0:
             continue
         coordinates = sequence.layout.v

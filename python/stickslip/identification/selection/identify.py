@@ -45,7 +45,7 @@ BY_FORM: dict[str, type[Law]] = {
 """The law that is taken where none is asked for, by the form of static friction; `DwellTime` for all others."""
 
 
-Told = Literal["motion", "curve", "step", "steps", "static"]
+FitPath = Literal["motion", "curve", "step", "steps", "static"]
 
 
 def _of_one(fit: Callable[[Any], Result]) -> Callable[[Any], Result]:
@@ -71,7 +71,7 @@ FITS: dict[str, tuple[str, Callable[[Any], Result]]] = {
 """What is fitted to records that hold no motion to fit a law to, in words, and the function that does it."""
 
 
-def told_by(friction: Any, law: str | type[Law] | Law | None = None, *, steady: bool = False) -> Told:
+def fit_of(friction: Any, law: str | type[Law] | Law | None = None, *, steady: bool = False) -> FitPath:
     """What friction records can tell, if this law is asked for: a motion with its memory, or only tables of friction.
 
     Parameters
@@ -189,14 +189,14 @@ def identify(
     >>> found.parameters["value"].round(2).to_dict()
     {'break_away': 1.0, 'kinetic': 0.6}
     """
-    told = told_by(friction, law)
-    if told != "motion":
-        words, fit = FITS[told]
+    path = fit_of(friction, law)
+    if path != "motion":
+        words, fit = FITS[path]
         given = {"free": free, "fixed": fixed, "pieces": pieces, "offset": offset, "bounds": bounds}
         for name, value in given.items():
             if value:
                 raise InputError(f"identify: {name} does not go with {words}: leave {name} out")
-        return fit_steady(friction, _name(law)) if told == "curve" else fit(friction)
+        return fit_steady(friction, _name(law)) if path == "curve" else fit(friction)
     records = read_records(friction)
     options = Options(None if free is None else list(free), dict(fixed or {}), pieces, offset, dict(bounds or {}))
     return _by_default(records, options) if law is None else _of_kind(records, law, options)

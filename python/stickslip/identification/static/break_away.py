@@ -288,10 +288,10 @@ def _unlike(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
     error = np.array([1.2533 * robust_scale(part - np.median(part)) / math.sqrt(len(part)) for part in parts])
     if float(np.sum((middle / np.maximum(error, 1e-300)) ** 2)) < 10 * len(parts):
         return []
-    told = ", ".join(f"{value:.2g} ± {spread:.1g}" for value, spread in zip(middle, error, strict=True))
+    apart = ", ".join(f"{value:.2g} ± {spread:.1g}" for value, spread in zip(middle, error, strict=True))
     return [
-        f"The records differ from one law of stick time: their break-away forces lie {told} off the {fit.form} form. It is a "
-        f"compromise, and a further run may lie {float(np.sqrt(np.mean(middle**2))):.2g} aside."
+        f"The records differ from one law of stick time: their break-away forces lie {apart} off the {fit.form} form. It is "
+        f"a compromise, and a further run may lie {float(np.sqrt(np.mean(middle**2))):.2g} aside."
     ]
 
 

@@ -124,8 +124,10 @@ def _move(source: Any, rig: Rig, method: str, cutoff: float | None) -> _Moved:
             raise InputError('motion: method = "pieces" chooses its own cut-off; leave cutoff out')
         friction, notes = measure_record(record, rig)
         fit, o = friction.fit, friction.fit.oscillator
-        places = np.unique(np.concatenate(fit.knots))
-        errors = [np.interp(record.time, places, fit.deviation(places, {d: 1.0}, friction.noise)) for d in range(3)]
+        positions = np.unique(np.concatenate(fit.knots))
+        errors = [
+            np.interp(record.time, positions, fit.deviation(positions, {d: 1.0}, friction.noise)) for d in range(3)
+        ]
         # the force error also knows that a sample may lie on the other side of an event
         errors[2] = np.maximum(errors[2], friction.force_error / o.mass)
         smooth = Smooth(

@@ -286,8 +286,8 @@ class PiecewiseFit:
         stacked = sparse.vstack(
             [self.design(time, derivative).multiply(factor) for derivative, factor in terms.items()]
         )
-        places = np.tile(np.arange(len(time)), len(terms))
-        total = sparse.csr_matrix((np.ones(len(places)), (places, np.arange(len(places)))))
+        positions = np.tile(np.arange(len(time)), len(terms))
+        total = sparse.csr_matrix((np.ones(len(positions)), (positions, np.arange(len(positions)))))
         rows: sparse.csr_matrix = total @ stacked
         size = self.joints.shape[1]
         # columns of the inverse fade within some tens of knots, so unit vectors that far apart share one solve

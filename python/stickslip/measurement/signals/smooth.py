@@ -77,9 +77,9 @@ def jerk_spline(time: Array, signal: Array, weight: Array | None = None, cutoff:
         cutoff = trial.best_cutoff("creep", (2 / (n * step), 0.16 / step), {})
     # more knots than the cut-off can tell apart cost time only
     fit = whole(slice(None), float(np.clip(0.15 / cutoff, 2 * step, (time[-1] - time[0]) / 8))).solve({"creep": cutoff})
-    places = np.unique(np.concatenate([fit.knots[0], time[[0, -1]]]))
+    positions = np.unique(np.concatenate([fit.knots[0], time[[0, -1]]]))
     x, v, a = (fit.evaluate(time, d) for d in range(3))
-    errors = [np.interp(time, places, fit.deviation(places, {d: 1.0}, fit.noise)) for d in range(3)]
+    errors = [np.interp(time, positions, fit.deviation(positions, {d: 1.0}, fit.noise)) for d in range(3)]
     return Smooth(x, v, a, errors[0], errors[1], errors[2], cutoff, fit.noise)
 
 

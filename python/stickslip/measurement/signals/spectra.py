@@ -77,8 +77,8 @@ def _peak(signal: Array, step: float, length: int, least: float) -> tuple[float,
     if i in (0, len(power) - 1):
         return float(frequency[i]), share
     below, top, above = np.log(np.maximum(power[i - 1 : i + 2], 1e-300))
-    bend = below - 2 * top + above
-    shift = 0.5 * (below - above) / bend if bend < 0 else 0.0
+    corner = below - 2 * top + above
+    shift = 0.5 * (below - above) / corner if corner < 0 else 0.0
     return float(frequency[i] + np.clip(shift, -0.5, 0.5) * frequency[1]), share
 
 

@@ -110,7 +110,7 @@ def find_blobs(
 def look_near(
     picture: ResponseMap,
     like: Detections,
-    place: tuple[float, float],
+    position: tuple[float, float],
     *,
     size: float | None = None,
     level: float | None = None,
@@ -126,7 +126,7 @@ def look_near(
     ----------
     picture : the window.
     like : its last detection, one row.
-    place : where it is expected, in px of the window.
+    position : where it is expected, in px of the window.
     size, level, opening, black : as for :func:`find_blobs`.
 
     Returns
@@ -142,7 +142,7 @@ def look_near(
         cuts = [crown - share * float(like.contrast[0]) for share in DEPTHS]
     best = Detections.of([])
     for cut in cuts:
-        found = _spot_at(picture, work, cut, like, place, level, size, black)
+        found = _spot_at(picture, work, cut, like, position, level, size, black)
         if len(found) and (not len(best) or found.score[0] > best.score[0]):
             best = found
         if len(best) and best.score[0] > SAME * like.score[0]:
@@ -155,7 +155,7 @@ def _spot_at(
     work: npt.NDArray[np.uint8],
     cut: float,
     like: Detections,
-    place: tuple[float, float],
+    position: tuple[float, float],
     level: float | None,
     size: float | None,
     black: float | None,
@@ -168,7 +168,7 @@ def _spot_at(
     alike[0] = False
     if not alike.any():
         return Detections.of([])
-    label = int(np.argmin(np.where(alike, np.hypot(middles[:, 0] - place[0], middles[:, 1] - place[1]), np.inf)))
+    label = int(np.argmin(np.where(alike, np.hypot(middles[:, 0] - position[0], middles[:, 1] - position[1]), np.inf)))
     left, top, wide, high, area = (int(value) for value in stats[label])
     row = _centre(cv2, picture, work, _Spot(cut, label, area, left, top, wide, high), level, size, black)
     found = Detections.of([] if row is None else [row])

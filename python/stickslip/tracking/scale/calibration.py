@@ -43,9 +43,9 @@ class Lens:
     k1: float = 0.0
     k2: float = 0.0
 
-    def straighten(self, places: npt.ArrayLike) -> Array:
+    def straighten(self, marked: npt.ArrayLike) -> Array:
         """(n, 2) pixels as an ideal lens would show them."""
-        away = np.asarray(places, float) - self.centre
+        away = np.asarray(marked, float) - self.centre
         rho2 = (away**2).sum(axis=-1, keepdims=True) / self.radius**2
         return np.asarray(self.centre + away * (1 + self.k1 * rho2 + self.k2 * rho2**2))
 
@@ -83,14 +83,14 @@ class Calibration:
 
     def to_world(self, x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:
         """World coordinates of pixels, any shape; NaN stays NaN."""
-        places = np.stack(np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)), axis=-1)
+        marked = np.stack(np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)), axis=-1)
         if self.lens is not None:
-            places = self.lens.straighten(places)
+            marked = self.lens.straighten(marked)
         if self.homography is not None:
-            world = _project(np.array(self.homography), places)
+            world = _project(np.array(self.homography), marked)
             return world[..., 0], world[..., 1]
         turn = math.radians(self.angle)
-        away = places - self.origin
+        away = marked - self.origin
         s = away[..., 0] * math.cos(turn) - away[..., 1] * math.sin(turn)
         n = -away[..., 0] * math.sin(turn) - away[..., 1] * math.cos(turn)
         polynomial = np.polynomial.Polynomial(self.coefficients)
@@ -267,7 +267,7 @@ def _from_marks(
             if key not in table:
                 raise InputError(f"calibration: {key} is missing; add the pixel of that mark, `{key} = [x, y]`")
         ends = [_pair(table[key], key) for key in ("first", "second", "last")]
-        places, numbers = find_marks(read_picture(photo), *ends)
+        marked, numbers = find_marks(read_picture(photo), *ends)
         positions = number("start", table.get("start", 0.0), "calibration") + _positive(table, "pitch") * numbers
         order, of = table.get("order", 3), f"the ruler in {photo.name}"
     else:
@@ -278,14 +278,14 @@ def _from_marks(
             )
         if given and isinstance(given[0], list | tuple):
             return _from_plane_marks(table, factor, base, shape)
-        places = np.array([_pair(mark, "marks") for mark in marks])
+        marked = np.array([_pair(mark, "marks") for mark in marks])
         positions = np.array([number("positions", value, "calibration") for value in given])
         order, of = table.get("order", 1), "the marks given"
-    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order < len(places):
+    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order < len(marked):
         raise InputError(
-            f"calibration: order must be a whole number in [1, {len(places) - 1}] for {len(places)} marks, got {order!r}"
+            f"calibration: order must be a whole number in [1, {len(marked) - 1}] for {len(marked)} marks, got {order!r}"
         )
-    straight = places if base["lens"] is None else base["lens"].straighten(places)
+    straight = marked if base["lens"] is None else base["lens"].straighten(marked)
     middle = straight.mean(axis=0)
     along = np.linalg.svd(straight - middle)[2][0]
     along = along * np.sign(along @ (straight[-1] - straight[0]))
@@ -338,19 +338,19 @@ def _from_checker(table: Mapping[str, Any], photo: Path, factor: float, base: di
     along, across = (int(value) for value in corners)
     square = _positive(table, "square")
     grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-    found, places = cv2.findChessboardCornersSB(grey, (along, across), flags=cv2.CALIB_CB_ACCURACY)
+    found, marked = cv2.findChessboardCornersSB(grey, (along, across), flags=cv2.CALIB_CB_ACCURACY)
     if not found:
         raise InputError(
             f"{photo}: no checker board with {along} x {across} inner corners seen; check corners and light"
         )
-    places = places.reshape(-1, 2).astype(float)
+    marked = marked.reshape(-1, 2).astype(float)
     rows, columns = np.divmod(np.arange(along * across), along)
     board = np.stack([columns, across - 1 - rows], axis=1).astype(float)  # y upwards
-    if (places[along - 1] - places[0]) @ (1, 0) < 0:  # the finder may begin at either end of the board
-        places = places[::-1]
+    if (marked[along - 1] - marked[0]) @ (1, 0) < 0:  # the finder may begin at either end of the board
+        marked = marked[::-1]
     unit = str(table.get("unit", "m"))
     of = f"corners of the board in {photo.name}"
-    return _plane(places, square * board, of, unit, factor, base, grey.shape, terms=2)
+    return _plane(marked, square * board, of, unit, factor, base, grey.shape, terms=2)
 
 
 def _from_plane_marks(
@@ -373,7 +373,7 @@ def _from_plane_marks(
 
 
 def _plane(
-    places: Array,
+    marked: Array,
     world: Array,
     of: str,
     unit: str,
@@ -387,7 +387,7 @@ def _plane(
     from scipy.optimize import least_squares
 
     span = float(np.ptp(world, axis=0).max())
-    if min(np.linalg.svd(points - points.mean(axis=0))[1][1] / np.ptp(points) for points in (places, world)) < 1e-3:
+    if min(np.linalg.svd(points - points.mean(axis=0))[1][1] / np.ptp(points) for points in (marked, world)) < 1e-3:
         raise InputError("calibration: the marks lie on one line, which shows no plane; add marks beside it")
     high, wide = shape if shape is not None else (0, 0)
     centre, radius = ((wide - 1) / 2, (high - 1) / 2), math.hypot(wide, high) / 2
@@ -399,7 +399,7 @@ def _plane(
         return Lens(centre=centre, radius=radius, **dict(zip(("k1", "k2"), map(float, numbers), strict=False)))
 
     def straight(lens: Lens | None) -> Array:
-        return places if lens is None else lens.straighten(places)
+        return marked if lens is None else lens.straighten(marked)
 
     start = vision().findHomography(straight(None if terms else base["lens"]), world / span)[0]
     if start is None:
@@ -414,22 +414,22 @@ def _plane(
     plane[:2] *= span * factor
     rms = float(np.sqrt(2 * np.mean(fit.fun**2))) * span
     lens = lens_of(fit.x[8:])
-    note = f"Plane from {len(places)} {of}: they are missed by {rms:.3g} {unit} rms"
+    note = f"Plane from {len(marked)} {of}: they are missed by {rms:.3g} {unit} rms"
     if terms and lens is not None:
         note += f"; lens fitted with it, k1 = {lens.k1:.4g}, k2 = {lens.k2:.4g}"
-    extent = float(np.ptp(places, axis=0).max())
-    if len(places) == 4:
+    extent = float(np.ptp(marked, axis=0).max())
+    if len(marked) == 4:
         note += f" as any four are; a pixel of doubt in one is {100 / extent:.2g} % of the scale"
     return Calibration(
         **{**base, "lens": lens},
         homography=tuple(tuple(float(value) for value in row) for row in plane),
-        scale_error=max(rms / span, 0.5 / extent if len(places) == 4 else 0.0),
+        scale_error=max(rms / span, 0.5 / extent if len(marked) == 4 else 0.0),
         notes=(note + ".",),
     )
 
 
-def _project(plane: Array, places: Array) -> Array:
-    ahead = np.concatenate([places, np.ones((*places.shape[:-1], 1))], axis=-1) @ plane.T
+def _project(plane: Array, marked: Array) -> Array:
+    ahead = np.concatenate([marked, np.ones((*marked.shape[:-1], 1))], axis=-1) @ plane.T
     return np.asarray(ahead[..., :2] / ahead[..., 2:])
 
 

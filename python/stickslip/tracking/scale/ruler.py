@@ -35,7 +35,7 @@ def find_marks(
 
     Returns
     -------
-    places : (n, 2) px of the marks found.
+    positions : (n, 2) px of the marks found.
     number : (n,) how many pitches each lies from the first mark.
 
     Raises
@@ -73,15 +73,15 @@ def find_marks(
         if slope[peak] >= strong:
             flank = slice(max(0, peak - 3), peak + 4)
             weight = np.maximum(slope[flank] - 0.3 * slope[peak], 0)
-            place = float((steps[flank] * weight).sum() / weight.sum())
+            position = float((steps[flank] * weight).sum() / weight.sum())
             if found:
-                step = (place - found[-1][0]) / (number - found[-1][1])
+                step = (position - found[-1][0]) / (number - found[-1][1])
                 pitch += 0.5 * (step - pitch)
-            found.append((place, number))
-            expected = place
+            found.append((position, number))
+            expected = position
         expected += pitch
         number += 1
     if len(found) < 3:
         raise InputError(f"ruler: {len(found)} marks found along the line, 3 or more are needed; check its ends")
-    places = np.array([place for place, _ in found])
-    return start + places[:, None] * along, np.array([float(n) for _, n in found])
+    positions = np.array([position for position, _ in found])
+    return start + positions[:, None] * along, np.array([float(n) for _, n in found])

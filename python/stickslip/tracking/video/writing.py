@@ -34,7 +34,7 @@ def write_pictures(path: str | Path, pictures: Iterable[Picture], rate: float, *
     InputError
         for another ending, or where the place cannot be written to.
     """
-    path = check_place(path)
+    path = check_target(path)
     if not path.suffix:
         return _write_folder(path, pictures)
     cv2 = vision()
@@ -65,7 +65,7 @@ def write_pictures(path: str | Path, pictures: Iterable[Picture], rate: float, *
     return write_whole(path, write)
 
 
-def check_place(path: str | Path) -> Path:
+def check_target(path: str | Path) -> Path:
     """Refuse a film's place that :func:`write_pictures` cannot write to, or that holds somebody's pictures."""
     path = Path(path)
     if path.suffix:

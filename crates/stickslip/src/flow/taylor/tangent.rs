@@ -4,11 +4,11 @@
 //! from those of the motion. F′ along the motion is the composition of its own series with that of the slip speed; f_p is a
 //! difference of the accelerations that systems beside this one give to the same motion.
 
-use super::{Frame, Held, Motion, Rub};
+use super::{ForceLine, Frame, Held, Motion};
 use crate::law::{Friction, Law};
 use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, product};
 
-/// So many directions of differentiation go abreast, through the registers of a processor.
+/// So many directions of differentiation go in SIMD lanes, through the registers of a processor.
 pub(crate) const ABREAST: usize = 8;
 /// A number along each of them.
 pub(crate) type Lanes = [f64; ABREAST];
@@ -104,7 +104,7 @@ impl Motion {
         &mut self,
         frame: &Frame,
         laws: &[&Law],
-        rubs: &[Rub],
+        force_lines: &[ForceLine],
         held: &Held,
         motion: &Self,
         acceleration: &mut [Series],
@@ -112,19 +112,19 @@ impl Motion {
         for k in 0..ORDER {
             let given = &mut self.acceleration;
             frame.freely(k, |i| self.input[i][k], (&motion.x, &motion.v), given);
-            for (c, rub) in rubs.iter().enumerate() {
-                self.u[c][k] = rub.sign() * (self.drive[c][k] - frame.across(c, |i| motion.v[i][k]));
-                if rub.holds() {
+            for (c, force_line) in force_lines.iter().enumerate() {
+                self.u[c][k] = force_line.sign() * (self.drive[c][k] - frame.across(c, |i| motion.v[i][k]));
+                if force_line.holds() {
                     continue;
                 }
-                let size = if frame.is_smooth(c, rub.direction) {
+                let size = if frame.is_smooth(c, force_line.direction) {
                     laws[c]
-                        .toward(rub.direction)
+                        .toward(force_line.direction)
                         .extend(&self.u[c], k, &mut self.grown[c])
                 } else {
-                    rub.slope * self.u[c][k] + if k == 0 { rub.offset } else { 0.0 }
+                    force_line.slope * self.u[c][k] + if k == 0 { force_line.offset } else { 0.0 }
                 };
-                self.force[c][k] = rub.direction * size;
+                self.force[c][k] = force_line.direction * size;
                 frame.push(c, self.force[c][k], given);
             }
             let drive = |c: usize| (k + 1) as f64 * self.drive[c][k + 1];
@@ -212,7 +212,7 @@ impl Tangent {
         order: usize,
         frame: &Frame,
         motion: &Motion,
-        (rubs, held): (&[Rub], &Held),
+        (force_lines, held): (&[ForceLine], &Held),
         slopes: &[Series],
         given: Option<&Given>,
     ) {
@@ -234,23 +234,23 @@ impl Tangent {
                 (&self.x, &self.v),
                 acceleration,
             );
-            for (c, rub) in rubs.iter().enumerate() {
-                self.u[c][k] = slip(frame, rub, c, later(&motion.drive[c], k), |i| self.v[i][k]);
-                if rub.holds() {
+            for (c, force_line) in force_lines.iter().enumerate() {
+                self.u[c][k] = slip(frame, force_line, c, later(&motion.drive[c], k), |i| self.v[i][k]);
+                if force_line.holds() {
                     continue;
                 }
                 let mut force = Lanes::NOTHING;
-                if frame.is_smooth(c, rub.direction) {
+                if frame.is_smooth(c, force_line.direction) {
                     for (j, slope) in slopes[c][..=k].iter().enumerate() {
-                        force.add(rub.direction * slope, self.u[c][k - j]);
+                        force.add(force_line.direction * slope, self.u[c][k - j]);
                     }
                 } else {
-                    force.add(rub.direction * rub.slope, self.u[c][k]);
+                    force.add(force_line.direction * force_line.slope, self.u[c][k]);
                 }
                 let [offset, slope] = self.line[c];
-                force.add(rub.direction * motion.u[c][k], slope);
+                force.add(force_line.direction * motion.u[c][k], slope);
                 if k == 0 {
-                    force.add(rub.direction, offset);
+                    force.add(force_line.direction, offset);
                 }
                 self.force[c][k] = force;
                 frame.push(c, force, acceleration);
@@ -267,14 +267,14 @@ impl Tangent {
                 self.v[i][k + 1] = a.map(|a| a * INVERSE[k + 1]);
             }
         }
-        for (c, rub) in rubs.iter().enumerate() {
-            self.u[c][order] = slip(frame, rub, c, later(&motion.drive[c], order), |i| {
+        for (c, force_line) in force_lines.iter().enumerate() {
+            self.u[c][order] = slip(frame, force_line, c, later(&motion.drive[c], order), |i| {
                 self.v[i][order]
             });
             if let Some(given) = given {
                 // The law has answered for these in what is given.
                 for k in 0..=order {
-                    self.u[c][k].add(rub.sign() * given.drive[c][k], self.parameter);
+                    self.u[c][k].add(force_line.sign() * given.drive[c][k], self.parameter);
                     self.force[c][k].add(given.force[c][k], self.parameter);
                 }
             }
@@ -283,9 +283,15 @@ impl Tangent {
 }
 
 /// The slip speed of a contact from the velocities of its drive and of the masses.
-fn slip(frame: &Frame, rub: &Rub, contact: usize, drive: Lanes, v: impl Fn(usize) -> Lanes) -> Lanes {
+fn slip(
+    frame: &Frame,
+    force_line: &ForceLine,
+    contact: usize,
+    drive: Lanes,
+    v: impl Fn(usize) -> Lanes,
+) -> Lanes {
     let mut slip = Lanes::NOTHING;
-    slip.add(rub.sign(), drive);
-    slip.add(-rub.sign(), frame.across(contact, v));
+    slip.add(force_line.sign(), drive);
+    slip.add(-force_line.sign(), frame.across(contact, v));
     slip
 }

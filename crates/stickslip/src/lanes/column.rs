@@ -9,7 +9,7 @@ use crate::elementary::{exp, sin_cos, whole_turns_less};
 use crate::event::Start;
 use crate::law::{Friction, Hold, Memory, Piece};
 use crate::mode::Mode;
-use crate::place::Place;
+use crate::restart::HybridState;
 use crate::structure::Oscillator;
 
 /// A structure of lanes, of which each lane can be written and read.
@@ -54,8 +54,8 @@ lanes! {
         drive, stiffness, damping,
         /// D alone.
         damper,
-        /// What adhesion bears, and the friction slip starts with.
-        bears, offset,
+        /// the static limit, and the friction slip starts with.
+        static_limit, offset,
         /// The rest of x but for the sign of friction, that of friction, and 1/k.
         rest, lag, per_stiffness,
         /// Of the free part: γ, 2γ, k/m, ω, 1/ω, (k/m)³ and (k/m)³/ω.
@@ -89,7 +89,7 @@ lanes! {
         /// Whole periods since the phase of the force was zero, the time since then, and cos and sin of the force.
         periods, t, cos, sin,
         /// 1 in adhesion, else 0; the sign of w; whether slip starts without slope (1) or not (0).
-        stuck, direction, turning,
+        stuck, direction, at_reversal,
         /// Events so far.
         events,
         /// Where to stop, in periods and time.
@@ -133,12 +133,12 @@ impl Constants {
         }
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
         let piece = law.begin(0.0, f64::INFINITY, &mut Memory::default());
-        let bears = law.break_away(Hold {
+        let static_limit = law.break_away(Hold {
             stick_time: 0.0,
             force_rate: k * s,
         });
-        let whole = piece.low == 0.0 && piece.high.is_infinite() && !piece.turns;
-        if !whole || law.leave(bears, &mut Memory::default()) != piece || s <= 0.0 {
+        let whole = piece.low == 0.0 && piece.high.is_infinite() && !piece.reverses;
+        if !whole || law.leave(static_limit, &mut Memory::default()) != piece || s <= 0.0 {
             return None;
         }
         let natural_squared = k / m;
@@ -167,7 +167,7 @@ impl Constants {
             && omega > 0.1 * natural
             && [m, k, s, natural, frequency].into_iter().all(moderate)
             && (1e-6..1e6).contains(&(frequency / natural))
-            && [amplitude, bears, piece.offset]
+            && [amplitude, static_limit, piece.offset]
                 .into_iter()
                 .all(|x| x == 0.0 || moderate(x));
         if !usual {
@@ -192,7 +192,7 @@ impl Constants {
             stiffness: k,
             damping,
             damper: oscillator.damping,
-            bears,
+            static_limit,
             offset: piece.offset,
             rest: piece.slope * s / k,
             lag: piece.offset / k,
@@ -221,7 +221,7 @@ impl Constants {
             monotone: f64::from(u8::from(monotone)),
             early,
             crest,
-            faint: 64.0 * f64::EPSILON * (bears + amplitude + rise * whole + oscillator.damping * s),
+            faint: 64.0 * f64::EPSILON * (static_limit + amplitude + rise * whole + oscillator.damping * s),
         };
         let mut h = REACH / natural.max(frequency);
         let steps = std::array::from_fn(|_| {
@@ -237,17 +237,23 @@ impl Constants {
         })
     }
 
-    /// The state at a place, to go on until `t_end` for so many events at the most.
-    pub(super) fn state(&self, (x, v): (f64, f64), place: &Place, t_end: f64, most: u64) -> State<f64> {
-        let (periods, t) = self.local(place.clock);
+    /// The state at a hybrid, to go on until `t_end` for so many events at the most.
+    pub(super) fn state(
+        &self,
+        (x, v): (f64, f64),
+        hybrid: &HybridState,
+        t_end: f64,
+        most: u64,
+    ) -> State<f64> {
+        let (periods, t) = self.local(hybrid.clock);
         let (end_periods, end_t) = self.local(Clock {
             high: t_end,
             low: 0.0,
         });
         let (sin, cos) = sin_cos(self.column.frequency * t);
-        let (stuck, direction, turning) = match place.mode {
+        let (stuck, direction, at_reversal) = match hybrid.mode {
             Mode::Slip { direction, start, .. } => {
-                (0.0, direction, f64::from(u8::from(start == Start::Turning)))
+                (0.0, direction, f64::from(u8::from(start == Start::Reversal)))
             }
             _ => (1.0, 1.0, 0.0),
         };
@@ -260,7 +266,7 @@ impl Constants {
             sin,
             stuck,
             direction,
-            turning,
+            at_reversal,
             events: 0.0,
             end_periods,
             end_t,
@@ -268,13 +274,13 @@ impl Constants {
         }
     }
 
-    /// The position, velocity and place of a state.
-    pub(super) fn place(&self, state: &State<f64>) -> (f64, f64, Place) {
+    /// The position, velocity and hybrid of a state.
+    pub(super) fn hybrid(&self, state: &State<f64>) -> (f64, f64, HybridState) {
         let mode = if state.stuck == 1.0 {
             Mode::Stick
         } else {
-            let start = if state.turning == 1.0 {
-                Start::Turning
+            let start = if state.at_reversal == 1.0 {
+                Start::Reversal
             } else if state.v == self.column.drive {
                 Start::Low
             } else {
@@ -286,12 +292,12 @@ impl Constants {
                 start,
             }
         };
-        let place = Place {
+        let hybrid = HybridState {
             clock: self.clock(state.periods, state.t),
             mode,
             memory: Memory::default(),
         };
-        (state.x, state.v, place)
+        (state.x, state.v, hybrid)
     }
 
     /// The time so many periods and a time after the phase of the force was zero.

@@ -14,22 +14,22 @@ use crate::flow::taylor::Frame;
 use crate::series::{ORDER, Series};
 
 /// Who of the contacts with zero slip velocity sticks, and where the others go.
-pub(super) struct Question<'a> {
+pub(super) struct ContactProblem<'a> {
     pub(super) frame: &'a Frame,
     pub(super) zero: &'a [usize],
-    /// What adhesion bears, backward and forward.
+    /// the static limit, backward and forward.
     pub(super) limit: &'a [[f64; 2]],
     /// Friction slip would start with, likewise.
     pub(super) kinetic: &'a [[f64; 2]],
     /// The relative accelerations that all contacts must make up for to hold.
-    pub(super) wants: Vec<f64>,
+    pub(super) required: Vec<f64>,
     /// The drive velocities of all contacts.
     pub(super) drives: &'a [Series],
     /// An acceleration that is zero but for the error with which an event was found.
     pub(super) still: f64,
-    /// The contact that cannot stick, by its place in `zero`.
+    /// The contact that cannot stick, by its index in `zero`.
     pub(super) released: Option<(usize, f64)>,
-    /// The contact that is at its limit and relieved from there, by its place in `zero`: it sticks.
+    /// The contact that is at its limit and relieved from there, by its index in `zero`: it sticks.
     pub(super) returned: Option<usize>,
 }
 
@@ -38,19 +38,19 @@ pub(super) fn toward([backward, forward]: [f64; 2], direction: f64) -> f64 {
     if direction < 0.0 { backward } else { forward }
 }
 
-impl Question<'_> {
+impl ContactProblem<'_> {
     /// Whether a contact that does not stick is held in place all the same, by others that do.
-    pub(super) fn idle(&self, grip: &[f64], row: usize) -> bool {
-        grip[row] != 0.0 && self.follows(grip, row) == Some(true)
+    pub(super) fn idle(&self, directions: &[f64], row: usize) -> bool {
+        directions[row] != 0.0 && self.follows(directions, row) == Some(true)
     }
 
     /// Whether the motion across a contact is given by the other stuck ones, and if so whether its drive goes along.
-    fn follows(&self, grip: &[f64], row: usize) -> Option<bool> {
+    fn follows(&self, directions: &[f64], row: usize) -> Option<bool> {
         if !self.frame.loops {
             return None;
         }
-        let stuck: Vec<usize> = (0..grip.len())
-            .filter(|&other| other != row && grip[other] == 0.0)
+        let stuck: Vec<usize> = (0..directions.len())
+            .filter(|&other| other != row && directions[other] == 0.0)
             .map(|other| self.zero[other])
             .collect();
         let share = self.frame.share(&stuck, self.zero[row])?;
@@ -70,44 +70,47 @@ impl Question<'_> {
     }
 
     /// For each contact the force with which it sticks, or the slip acceleration along its direction; and for one that
-    /// cannot be held (redundant contacts that want different accelerations) the acceleration that is left.
-    fn loads(&self, grip: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let mut wants = self.wants.clone();
-        let place = |row: usize| self.zero[row];
-        for from in (0..grip.len()).filter(|&row| grip[row] != 0.0) {
-            let size = if self.idle(grip, from) {
-                toward(self.limit[from], grip[from])
+    /// cannot be held (redundant contacts that needed different accelerations) the acceleration that is left.
+    fn loads(&self, directions: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut required = self.required.clone();
+        let contact = |row: usize| self.zero[row];
+        for from in (0..directions.len()).filter(|&row| directions[row] != 0.0) {
+            let size = if self.idle(directions, from) {
+                toward(self.limit[from], directions[from])
             } else {
-                toward(self.kinetic[from], grip[from])
+                toward(self.kinetic[from], directions[from])
             };
-            self.frame.relieve(&mut wants, place(from), grip[from] * size);
+            self.frame
+                .relieve(&mut required, contact(from), directions[from] * size);
         }
-        let stuck: Vec<usize> = (0..grip.len()).filter(|&row| grip[row] == 0.0).collect();
-        let mut load = vec![0.0; grip.len()];
+        let stuck: Vec<usize> = (0..directions.len())
+            .filter(|&row| directions[row] == 0.0)
+            .collect();
+        let mut load = vec![0.0; directions.len()];
         if !stuck.is_empty() {
-            let held = self.frame.held(stuck.iter().map(|&row| place(row)).collect());
-            for (row, force) in stuck.iter().zip(held.forces(|i| wants[place(stuck[i])])) {
+            let held = self.frame.held(stuck.iter().map(|&row| contact(row)).collect());
+            for (row, force) in stuck.iter().zip(held.forces(|i| required[contact(stuck[i])])) {
                 load[*row] = force;
             }
             for &from in &stuck {
-                self.frame.relieve(&mut wants, place(from), load[from]);
+                self.frame.relieve(&mut required, contact(from), load[from]);
             }
         }
-        (load, self.zero.iter().map(|&c| wants[c]).collect())
+        (load, self.zero.iter().map(|&c| required[c]).collect())
     }
 
     /// The most overloaded of the stuck contacts, with its direction; or a slipping one that would go backwards, with 0.
-    fn objection(&self, grip: &[f64]) -> Option<(usize, f64)> {
+    fn objection(&self, directions: &[f64]) -> Option<(usize, f64)> {
         const ROOM: f64 = 16.0 * f64::EPSILON;
         // Less than what the search for the end of adhesion takes for a limit that was passed.
         const RELIEVED: f64 = 5e-10;
-        let (load, left) = self.loads(grip);
-        let sizes = self.zero.iter().map(|&c| self.wants[c].abs());
+        let (load, left) = self.loads(directions);
+        let sizes = self.zero.iter().map(|&c| self.required[c].abs());
         let size = sizes.fold(0.0, f64::max);
         let mut worst = None;
         let mut most = 1.0 + ROOM;
-        for row in (0..grip.len()).filter(|&row| grip[row] == 0.0) {
-            let unheld = left[row].abs() > 1e-9 * size || self.follows(grip, row) == Some(false);
+        for row in (0..directions.len()).filter(|&row| directions[row] == 0.0) {
+            let unheld = left[row].abs() > 1e-9 * size || self.follows(directions, row) == Some(false);
             // A contact at its limit beside one that breaks breaks too.
             let room = if self.returned == Some(row) {
                 let held =
@@ -131,8 +134,9 @@ impl Question<'_> {
             }
         }
         worst.or_else(|| {
-            let backwards = |&row: &usize| grip[row] * left[row] < -1e-10 * size;
-            let slips = (0..grip.len()).filter(|&row| grip[row] != 0.0 && !self.idle(grip, row));
+            let backwards = |&row: &usize| directions[row] * left[row] < -1e-10 * size;
+            let slips =
+                (0..directions.len()).filter(|&row| directions[row] != 0.0 && !self.idle(directions, row));
             slips.clone().find(backwards).map(|row| (row, 0.0))
         })
     }
@@ -140,14 +144,14 @@ impl Question<'_> {
     /// The direction of every contact, 0 for those that stick.
     pub(super) fn answer(&self) -> Vec<f64> {
         let count = self.zero.len();
-        let mut grip = vec![0.0; count];
+        let mut directions = vec![0.0; count];
         if let Some((row, direction)) = self.released {
-            grip[row] = direction;
+            directions[row] = direction;
         }
         for _ in 0..4 * count + 4 {
-            match self.objection(&grip) {
-                None => return grip,
-                Some((row, direction)) => grip[row] = direction,
+            match self.objection(&directions) {
+                None => return directions,
+                Some((row, direction)) => directions[row] = direction,
             }
         }
         // In circles: the first consistent combination. Beyond a few contacts there are too many to try.
@@ -167,6 +171,6 @@ impl Question<'_> {
                 }
             }
         }
-        grip
+        directions
     }
 }

@@ -7,7 +7,7 @@ use crate::mode::Mode;
 
 /// The time, the mode and what the contact remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct HybridState {
     /// The time, which counts for the forcing; a stick begins, or began, there.
     pub clock: Clock,
     /// The mode.
@@ -16,7 +16,7 @@ pub struct Place {
     pub memory: Memory,
 }
 
-impl Place {
+impl HybridState {
     /// How many numbers a mode and a memory are.
     pub const NUMBERS: usize = 13;
 
@@ -42,7 +42,7 @@ impl Place {
                 numbers[0] = direction;
                 numbers[1..5].copy_from_slice(&[piece.offset, piece.slope, piece.low, piece.high]);
                 numbers[5] = f64::from(piece.branch);
-                numbers[6] = f64::from(u8::from(piece.turns));
+                numbers[6] = f64::from(u8::from(piece.reverses));
             }
             Mode::Hold {
                 direction,
@@ -61,7 +61,7 @@ impl Place {
         numbers
     }
 
-    /// What [`Place::numbers`] gave, at another time; none where they are not a place.
+    /// What [`HybridState::numbers`] gave, at another time; none where they are not a hybrid.
     #[must_use]
     #[expect(
         clippy::cast_possible_truncation,
@@ -76,7 +76,7 @@ impl Place {
             c,
             d,
             branch,
-            turns,
+            reverses,
             ax,
             ay,
             cx,
@@ -97,7 +97,7 @@ impl Place {
                     low: c,
                     high: d,
                     branch: branch as u32,
-                    turns: turns != 0.0,
+                    reverses: reverses != 0.0,
                 },
                 start: Start::Inside,
             },
@@ -122,7 +122,7 @@ impl Place {
 /// How a motion goes on under another drive or forcing: its position and its slip velocity, so that what sticks sticks on,
 /// and what the contact does and remembers. Forcing begins anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Onward {
+pub struct Restart {
     /// Position.
     pub x: f64,
     /// Slip velocity.
@@ -130,45 +130,45 @@ pub struct Onward {
     /// How long a stick has lasted; 0 in slip.
     pub stuck_for: f64,
     /// Mode and memory.
-    pub place: Place,
+    pub hybrid: HybridState,
 }
 
-impl Onward {
+impl Restart {
     /// How many numbers that is.
-    pub const NUMBERS: usize = Place::NUMBERS + 3;
+    pub const NUMBERS: usize = HybridState::NUMBERS + 3;
 
     /// As numbers, to be kept in a table.
     #[must_use]
     pub fn numbers(&self) -> [f64; Self::NUMBERS] {
         let mut numbers = [self.x; Self::NUMBERS];
         numbers[1..3].copy_from_slice(&[self.w, self.stuck_for]);
-        numbers[3..].copy_from_slice(&self.place.numbers());
+        numbers[3..].copy_from_slice(&self.hybrid.numbers());
         numbers
     }
 
-    /// What [`Onward::numbers`] gave.
+    /// What [`Restart::numbers`] gave.
     #[must_use]
     pub fn read(numbers: &[f64]) -> Option<Self> {
-        let (&[x, w, stuck_for], place) = numbers.split_first_chunk()?;
-        let place = Place::read(place, Clock::default())?;
+        let (&[x, w, stuck_for], hybrid) = numbers.split_first_chunk()?;
+        let hybrid = HybridState::read(hybrid, Clock::default())?;
         Some(Self {
             x,
             w,
             stuck_for,
-            place,
+            hybrid,
         })
     }
 
-    /// The place, at the time `now`, and x and v there: those of the begin of a stick.
-    pub(crate) fn place(&self, drive_velocity: f64, now: Clock) -> (f64, f64, Place) {
-        let place = Place {
+    /// The hybrid, at the time `now`, and x and v there: those of the begin of a stick.
+    pub(crate) fn hybrid(&self, drive_velocity: f64, now: Clock) -> (f64, f64, HybridState) {
+        let hybrid = HybridState {
             clock: now.after(-self.stuck_for),
-            ..self.place
+            ..self.hybrid
         };
         (
             self.x - drive_velocity * self.stuck_for,
             drive_velocity - self.w,
-            place,
+            hybrid,
         )
     }
 }

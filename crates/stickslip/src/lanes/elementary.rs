@@ -2,7 +2,7 @@
 
 use stickslip_lanes::Lane;
 
-use crate::elementary::{ARC, CIRCLE, LN_2, LOG, PI, POWERS, ROUND, STEPS};
+use crate::elementary::{ARCTANGENT, CIRCLE, LN_2, LOG, PI, POWERS, ROUND, STEPS};
 
 const fn circle(second: bool) -> [f64; 2 * STEPS] {
     let mut table = [0.0; 2 * STEPS];
@@ -42,7 +42,7 @@ pub(super) fn exp<L: Lane>(x: L) -> L {
 #[inline(always)]
 pub(super) fn sin_cos<L: Lane>(x: L) -> (L, L) {
     let n = L::splat;
-    let (k, r) = reduce(x, STEPS as f64 / PI.0, &ARC);
+    let (k, r) = reduce(x, STEPS as f64 / PI.0, &ARCTANGENT);
     let (sine, cosine) = (k.pick(&SINES), k.pick(&COSINES));
     let square = r * r;
     let s = r + r * square * (n(-1.0 / 6.0) + square * (n(1.0 / 120.0) - square * n(1.0 / 5040.0)));
@@ -52,7 +52,7 @@ pub(super) fn sin_cos<L: Lane>(x: L) -> (L, L) {
 
 /// cos and sin of an angle with a small one added.
 #[inline(always)]
-pub(super) fn turned<L: Lane>((cos, sin): (L, L), by: L) -> (L, L) {
+pub(super) fn reversed<L: Lane>((cos, sin): (L, L), by: L) -> (L, L) {
     let n = L::splat;
     let q = by * by;
     let c = q * (n(-0.5) + q * (n(1.0 / 24.0) + q * (n(-1.0 / 720.0) + q * n(1.0 / 40_320.0))));

@@ -9,30 +9,30 @@ use crate::law::{End, Friction, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::network::{self, sequence};
 use crate::orbit::{Orbit, Segment, While};
-use crate::place::Place;
+use crate::restart::HybridState;
 use crate::simulate::{self, Run, Stop};
 use crate::structure::{Oscillator, with_harmonics};
 use crate::system::System;
-use crate::variation::{Arc, Ending, Phase, State, contact_of};
+use crate::variation::{ContactState, Ending, Phase, State, contact_of};
 
 /// A start, what follows, and why the run ended.
 #[derive(Clone, Debug)]
-pub struct Trail {
+pub struct EventSequence {
     /// Where it starts.
     pub start: State,
-    /// Arcs between events; the last one ends by time.
-    pub arcs: Vec<Arc>,
-    /// The event at the end of each arc but the last.
+    /// Phases between events; the last one ends by time.
+    pub phases: Vec<Phase>,
+    /// The event at the end of each phase but the last.
     pub kinds: Vec<Kind>,
     /// Why the run ended.
     pub stop: Stop,
 }
 
-/// The trail of a run from x and v, as long as `go_on` says so.
+/// The event sequence of a run from x and v, as long as `go_on` says so.
 ///
 /// # Errors
 /// What makes no sense in the oscillator or the run.
-pub fn run(oscillator: &Oscillator, run: Run, go_on: impl FnMut() -> bool) -> Result<Trail, Error> {
+pub fn run(oscillator: &Oscillator, run: Run, go_on: impl FnMut() -> bool) -> Result<EventSequence, Error> {
     if !oscillator.closed() {
         let run = network::Run {
             x0: Some(vec![run.x0]),
@@ -63,27 +63,27 @@ fn first<const H: usize>(oscillator: &Oscillator, (x, v): (f64, f64), memory: &m
     mode::first(&frame, &oscillator.law, (v, holding, rate), memory)
 }
 
-/// The trail from a state in a phase, for a duration and as long as `go_on` says so. A stick begins there.
+/// The event sequence from a state in a contact_state, for a duration and as long as `go_on` says so. A stick begins there.
 ///
 /// # Errors
 /// What makes no sense in the oscillator.
 pub fn from(
     oscillator: &Oscillator,
     state: &State,
-    phase: Phase,
+    contact_state: ContactState,
     duration: f64,
     max_events: u64,
     go_on: impl FnMut() -> bool,
-) -> Result<Trail, Error> {
+) -> Result<EventSequence, Error> {
     if !oscillator.closed() {
         let system = System::from(oscillator);
-        return sequence::from(&system, state, &[phase], duration, max_events, go_on);
+        return sequence::from(&system, state, &[contact_state], duration, max_events, go_on);
     }
     let number = |i: usize| state.numbers[i];
     let [t, x, v] = [0, 1, 2].map(number);
     let run = Run {
         x0: x,
-        v0: Some(if phase == Phase::Stick {
+        v0: Some(if contact_state == ContactState::Stick {
             oscillator.drive_velocity
         } else {
             v
@@ -98,7 +98,7 @@ pub fn from(
         low: number(5),
         high: number(6),
         branch: flags.branch,
-        turns: flags.turns,
+        reverses: flags.reverses,
     };
     let memory = Memory {
         anchor: [number(7), number(8)],
@@ -106,9 +106,9 @@ pub fn from(
         released_at: flags.released.then_some(number(11)),
         ..Memory::default()
     };
-    let mode = match phase {
-        Phase::Stick => Mode::Stick,
-        Phase::Slip(direction) => {
+    let mode = match contact_state {
+        ContactState::Stick => Mode::Stick,
+        ContactState::Slip(direction) => {
             let u = direction * (oscillator.drive_velocity - v);
             let forcing: f64 = oscillator
                 .forcing
@@ -118,7 +118,7 @@ pub fn from(
             let balance = direction * (oscillator.damping * v + oscillator.stiffness * x - forcing);
             let still = (balance - piece.force(u)).abs() <= 1e-9 * (balance.abs() + piece.force(u).abs());
             let start = if still {
-                Start::Turning
+                Start::Reversal
             } else if u <= piece.low {
                 Start::Low
             } else if u >= piece.high {
@@ -132,7 +132,7 @@ pub fn from(
                 start,
             }
         }
-        Phase::Hold(direction) => {
+        ContactState::Hold(direction) => {
             let u = direction * (oscillator.drive_velocity - v);
             Mode::Hold {
                 direction,
@@ -146,14 +146,14 @@ pub fn from(
             }
         }
     };
-    let place = Place {
+    let hybrid = HybridState {
         clock: Clock { high: t, low: 0.0 },
         mode,
         memory,
     };
     let mut orbit = Orbit::new(oscillator.clone(), run);
     let record = &mut orbit;
-    let (stop, _) = simulate::resume(oscillator, run, place, &mut While { record, go_on })?;
+    let (stop, _) = simulate::resume(oscillator, run, hybrid, &mut While { record, go_on })?;
     orbit.stop = stop;
     Ok(of_orbit(&orbit, state, t + duration))
 }
@@ -166,25 +166,25 @@ fn start((t, x, v): (f64, f64, f64), piece: &Piece, memory: &Memory) -> State {
     }
 }
 
-fn phase_of(segment: &Segment) -> Phase {
+fn phase_of(segment: &Segment) -> ContactState {
     if segment.direction == 0.0 {
-        Phase::Stick
+        ContactState::Stick
     } else if segment.slope.is_infinite() {
-        Phase::Hold(segment.direction)
+        ContactState::Hold(segment.direction)
     } else {
-        Phase::Slip(segment.direction)
+        ContactState::Slip(segment.direction)
     }
 }
 
-fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> Trail {
+fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
     let oscillator = &orbit.oscillator;
     let speed = |direction: f64, v: f64| direction * (oscillator.drive_velocity - v);
-    let mut arcs = Vec::with_capacity(orbit.segments.len());
+    let mut phases = Vec::with_capacity(orbit.segments.len());
     for (index, segment) in orbit.segments.iter().enumerate() {
-        let phase = phase_of(segment);
+        let contact_state = phase_of(segment);
         let Some(event) = orbit.events.get(index) else {
-            arcs.push(Arc {
-                phases: vec![phase],
+            phases.push(Phase {
+                contact_states: vec![contact_state],
                 contact: 0,
                 ending: Ending::Time,
                 duration: segment.clock.until(end),
@@ -192,10 +192,10 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> Trail {
             break;
         };
         let u = speed(segment.direction, event.v);
-        let ending = match (event.kind, phase) {
+        let ending = match (event.kind, contact_state) {
             (Kind::Release, _) => Ending::Release,
             (Kind::Capture | Kind::Crossing, _) => Ending::Line(End::Low),
-            (Kind::Reversal, Phase::Hold(direction)) => {
+            (Kind::Reversal, ContactState::Hold(direction)) => {
                 let [low, high] = oscillator
                     .law
                     .toward(direction)
@@ -205,7 +205,7 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> Trail {
                 let upper = (force - high).abs() < (force - low).abs();
                 Ending::Line(if upper { End::High } else { End::Low })
             }
-            (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Turn {
+            (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Reversal {
                 rising: u < speed(segment.direction, segment.v),
             }),
             (Kind::Node, _) => {
@@ -217,16 +217,16 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> Trail {
             .segments
             .get(index + 1)
             .map_or(segment.clock, |next| next.clock);
-        arcs.push(Arc {
-            phases: vec![phase],
+        phases.push(Phase {
+            contact_states: vec![contact_state],
             contact: 0,
             ending,
             duration: (next.high - segment.clock.high) + (next.low - segment.clock.low),
         });
     }
-    Trail {
+    EventSequence {
         start: start.clone(),
-        arcs,
+        phases,
         kinds: orbit.events.iter().map(|event| event.kind).collect(),
         stop: orbit.stop,
     }

@@ -1,8 +1,8 @@
 //! Which contacts stick and which slip, and where: at the start, and after every event, for all of them at once.
 
-use super::grip::{Question, toward};
+use super::complementarity::{ContactProblem, toward};
 use super::{Contact, Loop, ROUNDING, STILL};
-use crate::flow::taylor::Rub;
+use crate::flow::taylor::ForceLine;
 use crate::law::{Friction, Hold};
 use crate::mode::Kind;
 use crate::series::slope_at;
@@ -11,7 +11,7 @@ use crate::series::slope_at;
 pub(super) struct Passage {
     /// Contacts whose slip speed reached zero just now.
     pub(super) arrived: Vec<usize>,
-    /// The contact whose adhesion broke, and the force it reached; of infinite size where forces jumped beyond what it bears.
+    /// The contact whose adhesion broke, and the force it reached; of infinite size where forces jumped beyond its static limit.
     pub(super) released: Option<(usize, f64)>,
     /// The contact whose slip had begun with no slope and went back at once: within rounding it never began.
     pub(super) returned: Option<usize>,
@@ -26,8 +26,8 @@ impl Loop<'_> {
     pub(super) fn start(&mut self) {
         self.motion.aim(&self.frame, self.clock);
         self.measure_scale();
-        let mut wants = Vec::new();
-        self.motion.wants(&self.frame, &self.x, &self.v, &mut wants);
+        let mut required = Vec::new();
+        self.motion.required(&self.frame, &self.x, &self.v, &mut required);
         let mut at_rest = Vec::new();
         let mut force = vec![0.0; self.contacts.len()];
         for c in 0..self.contacts.len() {
@@ -40,7 +40,7 @@ impl Loop<'_> {
             let others: f64 = (0..c)
                 .map(|other| self.frame.coupling(c, other) * force[other])
                 .sum();
-            let balance = direction * (wants[c] - others) / self.frame.coupling(c, c);
+            let balance = direction * (required[c] - others) / self.frame.coupling(c, c);
             let rate = self.rate_if_stuck(c);
             let between = self.apart(c, direction, w.abs());
             let contact = &mut self.contacts[c];
@@ -54,7 +54,7 @@ impl Loop<'_> {
         }
         // Whoever rests there has arrived just now; the start is no event.
         let rates = vec![0.0; self.contacts.len()];
-        self.settle(&Passage {
+        self.set_contact_states(&Passage {
             arrived: at_rest,
             released: None,
             returned: None,
@@ -79,24 +79,26 @@ impl Loop<'_> {
         if !self.laws[c].feels_force_rate() {
             return 0.0;
         }
-        let mut rubs: Vec<Rub> = self.contacts.iter().map(Contact::rub).collect();
-        rubs[c] = Rub {
+        let mut force_lines: Vec<ForceLine> = self.contacts.iter().map(Contact::force_line).collect();
+        force_lines[c] = ForceLine {
             direction: 0.0,
             offset: 0.0,
             slope: 0.0,
             still: false,
         };
-        let held = self
-            .frame
-            .held((0..rubs.len()).filter(|&c| rubs[c].holds()).collect());
+        let held = self.frame.held(
+            (0..force_lines.len())
+                .filter(|&c| force_lines[c].holds())
+                .collect(),
+        );
         let (mut motion, mut v) = (self.motion.clone(), self.v.clone());
         self.frame.stop(&held, self.clock, &mut v);
-        motion.expand(&self.frame, &self.laws, &rubs, &held, &self.x, &v);
+        motion.expand(&self.frame, &self.laws, &force_lines, &held, &self.x, &v);
         motion.force[c][1].abs()
     }
 
     /// Decide for all contacts with zero slip velocity at once.
-    pub(super) fn settle(&mut self, passage: &Passage) {
+    pub(super) fn set_contact_states(&mut self, passage: &Passage) {
         let mut new = vec![false; self.contacts.len()];
         for &c in &passage.arrived {
             new[c] = true;
@@ -110,7 +112,7 @@ impl Loop<'_> {
         }
         let all = self.frame.held(zero.clone());
         self.frame.stop(&all, self.clock, &mut self.v);
-        // What adhesion bears, and what slip would start with.
+        // the static limit, and what slip would start with.
         let limit: Vec<[f64; 2]> = zero
             .iter()
             .map(|&c| {
@@ -132,14 +134,14 @@ impl Loop<'_> {
             .map(|row| {
                 [-1.0, 1.0].map(|direction| {
                     let law = self.laws[zero[row]].toward(direction);
-                    let bears = toward(limit[row], direction);
-                    let piece = law.leave(bears, &mut self.contacts[zero[row]].memory.clone());
+                    let static_limit = toward(limit[row], direction);
+                    let piece = law.leave(static_limit, &mut self.contacts[zero[row]].memory.clone());
                     law.force(&piece, 0.0)
                 })
             })
             .collect();
-        let mut wants = Vec::new();
-        self.motion.wants(&self.frame, &self.x, &self.v, &mut wants);
+        let mut required = Vec::new();
+        self.motion.required(&self.frame, &self.x, &self.v, &mut required);
         // The place of each among those with zero slip velocity.
         let mut row_of = vec![None; self.contacts.len()];
         for (row, &c) in zero.iter().enumerate() {
@@ -151,15 +153,15 @@ impl Loop<'_> {
             }
             let speed = contact.direction * (self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]));
             let force = contact.friction(self.laws[c], speed.max(0.0));
-            self.frame.relieve(&mut wants, c, force);
+            self.frame.relieve(&mut required, c, force);
         }
         let row_of = |c: usize| row_of[c].unwrap_or(0);
-        let question = Question {
+        let question = ContactProblem {
             frame: &self.frame,
             zero: &zero,
             limit: &limit,
             kinetic: &kinetic,
-            wants,
+            required,
             drives: self.motion.drives(),
             still: STILL * self.frame.rate * self.scale,
             released: passage.released.map(|(c, force)| (row_of(c), force.signum())),
@@ -170,8 +172,8 @@ impl Loop<'_> {
         for (row, &c) in zero.iter().enumerate() {
             let idle = idle[row];
             let direction = if idle { 0.0 } else { answer[row] };
-            let bears = toward(limit[row], answer[row]);
-            self.contacts[c].pinned = if idle { answer[row] * bears } else { 0.0 };
+            let static_limit = toward(limit[row], answer[row]);
+            self.contacts[c].pinned = if idle { answer[row] * static_limit } else { 0.0 };
             if !is_new(c) && direction == 0.0 {
                 continue;
             }
@@ -180,16 +182,19 @@ impl Loop<'_> {
             let was = contact.friction(self.laws[c], 0.0);
             contact.direction = direction;
             contact.sense = 0.0;
-            contact.turning = false;
+            contact.at_reversal = false;
             if direction == 0.0 {
                 contact.since = self.clock;
                 self.tell(Kind::Capture, c, was);
                 continue;
             }
-            contact.piece = self.laws[c].toward(direction).leave(bears, &mut contact.memory);
+            contact.piece = self.laws[c]
+                .toward(direction)
+                .leave(static_limit, &mut contact.memory);
             // Adhesion that broke at the force slip starts with, within rounding: the slip velocity leaves zero with no slope.
-            let rounding = ROUNDING * (bears + self.frame.rate * self.scale / self.frame.coupling(c, c));
-            contact.turning = toward(kinetic[row], direction) >= bears - rounding;
+            let rounding =
+                ROUNDING * (static_limit + self.frame.rate * self.scale / self.frame.coupling(c, c));
+            contact.at_reversal = toward(kinetic[row], direction) >= static_limit - rounding;
             if is_new(c) {
                 self.tell(Kind::Crossing, c, was);
             } else {
@@ -200,7 +205,7 @@ impl Loop<'_> {
                 self.tell(
                     Kind::Release,
                     c,
-                    broken_by.map_or(bears * direction, |(_, force)| force),
+                    broken_by.map_or(static_limit * direction, |(_, force)| force),
                 );
                 if let Some(event) = self.events.last_mut() {
                     (event.stick_time, event.force_rate) = (stick_time, passage.rates[c] * direction);

@@ -9,7 +9,7 @@
 use stickslip_lanes::{Lane, Mask};
 
 use super::column::{Column, HALVINGS, State, Step};
-use super::elementary::{exp, sin_cos, turned};
+use super::elementary::{exp, reversed, sin_cos};
 
 /// So many cells; a slip that lasts longer, by the longest of them, is likely to last for ever. Rounding grows with every cell.
 const CELLS: u32 = 256;
@@ -50,13 +50,13 @@ fn rest<L: Lane>(c: &Column<L>, t: L, step: L, periods: L) -> L {
     ((t - periods * c.period) + step) - periods * c.period_low
 }
 
-/// The bend of the slip speed from its free part, the rate of that, and the wave.
+/// The curvature of the slip speed from its free part, the rate of that, and the wave.
 #[inline(always)]
-fn bend_of<L: Lane>(c: &Column<L>, value: L, rate: L, wave: L) -> L {
+fn curvature_of<L: Lane>(c: &Column<L>, value: L, rate: L, wave: L) -> L {
     -(c.twice_gamma * rate) - c.natural_squared * value - c.frequency_squared * wave
 }
 
-/// Slip speed, its rate and its bend.
+/// Slip speed, its rate and its curvature.
 #[derive(Clone, Copy)]
 struct Sample<L>([L; 3]);
 
@@ -67,15 +67,15 @@ fn least<L: Lane>(Sample(left): Sample<L>, Sample(right): Sample<L>, d: L, slack
     let n = L::splat;
     let (sixth, square) = (d * n(1.0 / 6.0), d * d);
     let (up, fall) = (sixth * left[1], sixth * right[1]);
-    let (bend, curl) = (square * left[2], square * right[2]);
-    let second = left[0] + (up + up) + bend * n(1.0 / 30.0);
+    let (curvature, curl) = (square * left[2], square * right[2]);
+    let second = left[0] + (up + up) + curvature * n(1.0 / 30.0);
     let fourth = right[0] - (fall + fall) + curl * n(1.0 / 30.0);
-    let middle = n(0.5) * (left[0] + right[0]) + n(1.2) * (up - fall) + n(0.025) * (bend + curl);
+    let middle = n(0.5) * (left[0] + right[0]) + n(1.2) * (up - fall) + n(0.025) * (curvature + curl);
     let (start, end) = (left[0].min(left[0] + up), right[0].min(right[0] - fall));
     start.min(end).min(second.min(fourth).min(middle - slack))
 }
 
-/// Σ d_k τᵏ/k!, its slope and its bend.
+/// Σ d_k τᵏ/k!, its slope and its curvature.
 #[inline(always)]
 fn expanded<L: Lane>(d: &[L; DEGREE + 1], tau: L) -> [L; 3] {
     let mut sums = [d[DEGREE]; 3];
@@ -106,13 +106,13 @@ fn root_of_quintic<L: Lane>(Sample(left): Sample<L>, Sample(right): Sample<L>, d
     for round in 0..3 {
         let value = p0 + u * (p1 + u * (p2 + u * (p3 + u * (p4 + u * p5))));
         let slope = p1 + u * (p2 + p2 + u * (n(3.0) * p3 + u * (n(4.0) * p4 + u * (n(5.0) * p5))));
-        let bend = p2 + p2 + u * (n(6.0) * p3 + u * (n(12.0) * p4 + u * (n(20.0) * p5)));
+        let curvature = p2 + p2 + u * (n(6.0) * p3 + u * (n(12.0) * p4 + u * (n(20.0) * p5)));
         if round > 0 {
             let beyond = value.below(n(0.0));
             high = L::choose(beyond, u, high);
             low = L::choose(beyond, low, u);
         }
-        let tried = u - (value * slope) / (slope * slope - n(0.5) * value * bend);
+        let tried = u - (value * slope) / (slope * slope - n(0.5) * value * curvature);
         let inside = low.below(tried) & tried.below(high) & slope.below(n(0.0));
         u = L::choose(inside, tried, n(0.5) * (low + high));
     }
@@ -132,16 +132,16 @@ pub(super) fn arrival<L: Lane>(
     let sign = state.direction;
     let wave = c.within * state.cos + c.behind * state.sin;
     let wave_rate = c.frequency * (c.behind * state.cos - c.within * state.sin);
-    let place = c.rest + sign * c.lag;
-    let (y, z) = (state.x - place - wave, state.v - wave_rate);
+    let centre = c.rest + sign * c.lag;
+    let (y, z) = (state.x - centre - wave, state.v - wave_rate);
     let at_zero = state.v.at_most(c.drive) & c.drive.at_most(state.v);
-    let turning = zero.below(state.turning);
+    let at_reversal = zero.below(state.at_reversal);
     // The slip speed σ (s − ẋ): its rest, its free part and the rate of that, its wave and the rate of that.
     let rest = sign * c.drive;
     let (value0, rate0) = (-(sign * z), sign * (c.twice_gamma * z + c.natural_squared * y));
     let (mut wave_value, mut wave_slope) = (-(sign * wave_rate), sign * c.frequency_squared * wave);
     // What is known to be zero is zero: the rate of the free part makes up for the wave.
-    let rate0 = L::choose(turning, -wave_slope, rate0);
+    let rate0 = L::choose(at_reversal, -wave_slope, rate0);
     let (mut value, mut rate) = (value0, rate0);
     let height = (rate0 + c.gamma * value0).abs();
     let sixth = value0.abs() * c.cube + height * c.cube_per_omega + c.sixth;
@@ -149,8 +149,8 @@ pub(super) fn arrival<L: Lane>(
     let rounding = size * n(8.0 * f64::EPSILON);
     let mut left = Sample([
         L::choose(at_zero, zero, rest + value + wave_value),
-        L::choose(turning, zero, rate + wave_slope),
-        bend_of(c, value, rate, wave_value),
+        L::choose(at_reversal, zero, rate + wave_slope),
+        curvature_of(c, value, rate, wave_value),
     ]);
     let mut right = left;
     let mut gone = zero;
@@ -172,7 +172,7 @@ pub(super) fn arrival<L: Lane>(
         let next = Sample([
             rest + next_value + next_wave,
             next_rate + next_slope,
-            bend_of(c, next_value, next_rate, next_wave),
+            curvature_of(c, next_value, next_rate, next_wave),
         ]);
         let beyond = next.0[0].below(-drift);
         let clear = least_clear.at_most(least(left, next, step.h, slack)) & !beyond;
@@ -246,38 +246,38 @@ pub(super) fn arrival<L: Lane>(
         g[0] = rest + g[0];
         // Householder's step of the third order, then Halley's on the polynomial.
         let newton = -(g[0] / g[1]);
-        let (bend, third) = (newton * g[2], newton * newton * g[3]);
-        let first = newton * (g[1] + n(0.5) * bend) / (g[1] + bend + third * n(1.0 / 6.0));
+        let (curvature, third) = (newton * g[2], newton * newton * g[3]);
+        let first = newton * (g[1] + n(0.5) * curvature) / (g[1] + curvature + third * n(1.0 / 6.0));
         let [value1, slope1, bend1] = expanded(&g, first);
         let second = -(value1 * slope1) / (slope1 * slope1 - n(0.5) * value1 * bend1);
         let by = first + second;
-        let (slope, bend) = (slope1 + second * bend1, bend1 + second * g[3]);
+        let (slope, curvature) = (slope1 + second * bend1, bend1 + second * g[3]);
         let remains = value1 + second * (slope1 + n(0.5) * second * bend1);
         let span = (at + by) - gone;
         let near = first.abs().below(n(0.02) * d) & second.abs().below(n(2e-6) * d) & zero.below(span);
         let cube = span * span * span;
         let low_of = least(
             left,
-            Sample([zero, slope, bend]),
+            Sample([zero, slope, curvature]),
             span,
             cube * cube * n(1.0 / 14_400.0) * sixth,
         );
         let sure = (-rounding).at_most(low_of)
             & remains.abs().at_most(rounding)
             & slope.below(zero)
-            & (n(2.0) * bend * rounding).below(slope * slope);
+            & (n(2.0) * curvature * rounding).below(slope * slope);
         let take = open & near & sure;
         let travel = by
             * (g[0]
                 + by * n(0.5)
                     * (g[1] + by * n(1.0 / 3.0) * (g[2] + by * n(0.25) * (g[3] + by * n(0.2) * g[4]))));
-        let x = y * cos + (z + c.gamma * y) * sin + place + (c.within * wave_cos + c.behind * wave_sin);
+        let x = y * cos + (z + c.gamma * y) * sin + centre + (c.within * wave_cos + c.behind * wave_sin);
         arrival.lasted = L::choose(take, at + by, arrival.lasted);
         arrival.x = L::choose(take, x + c.drive * by - sign * travel, arrival.x);
         let (more, t) = wrapped(c, t, by);
         arrival.periods = L::choose(take, periods + more, arrival.periods);
         arrival.t = L::choose(take, t, arrival.t);
-        let (wave_cos, wave_sin) = turned((wave_cos, wave_sin), c.frequency * by);
+        let (wave_cos, wave_sin) = reversed((wave_cos, wave_sin), c.frequency * by);
         arrival.cos = L::choose(take, wave_cos, arrival.cos);
         arrival.sin = L::choose(take, wave_sin, arrival.sin);
         arrival.found = arrival.found | take;

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.rows import Look, columns_of
 from stickslip.dynamics.sections import Surface
+from stickslip.dynamics.sweep import Look, columns_of
 from stickslip.simulation.orbit import Orbit
 
 

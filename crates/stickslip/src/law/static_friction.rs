@@ -75,7 +75,7 @@ impl StaticFriction {
         let mut at = Adhesion {
             force: self.initial + self.drop * share,
             growth: 0.0,
-            bend: 0.0,
+            curvature: 0.0,
             softening: self.drop * falls,
         };
         if self.limit > 0.0 && hold.stick_time > 0.0 {
@@ -86,9 +86,9 @@ impl StaticFriction {
             at.force += self.limit * grown * share;
             at.softening += self.limit * grown * falls;
             at.growth = self.limit * slope * (1.0 - grown) * share;
-            at.bend = at.growth * ((m - 1.0) / t - slope);
+            at.curvature = at.growth * ((m - 1.0) / t - slope);
         } else if self.limit > 0.0 {
-            (at.growth, at.bend) = (self.growth_bound(0.0), f64::INFINITY);
+            (at.growth, at.curvature) = (self.growth_bound(0.0), f64::INFINITY);
         }
         at
     }

@@ -81,7 +81,7 @@ pub fn end_of_hold<const H: usize>(
     let ends = Ends {
         low,
         high,
-        turns: false,
+        reverses: false,
     };
     first_exit(&reaction, ends, start, horizon, work).map(|exit| (exit.t, exit.end))
 }
@@ -104,28 +104,28 @@ fn constant_limit<const H: usize>(
     end_of_hold(stick, 1.0, [-backward, forward], Start::Inside, horizon, work).map(|(t, _)| t)
 }
 
-/// When adhesion breaks within `horizon`, if it does; `bears` is its limit backward and forward, if that stays whatever the hold.
+/// When adhesion breaks within `horizon`, if it does; `static_limit` is its limit backward and forward, if that stays whatever the hold.
 #[must_use]
 pub fn end_of_stick<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
-    bears: Option<[f64; 2]>,
+    static_limit: Option<[f64; 2]>,
     horizon: f64,
     work: &mut Watched,
 ) -> Option<f64> {
-    let end = match bears {
-        Some(bears) => constant_limit(stick, bears, horizon, work),
+    let end = match static_limit {
+        Some(static_limit) => constant_limit(stick, static_limit, horizon, work),
         None => changing_limit(stick, law, horizon, work),
     };
     debug_assert!(
-        end.is_none_or(|t| breaks(stick, law, bears, t)),
+        end.is_none_or(|t| breaks(stick, law, static_limit, t)),
         "{end:?} is no end of {stick:?}, {law:?}"
     );
     end
 }
 
 /// The certificate of a break-away.
-fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, bears: Option<[f64; 2]>, t: f64) -> bool {
+fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, static_limit: Option<[f64; 2]>, t: f64) -> bool {
     let fastest = stick.frequency.iter().copied().fold(0.0, f64::max);
     certified(t, if H == 0 { 0.0 } else { BESIDE / fastest }, |t| {
         let (force, rate, _) = stick.at(t);
@@ -133,7 +133,7 @@ fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, bears: Option<[f64; 2]>, 
             stick_time: t,
             force_rate: rate.abs(),
         };
-        let limit = bears.map_or_else(
+        let limit = static_limit.map_or_else(
             || law.toward(force.signum()).break_away(hold),
             |[backward, forward]| if force < 0.0 { backward } else { forward },
         );
@@ -175,7 +175,7 @@ fn growing_limit<const H: usize>(
 ) -> Option<f64> {
     let mut t = 0.0;
     let feels_rate = law.feels_force_rate() && H > 0;
-    let curvature = stick.derivative_bound(2);
+    let curvature_bound = stick.derivative_bound(2);
     let reach = if H == 0 {
         f64::INFINITY
     } else {
@@ -192,17 +192,17 @@ fn growing_limit<const H: usize>(
             return None;
         }
         work.evaluations += 1;
-        let (force, rate, bend) = stick.at(t);
-        let bears = limit(t, rate);
+        let (force, rate, curvature) = stick.at(t);
+        let static_limit = limit(t, rate);
         let (size, sign) = outward_of(force, side);
-        let margin = bears - size;
+        let margin = static_limit - size;
         let outward = rate * sign;
-        let rounding = stick.rounding(t, bears);
+        let rounding = stick.rounding(t, static_limit);
         // A limit that falls with the force rate can also fall below a force that retreats.
         let passed = feels_rate && margin < -rounding;
         if passed || margin <= rounding && outward >= 0.0 {
             // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches.
-            let inward = -bend * sign;
+            let inward = -curvature * sign;
             if passed || inward <= 0.0 || (outward > 0.0 && outward * outward > 2.0 * inward * rounding) {
                 return Some(t);
             }
@@ -210,14 +210,14 @@ fn growing_limit<const H: usize>(
             continue;
         }
         // As the limit does not fall while the contact rests, its value now, at the worst force rate ahead, is a lower bound.
-        let mut step = margin_time(bears, force, rate, curvature, side).min(reach);
+        let mut step = margin_time(static_limit, force, rate, curvature_bound, side).min(reach);
         let mut growth = law.growth_bound(t);
         if feels_rate {
             while step > 0.0
-                && limit(t, rate.abs() + curvature * step)
+                && limit(t, rate.abs() + curvature_bound * step)
                     - size
                     - rate.abs() * step
-                    - 0.5 * curvature * step * step
+                    - 0.5 * curvature_bound * step * step
                     <= 0.0
             {
                 step *= 0.5;
@@ -227,17 +227,17 @@ fn growing_limit<const H: usize>(
             }
             // Where the force rate falls, the limit grows with it.
             let window = 2.0 * step;
-            let (swing, fast) = (curvature * window, rate.abs());
-            let mut relief = -bend * rate.signum() + stick.derivative_bound(3) * window;
+            let (swing, fast) = (curvature_bound * window, rate.abs());
+            let mut relief = -curvature * rate.signum() + stick.derivative_bound(3) * window;
             if swing >= fast {
-                relief = curvature;
+                relief = curvature_bound;
             }
             if relief > 0.0 {
-                growth +=
-                    relief.min(curvature) * law.softening_bound([(fast - swing).max(0.0), fast + swing]);
+                growth += relief.min(curvature_bound)
+                    * law.softening_bound([(fast - swing).max(0.0), fast + swing]);
             }
         }
-        if force != 0.0 && growth < outward - curvature * (2.0 * step) {
+        if force != 0.0 && growth < outward - curvature_bound * (2.0 * step) {
             // The margin falls from here to twice the step: at most one root, close it.
             match close(stick, law, side, (t, t + 2.0 * step), work) {
                 Ok(root) => return (root < horizon).then_some(root),
@@ -246,7 +246,7 @@ fn growing_limit<const H: usize>(
         }
         // However small the step that the bounds allow, only the margin itself says whether adhesion breaks: the force changes
         // by no more than rounding in the least one.
-        let least = margin_time(rounding, 0.0, rate, curvature, side).min(f64::EPSILON * reach);
+        let least = margin_time(rounding, 0.0, rate, curvature_bound, side).min(f64::EPSILON * reach);
         t += step.max(least).max(2.0 * f64::EPSILON * t);
         if t >= horizon {
             return None;
@@ -254,9 +254,9 @@ fn growing_limit<const H: usize>(
     }
 }
 
-/// The largest step in which |force + rate τ| + curvature τ²/2 stays within `bears`, on one side or on both.
-fn margin_time(bears: f64, force: f64, rate: f64, curvature: f64, side: Option<f64>) -> f64 {
-    let to = |sign: f64| free_time(bears - sign * force, -sign * rate, curvature);
+/// The largest step in which |force + rate τ| + curvature_bound τ²/2 stays within `static_limit`, on one side or on both.
+fn margin_time(static_limit: f64, force: f64, rate: f64, curvature_bound: f64, side: Option<f64>) -> f64 {
+    let to = |sign: f64| free_time(static_limit - sign * force, -sign * rate, curvature_bound);
     side.map_or_else(|| to(1.0).min(to(-1.0)), to)
 }
 
@@ -280,7 +280,7 @@ fn close<const H: usize>(
             return Err(t);
         }
         work.evaluations += 1;
-        let (force, rate, bend) = stick.at(t);
+        let (force, rate, curvature) = stick.at(t);
         let limit = law.adhesion(Hold {
             stick_time: t,
             force_rate: rate.abs(),
@@ -307,11 +307,11 @@ fn close<const H: usize>(
             (above, crossed) = (t, true);
         }
         let mut fall = rate * sign - limit.growth;
-        let mut hastens = bend * sign;
+        let mut hastens = curvature * sign;
         if moves {
-            fall += limit.softening * bend * rate.signum();
-        } else if limit.bend.is_finite() {
-            hastens -= limit.bend;
+            fall += limit.softening * curvature * rate.signum();
+        } else if limit.curvature.is_finite() {
+            hastens -= limit.curvature;
         }
         let newton = margin / fall;
         let step = newton / (1.0 + 0.5 * newton * hastens / fall).max(0.5);

@@ -1,4 +1,4 @@
-//! Many oscillators abreast: one motion in each lane of the registers of a processor, from mode to mode.
+//! Many oscillators in SIMD lanes: one motion in each lane of the registers of a processor, from mode to mode.
 //!
 //! A motion goes in a lane where adhesion has a constant limit, friction in slip is one line, at most one harmonic acts, the
 //! drive moves forward, and slip oscillates without growing ([`fits`]). Everything else, and every mode whose end the lanes
@@ -16,8 +16,8 @@ use stickslip_lanes::{Lane, Mask, Task, run};
 use crate::mode::Kind;
 use crate::model::Running;
 use crate::orbit::{Event, Record, Segment};
-use crate::place::Place;
-use crate::simulate::{Run, first_place, next_event};
+use crate::restart::HybridState;
+use crate::simulate::{Run, first_hybrid_state, next_event};
 use crate::structure::Oscillator;
 use column::{Column, Constants, HALVINGS, State, Step};
 
@@ -31,7 +31,7 @@ pub struct Runner<'a> {
     /// Velocity.
     pub v: f64,
     /// Time and mode.
-    pub place: Place,
+    pub hybrid: HybridState,
     /// The motion stops at the last begin of a mode before this time.
     pub t_end: f64,
     /// Or after so many events.
@@ -41,14 +41,14 @@ pub struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
-    /// From the start of a run, or from a place with the x and v of the run, to its end.
+    /// From the start of a run, or from a hybrid with the x and v of the run, to its end.
     #[must_use]
-    pub fn new(oscillator: &'a Oscillator, run: Run, place: Option<Place>) -> Self {
+    pub fn new(oscillator: &'a Oscillator, run: Run, hybrid: Option<HybridState>) -> Self {
         Self {
             oscillator,
             x: run.x0,
             v: run.v0.unwrap_or(oscillator.drive_velocity),
-            place: place.unwrap_or_else(|| first_place(oscillator, run)),
+            hybrid: hybrid.unwrap_or_else(|| first_hybrid_state(oscillator, run)),
             t_end: run.t_end,
             max_events: run.max_events,
             events: 0,
@@ -56,7 +56,7 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// What motions abreast have cost.
+/// What motions in lanes have cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Motions that went in lanes.
@@ -76,19 +76,19 @@ pub fn fits(oscillator: &Oscillator) -> bool {
 }
 
 /// Whoever is told of the events, each with the number of its motion.
-pub type Told<'a> = &'a mut dyn FnMut(usize, &Event);
+pub type OnEvent<'a> = &'a mut dyn FnMut(usize, &Event);
 
 /// Bring every motion that fits to the last begin of a mode before its end, as long as `go_on` says so; the others stay.
 pub fn forward(
     runners: &mut [Runner],
     width: Width,
     go_on: &mut dyn FnMut() -> bool,
-    told: Option<Told>,
+    on_event: Option<OnEvent>,
 ) -> Tally {
     let going = Going {
         runners,
         go_on,
-        told,
+        on_event,
         next: 0,
         tally: Tally::default(),
     };
@@ -99,29 +99,29 @@ pub fn forward(
 pub(crate) fn forward_all(
     runs: &mut [(Running, f64)],
     go_on: &mut dyn FnMut() -> bool,
-    told: Option<Told>,
+    on_event: Option<OnEvent>,
 ) -> Tally {
     let mut runners: Vec<Runner> = Vec::with_capacity(runs.len());
-    let mut places = Vec::with_capacity(runs.len());
-    for (place, (run, t_end)) in runs.iter().enumerate() {
+    let mut indices = Vec::with_capacity(runs.len());
+    for (index, (run, t_end)) in runs.iter().enumerate() {
         if let Running::Closed(engine) = run
             && fits(engine.oscillator())
         {
             runners.push(engine.runner(*t_end));
-            places.push(place);
+            indices.push(index);
         }
     }
     let width = Width::for_lanes(runners.len());
-    let mut tally = match told {
-        Some(told) => {
-            let told: Told = &mut |index, event| told(places[index], event);
-            forward(&mut runners, width, go_on, Some(told))
+    let mut tally = match on_event {
+        Some(on_event) => {
+            let on_event: OnEvent = &mut |index, event| on_event(indices[index], event);
+            forward(&mut runners, width, go_on, Some(on_event))
         }
         None => forward(&mut runners, width, go_on, None),
     };
-    tally.others += (runs.len() - places.len()) as u64;
-    for (runner, place) in runners.iter().zip(places) {
-        if let Running::Closed(engine) = &mut runs[place].0 {
+    tally.others += (runs.len() - indices.len()) as u64;
+    for (runner, index) in runners.iter().zip(indices) {
+        if let Running::Closed(engine) = &mut runs[index].0 {
             engine.take(runner);
         }
     }
@@ -132,7 +132,7 @@ pub(crate) fn forward_all(
 struct Going<'a, 'b, 'c> {
     runners: &'a mut [Runner<'b>],
     go_on: &'a mut dyn FnMut() -> bool,
-    told: Option<Told<'c>>,
+    on_event: Option<OnEvent<'c>>,
     next: usize,
     tally: Tally,
 }
@@ -141,15 +141,15 @@ struct Going<'a, 'b, 'c> {
 struct Heard<'a, 'b> {
     index: usize,
     go_on: &'a mut dyn FnMut() -> bool,
-    told: Option<&'a mut Told<'b>>,
+    on_event: Option<&'a mut OnEvent<'b>>,
 }
 
 impl Record for Heard<'_, '_> {
     fn segment(&mut self, _: Segment) {}
 
     fn event(&mut self, event: Event) {
-        if let Some(told) = &mut self.told {
-            told(self.index, &event);
+        if let Some(on_event) = &mut self.on_event {
+            on_event(self.index, &event);
         }
     }
 
@@ -170,7 +170,7 @@ impl Going<'_, '_, '_> {
                 self.tally.lanes += 1;
                 let state = constants.state(
                     (runner.x, runner.v),
-                    &runner.place,
+                    &runner.hybrid,
                     runner.t_end,
                     runner.max_events,
                 );
@@ -189,7 +189,7 @@ impl Going<'_, '_, '_> {
     fn leave(&mut self, index: usize, constants: &Constants, state: &State<f64>) {
         let runner = &mut self.runners[index];
         if state.events > 0.0 {
-            (runner.x, runner.v, runner.place) = constants.place(state);
+            (runner.x, runner.v, runner.hybrid) = constants.hybrid(state);
             runner.events += state.events as u64;
             self.tally.events += state.events as u64;
         }
@@ -200,15 +200,15 @@ impl Going<'_, '_, '_> {
     #[inline(never)]
     fn other(&mut self, index: usize, constants: &Constants, state: &State<f64>) -> Option<State<f64>> {
         let runner = &self.runners[index];
-        let (x, v, place) = constants.place(state);
+        let (x, v, hybrid) = constants.hybrid(state);
         let record = &mut Heard {
             index,
             go_on: self.go_on,
-            told: self.told.as_mut(),
+            on_event: self.on_event.as_mut(),
         };
-        let (x, v, place) = next_event(runner.oscillator, (x, v), place, runner.t_end, record)?;
+        let (x, v, hybrid) = next_event(runner.oscillator, (x, v), hybrid, runner.t_end, record)?;
         self.tally.handed += 1;
-        let after = constants.state((x, v), &place, runner.t_end, runner.max_events);
+        let after = constants.state((x, v), &hybrid, runner.t_end, runner.max_events);
         Some(State {
             events: state.events + 1.0,
             ..after
@@ -284,13 +284,13 @@ impl Task for Going<'_, '_, '_> {
                 state.x = L::choose(go, release.x, state.x);
                 state.v = L::choose(go, c.drive, state.v);
                 state.direction = L::choose(go, release.direction, state.direction);
-                let turning = L::choose(c.bears.at_most(c.offset), one, zero);
-                state.turning = L::choose(go, turning, state.turning);
+                let at_reversal = L::choose(c.static_limit.at_most(c.offset), one, zero);
+                state.at_reversal = L::choose(go, at_reversal, state.at_reversal);
                 state.stuck = L::choose(go, zero, state.stuck);
                 state.events = L::choose(go, state.events + one, state.events);
-                if self.told.is_some() {
+                if self.on_event.is_some() {
                     let rate = release.direction * (c.rise + c.force * c.frequency * state.sin);
-                    let force = release.direction * c.bears;
+                    let force = release.direction * c.static_limit;
                     self.tell(&riders, &state, go, force, (release.lasted, rate));
                 }
             }
@@ -306,7 +306,7 @@ impl Task for Going<'_, '_, '_> {
                 self.settle(&mut state, &mut done, &riders, slips & !arrival.found & !up);
                 let holding = c.stiffness * arrival.x + c.damper * c.drive - c.force * arrival.cos;
                 let pull = (state.direction * holding).min(c.offset);
-                let sticks = pull.abs().at_most(c.bears);
+                let sticks = pull.abs().at_most(c.static_limit);
                 state.periods = L::choose(go, state.periods + arrival.periods, state.periods);
                 state.t = L::choose(go, arrival.t, state.t);
                 state.cos = L::choose(go, arrival.cos, state.cos);
@@ -316,11 +316,11 @@ impl Task for Going<'_, '_, '_> {
                 let force = state.direction * c.offset;
                 let backwards = L::choose(pull.below(zero), -state.direction, state.direction);
                 state.direction = L::choose(go & !sticks, backwards, state.direction);
-                let turning = L::choose(pull.abs().at_most(c.offset), one, zero);
-                state.turning = L::choose(go, turning, state.turning);
+                let at_reversal = L::choose(pull.abs().at_most(c.offset), one, zero);
+                state.at_reversal = L::choose(go, at_reversal, state.at_reversal);
                 state.stuck = L::choose(go & sticks, one, state.stuck);
                 state.events = L::choose(go, state.events + one, state.events);
-                if self.told.is_some() {
+                if self.on_event.is_some() {
                     self.tell(&riders, &state, go, force, (n(f64::NAN), n(f64::NAN)));
                 }
             }
@@ -355,7 +355,7 @@ impl Going<'_, '_, '_> {
         force: L,
         (stick_time, force_rate): (L, L),
     ) {
-        let Some(told) = &mut self.told else {
+        let Some(on_event) = &mut self.on_event else {
             return;
         };
         for i in (0..L::WIDTH).filter(|&i| lanes.at(i)) {
@@ -380,7 +380,7 @@ impl Going<'_, '_, '_> {
                 stick_time,
                 force_rate: force_rate.get(i),
             };
-            told(*index, &event);
+            on_event(*index, &event);
         }
     }
 }

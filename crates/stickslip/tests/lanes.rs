@@ -1,8 +1,8 @@
 //! Motions in lanes: the same bits in every width, and the events of the engine of single motions.
 
-use stickslip::abreast::{Runner, Told, Width, fits, forward};
 use stickslip::batch::Batch;
 use stickslip::drive::Harmonic;
+use stickslip::lanes::{OnEvent, Runner, Width, fits, forward};
 use stickslip::law::{Coulomb, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
 use stickslip::orbit::{Event, Record, Segment};
@@ -62,8 +62,8 @@ fn all_forward(runs: &[(Oscillator, Run)], width: Width) -> (Vec<Runner<'_>>, Ve
         .map(|(one, run)| Runner::new(one, *run, None))
         .collect();
     let mut events = vec![Vec::new(); runs.len()];
-    let told: Told = &mut |index, event| events[index].push(*event);
-    let tally = forward(&mut runners, width, &mut || true, Some(told));
+    let on_event: OnEvent = &mut |index, event| events[index].push(*event);
+    let tally = forward(&mut runners, width, &mut || true, Some(on_event));
     assert_eq!((tally.lanes, tally.others), (runs.len() as u64, 0));
     assert_eq!(
         tally.events,
@@ -119,12 +119,12 @@ fn compare(count: usize, seed: u64) {
         let (others, theirs, _) = all_forward(&runs, width);
         for (one, other) in lanes.iter().zip(&others) {
             let bits = |runner: &Runner| {
-                let clock = runner.place.clock;
+                let clock = runner.hybrid.clock;
                 [runner.x, runner.v, clock.high, clock.low].map(f64::to_bits)
             };
             assert_eq!(
-                (bits(one), one.place, one.events),
-                (bits(other), other.place, other.events),
+                (bits(one), one.hybrid, one.events),
+                (bits(other), other.hybrid, other.events),
                 "{width:?}"
             );
         }
@@ -135,12 +135,12 @@ fn compare(count: usize, seed: u64) {
     let (mut total, mut ill) = (0, 0);
     for ((runner, lane), (oscillator, run)) in lanes.iter().zip(&mut events).zip(&runs) {
         // A slip that lasts for very long is left before its end: the other engine goes on from there.
-        let onward = Run {
+        let restart = Run {
             x0: runner.x,
             v0: Some(runner.v),
             ..*run
         };
-        resume(oscillator, onward, runner.place, &mut Events(lane)).unwrap();
+        resume(oscillator, restart, runner.hybrid, &mut Events(lane)).unwrap();
         let single = simulate(oscillator, *run).unwrap().events;
         total += single.len();
         let lane = &lane[..];

@@ -1,4 +1,4 @@
-//! Adhesion in lanes: when the holding force reaches what adhesion bears.
+//! Adhesion in lanes: when the holding force reaches the static limit.
 //!
 //! The force k x + k s τ + D s − A cos θ has its extremes at known angles, so it is known in closed form how many periods it
 //! stays within its limits and between which extremes it meets one. There it is monotone: the root lies in a bracket, and what
@@ -7,7 +7,7 @@
 use stickslip_lanes::{Lane, Mask};
 
 use super::column::{Column, State};
-use super::elementary::{sin_cos, turned};
+use super::elementary::{reversed, sin_cos};
 use super::slip::wrapped;
 use crate::elementary::PI;
 
@@ -46,15 +46,18 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
     let top = base + rate * (crest_at - start) + c.crest;
     let bottom = base + rate * (dip_at - start) - c.crest;
     // So many crests stay below the limit: the next one is above it, the last one below, by more than rounding.
-    let missing = c.bears - top;
+    let missing = c.static_limit - top;
     let skipped = (-(-missing * (one / c.rise_a_period)).floor()).max(zero);
     let above = skipped * c.rise_a_period - missing;
     let crest_sure = c.faint.below(above) & (skipped.at_most(zero) | c.faint.below(c.rise_a_period - above));
     let dip_first = dip_at.below(crest_at) | zero.below(skipped);
-    let below = bottom + c.bears;
+    let below = bottom + c.static_limit;
     let dip_sure = !dip_first | c.faint.below(below.abs());
     let down = below.below(zero) & dip_first & !monotone;
-    let (level, sense) = (L::choose(down, -c.bears, c.bears), L::choose(down, -one, one));
+    let (level, sense) = (
+        L::choose(down, -c.static_limit, c.static_limit),
+        L::choose(down, -one, one),
+    );
     // The margin, sense · (force − level), is negative and rises from here to its extreme.
     let end = L::choose(down, dip_at, crest_at + skipped * turn);
     let way = L::choose(
@@ -65,10 +68,10 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
     let wave = c.force * state.cos;
     let mut low = L::choose(
         monotone,
-        (start + (c.bears - c.force - base) / rate).max(start),
+        (start + (c.static_limit - c.force - base) / rate).max(start),
         (end - way).max(start),
     );
-    let mut high = L::choose(monotone, start + (c.bears + c.force - base) / rate, end);
+    let mut high = L::choose(monotone, start + (c.static_limit + c.force - base) / rate, end);
     let here = low.at_most(start);
     let margin_low = sense
         * (L::choose(
@@ -91,7 +94,7 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
         let inside = zero.below(tried) & tried.below(one);
         share = L::choose(inside, tried, share);
     }
-    let straight = start + (c.bears - base + wave) / (rate + c.force * state.sin);
+    let straight = start + (c.static_limit - base + wave) / (rate + c.force * state.sin);
     let mut at = L::choose(monotone, straight.max(low).min(high), low + share * width);
     let mut open = stuck
         & (monotone | (crest_sure & dip_sure))
@@ -120,12 +123,12 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
         let slope = sense * (rate + c.force * sin);
         // Householder's step of the third order, then Halley's, by the angle.
         let newton = -(margin / slope);
-        let (bend, third) = (
+        let (curvature, third) = (
             newton * (sense * wave),
             newton * newton * -(sense * c.force * sin),
         );
-        let first = newton * (slope + n(0.5) * bend) / (slope + bend + third * n(1.0 / 6.0));
-        let (cos1, sin1) = turned((cos, sin), first);
+        let first = newton * (slope + n(0.5) * curvature) / (slope + curvature + third * n(1.0 / 6.0));
+        let (cos1, sin1) = reversed((cos, sin), first);
         let margin1 = sense * (base + c.rise * (step + first * c.per_frequency) - c.force * cos1 - level);
         let slope1 = sense * (rate + c.force * sin1);
         let bend1 = sense * c.force * cos1;

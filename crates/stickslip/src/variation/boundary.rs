@@ -1,0 +1,244 @@
+//! The boundaries of an event sequence: test functions that vanish where the real motion would take another one.
+
+use super::saltation::{PhaseEnd, at_the_end};
+use super::segment::{Course, Expansion};
+use super::state::{ContactState, Ending, HIGH, LOW, Moving};
+use crate::dual::Dual;
+use crate::law::End;
+
+/// The test functions whose zeros are boundaries of an event sequence; positive inside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Boundary {
+    /// Least slip speed of a phase above the low end of its line.
+    Low,
+    /// Greatest slip speed of a phase below the high end.
+    High,
+    /// the static limit beyond the force where a phase ends in adhesion.
+    Entry,
+    /// The force beyond the static limit where the slip velocity crosses zero.
+    Crossing,
+    /// The least that adhesion bears beyond the force during a stick.
+    Stick,
+    /// How fast the slip speed falls where it reaches zero.
+    Arrival,
+}
+
+/// A test function along an event sequence.
+#[derive(Clone, Debug)]
+pub struct Test {
+    /// Which.
+    pub boundary: Boundary,
+    /// At which contact.
+    pub contact: usize,
+    /// On which phase.
+    pub phase: usize,
+    /// When, counted from the start of the phase.
+    pub tau: f64,
+    /// Its value and derivatives.
+    pub value: Dual,
+    /// What tells boundaries apart: for `Low` and `High` the speed at the end of the line; for `Entry` and `Crossing` the rate
+    /// at which the size of the force that would hold the mass grows.
+    pub detail: f64,
+}
+
+impl Course<'_> {
+    /// The test functions inside a phase.
+    pub(super) fn boundaries(&self, end: &PhaseEnd, tests: &mut Vec<Test>) {
+        if end.tau <= 0.0 {
+            return;
+        }
+        let plain = end.start.values().still(1);
+        let (mut expansions, mut last) = (Vec::new(), self.expansion());
+        self.walk(
+            &plain,
+            &end.phase.contact_states,
+            end.tau,
+            &mut last,
+            &mut |expansion| {
+                expansions.push(expansion.clone());
+            },
+        );
+        expansions.push(last);
+        for c in 0..self.layout.contacts {
+            let mut before: Option<(f64, f64)> = None;
+            for expansion in &mut expansions {
+                // The last one ends where the phase does.
+                let length = if expansion.begin + expansion.reach < end.tau {
+                    expansion.reach
+                } else {
+                    (end.tau - expansion.begin) * (1.0 - 1e-9)
+                };
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "a few dozen"
+                )]
+                let count = (length * self.frame.rate / 0.1).ceil().clamp(8.0, 1e4) as usize;
+                for i in 0..=count {
+                    // Where it begins a phase may have its extremum: that is not inside.
+                    let share = if i == 0 && expansion.begin == 0.0 {
+                        0.5
+                    } else {
+                        i as f64
+                    };
+                    let h = length * share / count as f64;
+                    let mut watched =
+                        |h: f64| self.watched(&plain, end.phase.contact_states[c], c, expansion, h);
+                    let now = (h, watched(h));
+                    if let Some(earlier) = before.filter(|earlier| i > 0 && earlier.1 * now.1 < 0.0) {
+                        let tau = root(&mut watched, earlier, now);
+                        self.extremum(end, c, expansion.begin + tau, now.1 > 0.0, tests);
+                    }
+                    before = Some(now);
+                }
+            }
+        }
+    }
+
+    /// What vanishes where a slip speed or a margin has an extremum.
+    fn watched(
+        &self,
+        start: &Moving,
+        contact_state: ContactState,
+        c: usize,
+        expansion: &mut Expansion,
+        h: f64,
+    ) -> f64 {
+        expansion.h = h;
+        match contact_state {
+            ContactState::Slip(_) => expansion.slip_acceleration(c).value,
+            ContactState::Stick => {
+                let age = self.age(start, c, expansion.begin + h);
+                self.room(c, &age, &expansion.force_rate(c), expansion.force(c))
+                    .rates[0]
+            }
+            ContactState::Hold(_) => 1.0,
+        }
+    }
+
+    fn extremum(&self, end: &PhaseEnd, c: usize, tau: f64, least: bool, tests: &mut Vec<Test>) {
+        let mut expansion = self.expansion();
+        self.go(end.start, &end.phase.contact_states, tau, &mut expansion);
+        match end.phase.contact_states[c] {
+            ContactState::Slip(_) => self.both_ends(end, c, tau, &still(expansion.u(c)), least, tests),
+            _ if least => tests.push(Test {
+                boundary: Boundary::Stick,
+                contact: c,
+                phase: end.index,
+                tau,
+                value: still(self.margin(end.start, c, tau, &expansion)),
+                detail: 0.0,
+            }),
+            _ => {}
+        }
+    }
+
+    /// The test functions where a slip velocity reaches zero; the end `moves`.
+    pub(super) fn entry(&self, end: &PhaseEnd, moves: &Dual, tests: &mut Vec<Test>) {
+        let &PhaseEnd {
+            phase,
+            tau,
+            expansion,
+            ..
+        } = end;
+        let c = phase.contact;
+        if !matches!(phase.contact_states[c], ContactState::Slip(_)) {
+            return;
+        }
+        let sticks = end.next[c] == ContactState::Stick;
+        let settled = |mut number: Dual| {
+            at_the_end(&mut number, moves);
+            number
+        };
+        let mut push = |boundary, value: Dual, detail| {
+            tests.push(Test {
+                boundary,
+                contact: c,
+                phase: end.index,
+                tau,
+                value: settled(value),
+                detail,
+            });
+        };
+        match phase.ending {
+            Ending::Line(End::Reversal { rising }) => {
+                self.both_ends(end, c, tau, &settled(expansion.u(c)), rising, tests);
+            }
+            Ending::Section if sticks => push(Boundary::Low, expansion.u(c), 0.0),
+            Ending::Line(End::Low) if end.start.numbers[self.layout.contact(c) + LOW].value <= 0.0 => {
+                let [force, rate] = self.if_stuck(&end.moved, &phase.contact_states, c);
+                let detail = rate.value * force.value.signum();
+                let at_once = Dual::fixed(0.0, moves.rates.len());
+                let margin = self.room(c, &at_once, &rate, force);
+                if sticks {
+                    push(Boundary::Entry, margin, detail);
+                } else {
+                    push(Boundary::Crossing, -margin, detail);
+                }
+                push(Boundary::Arrival, -expansion.slip_acceleration(c), detail);
+            }
+            _ => {}
+        }
+    }
+
+    /// How far an extremum of a slip speed lies from both ends of its line: from the one it may reach, and from the one
+    /// behind it, where the phase itself may vanish.
+    fn both_ends(&self, end: &PhaseEnd, c: usize, tau: f64, u: &Dual, least: bool, tests: &mut Vec<Test>) {
+        let at = self.layout.contact(c);
+        let (low, high) = (&end.start.numbers[at + LOW], &end.start.numbers[at + HIGH]);
+        let mut push = |boundary, value, bound: &Dual| {
+            tests.push(Test {
+                boundary,
+                contact: c,
+                phase: end.index,
+                tau,
+                value,
+                detail: bound.value,
+            });
+        };
+        // The end it may reach comes first.
+        if least {
+            push(Boundary::Low, u.clone() - low, low);
+            push(Boundary::High, high.clone() - u, high);
+        } else {
+            push(Boundary::High, high.clone() - u, high);
+            if low.value > 0.0 {
+                push(Boundary::Low, u.clone() - low, low);
+            }
+        }
+    }
+}
+
+/// A number at an extremum, where time does not count.
+fn still(mut number: Dual) -> Dual {
+    if let Some(along) = number.rates.last_mut() {
+        *along = 0.0;
+    }
+    number
+}
+
+/// The root of `function` in a bracket (Illinois).
+fn root(
+    function: &mut impl FnMut(f64) -> f64,
+    (mut a, mut fa): (f64, f64),
+    (mut b, mut fb): (f64, f64),
+) -> f64 {
+    for _ in 0..100 {
+        let c = (a * fb - b * fa) / (fb - fa);
+        let fc = function(c);
+        if fc == 0.0 || (b - a).abs() <= 1e-15 * c.abs() {
+            return c;
+        }
+        if fc * fb < 0.0 {
+            (a, fa) = (b, fb);
+        } else {
+            fa *= 0.5;
+        }
+        if (c - b).abs() <= 1e-16 * c.abs() {
+            return c;
+        }
+        (b, fb) = (c, fc);
+    }
+    b
+}
