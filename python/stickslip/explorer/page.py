@@ -16,7 +16,6 @@ from stickslip.explorer import catalogue
 from stickslip.files.documents import input_file, read_toml
 from stickslip.laws import BogaczRyczek, Law, load_law
 from stickslip.model.system import Oscillator, System, load_system_document
-from stickslip.paper import DAMPING
 
 if TYPE_CHECKING:
     from stickslip.identification.records import FrictionRecord
@@ -49,7 +48,7 @@ def _state(row: Mapping[str, Any]) -> dict[str, Any]:
     system = {
         "mass": row.get("mass", 1.0),
         "stiffness": row.get("stiffness", 1.0),
-        "damping": row.get("damping", DAMPING),
+        "damping": row["damping"],
         "drive_velocity": row["drive_velocity"],
         "law": catalogue.full(law),
         "forcing": [{"amplitude": amplitude, "frequency": frequency, "phase": 0.0}] if amplitude else [],

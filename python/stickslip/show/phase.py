@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit
 from stickslip.errors import InputError
 from stickslip.show.canvas import LINES, MODE_COLOURS, OKABE_ITO, axes, label, units_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from stickslip.dynamics.periodic.cycles import PeriodicOrbit
     from stickslip.simulation.orbit import Orbit
 
 
@@ -45,8 +45,9 @@ def phase_plane(
         raise InputError(f"phase_plane: transient must lie in [0, 1), got {transient}")
     ax = axes(ax)
     line = LINES[True]
-    if isinstance(orbit, PeriodicOrbit):
+    if not hasattr(orbit, "segments"):
         line, orbit, transient = LINES[orbit.stable], orbit.orbit, 0.0
+    orbit = cast("Orbit", orbit)
     system, start = orbit.system, transient * orbit.t_end
     # Events belong to the curve: without them a short stick or a corner could fall between two samples.
     times = np.union1d(orbit.times(), np.append(orbit.segments["t"], start))

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.periodic.cycles import Cycle, unchecked
+from stickslip.dynamics.periodic.closed_orbit import Cycle
+from stickslip.dynamics.periodic.cycles import unchecked
 from stickslip.dynamics.periodic.shooting import Label, Point
 from stickslip.errors import InputError
 from stickslip.files.notebook import InNotebook

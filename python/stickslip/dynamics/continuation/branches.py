@@ -12,7 +12,8 @@ import numpy as np
 from stickslip.dynamics.continuation.branch import COLUMNS, Branch, Branches, SpecialPoint, range_of
 from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
-from stickslip.dynamics.periodic.cycles import Cycle, PeriodicOrbit, periodic_orbit
+from stickslip.dynamics.periodic.closed_orbit import Cycle
+from stickslip.dynamics.periodic.cycles import PeriodicOrbit, periodic_orbit
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
 from stickslip.dynamics.periodic.return_map import forcing_period

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
+from stickslip.dynamics.periodic.closed_orbit import STEADY, Cycle
 from stickslip.dynamics.periodic.event_sequence import SECTION, STATE, EventSequence, check, layout_of
 from stickslip.dynamics.periodic.return_map import (
     Return,
@@ -24,7 +25,6 @@ from stickslip.dynamics.periodic.return_map import (
 )
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.files.notebook import InNotebook
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
@@ -35,60 +35,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.periodic.state_cycles import StateCycle
 
 #: Said where a run ends without a motion that repeats.
-STEADY = "periodic_orbit: the motion comes to rest or slips steadily: no cycle here; give another guess"
 #: How far from 1 the size of a multiplier lies at most that rounding alone keeps from it.
-_MARGINAL = 1e-9
-
-
-@dataclass(frozen=True)
-class Cycle(InNotebook):
-    """What every closed orbit has, of whatever law: its period and its multipliers, and what they say."""
-
-    system: Oscillator | System
-    period: float
-    forcing_periods: int
-    multipliers: NDArray[np.complex128]
-    residual: float
-    rounds: int
-    section: str
-    events: tuple[str, ...]
-
-    @property
-    def orbit(self) -> Orbit:
-        """One period."""
-        raise NotImplementedError
-
-    @property
-    def sticks(self) -> bool:
-        """Whether adhesion is a part of it."""
-        raise NotImplementedError
-
-    @property
-    def largest(self) -> float:
-        """The size of the largest multiplier that is not the 1 of an autonomous orbit."""
-        return float(np.abs(self.multipliers[0 if self.forcing_periods else 1 :]).max())
-
-    @property
-    def marginal(self) -> bool:
-        """Whether small disturbances neither grow nor decay, as around a centre."""
-        return abs(self.largest - 1) < _MARGINAL
-
-    @property
-    def stable(self) -> bool | None:
-        """Whether small disturbances decay; None where they neither decay nor grow."""
-        return None if self.marginal else self.largest < 1
-
-    @property
-    def _kind(self) -> str:
-        return {True: "stable", False: "unstable", None: "marginal"}[self.stable]
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} T = {self.period:.12g}, largest multiplier {self.largest:.6g}, {self._kind}>"
-
-    def facts(self) -> dict[str, Any]:
-        """What a notebook shows."""
-        sizes = [float(size) for size in np.abs(self.multipliers)]
-        return {"period": self.period, "stability": self._kind, "sizes of multipliers": sizes, "events": self.events}
 
 
 @dataclass(frozen=True, repr=False)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.dynamics.periodic.cycles import STEADY, Cycle
+from stickslip.dynamics.periodic.closed_orbit import STEADY, Cycle
 from stickslip.dynamics.periodic.event_sequence import Floats
 from stickslip.dynamics.periodic.return_map import forcing_period
 from stickslip.dynamics.periodic.state_flow import StateFlow
