@@ -42,7 +42,7 @@ def test_settings_of_the_document_and_of_the_command(system, capsys):
         (("damping = 0.35", "damping = "), "not a TOML document"),
         (("[law.static_friction]", "[law.static_frction]"), "unknown key 'static_frction'"),
         (("[law]", "[forcing]\namplitude = 1\n[law]"), "frequency is missing"),
-        (("[law]", "[simulation]\nt_end = -3\n[law]"), "t_end must be greater than 0, got -3"),
+        (("[law]", "[simulation]\nt_end = -3\n[law]"), "t_end must be a positive number, got -3"),
     ],
 )
 def test_bad_document_gives_one_sentence(system, capsys, change, sentence):

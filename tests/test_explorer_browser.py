@@ -217,7 +217,7 @@ def test_every_step_of_every_lesson_sets_a_state_and_names_what_is_there(opened)
             opened.run(f"explorer.lessons.show({i}, {j})")
             said = facts(opened)
             where = f"{lesson['title']}: {step['heading']}: {said}"
-            assert "events" in said, where
+            assert "event" in said, where
             assert "names" not in said, where
             assert step["paragraphs"][0], where
             for panel in step["look"]:

@@ -540,6 +540,10 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
                 }
                 right
             };
+            if !right.d[0].is_finite() {
+                // The motion leaves the numbers, and met no end while it was within them.
+                return None;
+            }
             let (guard, crossed) = match self.verdict(&left, &right, None) {
                 Verdict::Crossed(guard) => (guard, true),
                 Verdict::Doubtful(guard) => (guard, false),

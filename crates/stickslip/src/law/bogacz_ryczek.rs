@@ -192,7 +192,7 @@ impl BogaczRyczek {
     }
 
     /// What follows where the slip speed turns to rise at `from`, on the lower or the common line.
-    fn from_minimum(&self, from: Point, piece: &Piece, memory: &Memory) -> Piece {
+    fn after_minimum(&self, from: Point, piece: &Piece, memory: &Memory) -> Piece {
         // Static friction at stick time zero and the force rate of this moment (the paper's Eq. 7).
         let top = self.static_friction.without_rest(memory.force_rate);
         if from[1] < top {
@@ -329,7 +329,7 @@ impl Friction for BogaczRyczek {
                 self.steep_down([u, piece.force(u)], memory)
             }
             (LOWER | COMMON, End::Reversal { rising: true }) => {
-                self.from_minimum([u, piece.force(u)], piece, memory)
+                self.after_minimum([u, piece.force(u)], piece, memory)
             }
             // Any other turn, down the common line or on a steep one, goes back along it.
             _ => *piece,

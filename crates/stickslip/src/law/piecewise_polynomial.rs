@@ -256,8 +256,8 @@ mod tests {
         (u[0], u[1], u[2], u[3]) = (0.6, 0.3, -0.5, 0.2);
         let mut grown = Grown::default();
         let mut force = ZERO;
-        for k in 0..u.len() {
-            force[k] = law.extend(&u, k, &mut grown);
+        for (k, term) in force.iter_mut().enumerate() {
+            *term = law.extend(&u, k, &mut grown);
         }
         for h in [-0.1, 0.05, 0.2] {
             assert!((at(&force, h) - f(at(&u, h))).abs() < 1e-13, "{h}");

@@ -26,6 +26,9 @@ FALLS = 0.03
 SHARP = (1.0, 2.0, 4.0, 8.0, 16.0)
 """Exponents of that fall that are tried."""
 
+SHORT_CLIMB = 0.03
+"""Part of the range of w from which on a climb says where it begins: D is found from two such beginnings."""
+
 
 @dataclass(frozen=True)
 class _Loop:
@@ -226,7 +229,7 @@ def _loop(record: FrictionRecord) -> _Loop | None:
         upper=float(np.median(upper)),
         reversal=None if reversal is None else (float(reversal[0]), float(reversal[1])),
         peak=(float(mean[0]), float(mean[1])),
-        least_climb=least_climb(velocity_noise(record), [float(w[whole].max() - w[whole].min())]),
+        least_climb=least_climb(velocity_noise(record), [float(w[whole].max() - w[whole].min())], SHORT_CLIMB),
         force_rate=abs(record.constants.get("stiffness", math.nan) * record.constants.get("drive_velocity", math.nan)),
     )
 

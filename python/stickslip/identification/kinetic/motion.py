@@ -313,9 +313,9 @@ def _near_turns(record: FrictionRecord, w: Array, turns: Samples, first: int, la
     return near
 
 
-def least_climb(noise: float, spans: Sequence[float]) -> float:
+def least_climb(noise: float, spans: Sequence[float], share: float = NARROW_CLIMB) -> float:
     """The least change of w over which a climb can be seen, from the noise of w and the ranges of w of the loops."""
-    return float(max(6 * noise, NARROW_CLIMB * float(np.median(spans))))
+    return float(max(6 * noise, share * float(np.median(spans))))
 
 
 def _runs(mask: Mask, offset: int) -> list[tuple[int, int]]:
