@@ -55,7 +55,7 @@ def test_every_law_has_a_section_and_a_picture(kind):
     assert "\nLimits: " in section
     for item in fields(kind):
         assert f"`{item.name}`" in section or "as for `LuGre`" in section
-    picture = re.search(r"!\[.+\]\((\S+)", section)[1]
+    picture = re.search(r"!\[.+\]\(([^\s)]+)", section)[1]
     assert (DOCS / picture).read_text(encoding="utf-8").startswith("<?xml")
 
 
