@@ -9,7 +9,7 @@ use stickslip::variation::Layout;
 use stickslip::{orbit, simulate};
 
 use crate::rows::{self, Counts};
-use crate::stability::{phases_of, state_from};
+use crate::stability::{contact_states_of, state_from};
 use crate::system::System;
 use crate::watch::watched;
 use crate::{Array, sweep};
@@ -63,7 +63,7 @@ impl Orbit {
         let (system, _) = system.masses()?;
         let layout = Layout::of(system);
         let state = state_from(layout, state.as_slice()?)?;
-        let contact_states = phases_of(layout, contact_states.as_slice()?)?;
+        let contact_states = contact_states_of(layout, contact_states.as_slice()?)?;
         let orbit = watched(py, None, |go_on| {
             sequence::resume(system, &state, &contact_states, duration, 10_000_000, go_on)
         });

@@ -47,7 +47,7 @@ fn whole(value: f64) -> usize {
     value as usize
 }
 
-fn phases_from(row: &[f64]) -> Vec<ContactState> {
+fn contact_states_from(row: &[f64]) -> Vec<ContactState> {
     row.chunks_exact(2)
         .map(|pair| match pair {
             [0.0, _] => ContactState::Stick,
@@ -81,11 +81,11 @@ pub(crate) fn state_from(layout: Layout, row: &[f64]) -> PyResult<State> {
     })
 }
 
-pub(crate) fn phases_of(layout: Layout, row: &[f64]) -> PyResult<Vec<ContactState>> {
+pub(crate) fn contact_states_of(layout: Layout, row: &[f64]) -> PyResult<Vec<ContactState>> {
     if row.len() != 2 * layout.contacts {
         return Err(broken("a row of contact_states", row.len()));
     }
-    Ok(phases_from(row))
+    Ok(contact_states_from(row))
 }
 
 fn row_of(state: &State) -> impl Iterator<Item = f64> {
@@ -143,7 +143,7 @@ pub(crate) fn event_sequence<'py>(
     Ok(columns(py, &event_sequence))
 }
 
-/// The event sequence from a state in a contact_state.
+/// The event sequence from a state in a contact state.
 #[pyfunction]
 #[expect(
     clippy::needless_pass_by_value,
@@ -160,7 +160,7 @@ pub(crate) fn event_sequence_from<'py>(
     let (masses, oscillator) = system.masses()?;
     let layout = Layout::of(masses);
     let state = state_from(layout, state.as_slice()?)?;
-    let contact_states = phases_of(layout, contact_states.as_slice()?)?;
+    let contact_states = contact_states_of(layout, contact_states.as_slice()?)?;
     let event_sequence = watched(py, None, |go_on| match oscillator {
         Some(oscillator) => {
             of_oscillator::from(oscillator, &state, contact_states[0], duration, max_events, go_on)
@@ -201,14 +201,14 @@ pub(crate) fn follow<'py>(
         .map(|row| {
             let code = whole(row[2 * contacts]);
             Phase {
-                contact_states: phases_from(&row[..2 * contacts]),
+                contact_states: contact_states_from(&row[..2 * contacts]),
                 contact: code / ENDINGS.len(),
                 ending: ENDINGS[code % ENDINGS.len()],
                 duration: row[2 * contacts + 1],
             }
         })
         .collect::<Vec<_>>();
-    let last = phases_of(layout, last.as_slice()?)?;
+    let last = contact_states_of(layout, last.as_slice()?)?;
     if phases.iter().any(|phase| phase.contact >= contacts) {
         return Err(broken("a row of phases", 2 * contacts + 2));
     }

@@ -63,7 +63,7 @@ fn first<const H: usize>(oscillator: &Oscillator, (x, v): (f64, f64), memory: &m
     mode::first(&frame, &oscillator.law, (v, holding, rate), memory)
 }
 
-/// The event sequence from a state in a contact_state, for a duration and as long as `go_on` says so. A stick begins there.
+/// The event sequence from a state in a contact state, for a duration and as long as `go_on` says so. A stick begins there.
 ///
 /// # Errors
 /// What makes no sense in the oscillator.
@@ -166,7 +166,7 @@ fn start((t, x, v): (f64, f64, f64), piece: &Piece, memory: &Memory) -> State {
     }
 }
 
-fn phase_of(segment: &Segment) -> ContactState {
+fn contact_state_of(segment: &Segment) -> ContactState {
     if segment.direction == 0.0 {
         ContactState::Stick
     } else if segment.slope.is_infinite() {
@@ -181,7 +181,7 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
     let speed = |direction: f64, v: f64| direction * (oscillator.drive_velocity - v);
     let mut phases = Vec::with_capacity(orbit.segments.len());
     for (index, segment) in orbit.segments.iter().enumerate() {
-        let contact_state = phase_of(segment);
+        let contact_state = contact_state_of(segment);
         let Some(event) = orbit.events.get(index) else {
             phases.push(Phase {
                 contact_states: vec![contact_state],

@@ -41,7 +41,7 @@ pub struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
-    /// From the start of a run, or from a hybrid with the x and v of the run, to its end.
+    /// From the start of a run, or from a hybrid state with the x and v of the run, to its end.
     #[must_use]
     pub fn new(oscillator: &'a Oscillator, run: Run, hybrid: Option<HybridState>) -> Self {
         Self {

@@ -190,7 +190,7 @@ pub trait Friction: Limited {
         0.0
     }
 
-    /// the static limit and, for the search for where it breaks, how that changes.
+    /// The static limit and, for the search for where it breaks, how that changes.
     fn adhesion(&self, hold: Hold) -> Adhesion {
         let growth = self.growth_bound(hold.stick_time);
         Adhesion {

@@ -61,7 +61,7 @@ impl HybridState {
         numbers
     }
 
-    /// What [`HybridState::numbers`] gave, at another time; none where they are not a hybrid.
+    /// What [`HybridState::numbers`] gave, at another time; none where they are not a hybrid state.
     #[must_use]
     #[expect(
         clippy::cast_possible_truncation,
@@ -159,7 +159,7 @@ impl Restart {
         })
     }
 
-    /// The hybrid, at the time `now`, and x and v there: those of the begin of a stick.
+    /// The hybrid state, at the time `now`, and x and v there: those of the begin of a stick.
     pub(crate) fn hybrid(&self, drive_velocity: f64, now: Clock) -> (f64, f64, HybridState) {
         let hybrid = HybridState {
             clock: now.after(-self.stuck_for),

@@ -179,7 +179,7 @@ pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> R
     )
 }
 
-/// Go on from a hybrid, with x and v of the run, until `run.t_end`, a time on the clock of the hybrid, and tell `record`.
+/// Go on from a hybrid state, with x and v of the run, until `run.t_end`, a time on the clock of the hybrid, and tell `record`.
 ///
 /// # Errors
 /// A harmonic that meets an undamped resonance.
@@ -202,7 +202,7 @@ pub fn resume(
     with_harmonics!(oscillator, H, go_on::<H>(oscillator, run, hybrid, record))
 }
 
-/// The hybrid where a run starts.
+/// The hybrid state where a run starts.
 pub(crate) fn first_hybrid_state(oscillator: &Oscillator, run: Run) -> HybridState {
     fn hybrid<const H: usize>(oscillator: &Oscillator, run: Run) -> HybridState {
         let mut state = Loop::<H>::new(oscillator, run, Clock::default());
@@ -212,7 +212,7 @@ pub(crate) fn first_hybrid_state(oscillator: &Oscillator, run: Run) -> HybridSta
     with_harmonics!(oscillator, H, hybrid::<H>(oscillator, run))
 }
 
-/// Position, velocity and hybrid after the next event of a motion from a hybrid, if it occurs before `t_end` and `record` goes
+/// Position, velocity and hybrid state after the next event of a motion from a hybrid, if it occurs before `t_end` and `record` goes
 /// on until then.
 pub(crate) fn next_event(
     oscillator: &Oscillator,
@@ -265,7 +265,7 @@ const KEPT: usize = 4;
 
 struct Loop<'a, const H: usize> {
     law: &'a Law,
-    /// the static limit backward and forward, if that never changes.
+    /// The static limit backward and forward, if that never changes.
     static_limit: Option<[f64; 2]>,
     frame: Frame<H>,
     responses: [Response<H>; KEPT],

@@ -28,7 +28,7 @@ pub struct Closed<'a> {
 }
 
 impl<'a> Closed<'a> {
-    /// From the start of `run`, or from a hybrid with its x and v; the time of `run` does not count.
+    /// From the start of `run`, or from a hybrid state with its x and v; the time of `run` does not count.
     #[must_use]
     pub fn new(oscillator: &'a Oscillator, run: Run, hybrid: Option<HybridState>) -> Self {
         Self {

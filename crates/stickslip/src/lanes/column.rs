@@ -54,7 +54,7 @@ lanes! {
         drive, stiffness, damping,
         /// D alone.
         damper,
-        /// the static limit, and the friction slip starts with.
+        /// The static limit, and the friction slip starts with.
         static_limit, offset,
         /// The rest of x but for the sign of friction, that of friction, and 1/k.
         rest, lag, per_stiffness,
@@ -237,7 +237,7 @@ impl Constants {
         })
     }
 
-    /// The state at a hybrid, to go on until `t_end` for so many events at the most.
+    /// The state at a hybrid state, to go on until `t_end` for so many events at the most.
     pub(super) fn state(
         &self,
         (x, v): (f64, f64),
@@ -274,7 +274,7 @@ impl Constants {
         }
     }
 
-    /// The position, velocity and hybrid of a state.
+    /// The position, velocity and hybrid state of a state.
     pub(super) fn hybrid(&self, state: &State<f64>) -> (f64, f64, HybridState) {
         let mode = if state.stuck == 1.0 {
             Mode::Stick

@@ -17,7 +17,7 @@ use crate::series::{ORDER, Series};
 pub(super) struct ContactProblem<'a> {
     pub(super) frame: &'a Frame,
     pub(super) zero: &'a [usize],
-    /// the static limit, backward and forward.
+    /// The static limit, backward and forward.
     pub(super) limit: &'a [[f64; 2]],
     /// Friction slip would start with, likewise.
     pub(super) kinetic: &'a [[f64; 2]],

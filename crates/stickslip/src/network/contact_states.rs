@@ -112,7 +112,7 @@ impl Loop<'_> {
         }
         let all = self.frame.held(zero.clone());
         self.frame.stop(&all, self.clock, &mut self.v);
-        // the static limit, and what slip would start with.
+        // The static limit, and what slip would start with.
         let limit: Vec<[f64; 2]> = zero
             .iter()
             .map(|&c| {

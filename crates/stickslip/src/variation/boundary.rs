@@ -14,7 +14,7 @@ pub enum Boundary {
     Low,
     /// Greatest slip speed of a phase below the high end.
     High,
-    /// the static limit beyond the force where a phase ends in adhesion.
+    /// The static limit beyond the force where a phase ends in adhesion.
     Entry,
     /// The force beyond the static limit where the slip velocity crosses zero.
     Crossing,

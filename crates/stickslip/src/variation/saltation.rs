@@ -64,7 +64,7 @@ impl Course<'_> {
         )
     }
 
-    /// the static limit beyond a force.
+    /// The static limit beyond a force.
     pub(super) fn room(&self, c: usize, stick_time: &Dual, rate: &Dual, force: Dual) -> Dual {
         self.static_limit(c, force.value, stick_time, rate) - &force.abs()
     }
@@ -74,7 +74,7 @@ impl Course<'_> {
         later(&start.numbers[self.layout.contact(c) + AGE], tau)
     }
 
-    /// the static limit against slip in a direction.
+    /// The static limit against slip in a direction.
     fn static_limit(&self, c: usize, direction: f64, stick_time: &Dual, rate: &Dual) -> Dual {
         let rate = rate.clone().abs();
         let parameter = self.parameter(rate.rates.len());

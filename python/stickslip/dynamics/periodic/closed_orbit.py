@@ -12,7 +12,9 @@ from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 
+#: Said where a run ends without a motion that repeats.
 STEADY = "periodic_orbit: the motion comes to rest or slips steadily: no cycle here; give another guess"
+#: How far from 1 the size of a multiplier lies at most that rounding alone keeps from it.
 _MARGINAL = 1e-9
 
 

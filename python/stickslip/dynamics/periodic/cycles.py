@@ -34,9 +34,6 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.periodic.state_cycles import StateCycle
 
-#: Said where a run ends without a motion that repeats.
-#: How far from 1 the size of a multiplier lies at most that rounding alone keeps from it.
-
 
 @dataclass(frozen=True, repr=False)
 class PeriodicOrbit(Cycle):
