@@ -273,16 +273,11 @@ impl Task for Going<'_, '_, '_> {
             let stuck = zero.below(state.stuck) & alive;
             if stuck.any() {
                 let release = stick::release(&c, &state, stuck);
-                let up = stuck & release.found & left.at_most(release.lasted);
-                let go = release.found & !up;
+                let up = stuck & release.end.found & left.at_most(release.end.lasted);
+                let go = release.end.found & !up;
                 done = done | up;
-                self.settle(&mut state, &mut done, &riders, stuck & !release.found);
-                state.periods = L::choose(go, state.periods + release.periods, state.periods);
-                state.t = L::choose(go, release.t, state.t);
-                state.cos = L::choose(go, release.cos, state.cos);
-                state.sin = L::choose(go, release.sin, state.sin);
-                state.x = L::choose(go, release.x, state.x);
-                state.v = L::choose(go, c.drive, state.v);
+                self.settle(&mut state, &mut done, &riders, stuck & !release.end.found);
+                state.go_to(go, &release.end, c.drive);
                 state.direction = L::choose(go, release.direction, state.direction);
                 let at_reversal = L::choose(c.static_limit.at_most(c.offset), one, zero);
                 state.at_reversal = L::choose(go, at_reversal, state.at_reversal);
@@ -291,7 +286,7 @@ impl Task for Going<'_, '_, '_> {
                 if self.on_event.is_some() {
                     let rate = release.direction * (c.rise + c.force * c.frequency * state.sin);
                     let force = release.direction * c.static_limit;
-                    self.tell(&riders, &state, go, force, (release.lasted, rate));
+                    self.tell(&riders, &state, go, force, (release.end.lasted, rate));
                 }
             }
             // What has just come loose slips on in the same round.
@@ -300,19 +295,14 @@ impl Task for Going<'_, '_, '_> {
             let slips = !zero.below(state.stuck) & alive & !done & (state.events + one).below(state.most);
             if slips.any() {
                 let arrival = slip::arrival(&c, &steps, &state, left, slips);
-                let up = slips & (arrival.lasts | (arrival.found & left.at_most(arrival.lasted)));
-                let go = arrival.found & !up;
+                let up = slips & (arrival.lasts | (arrival.end.found & left.at_most(arrival.end.lasted)));
+                let go = arrival.end.found & !up;
                 done = done | up;
-                self.settle(&mut state, &mut done, &riders, slips & !arrival.found & !up);
-                let holding = c.stiffness * arrival.x + c.damper * c.drive - c.force * arrival.cos;
+                self.settle(&mut state, &mut done, &riders, slips & !arrival.end.found & !up);
+                let holding = c.stiffness * arrival.end.x + c.damper * c.drive - c.force * arrival.end.cos;
                 let pull = (state.direction * holding).min(c.offset);
                 let sticks = pull.abs().at_most(c.static_limit);
-                state.periods = L::choose(go, state.periods + arrival.periods, state.periods);
-                state.t = L::choose(go, arrival.t, state.t);
-                state.cos = L::choose(go, arrival.cos, state.cos);
-                state.sin = L::choose(go, arrival.sin, state.sin);
-                state.x = L::choose(go, arrival.x, state.x);
-                state.v = L::choose(go, c.drive, state.v);
+                state.go_to(go, &arrival.end, c.drive);
                 let force = state.direction * c.offset;
                 let backwards = L::choose(pull.below(zero), -state.direction, state.direction);
                 state.direction = L::choose(go & !sticks, backwards, state.direction);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use stickslip_lanes::Lane;
+use stickslip_lanes::{Lane, Mask};
 
 use crate::drive::{Clock, Harmonic};
 use crate::elementary::{exp, sin_cos, whole_turns_less};
@@ -114,6 +114,50 @@ pub(super) struct Constants {
     piece: Piece,
     /// The time by which zero phase of the force is before zero time.
     shift: f64,
+}
+
+/// Where a mode of the lanes ends.
+pub(super) struct End<L: Lane> {
+    /// Lanes for which that is known.
+    pub(super) found: L::Mask,
+    /// How long the mode lasted.
+    pub(super) lasted: L,
+    /// Periods passed and the time in the last one, cos and sin of the force there.
+    pub(super) periods: L,
+    pub(super) t: L,
+    pub(super) cos: L,
+    pub(super) sin: L,
+    pub(super) x: L,
+}
+
+impl<L: Lane> End<L> {
+    /// Of no lane yet.
+    #[inline(always)]
+    pub(super) fn unknown() -> Self {
+        let zero = L::splat(0.0);
+        Self {
+            found: L::Mask::none(),
+            lasted: zero,
+            periods: zero,
+            t: zero,
+            cos: L::splat(1.0),
+            sin: zero,
+            x: zero,
+        }
+    }
+}
+
+impl<L: Lane> State<L> {
+    /// To the end of a mode, in the lanes of `go`: the mass moves with the drive there.
+    #[inline(always)]
+    pub(super) fn go_to(&mut self, go: L::Mask, end: &End<L>, drive: L) {
+        self.periods = L::choose(go, self.periods + end.periods, self.periods);
+        self.t = L::choose(go, end.t, self.t);
+        self.cos = L::choose(go, end.cos, self.cos);
+        self.sin = L::choose(go, end.sin, self.sin);
+        self.x = L::choose(go, end.x, self.x);
+        self.v = L::choose(go, drive, self.v);
+    }
 }
 
 impl Constants {

@@ -8,7 +8,7 @@
 
 use stickslip_lanes::{Lane, Mask};
 
-use super::column::{Column, HALVINGS, State, Step};
+use super::column::{Column, End, HALVINGS, State, Step};
 use super::elementary::{exp, reversed, sin_cos};
 
 /// So many cells; a slip that lasts longer, by the longest of them, is likely to last for ever. Rounding grows with every cell.
@@ -20,17 +20,9 @@ const DEGREE: usize = 7;
 
 /// Where slip ends.
 pub(super) struct Arrival<L: Lane> {
-    /// Lanes for which that is known.
-    pub(super) found: L::Mask,
+    pub(super) end: End<L>,
     /// Lanes whose slip lasts to the horizon, or for more cells than are gone in lanes.
     pub(super) lasts: L::Mask,
-    pub(super) lasted: L,
-    /// Periods passed and the time in the last one, cos and sin of the force there.
-    pub(super) periods: L,
-    pub(super) t: L,
-    pub(super) cos: L,
-    pub(super) sin: L,
-    pub(super) x: L,
 }
 
 /// A time within a period and a step from there: the periods that pass, and the time in the last.
@@ -209,14 +201,8 @@ pub(super) fn arrival<L: Lane>(
         }
     }
     let mut arrival = Arrival {
-        found: L::Mask::none(),
+        end: End::unknown(),
         lasts: lasts | (active & level.at_most(zero)),
-        lasted: zero,
-        periods: zero,
-        t: zero,
-        cos: one,
-        sin: zero,
-        x: zero,
     };
     let d = step.h;
     let mut at = gone + root_of_quintic(left, right, d) * d;
@@ -272,15 +258,15 @@ pub(super) fn arrival<L: Lane>(
                 + by * n(0.5)
                     * (g[1] + by * n(1.0 / 3.0) * (g[2] + by * n(0.25) * (g[3] + by * n(0.2) * g[4]))));
         let x = y * cos + (z + c.gamma * y) * sin + centre + (c.within * wave_cos + c.behind * wave_sin);
-        arrival.lasted = L::choose(take, at + by, arrival.lasted);
-        arrival.x = L::choose(take, x + c.drive * by - sign * travel, arrival.x);
+        arrival.end.lasted = L::choose(take, at + by, arrival.end.lasted);
+        arrival.end.x = L::choose(take, x + c.drive * by - sign * travel, arrival.end.x);
         let (more, t) = wrapped(c, t, by);
-        arrival.periods = L::choose(take, periods + more, arrival.periods);
-        arrival.t = L::choose(take, t, arrival.t);
+        arrival.end.periods = L::choose(take, periods + more, arrival.end.periods);
+        arrival.end.t = L::choose(take, t, arrival.end.t);
         let (wave_cos, wave_sin) = reversed((wave_cos, wave_sin), c.frequency * by);
-        arrival.cos = L::choose(take, wave_cos, arrival.cos);
-        arrival.sin = L::choose(take, wave_sin, arrival.sin);
-        arrival.found = arrival.found | take;
+        arrival.end.cos = L::choose(take, wave_cos, arrival.end.cos);
+        arrival.end.sin = L::choose(take, wave_sin, arrival.end.sin);
+        arrival.end.found = arrival.end.found | take;
         // What is near and not sure will not be any surer.
         open = open & !near;
         let beyond = g[0].below(zero);

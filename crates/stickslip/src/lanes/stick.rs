@@ -6,7 +6,7 @@
 
 use stickslip_lanes::{Lane, Mask};
 
-use super::column::{Column, State};
+use super::column::{Column, End, State};
 use super::elementary::{reversed, sin_cos};
 use super::slip::wrapped;
 use crate::elementary::PI;
@@ -16,16 +16,7 @@ const ROUNDS: usize = 12;
 
 /// Where adhesion ends.
 pub(super) struct Release<L: Lane> {
-    /// Lanes for which that is known.
-    pub(super) found: L::Mask,
-    /// How long it lasted.
-    pub(super) lasted: L,
-    /// Periods passed and the time in the last one, cos and sin of the force there.
-    pub(super) periods: L,
-    pub(super) t: L,
-    pub(super) cos: L,
-    pub(super) sin: L,
-    pub(super) x: L,
+    pub(super) end: End<L>,
     pub(super) direction: L,
 }
 
@@ -102,13 +93,7 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
         & skipped.below(n(1e6))
         & (high - start).below(n(1e7));
     let mut release = Release {
-        found: L::Mask::none(),
-        lasted: zero,
-        periods: zero,
-        t: zero,
-        cos: one,
-        sin: zero,
-        x: zero,
+        end: End::unknown(),
         direction: sense,
     };
     for _ in 0..ROUNDS {
@@ -140,13 +125,13 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
         let inside = low.below(to + n(1e-9)) & to.at_most(high + n(1e-9)) & zero.below(slope1);
         let take =
             open & near & inside & left.abs().at_most(c.faint) & zero.below(step + by * c.per_frequency);
-        release.lasted = L::choose(take, step + by * c.per_frequency, release.lasted);
+        release.end.lasted = L::choose(take, step + by * c.per_frequency, release.end.lasted);
         let (more, t) = wrapped(c, t, by * c.per_frequency);
-        release.periods = L::choose(take, periods + more, release.periods);
-        release.t = L::choose(take, t, release.t);
-        release.cos = L::choose(take, cos1 - (sin1 * second + cos1 * square), release.cos);
-        release.sin = L::choose(take, sin1 + (cos1 * second - sin1 * square), release.sin);
-        release.found = release.found | take;
+        release.end.periods = L::choose(take, periods + more, release.end.periods);
+        release.end.t = L::choose(take, t, release.end.t);
+        release.end.cos = L::choose(take, cos1 - (sin1 * second + cos1 * square), release.end.cos);
+        release.end.sin = L::choose(take, sin1 + (cos1 * second - sin1 * square), release.end.sin);
+        release.end.found = release.end.found | take;
         open = open & !take;
         low = L::choose(margin.at_most(zero), at.max(low), low);
         high = L::choose(margin.at_most(zero), high, at.min(high));
@@ -154,6 +139,6 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
         let inside = low.below(next) & next.below(high);
         at = L::choose(inside, next, n(0.5) * (low + high));
     }
-    release.x = (level - c.damper * c.drive + c.force * release.cos) * c.per_stiffness;
+    release.end.x = (level - c.damper * c.drive + c.force * release.end.cos) * c.per_stiffness;
     release
 }
