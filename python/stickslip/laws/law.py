@@ -52,8 +52,8 @@ class Law(Document):
             cls.PARAMETERS, cls.SMOOTH = facts.parameters, facts.smooth
 
     @classmethod
-    def dimensions(cls, name: str) -> tuple[str, ...]:
-        """Those that the core declares of the number."""
+    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
+        """Those that the core declares of the numbers."""
         return cls.PARAMETERS[name].texts if name in cls.PARAMETERS else ()
 
     @cached_property
