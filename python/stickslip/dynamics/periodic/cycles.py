@@ -269,7 +269,8 @@ def periodic_orbit(
     guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
         that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit`: its last state; a
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
-    t_end : length of the run that is looked at for a return; default 150 natural periods, 30 from a guess.
+    t_end : length of the run that is looked at for a return; default 150 natural periods and, where these are not
+        enough, 600; 30 from a guess.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
 
     Returns
@@ -311,11 +312,25 @@ def event_cycle(
         raise InputError(f"periodic_orbit: periods must be a whole number of at least 1, got {periods!r}")
     if isinstance(guess, PeriodicOrbit):
         return moved_to(system, guess)
-    x0, v0 = _start(guess)
+    start, settles = _start(guess), guess is None
     slowest = max(system.natural_period, forcing_period(system) or 0.0)
-    length = number("t_end", t_end, "periodic_orbit") if t_end is not None else slowest * (150 if guess is None else 30)
-    sequence, kinds = _run(system, length, x0, v0, pieces=1 if guess is not None else 4)
-    part, forcing_periods = find(system, sequence, kinds, guess is None, periods)
+    lengths = [150 * slowest, 600 * slowest] if settles else [30 * slowest]
+    if t_end is not None:
+        lengths = [number("t_end", t_end, "periodic_orbit")]
+    refusals = []
+    for length in lengths:
+        # Where disturbances decay slowly the motion has not settled by the first.
+        try:
+            return _found(system, length, start, settles, periods)
+        except InputError as refusal:
+            refusals.append(refusal)
+    raise refusals[0]
+
+
+def _found(system: Any, length: float, start: tuple[Any, Any], settles: bool, periods: int | None) -> PeriodicOrbit:
+    """The orbit that closes near a return of a run: near its end where the run settles, else near its start."""
+    sequence, kinds = _run(system, length, *start, pieces=4 if settles else 1)
+    part, forcing_periods = find(system, sequence, kinds, settles, periods)
     closed, rounds = close(part, forcing_periods)
     if periods is None:
         closed = once(closed)
