@@ -78,6 +78,24 @@ def test_what_compression_scatters_is_in_the_errors(tmp_path):
     assert any("the errors hold that" in note for note in motion.attrs["notes"])
 
 
+def test_the_slider_is_taken_and_not_a_clearer_spot_that_rests(tmp_path):
+    truth = filmed(tmp_path / "film")
+    for path in (tmp_path / "film").iterdir():
+        picture = cv2.imread(str(path))
+        cv2.circle(picture, (20, 80), 14, (205, 205, 205), -1, cv2.LINE_AA)
+        cv2.circle(picture, (20, 80), 8, (5, 5, 5), -1, cv2.LINE_AA)
+        cv2.imwrite(str(path), picture)
+    motion = track(tmp_path / "film", frame_rate=20.0)
+    assert np.abs(motion["x_px"].to_numpy() - truth["x_px"].to_numpy()).max() < 0.2
+    assert any(
+        "At (20, 80) px rests a spot that looks like a dark marker too" in note for note in motion.attrs["notes"]
+    )
+    rests = track(tmp_path / "film", frame_rate=20.0, start=[[20, 80]])
+    assert rests["x_px"].std() < 0.1
+    both = track(tmp_path / "film", frame_rate=20.0, masses=2, reference=[0])
+    assert np.abs(both["x_px"].to_numpy() - truth["x_px"].to_numpy()).max() < 0.2
+
+
 def test_a_leap_is_said(tmp_path):
     filmed(tmp_path / "film")
     for index in range(30, 33):  # the marker is gone, and one like it stands elsewhere

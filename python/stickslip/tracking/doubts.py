@@ -37,9 +37,6 @@ GROWN = 0.3
 USUAL = 51
 """Pictures over which the usual size of a marker is taken."""
 
-CLEAR = 1.3
-"""A marker has a score so many times that of the best other spot; belt texture is like itself to a tenth."""
-
 TEXTURE = 1.1
 """Below this the marker is one of many equal spots."""
 

@@ -12,13 +12,13 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_writable
-from stickslip.tracking.doubts import CLEAR, TEXTURE, clearness, hidden, remarks, scatter
+from stickslip.tracking.doubts import TEXTURE, clearness, hidden, remarks, scatter
 from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.finding.response_map import response_map
 from stickslip.tracking.finding.subset import Subset
 from stickslip.tracking.finding.template import find_templates
-from stickslip.tracking.linking import Track, find_markers
+from stickslip.tracking.linking import CLEAR, Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
 from stickslip.tracking.scale.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.setup import Setup
@@ -145,7 +145,14 @@ def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progres
             f"{film.name}: no {_describe(setup)} was seen in {len(seen.times)} pictures; look at the film and correct "
             "marker, size, threshold or region"
         )
-    tracks = find_markers(seen.pictures, setup.count, max_jump=setup.max_jump, start=setup.start, moving=setup.moving)
+    tracks = find_markers(
+        seen.pictures,
+        setup.count,
+        max_jump=setup.max_jump,
+        start=setup.start,
+        moving=setup.moving,
+        resting=len(setup.reference or ()),
+    )
     if setup.finder != "blob":
         tracks.sort(key=lambda track: track.label if setup.ids is None else setup.ids.index(track.label))
     if len(tracks) < setup.count:
@@ -154,6 +161,12 @@ def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progres
             "correct masses, size, threshold or region"
         )
     unclear = _unclear(film, setup, seen, tracks)
+    unclear += [
+        f"At ({still.x:.0f}, {still.y:.0f}) px rests a spot that looks like a {_describe(setup)} too; mass {mass} is the one "
+        "that moves: give start or region if that is wrong."
+        for mass, track in enumerate(tracks)
+        for still in track.at_rest
+    ]
     return _motion(film, setup, seen, tracks, unclear)
 
 
@@ -161,7 +174,8 @@ def _unclear(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> list
     """A sentence where other spots look as much like the marker; refused where it is one of many and none is asked for."""
     if setup.finder != "blob":
         return []
-    ratio, others = clearness(seen.pictures, seen.whole, tracks)
+    known = [*tracks, *(still for track in tracks for still in track.at_rest)]
+    ratio, others = clearness(seen.pictures, seen.whole, known)
     if ratio >= CLEAR:
         return []
     given = any(getattr(setup, name) is not None for name in ("size", "start", "region", "threshold", "level"))
