@@ -40,7 +40,7 @@ CUT = ": cut off at the edge"
 UNEXPLAINED = 3.5
 """Scatter may exceed the stated errors by this over the root of the number of pictures by chance."""
 
-PERSISTS = 1.2
+PERSISTS = 1.15
 """What the noise does not explain goes on for some pictures, which differences do not see: errors are so much larger."""
 
 COPIED = 1.6
