@@ -297,7 +297,12 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
         calibration = read_calibration(
             setup.calibration, setup.folder, float(np.nanmedian(size)), beside=Path(film.name), shape=seen.shape
         )
-    motion = motion_dataset(times, x, y, x_error, y_error, lost, calibration, source=film.name, frame_rate=film.rate)
+    motion = motion_dataset(
+        *(times, x, y, x_error, y_error, lost, calibration),
+        source=film.name,
+        frame_rate=film.rate,
+        diameter=size if setup.finder == "blob" else None,
+    )
     if setup.exposure or setup.line_time:
         doubts.append(_shutter(motion, setup.exposure or 0.0, setup.line_time or 0.0))
     if setup.names is not None:
