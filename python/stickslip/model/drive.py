@@ -33,7 +33,7 @@ class Harmonic(Document):
 
     amplitude: float
     frequency: Annotated[float, Limits(dimensions=TEXTS["time^-1"])]
-    phase: float = 0.0
+    phase: Annotated[float, Limits(dimensions=("angle",))] = 0.0
 
     @classmethod
     def constant(cls, force: float) -> Self:
@@ -68,6 +68,11 @@ class Drive(Document):
     velocity: Annotated[float, Limits(dimensions=TEXTS["velocity"])] = 0.0
     harmonics: Harmonics = ()
     nodes: tuple[Point, ...] = ()
+
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
+        """Those of a node: time and velocity."""
+        return (TEXTS["time"], TEXTS["velocity"]) if name == "nodes" else ()
 
     def __post_init__(self) -> None:
         super().__post_init__()

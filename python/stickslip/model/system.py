@@ -17,7 +17,7 @@ from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, read_toml
 from stickslip.files.schema import Count, Document, Kind, Limits, Says, complete, kind_of
-from stickslip.files.units import TEXTS
+from stickslip.files.units import TEXTS, quantity
 from stickslip.laws.law import Law, load_law
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive, Harmonic, NormalForce
@@ -181,7 +181,7 @@ class Force(Document):
 
     amplitude: Annotated[float, Limits(dimensions=TEXTS["force"])]
     frequency: Annotated[float, Limits(dimensions=TEXTS["time^-1"])]
-    phase: float = 0.0
+    phase: Annotated[float, Limits(dimensions=("angle",))] = 0.0
     mass: Index = 0
 
 
@@ -216,10 +216,19 @@ class _Matrix(Kind):
 
     what = "a matrix or the list of its diagonal"
 
+    def __init__(self, *dimensions: str) -> None:
+        self.dimensions = dimensions
+
     def takes(self, value: Any) -> bool:
-        return (isinstance(value, Sequence) and not isinstance(value, str | bytes)) or hasattr(value, "__float__")
+        return isinstance(value, Sequence) or hasattr(value, "__float__")
 
     def made(self, value: Any, name: str, where: str) -> Any:
+        def in_si(item: Any) -> Any:
+            if isinstance(item, list | tuple):
+                return [in_si(one) for one in item]
+            return quantity(name, item, self.dimensions, where) if isinstance(item, str) else item
+
+        value = in_si(value)
         try:
             array = np.asarray(value, float)
         except (TypeError, ValueError, OverflowError):
@@ -232,11 +241,9 @@ class _Matrix(Kind):
 
     def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
         del definitions
-        row = {"type": "array", "items": {"type": "number"}}
-        return {"anyOf": [{"type": "number"}, row, {"type": "array", "items": row}]}
-
-
-Matrix = Annotated[Any, _Matrix()]
+        one = {"type": ["number", "string"]}
+        row = {"type": "array", "items": one}
+        return {"anyOf": [one, row, {"type": "array", "items": row}]}
 
 
 @dataclass(frozen=True)
@@ -264,9 +271,9 @@ class System(Described):
     True
     """
 
-    mass: Matrix
-    stiffness: Matrix
-    damping: Matrix
+    mass: Annotated[Any, _Matrix(*TEXTS["mass"])]
+    stiffness: Annotated[Any, _Matrix(*TEXTS["stiffness"])]
+    damping: Annotated[Any, _Matrix(*TEXTS["damping"])]
     contacts: Annotated[Any, Contact | tuple[Contact, ...]]
     forcing: Annotated[Any, Force | Harmonic | tuple[Force | Harmonic, ...] | None] = ()
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.files.documents import write_whole
+from stickslip.files.netcdf import write_netcdf
 from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.scale.calibration import Calibration
 
@@ -76,7 +76,7 @@ def motion_dataset(
 
 def save_motion(motion: xr.Dataset, path: str | Path) -> Path:
     """Write a motion file whole or not at all."""
-    return write_whole(path, lambda draft: motion.to_netcdf(draft, engine="h5netcdf"))
+    return write_netcdf(path, motion)
 
 
 def _version() -> str:
