@@ -175,6 +175,28 @@ def test_orbit_diagram_is_drawn_with_named_regimes(diagram, quantity):
     assert [text.get_text() for text in ax.texts] == ["stick-slip", "almost-harmonic", "stable slip"]
 
 
+def test_a_diagram_of_one_direction_is_drawn_the_same_in_a_list(diagram):
+    listed = show.orbit_diagram_plot(diagram.expand_dims(direction=["up"]))
+    plain = show.orbit_diagram_plot(diagram)
+    assert [line.get_color() for line in listed.lines] == [line.get_color() for line in plain.lines]
+    assert listed.get_legend() is None
+
+
+@pytest.mark.parametrize("directions", [["up"], ["up", "down"]])
+def test_unfinished_values_of_a_diagram_are_hatched_and_named(diagram, directions):
+    both = diagram.expand_dims(direction=directions).copy(deep=True)
+    both["regime"][0, 3:5] = "unfinished"
+    both["turning_x"][0, 3:5] = np.nan
+    ax = show.orbit_diagram_plot(both)
+    drawn(ax)
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert f"unfinished (2 of {len(directions) * diagram.sizes['drive_velocity']} runs)" in texts
+    (band,) = (patch for patch in ax.patches if patch.get_hatch())
+    values = diagram["drive_velocity"].to_numpy()
+    ends = band.get_extents().transformed(ax.transData.inverted()).get_points()[:, 0]
+    assert ends == pytest.approx([(values[2] + values[3]) / 2, (values[4] + values[5]) / 2])
+
+
 def test_progress_is_told_after_each_part():
     told = []
     orbit_diagram(
