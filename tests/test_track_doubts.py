@@ -18,7 +18,7 @@ def texture(step):
     """Belt texture alone, moving `step` px a picture."""
     rng = np.random.default_rng(0)
     grain = cv2.GaussianBlur(rng.standard_normal((120, 400)).astype(np.float32), (0, 0), 2.5)
-    for index in range(40):
+    for index in range(16):
         part = 128 + 18 * grain[:, step * index : step * index + 240] / grain.std() + rng.normal(0, 3, (120, 240))
         yield np.clip(part, 0, 255).astype(np.uint8)
 
