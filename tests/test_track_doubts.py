@@ -18,7 +18,7 @@ def texture(step):
     """Belt texture alone, moving `step` px a picture."""
     rng = np.random.default_rng(0)
     grain = cv2.GaussianBlur(rng.standard_normal((120, 400)).astype(np.float32), (0, 0), 2.5)
-    for index in range(40):
+    for index in range(16):
         part = 128 + 18 * grain[:, step * index : step * index + 240] / grain.std() + rng.normal(0, 3, (120, 240))
         yield np.clip(part, 0, 255).astype(np.uint8)
 
@@ -49,15 +49,16 @@ def test_a_marker_hidden_in_part_is_left_out(tmp_path):
     assert set(motion["lost"].to_numpy()[20:30, 0]) <= {"partly hidden", "not found"}
     seen = motion["lost"].to_numpy()[:, 0] == ""
     assert np.abs(motion["x_px"].to_numpy()[seen, 0] - x[seen]).max() < 0.2
-    assert seen.sum() == 50
-    assert any("10 partly hidden" in note for note in motion.attrs["notes"])
+    assert seen.sum() == 48  # one more before and after
+    assert any("12 partly hidden" in note for note in motion.attrs["notes"])
 
 
 def test_the_pictures_around_a_hidden_marker_are_left_out_and_single_noisy_ones_are_not():
     size = 20 + 0.05 * np.random.default_rng(0).standard_normal(200)
     size[50:60] -= [0.5, 1.0, 2.0, 4.0, 5.0, np.nan, 3.0, 1.5, 0.6, 0.4]
+    size[60:62] += 0.4  # what hides it leaves, and seems a part of it
     size[120] -= 3.0
-    assert np.flatnonzero(hidden(size)).tolist() == [50, 51, 52, 53, 54, 56, 57, 58, 59]
+    assert np.flatnonzero(hidden(size)).tolist() == [49, 50, 51, 52, 53, 54, 56, 57, 58, 59, 60, 61, 62]
     size[150] -= 6.0
     assert hidden(size)[150]
 

@@ -103,10 +103,11 @@ def scatter(positions: Array, errors: Array, times: Array) -> Array:
 def hidden(size: Array) -> npt.NDArray[np.bool_]:
     """Pictures in which a marker is partly hidden, by its sizes (NaN where unseen).
 
-    It is where it is markedly smaller than it usually is around then, and in the pictures before and after as long as it is
-    smaller at all. A single picture in which it is hardly smaller than that is noise.
+    It is where it is markedly smaller than it usually is around then, and in the pictures before and after as long as its
+    size is another at all, and one more: what comes near a marker seems a part of it, and shifts its centre, before it hides
+    one. A single picture in which it is hardly smaller than that is noise.
     """
-    from scipy.ndimage import label
+    from scipy.ndimage import binary_dilation, binary_propagation, label
 
     change, common = _change(size), _common(_change(size))
     seen = np.flatnonzero(np.isfinite(size))
@@ -117,6 +118,8 @@ def hidden(size: Array) -> npt.NDArray[np.bool_]:
         least = float(change[pictures].min())
         if least < -(max(SHRUNK, common) if len(pictures) > 1 else max(ALONE, common)):
             found[pictures] = True
+    beside = binary_propagation(found[seen], mask=found[seen] | (np.abs(change[seen]) > 0.5 * common))
+    found[seen] = binary_dilation(beside)
     return found
 
 
