@@ -23,7 +23,6 @@ from stickslip.identification.estimator.uncertainty import (
     half_width,
     recurrence,
 )
-from stickslip.laws import ExponentialStribeck
 
 Array = npt.NDArray[np.float64]
 
@@ -153,9 +152,7 @@ class Curve:
             case "logarithm":
                 return np.asarray(sense * np.log(np.maximum(speed, 1e-300) / self.reference))
             case "weakening":
-                return np.asarray(
-                    ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(rows.w)
-                )
+                return np.asarray(sense * np.exp(-((speed / self.scale) ** self.exponent)))
             case "offset":
                 return np.ones(len(rows))
             case "restoring":
@@ -293,6 +290,17 @@ class SteadyFit:
     def vector(self) -> Array:
         """The numbers, the scale among them, in the order of `parameters`."""
         return self.parameters["value"].to_numpy()
+
+    @property
+    def by_sense(self) -> bool:
+        """Whether its numbers differ by the sense of the slip."""
+        return any(name.endswith(BY_SENSE) for name in self.parameters.index)
+
+    def toward(self, values: Array, sense: float) -> dict[str, float]:
+        """Numbers of slip in one sense, 1 or -1, by name, from `values` in the order of `parameters`; 0: the mean of both."""
+        at = dict(zip(self.parameters.index, values.tolist(), strict=True))
+        own = {name: number for name, number in at.items() if not name.endswith(BY_SENSE)}
+        return {name: number + sense * at.get(name + BY_SENSE, 0.0) for name, number in own.items()}
 
     def at_rest(self, slow: float, w: float = 0.0) -> tuple[float, float, float]:
         """Friction at rest, or at this speed, the mean of both ways and without offset: value and ends of its 95 % interval.
