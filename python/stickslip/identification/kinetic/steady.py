@@ -33,6 +33,7 @@ from stickslip.identification.kinetic.curves import (
     held_back,
     record_scatter_of,
 )
+from stickslip.identification.kinetic.motion import SENSE
 from stickslip.identification.records import check_same_units, opened, stated_units
 from stickslip.laws import Asymmetric, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
@@ -42,8 +43,6 @@ from stickslip.measurement.signals.noise import noise_level
 
 Array = npt.NDArray[np.float64]
 
-SENSE = 4.0
-"""Within so many standard errors of rest a record does not tell which way it slides."""
 SLOW = 0.05
 """Below this share of its top speed a record is asked whether friction is a function of the slip velocity at all."""
 FEWEST = 4
@@ -113,9 +112,9 @@ class SteadyFriction(Result):
     def law(self) -> Law | None:
         """The chosen form as a law, without offset and drift, at the mean load.
 
-        `Asymmetric` where friction differs by the sense of the slip. None where friction would be negative; :meth:`save` says
-        so. All forms are laws of the catalogue but the logarithm, which has no end at w = 0: it is `Tabulated`, constant below
-        the slowest speed and beyond a thousand times the fastest.
+        `Asymmetric` where friction differs by the sense of the slip. None where friction would be negative; :meth:`save`
+        says so. All forms are laws of the catalogue but the logarithm, which has no end at w = 0: it is `Tabulated`,
+        constant below the slowest speed and beyond a thousand times the fastest.
         """
         try:
             return self._of_friction().with_covariance(self.covariance)
