@@ -297,6 +297,17 @@ class SteadyFit:
         """The numbers, the scale among them, in the order of `parameters`."""
         return self.parameters["value"].to_numpy()
 
+    @property
+    def by_sense(self) -> bool:
+        """Whether its numbers differ by the sense of the slip."""
+        return any(name.endswith(BY_SENSE) for name in self.parameters.index)
+
+    def toward(self, values: Array, sense: float) -> dict[str, float]:
+        """Numbers of slip in one sense, 1 or -1, by name, from `values` in the order of `parameters`; 0: the mean of both."""
+        at = dict(zip(self.parameters.index, values.tolist(), strict=True))
+        own = {name: number for name, number in at.items() if not name.endswith(BY_SENSE)}
+        return {name: number + sense * at.get(name + BY_SENSE, 0.0) for name, number in own.items()}
+
     def at_rest(self, slow: float, w: float = 0.0) -> tuple[float, float, float]:
         """Friction at rest, or at this speed, the mean of both ways and without offset: value and ends of its 95 % interval.
 
