@@ -14,7 +14,7 @@ mod release;
 pub mod sequence;
 mod transition;
 
-pub use orbit::{Orbit, States};
+pub use orbit::{Orbit, States, branch_of};
 
 use contact_states::Passage;
 
@@ -148,6 +148,8 @@ struct Contact {
     pinned: f64,
     /// The slip acceleration is zero at the start of the piece, by what led there.
     at_reversal: bool,
+    /// The steeper of the two lines of friction between which a slip at a node is: it makes a slip acceleration of rounding.
+    steep: f64,
     /// The sign of the slip acceleration in this piece, 0 before it is known.
     sense: f64,
     /// Friction of the two branches between which the slip speed is held, if it is.
@@ -198,6 +200,8 @@ pub(crate) struct Loop<'a> {
     held: Held,
     /// The largest speed so far.
     scale: f64,
+    /// A slip acceleration below this share of the largest one is none where a slip begins without one.
+    still: f64,
     steps: Vec<f64>,
     events: Vec<Event>,
     pub(crate) work: Work,
@@ -222,6 +226,7 @@ impl<'a> Loop<'a> {
             since: Clock::default(),
             pinned: 0.0,
             at_reversal: false,
+            steep: 0.0,
             sense: 0.0,
             between: None,
             kept: 0.0,
@@ -239,6 +244,7 @@ impl<'a> Loop<'a> {
             contacts: vec![still; system.contacts.len()],
             force_lines: Vec::new(),
             scale: 0.0,
+            still: STILL,
             steps: Vec::new(),
             events: Vec::new(),
             work: Work::default(),
@@ -315,12 +321,9 @@ impl<'a> Loop<'a> {
             let step = self.motion.reach(&self.frame, &self.force_lines, self.scale);
             self.record_step();
             let end = self.clock.until(run.t_end);
-            let corner = self
-                .frame
-                .drives
-                .iter()
-                .map(|drive| drive.corner_after(self.clock));
-            let corner = corner.fold(f64::INFINITY, f64::min);
+            let nodes = self.frame.drives.iter().map(|drive| drive.node_after(self.clock));
+            let node = nodes.fold(f64::INFINITY, f64::min);
+            let corner = self.clock.until(node);
             let whole = step.min(end).min(corner);
             let mut horizon =
                 self.motion
@@ -350,7 +353,8 @@ impl<'a> Loop<'a> {
                     contact.at_reversal = false;
                 }
                 if horizon == corner {
-                    // The drive changes its acceleration: adhesion may break at once.
+                    // The drive changes its acceleration, at its time and not a rounding beside it: adhesion may break at once.
+                    self.clock = Clock { high: node, low: 0.0 };
                     let rates = self.rates(horizon);
                     self.motion.aim(&self.frame, self.clock);
                     self.set_contact_states(&Passage {
@@ -434,8 +438,15 @@ impl<'a> Loop<'a> {
             // A start that has no slope is expanded without one: what follows may be less than what rounding makes of it.
             for (c, contact) in self.contacts.iter_mut().enumerate() {
                 if contact.direction != 0.0 && contact.between.is_none() && !contact.apart {
-                    contact.at_reversal &= self.motion.u[c][1].abs() <= STILL * size;
-                    self.force_lines[c].still = contact.at_reversal;
+                    let slope = self.motion.u[c][1].abs();
+                    let still = self.still * size;
+                    // What a slip speed of rounding makes of it along a steep line only lets the search ignore its sign.
+                    let steep = ROUNDING * self.scale * contact.steep * self.frame.coupling(c, c);
+                    contact.at_reversal &= slope <= still.max(steep);
+                    self.force_lines[c].still = contact.at_reversal && slope <= still;
+                    if !contact.at_reversal {
+                        contact.steep = 0.0;
+                    }
                 }
             }
             if self.force_lines.iter().any(|force_line| force_line.still) {
@@ -513,7 +524,7 @@ impl<'a> Loop<'a> {
                 force_line.direction,
                 force_line.offset,
                 force_line.slope,
-                f64::from(branch),
+                orbit::marked(branch, force_line.still),
             ]);
         }
     }
@@ -521,6 +532,7 @@ impl<'a> Loop<'a> {
     fn advance(&mut self, h: f64) {
         self.motion.state(h, &mut self.x, &mut self.v);
         self.clock = self.clock.after(h);
+        self.still = STILL;
     }
 
     /// The normal force of a contact over that of its law.

@@ -150,7 +150,7 @@ impl Drive {
         Ok(())
     }
 
-    /// The coefficients of s(clock + h), good until [`Drive::corner_after`].
+    /// The coefficients of s(clock + h), good until [`Drive::node_after`].
     pub(crate) fn expand(&self, clock: Clock, series: &mut Series) {
         series.fill(0.0);
         series[0] = self.velocity;
@@ -174,10 +174,12 @@ impl Drive {
         }
     }
 
-    /// The time from `clock` to the next node.
-    pub(crate) fn corner_after(&self, clock: Clock) -> f64 {
-        let until = self.nodes.iter().map(|node| clock.until(node[0]));
-        until.filter(|&time| time > 0.0).fold(f64::INFINITY, f64::min)
+    /// The time of the next node after `clock`.
+    pub(crate) fn node_after(&self, clock: Clock) -> f64 {
+        let times = self.nodes.iter().map(|node| node[0]);
+        times
+            .filter(|&time| clock.until(time) > 0.0)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// A bound of its size.

@@ -1,7 +1,7 @@
 //! Which contacts stick and which slip, and where: at the start, and after every event, for all of them at once.
 
 use super::complementarity::{ContactProblem, toward};
-use super::{Contact, Loop, ROUNDING, STILL};
+use super::{Contact, Loop, ROUNDING};
 use crate::flow::taylor::ForceLine;
 use crate::law::{Friction, Hold};
 use crate::mode::Kind;
@@ -24,6 +24,8 @@ pub(super) struct Passage {
 impl Loop<'_> {
     /// Modes in which the motion starts.
     pub(super) fn start(&mut self) {
+        // The start is known to rounding, not to the error with which an event was found.
+        self.still = ROUNDING;
         self.motion.aim(&self.frame, self.clock);
         self.measure_scale();
         let mut required = Vec::new();
@@ -172,7 +174,7 @@ impl Loop<'_> {
             kinetic: &kinetic,
             required,
             drives: self.motion.drives(),
-            still: STILL * self.frame.rate * self.scale,
+            still: self.still * self.frame.rate * self.scale,
             released: passage.released.map(|(c, force)| (row_of(c), force.signum())),
             returned: passage.returned.map(row_of),
         };

@@ -1,7 +1,9 @@
 //! When adhesion breaks: the first time its force is more than a limit that grows with rest and falls with the force rate.
 
+use super::ROUNDING;
+use crate::event::certified;
 use crate::law::{Friction, Hold, Law};
-use crate::series::{PASSED, Series, at, curvature_bound, first_root, free_time, slope_at};
+use crate::series::{CERTIFIED, PASSED, Series, at, curvature_bound, first_root, free_time, slope_at};
 
 /// A search of so many rounds gives up where it is: the motion goes on from there.
 const ROUNDS: u32 = 10_000;
@@ -13,6 +15,46 @@ type Load<'a> = (&'a Series, Option<&'a Series>);
 /// the limit by no more than `still` and is relieved from there does not break it. An error is the time up to which it holds,
 /// where the search gave up.
 pub(super) fn end_of_adhesion(
+    law: &Law,
+    load: Load,
+    rested: f64,
+    still: f64,
+    reach: f64,
+    grazes: &mut Vec<f64>,
+) -> Result<Option<f64>, f64> {
+    let found = first_end(law, load, rested, still, reach, grazes);
+    debug_assert!(
+        !matches!(found, Ok(Some(h)) if !breaks(law, load, rested, still, (h, reach))),
+        "{found:?} is no end of adhesion under {load:?}, {law:?}"
+    );
+    found
+}
+
+/// The certificate of a break-away, checked in a debug build.
+fn breaks(law: &Law, (force, normal): Load, rested: f64, still: f64, (h, reach): (f64, f64)) -> bool {
+    let margin = |t: f64| {
+        let (value, rate) = slope_at(force, t);
+        let hold = Hold {
+            stick_time: rested + t,
+            force_rate: rate.abs(),
+        };
+        let limit = pressed(normal, t) * law.toward(value.signum()).break_away(hold);
+        [limit - value.abs(), 16.0 * rounding_of(limit, still)]
+    };
+    h == 0.0 || certified(h, CERTIFIED * reach, margin)
+}
+
+/// The share of the law's force that there is at a time: 1 where the normal force does not vary.
+fn pressed(normal: Option<&Series>, t: f64) -> f64 {
+    normal.map_or(1.0, |normal| at(normal, t).max(0.0))
+}
+
+/// How far from the limit a force may be by rounding and by the error with which an event was found.
+fn rounding_of(limit: f64, still: f64) -> f64 {
+    (ROUNDING * limit).max(2.0 * still / PASSED)
+}
+
+fn first_end(
     law: &Law,
     load: Load,
     rested: f64,
@@ -48,10 +90,10 @@ fn end_on(
             force_rate: rate.abs(),
         })
     };
-    let limit = |t: f64, rate: f64| normal.map_or(1.0, |normal| at(normal, t).max(0.0)) * of_law(t, rate);
+    let limit = |t: f64, rate: f64| pressed(normal, t) * of_law(t, rate);
     let feels_rate = law.feels_force_rate();
     let static_limit = limit(0.0, force[1]);
-    let rounding = (4.0 * f64::EPSILON * static_limit).max(2.0 * still / PASSED);
+    let rounding = rounding_of(static_limit, still);
     if !feels_rate && law.growth_bound(rested) == 0.0 {
         let (mut first, constant) = (None, of_law(0.0, 0.0));
         for sign in [1.0, -1.0]

@@ -40,8 +40,11 @@ impl Loop<'_> {
         }
         let mut passage = Passage {
             released: (cause == Cause::Release).then_some((c, reached)),
-            returned: (h == 0.0 && self.contacts[c].at_reversal && cause == Cause::End(End::Low))
-                .then_some(c),
+            returned: (h == 0.0
+                && self.contacts[c].at_reversal
+                && self.contacts[c].piece.low <= 0.0
+                && cause == Cause::End(End::Low))
+            .then_some(c),
             rates: self.rates(h),
             starting: false,
             arrived,
@@ -99,8 +102,11 @@ impl Loop<'_> {
             End::High => contact.piece.high,
         };
         let force = normal * contact.direction * law.force(&contact.piece, speed);
+        let left = contact.piece.slope.abs();
         contact.piece = law.next(&contact.piece, end, speed, &mut contact.memory);
-        contact.at_reversal = false;
+        // Where a steep line ends the slip acceleration may be rounding: which way it goes on, its rate then says.
+        contact.steep = normal * left.max(contact.piece.slope.abs());
+        contact.at_reversal = true;
         self.tell(Kind::Node, c, force);
     }
 
