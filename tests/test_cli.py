@@ -60,7 +60,7 @@ def test_missing_file_and_folder(system, tmp_path, capsys):
     assert main(["simulate", str(system), "-o", str(tmp_path / "nowhere" / "orbit.nc")]) == 2
     assert "does not exist" in capsys.readouterr().err
     assert main(["simulate", str(system), "--plot", str(tmp_path / "orbit.docx")]) == 2
-    assert "expected a name that ends in .avif, .eps" in capsys.readouterr().err
+    assert "expected a name that ends in .png, .avif, .eps" in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["system.toml"]
 
 

@@ -97,6 +97,14 @@ def test_a_program_may_write_what_it_has_read(tmp_path):
     assert path.read_text() == "new"
 
 
+def test_results_are_saved_under_a_name_of_their_kind_only(tmp_path):
+    orbit = ss.simulate(ss.Oscillator(0.1, 0.3, ss.laws.StaticKinetic(1.0, 0.5)), 5.0)
+    for name in ("orbit.csv", "orbit"):
+        with pytest.raises(ss.InputError, match=r"ends in \.nc, got .*orbit\.nc for example"):
+            orbit.save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
 def test_drafts_of_killed_processes_are_cleared_and_those_of_living_ones_kept(tmp_path):
     script = "import os, signal, sys\nfrom stickslip.files.documents import write_whole\n"
     script += "def write(draft):\n    draft.write_text('half')\n    os.kill(os.getpid(), signal.SIGKILL)\n"

@@ -87,6 +87,23 @@ def test_friction_loop_of_a_law_without_branches_is_coloured_by_the_sense_of_w()
     assert names(show.friction_loop(orbit)) == ["stick", "|w| grows", "|w| falls"]
 
 
+@pytest.mark.parametrize(
+    "law",
+    [
+        ss.laws.ExponentialStribeck(1.0, 0.5, 0.4),
+        ss.laws.smooth_from_function(lambda w: 0.3 + 0.7 * np.exp(-w / 0.35) + 0.1 * w**2, w_max=4.0, break_away=1.15),
+        ss.laws.Asymmetric(ss.laws.ExponentialStribeck(1.0, 0.5, 0.4), ss.laws.Coulomb(0.8)),
+    ],
+)
+def test_friction_loop_draws_the_force_of_the_law_at_each_slip_velocity(law):
+    orbit = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=0.5, law=law), 60)
+    lines = {line.get_label(): line.get_xydata() for line in show.friction_loop(orbit).lines}
+    slip = np.concatenate([lines["|w| grows"], lines["|w| falls"]])
+    slip = slip[slip[:, 0] > 1e-6]
+    assert np.ptp(slip[:, 0]) > 0.5
+    np.testing.assert_allclose(slip[:, 1], law.kinetic_force(slip[:, 0]), atol=1e-9)
+
+
 def test_friction_loop_with_forcing_joins_the_friction_of_the_orbit():
     forcing = ss.Harmonic(0.05, 0.7)
     orbit = ss.simulate(PAPER.oscillator(0.15, forcing), 200)

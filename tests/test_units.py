@@ -30,6 +30,38 @@ def test_a_system_file_takes_numbers_with_units(tmp_path):
     assert (orbit.t_end, orbit.at(0.0)[0]) == (0.5, 0.002)
 
 
+MASSES = """
+mass = ["1200 g", 1]
+stiffness = [["1 N/mm", -200], ["-0.2 N/mm", 1000]]
+damping = "1 N s/m"
+forcing = { amplitude = "2 mN", frequency = "1 Hz", phase = "90 deg" }
+[[contacts]]
+mass = 0
+drive_velocity = { nodes = [[0, "50 mm/s"], ["500 ms", 0.1]] }
+law = { type = "PiecewiseLinear", break_away = "6 N", nodes = [["0 m/s", "5 N"], ["100 mm/s", 3]] }
+"""
+
+
+def test_matrices_nodes_and_drives_take_numbers_with_units_each_of_its_own(tmp_path):
+    path = tmp_path / "masses.toml"
+    path.write_text(MASSES)
+    law = ss.laws.PiecewiseLinear([(0.0, 5.0), (0.1, 3.0)], 6.0)
+    assert ss.load_system(path) == ss.System(
+        [1.2, 1.0],
+        [[1000, -200], [-200, 1000]],
+        1.0,
+        ss.Contact(0, law, ss.Drive(nodes=((0.0, 0.05), (0.5, 0.1)))),
+        ss.Force(0.002, 2 * np.pi, np.pi / 2),
+    )
+    for right, wrong, said in (
+        ('"100 mm/s"', '"100 mm"', r"nodes\[1\]\[0\]: the unit must be one of m/s"),
+        ('"-0.2 N/mm"', '"-0.2 N"', "stiffness: the unit must be one of N/m"),
+    ):
+        path.write_text(MASSES.replace(right, wrong))
+        with pytest.raises(ss.InputError, match=said):
+            ss.load_system(path)
+
+
 @pytest.mark.parametrize(
     ("written", "said"),
     [

@@ -3,7 +3,7 @@
 python docs/evidence/films.py FOLDER               # draws the films into FOLDER, writes films.md; what is done is kept there
 python docs/evidence/films.py FOLDER --only clean  # prints the line of one film
 
-Needs the packages `av` (encoding), and `pyidi` and `trackpy` for their columns.
+`make films` does that with the packages of `films.lock`: `av` (encoding), and `pyidi` and `trackpy` for their columns.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ fn belt(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> System {
             other: None,
             drive_velocity: drive_velocity.into(),
             law: law.into(),
+            normal_force: None,
         }],
         forcing: vec![],
     }
@@ -120,7 +121,7 @@ fn s5_leine1998() {
     close(least(&orbit, &cycle, |_, v| v), -0.839_902_049_281, 12);
 }
 
-/// Papangelo, Ciavarella & Hoffmann, Nonlinear Dynamics 90 (2017) 1519: the stick-slip cycle beside stable slip at v = 1.5.
+/// Papangelo, Ciavarella & Hoffmann, Nonlinear Dynamics 90 (2017) 2037: the stick-slip cycle beside stable slip at v = 1.5.
 #[test]
 fn s7_papangelo_stable_cycle() {
     let law = ExponentialStribeck {

@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> None:
     from stickslip.dynamics.continuation.loci import locus, together
     from stickslip.dynamics.continuation.switching import switch_branch
     from stickslip.dynamics.periodic.event_sequence import check
-    from stickslip.files.documents import write_whole
+    from stickslip.files.netcdf import write_netcdf
     from stickslip.model.system import load_system
 
     name, bounds = parse_range("--over", options.over)
@@ -78,7 +78,7 @@ def run(options: argparse.Namespace) -> None:
             loci = [locus(item, over, ranges, progress=notify) for item in followed]
     if options.output:
         dataset = result.to_xarray().merge(together(loci)) if loci else result.to_xarray()
-        write_whole(options.output, lambda draft: dataset.to_netcdf(draft, engine="h5netcdf"))
+        write_netcdf(options.output, dataset)
     if options.plot:
         from stickslip import show
 

@@ -29,12 +29,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def run(options: argparse.Namespace) -> None:
     """Do the work."""
     from stickslip.explorer import content_of, page
-    from stickslip.files.documents import write_whole
+    from stickslip.files.documents import write_text
 
     content = content_of(options.file) if options.file else {}
     path = Path(options.output) if options.output else cache() / "explorer.html"
     text = page(**content)
-    path = write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+    path = write_text(path, text)
     say_written(path)
     if not options.no_browser:
         import webbrowser

@@ -36,7 +36,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Run ``stickslip film``: the film, beside it the truth (``.truth.nc``) and how to track it (``.track.toml``)."""
-    from stickslip.files.documents import write_whole
+    from stickslip.files.documents import write_text
     from stickslip.model.system import load_system_document
     from stickslip.simulation.simulate import simulate
     from stickslip.tracking.motion import save_motion
@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> None:
         truth = film(orbit, output, start=start, duration=duration, progress=bar, **camera)
     beside = {"truth": output.with_suffix(".truth.nc"), "setup": output.with_suffix(".track.toml")}
     save_motion(truth, beside["truth"])
-    write_whole(beside["setup"], lambda draft: draft.write_text(truth.attrs["setup"], encoding="utf-8"))
+    write_text(beside["setup"], truth.attrs["setup"])
     if options.json:
         facts = {
             "film": str(output),

@@ -31,7 +31,7 @@ from stickslip.cli import (
 )
 from stickslip.cli.terminal import say
 from stickslip.errors import InputError
-from stickslip.files.documents import check_writable, keeping_inputs
+from stickslip.files.documents import check_ending, check_writable, keeping_inputs
 
 TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check")
 """Options that name a file which is written; what stands for it in the help says by its ending what kind of file."""
@@ -120,19 +120,13 @@ def _check_target(target: str, named: str, command: str) -> None:
     wanted, ending = Path(file).suffix, Path(target).suffix.lower()
     if not wanted or (others and not ending):
         return
-    known = _pictures() if wanted == ".png" else SAME_KIND.get(wanted, (wanted,))
-    if ending not in known:
-        raise InputError(
-            f"{target}: expected a name that ends in {', '.join(known)}, got "
-            f"{f'the ending {ending}' if ending else 'one without an ending'}; "
-            f"write {Path(target).with_suffix(wanted)} for example"
-        )
+    check_ending(target, *(_pictures() if wanted == ".png" else SAME_KIND.get(wanted, (wanted,))))
 
 
 def _pictures() -> tuple[str, ...]:
     from matplotlib.backend_bases import FigureCanvasBase
 
-    return tuple(f".{kind}" for kind in sorted(FigureCanvasBase.get_supported_filetypes()))
+    return ".png", *(f".{kind}" for kind in sorted(FigureCanvasBase.get_supported_filetypes()) if kind != "png")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

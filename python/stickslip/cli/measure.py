@@ -36,13 +36,13 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Do the work."""
-    from stickslip.files.documents import write_whole
+    from stickslip.files.netcdf import write_netcdf
     from stickslip.measurement import facts, measure, notes
 
     record = options.record if len(options.record) > 1 else options.record[0]
     friction = measure(record, options.rig, mass=options.mass)
     if options.output:
-        write_whole(options.output, lambda draft: friction.to_netcdf(draft, engine="h5netcdf"))
+        write_netcdf(options.output, friction)
     drawn: list[str] = []
     if options.plot:
         from stickslip import show
@@ -64,12 +64,12 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _motion(record: str | list[str], options: argparse.Namespace) -> list[str]:
-    from stickslip.files.documents import write_whole
+    from stickslip.files.netcdf import write_netcdf
     from stickslip.measurement import motion
 
     moved = motion(record, options.rig, method=options.method, mass=options.mass)
     if options.motion:
-        write_whole(options.motion, lambda draft: moved.to_netcdf(draft, engine="h5netcdf"))
+        write_netcdf(options.motion, moved)
     if not options.plot_motion:
         return []
     from stickslip import show

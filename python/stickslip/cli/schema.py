@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.cli.terminal import Commands, say, say_written
-from stickslip.files.documents import write_whole
+from stickslip.files.documents import write_text
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -57,4 +57,4 @@ def run(options: argparse.Namespace) -> None:
     if options.output is None:
         say(text.rstrip())
     else:
-        say_written(write_whole(Path(options.output), lambda draft: draft.write_text(text, encoding="utf-8")))
+        say_written(write_text(Path(options.output), text))

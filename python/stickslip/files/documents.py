@@ -244,6 +244,30 @@ def _remove(draft: Path) -> None:
         draft.unlink(missing_ok=True)
 
 
+def check_ending(path: str | Path, *known: str) -> None:
+    """Refuse a name whose ending promises another kind of file than what is written.
+
+    Raises
+    ------
+    InputError
+        where the ending is none of `known`.
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in known:
+        raise InputError(
+            f"{path}: expected a name that ends in {', '.join(known)}, got "
+            f"{f'the ending {ending}' if ending else 'one without an ending'}; "
+            f"write {Path(path).with_suffix(known[0])} for example"
+        )
+
+
+def write_text(path: str | Path, text: str, *endings: str) -> Path:
+    """Write a text file whole, as :func:`write_whole`; where `endings` are given, its name must have one of them."""
+    if endings:
+        check_ending(path, *endings)
+    return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+
+
 def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
     """Let `write` fill a temporary file beside `path`, then give it that name; on failure nothing is left.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import InputError
 from stickslip.files.child_process import damaged, memory_for, read_apart
-from stickslip.files.documents import input_file
+from stickslip.files.documents import check_ending, input_file, write_whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,6 +25,18 @@ def read_tree(path: str | Path, what: str = WHAT) -> xr.DataTree:
         where it is missing, another kind of file or damaged.
     """
     return tree_of(input_file(path, what))
+
+
+def write_netcdf(path: str | Path, data: xr.Dataset | xr.DataTree) -> Path:
+    """Write a netCDF file whole.
+
+    Raises
+    ------
+    InputError
+        where its name does not end in ``.nc`` or the place cannot be written to.
+    """
+    check_ending(path, ".nc")
+    return write_whole(path, lambda draft: data.to_netcdf(draft, engine="h5netcdf"))
 
 
 def tree_of(path: Path) -> xr.DataTree:

@@ -86,17 +86,28 @@ def waiting(progress: Callable[[int, int], Any] | None, what: str) -> Callable[[
     """
     if progress is not None:
         return progress
+    line = waiting_by_stage(None)
+    return lambda done, n: line(what, done, n)
+
+
+def waiting_by_stage(progress: Callable[[str, int, int], Any] | None) -> Callable[[str, int, int], Any]:
+    """As :func:`waiting` for work of several stages: called with what is being done, how much is done and of how much."""
+    if progress is not None:
+        return progress
     begun = time.monotonic()
     said = begun + SILENT - 0.5
     watched = sys.stderr.isatty() or "ipykernel" in sys.modules
+    width = 0
 
-    def say(done: int, n: int) -> None:
-        nonlocal said
+    def say(what: str, done: int, n: int) -> None:
+        nonlocal said, width
         now = time.monotonic()
         last = done >= n and said > begun + SILENT - 0.5
         if watched and (last or now - said >= 0.5):
             said = now
-            sys.stderr.write(f"\r{what}: {done} of {n}, {now - begun:.0f} s{chr(10) if done >= n else ''}")
+            text = f"{what}: {done} of {n}, {now - begun:.0f} s"
+            sys.stderr.write(f"\r{text:<{width}}{chr(10) if last else ''}")
             sys.stderr.flush()
+            width = 0 if last else len(text)
 
     return say

@@ -11,7 +11,7 @@ import re
 import types
 import typing
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, Union
 from weakref import WeakKeyDictionary
@@ -89,8 +89,8 @@ class Document(InNotebook):
     REQUIRED: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
-    def dimensions(cls, name: str) -> tuple[str, ...]:
-        """Those of which the number `name` may have a unit, where its annotation does not say it."""
+    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
+        """For each number of `name` those of which it may have a unit, where its annotation does not say it."""
         del name
         return ()
 
@@ -253,6 +253,9 @@ class Kind:
         """JSON Schema; what several places share goes into `definitions`."""
         raise NotImplementedError
 
+    def measured(self, dimensions: Sequence[tuple[str, ...]]) -> None:
+        """Let its numbers be texts with a unit of these dimensions: of a pair each of its own, one number of the last."""
+
     def read(self, value: Any, name: str, where: str) -> Any:
         """The value as the document keeps it, or one sentence."""
         if isinstance(value, np.ndarray):
@@ -265,6 +268,10 @@ class Kind:
         """What may have been meant."""
         del value
         return ""
+
+
+def _or_text(dimensions: Sequence[str]) -> str:
+    return f' or a text such as "1.5 {si_unit(dimensions[0])}"'
 
 
 class _Number(Kind):
@@ -282,7 +289,12 @@ class _Number(Kind):
         self.range = self.what = one_sided or " ".join([f"a {noun}", " and ".join(ends)]).strip()
         self.many = f"{noun}s"
         if limits.dimensions:
-            self.what += f' or a text such as "1.5 {si_unit(limits.dimensions[0])}"'
+            self.what += _or_text(limits.dimensions)
+
+    def measured(self, dimensions: Sequence[tuple[str, ...]]) -> None:
+        if not self.whole and dimensions[-1]:
+            self.limits = replace(self.limits, dimensions=dimensions[-1])
+            self.what += _or_text(dimensions[-1])
 
     def takes(self, value: Any) -> bool:
         if isinstance(value, str):
@@ -376,6 +388,11 @@ class _List(Kind):
         self.parts, self.fixed = parts, fixed
         self.what = f"a list of {len(parts)} {parts[0].many}" if fixed else f"a list of {parts[0].many}"
 
+    def measured(self, dimensions: Sequence[tuple[str, ...]]) -> None:
+        own = [(one,) for one in dimensions] if self.fixed and len(self.parts) == len(dimensions) else [dimensions]
+        for part, its in zip(self.parts, own, strict=True):
+            part.measured(its)
+
     def takes(self, value: Any) -> bool:
         listed = isinstance(value, Sequence) and not isinstance(value, str | bytes)
         return listed and (not self.fixed or len(value) == len(self.parts))
@@ -430,6 +447,10 @@ class _Either(Kind):
         self.kinds = kinds
         self.what = " or ".join(kind.what for kind in kinds)
 
+    def measured(self, dimensions: Sequence[tuple[str, ...]]) -> None:
+        for kind in self.kinds:
+            kind.measured(dimensions)
+
     def takes(self, value: Any) -> bool:
         return any(kind.takes(value) for kind in self.kinds)
 
@@ -452,6 +473,9 @@ class _Either(Kind):
 class _Optional(Kind):
     def __init__(self, kind: Kind) -> None:
         self.kind, self.what = kind, kind.what
+
+    def measured(self, dimensions: Sequence[tuple[str, ...]]) -> None:
+        self.kind.measured(dimensions)
 
     def takes(self, value: Any) -> bool:
         return value is None or self.kind.takes(value)
@@ -520,9 +544,9 @@ def kinds(cls: type) -> dict[str, Kind]:
     if cls not in _KNOWN:
         hints = typing.get_type_hints(cls, include_extras=True)
         assert issubclass(cls, Document)
-        for name, hint in hints.items():
-            if hint in (float, float | None) and (dimensions := cls.dimensions(name)):
-                number = Annotated[float, Limits(dimensions=dimensions)]
-                hints[name] = number if hint is float else number | None
-        _KNOWN[cls] = {item.name: kind_of(hints[item.name]) for item in _items(cls)}
+        found = {item.name: kind_of(hints[item.name]) for item in _items(cls)}
+        for name, kind in found.items():
+            if dimensions := cls.dimensions(name):
+                kind.measured(dimensions)
+        _KNOWN[cls] = found
     return _KNOWN[cls]

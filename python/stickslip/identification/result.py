@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from stickslip.files.documents import write_whole
+from stickslip.files.documents import write_text
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import FrictionRecord
@@ -130,7 +130,7 @@ class Identification(Result):
     def save(self, path: str | Path) -> Path:
         """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
         text = self.to_toml()
-        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+        return write_text(path, text, ".toml")
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over slip velocity: the data of every record and the law along the same motion; returns the Axes."""

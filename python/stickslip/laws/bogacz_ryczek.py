@@ -33,8 +33,8 @@ class StaticFriction(Document):
     PARAMETERS: ClassVar[Mapping[str, Parameter]] = FACTS["BogaczRyczek"].parameters["static_friction"].table or {}
 
     @classmethod
-    def dimensions(cls, name: str) -> tuple[str, ...]:
-        """Those that the core declares of the number."""
+    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
+        """Those that the core declares of the numbers."""
         return cls.PARAMETERS[name].texts if name in cls.PARAMETERS else ()
 
     initial: float

@@ -47,9 +47,9 @@ class Parameter:
         return "law" if self.table is not None else ", ".join(number.unit for number in self.numbers)
 
     @property
-    def texts(self) -> tuple[str, ...]:
-        """The dimensions of which it may be a text with a unit, such as "6 N", where it is one number."""
-        return TEXTS.get(self.unit, ())
+    def texts(self) -> tuple[tuple[str, ...], ...]:
+        """For each of its numbers the dimensions of which it may be a text with a unit, such as "6 N"."""
+        return tuple(TEXTS.get(number.unit, ()) for number in self.numbers)
 
     @property
     def choices(self) -> tuple[float, ...]:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, did_you_mean, numbers, read_toml, whole_number, write_whole
+from stickslip.files.documents import check_keys, did_you_mean, numbers, read_toml, whole_number, write_text
 from stickslip.files.schema import Document, complete, kind_of
 from stickslip.files.schema import Point as Point
 from stickslip.laws.facts import FACTS, Parameter
@@ -52,8 +52,8 @@ class Law(Document):
             cls.PARAMETERS, cls.SMOOTH = facts.parameters, facts.smooth
 
     @classmethod
-    def dimensions(cls, name: str) -> tuple[str, ...]:
-        """Those that the core declares of the number."""
+    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
+        """Those that the core declares of the numbers."""
         return cls.PARAMETERS[name].texts if name in cls.PARAMETERS else ()
 
     @cached_property
@@ -161,6 +161,8 @@ class Law(Document):
         w = np.asarray(w, float)
         force = np.empty_like(w)
         for direction, part in ((1.0, ~(w < 0)), (-1.0, w < 0)):
+            if not part.any():
+                continue
             speed, back = np.unique(np.abs(w[part]), return_inverse=True)
             path = direction * np.concatenate([[0.0], speed])
             stuck = np.arange(path.size) == 0
@@ -370,7 +372,7 @@ def save_law(
 ) -> Path:
     """Write a law file that :func:`load_law` and :func:`load_covariance` read back."""
     text = law_file(law, covariance, source, units)
-    return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+    return write_text(path, text, ".toml")
 
 
 def _finite(document: Any) -> Any:

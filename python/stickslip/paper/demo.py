@@ -9,7 +9,6 @@ import json
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,7 @@ from stickslip import paper, show
 from stickslip.errors import InputError
 from stickslip.explorer import content_of_record
 from stickslip.files.documents import write_whole
+from stickslip.files.netcdf import write_netcdf
 from stickslip.identification import Agreement, Identification, compare_motion, identify
 from stickslip.identification.trajectory.shooting import fit_trajectories
 from stickslip.laws.numbers import value
@@ -64,7 +64,7 @@ def see(drive_velocity: float, folder: Path, seed: int, filmed: bool) -> Seen:
     rig = Rig.of(system, time_column="time")
     write_whole(folder / f"film-s{drive_velocity:.2f}.rig.toml", lambda draft: draft.write_text(rig.to_toml()))
     friction = measure(motion, rig, mass=0)
-    write_whole(folder / f"friction-s{drive_velocity:.2f}.nc", partial(friction.to_netcdf, engine="h5netcdf"))
+    write_netcdf(folder / f"friction-s{drive_velocity:.2f}.nc", friction)
     time = friction["time"].to_numpy()
     force = orbit.to_xarray(SETTLED + time)["force"].to_numpy()
     scatter = float(np.sqrt(np.mean((friction["force"].to_numpy() - force) ** 2)))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import InputError
 from stickslip.explorer import content_of_system
-from stickslip.files.documents import write_whole
+from stickslip.files.documents import write_text, write_whole
 from stickslip.model.drive import Harmonic
 from stickslip.paper import DAMPING, oscillator
 from stickslip.paper.checks import CLAIMS
@@ -84,7 +84,7 @@ def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict
     law = oscillator(0.3).law.to_dict()
     document = {"law": law, "damping": DAMPING, "claims": _records(scores)}
     text = json.dumps(document, ensure_ascii=False, indent=2, allow_nan=False) + "\n"
-    write_whole(folder / "claims.json", lambda draft: draft.write_text(text, encoding="utf-8"))
+    write_text(folder / "claims.json", text)
     report = Report("Almost periodic vibration excited by dry friction: what our model shows of it")
     report.text(summary(scores) + " The oscillator is dimensionless (the paper's Eqs. 2, 6 and 10).")
     report.heading("Claims")
@@ -109,7 +109,7 @@ def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict
         shown = LIVE.get(name)
         live = None if shown is None else content_of_system(oscillator(shown[0], forcing=shown[1]), 150.0)
         report.figure(drawn, f"Fig. {int(name[4:6])}. {figure.paper} {figure.see}", live, "rig,law,phase,displacement")
-    write_whole(folder / "paper.md", lambda draft: draft.write_text(markdown(scores), encoding="utf-8"))
+    write_text(folder / "paper.md", markdown(scores))
     report.heading("What is fact, reading, calibration")
     report.items(_kinds())
     report.heading("The law and its numbers")

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number, read_toml, write_whole
+from stickslip.files.netcdf import write_netcdf
 from stickslip.files.schema import Count, Document, FilePath, Says
 
 if TYPE_CHECKING:
@@ -294,7 +295,7 @@ def _make(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str
         record = track(path, setup, output=folder / "motion.nc")
     known_rig = load_rig(rig)
     friction = measure(record, known_rig)
-    write_whole(folder / "friction.nc", lambda draft: friction.to_netcdf(draft, engine="h5netcdf"))
+    write_netcdf(folder / "friction.nc", friction)
     parts = {"": friction} if "notes" in friction.attrs else dict(friction.children)
     for name, part in parts.items():
         end = name.replace("mass_", "-")

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.files.documents import write_whole
+from stickslip.files.documents import write_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -155,7 +155,7 @@ class Report:
 
     def write(self, path: str | Path) -> Path:
         """Write the page, whole or not at all."""
-        return write_whole(path, lambda draft: draft.write_text(self.html(), encoding="utf-8"))
+        return write_text(path, self.html(), ".html", ".htm")
 
 
 def _list(texts: list[str]) -> str:

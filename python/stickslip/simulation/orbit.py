@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import write_whole
-from stickslip.files.netcdf import read_tree
+from stickslip.files.netcdf import read_tree, write_netcdf
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.regimes import regime_of
@@ -292,7 +291,7 @@ class Orbit(InNotebook):
         }
         groups["events"]["kind"].attrs["meaning"] = ", ".join(f"{i} {kind}" for i, kind in enumerate(_core.KINDS))
         tree = xr.DataTree.from_dict({"/": root, **{f"/{name}": group for name, group in groups.items()}})
-        return write_whole(path, lambda draft: tree.to_netcdf(draft, engine="h5netcdf"))
+        return write_netcdf(path, tree)
 
     def _run(self) -> list[Any]:
         """Start, end, bound of the events and stop."""

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import write_whole
+from stickslip.files.netcdf import write_netcdf
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit, Work
@@ -202,7 +202,7 @@ class StateOrbit(Orbit):
         events = self.events.astype({"kind": str})
         table = xr.Dataset({name: ("event", events[name].to_numpy()) for name in events})
         tree = xr.DataTree.from_dict({"/": self.to_xarray().assign_attrs(attrs), "/events": table})
-        return write_whole(path, lambda draft: tree.to_netcdf(draft, engine="h5netcdf"))
+        return write_netcdf(path, tree)
 
 
 def state_laws_of(system: Oscillator | System) -> list[StateLaw]:

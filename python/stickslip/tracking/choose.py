@@ -7,7 +7,7 @@ from base64 import b64encode
 from pathlib import Path
 
 from stickslip.errors import InputError
-from stickslip.files.documents import write_whole
+from stickslip.files.documents import write_text
 from stickslip.tracking.video.source import Film
 from stickslip.tracking.video.vision import vision
 
@@ -39,7 +39,7 @@ def write_choice(source: str | Path | list[Path], path: str | Path, frame_rate: 
     shown = {"name": film.name, "rate": frame_rate, "picture": "data:image/png;base64," + b64encode(png).decode()}
     # a name may hold what ends a script
     text = PAGE.read_text(encoding="utf-8").replace("/*FILM*/null", json.dumps(shown).replace("<", "\\u003c"), 1)
-    return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+    return write_text(path, text)
 
 
 def _any_times(source: str | Path | list[Path]) -> list[float] | None:

@@ -16,7 +16,7 @@ import xarray as xr
 from scipy.stats import chi2
 
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean, write_whole
+from stickslip.files.documents import did_you_mean, write_text
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.kinetic.curves import (
@@ -247,7 +247,7 @@ class SteadyFriction(Result):
     def save(self, path: str | Path) -> Path:
         """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
         text = self.to_toml()
-        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+        return write_text(path, text, ".toml")
 
     def plot(self, ax: Any = None) -> Any:
         """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes."""

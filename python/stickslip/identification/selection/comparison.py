@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.files.notebook import OfTable, waiting
+from stickslip.files.notebook import OfTable, waiting_by_stage
 from stickslip.identification.guesses.first_guess import GUESSES
 from stickslip.identification.kinetic.branches import Problem, fit_branches
 from stickslip.identification.law_fit import Options, fit_law
@@ -97,7 +97,7 @@ def compare_laws(
     friction : as for :func:`stickslip.identify`.
     laws : names or classes; default all but those in `BY_NAME_ONLY`; those of linear pieces with one to `pieces` of them.
     pieces : linear pieces.
-    progress : called as ``progress(what, done, of)`` before each law.
+    progress : called as ``progress(what, done, of)`` before each law and at the end; default a line for a person who waits.
 
     Returns
     -------
@@ -130,13 +130,10 @@ def compare_laws(
     errors: dict[str, list[tuple[Array, Array]]] = {}
     refused: list[str] = []
     trials = [(label, kind, count, offset) for label, kind, count in candidates for offset in offsets]
-    waited = waiting(None, "compare_laws")
+    progress = waiting_by_stage(progress)
     for number, (label, kind, count, offset) in enumerate(trials):
         label = f"{label} + offset" if offset else label
-        if progress is not None:
-            progress(label, number, len(trials))
-        else:
-            waited(number, len(trials))
+        progress(label, number, len(trials))
         try:
             if breaks and kind in STATES:
                 raise InputError(
@@ -147,6 +144,7 @@ def compare_laws(
             found[label] = whole
         except InputError as error:
             refused.append(f"{label} was not compared: {error}")
+    progress("laws compared", len(trials), len(trials))
     if not found:
         raise InputError(
             f"compare: no law could be identified; {refused[0]}" if refused else "compare: no law was asked for"

@@ -15,7 +15,7 @@ import pandas as pd
 import tomli_w
 
 from stickslip.errors import InputError
-from stickslip.files.documents import write_whole
+from stickslip.files.documents import write_text
 from stickslip.identification.estimator.least_squares import OUTLIER, linear, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result
@@ -140,7 +140,7 @@ class StaticFriction(Result):
     def save(self, path: str | Path) -> Path:
         """Write the fits as a TOML document."""
         text = tomli_w.dumps({"static_friction": self.to_dict()})
-        return write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
+        return write_text(path, text, ".toml")
 
     def plot(self, ax: Any = None) -> Any:
         """Break-away force over stick time with the fits; returns the Axes."""

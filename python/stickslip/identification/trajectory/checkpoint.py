@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import tomli_w
 
-from stickslip.files.documents import write_whole
+from stickslip.files.documents import write_text
 
 if TYPE_CHECKING:
     from stickslip.identification.result import Identification
@@ -66,7 +66,7 @@ class Checkpoint:
         notes = ["Unfinished: the best law so far of a search that did not come to its end; it has no intervals yet."]
         law = shooting.free.law(unknowns[: len(shooting.free.names)]).to_dict()
         text = tomli_w.dumps({"law": law, "source": {"notes": notes, "search": search}})
-        write_whole(self.path, lambda draft: draft.write_text(text, encoding="utf-8"))
+        write_text(self.path, text)
 
     def remove(self) -> None:
         """The search is at its end."""

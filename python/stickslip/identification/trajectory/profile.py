@@ -23,7 +23,7 @@ TRIALS = 8
 
 
 def profile_intervals(
-    fit: SingleShooting, unknowns: Array, covariance: Array, progress: Callable[[str, int, int], Any] | None = None
+    fit: SingleShooting, unknowns: Array, covariance: Array, progress: Callable[[str, int, int], Any]
 ) -> tuple[pd.DataFrame, list[str]]:
     """Ends of the 95 % intervals where the signed root of the profile reaches 1.96.
 
@@ -33,7 +33,7 @@ def profile_intervals(
     Parameters
     ----------
     fit, unknowns, covariance : a search at its minimum.
-    progress : called as ``progress(what, done, of)`` after each number.
+    progress : called as ``progress(what, done, of)`` before each number and at the end.
 
     Returns
     -------
@@ -47,8 +47,7 @@ def profile_intervals(
     plain = np.linalg.pinv(slopes.T @ slopes)
     rows, open_ends = [], []
     for j, name in enumerate(fit.free.names):
-        if progress is not None:
-            progress(f"profile of {name}", j, fit.count)
+        progress(f"profile of {name}", j, fit.count)
         error = math.sqrt(covariance[j, j])
         excess = covariance[j, j] / plain[j, j]
         ends = []
@@ -85,6 +84,7 @@ def profile_intervals(
                 why = "beyond it there is no law" if lawless else "it ends at a limit"
                 open_ends.append(f"The interval of {name} is open {'below' if sign < 0 else 'above'}: {why}.")
         rows.append(ends)
+    progress("profiles", fit.count, fit.count)
     found = np.array(rows)
     # Each end is of one number alone: the others do not enter its value.
     low, high = fit.free.values(found[:, 0]), fit.free.values(found[:, 1])

@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import number
+from stickslip.files.notebook import waiting_by_stage
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Checkpoint
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
@@ -64,7 +65,7 @@ def fit_trajectories(
     zero_error, scale_error : standard errors of the zero (a length) and the scale (relative) of the instrument, the same for
         all records. They do not show in a record, and at low noise they are most of what is not known.
     seed : of the starting points.
-    progress : called as ``progress(what, done, of)``.
+    progress : called as ``progress(what, done, of)``; default a line for a person who waits.
     checkpoint : a law file that holds the best so far from start to start, and after an interruption; where it exists
         and is from the same records and numbers, the search goes on from it. It is removed at the end.
 
@@ -113,7 +114,8 @@ def fit_trajectories(
         shots = SingleShooting([MotionMisfit(record, settled_after) for record in first.records], numbers, instrument)
     about = [names, settled_after, seed, type(shots).__name__, sorted(within.items())]
     memory = Checkpoint(checkpoint, first, about)
-    search(shots, first, starts, np.random.default_rng(seed), memory, progress or (lambda *_: None))
+    progress = waiting_by_stage(progress)
+    search(shots, first, starts, np.random.default_rng(seed), memory, progress)
     laid = shots.finish()
     result = _result(first, shots, laid, [] if why is None else [f"Shot by slips: {why}."])
     if profile and isinstance(shots, SingleShooting):
@@ -164,9 +166,7 @@ def _result(
     )
 
 
-def _profiled(
-    result: Identification, shots: SingleShooting, laid: Refined, progress: Progress | None
-) -> Identification:
+def _profiled(result: Identification, shots: SingleShooting, laid: Refined, progress: Progress) -> Identification:
     from stickslip.identification.trajectory.profile import profile_intervals
 
     ends, open_ends = profile_intervals(shots, shots.best[1], laid.covariance, progress)
