@@ -39,7 +39,10 @@ fn breaks(law: &Law, (force, normal): Load, rested: f64, still: f64, (h, reach):
             force_rate: rate.abs(),
         };
         let limit = pressed(normal, t) * law.toward(value.signum()).break_away(hold);
-        [limit - value.abs(), 16.0 * rounding_of(limit, still)]
+        [
+            limit - value.abs(),
+            16.0 * rounding_of(limit + value.abs(), still),
+        ]
     };
     h == 0.0 || certified(h, CERTIFIED * reach, margin)
 }
