@@ -113,7 +113,7 @@ class Calibration:
         (xx, yx), (xy, yy) = self._slopes(*around)
         area = np.abs(xx * yy - xy * yx)
         area = area / area.sum(axis=-1, keepdims=True)
-        return tuple((area * part).sum(axis=-1) for part in self.to_world(*around))  # type: ignore[return-value]
+        return tuple((area * part).sum(axis=-1) for part in self.to_world(*around))
 
     def _slopes(self, x: Array, y: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """Change of both world coordinates with a pixel to the right, and with one downwards."""
