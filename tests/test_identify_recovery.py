@@ -103,7 +103,7 @@ def test_piecewise_linear_without_break_aways_says_that_static_friction_is_an_ex
 
 def test_geometry_of_the_papers_law_is_recovered_without_its_values():
     law = PAPER.law
-    motions = [ss.simulate(PAPER.oscillator(s), 150) for s in (0.10, 0.15, 0.28, 0.30)]
+    motions = [ss.simulate(PAPER.oscillator(s), 90) for s in (0.10, 0.15, 0.28, 0.30)]
     found = identify(
         records(motions, 0.005, 3, step=0.02), law="BogaczRyczek", fixed={"static_friction.force_rate_scale": 0.5}
     )

@@ -128,6 +128,9 @@ class Orbit(InNotebook):
         import pandas as pd
 
         frame = pd.DataFrame(self._tables()["segments"], columns=self._names())
+        for name in (name for name in self._names() if name.startswith("branch")):
+            # A Taylor step that begins without slip acceleration is marked as −1 − branch.
+            frame[name] = np.maximum(frame[name], -1.0 - frame[name])
         return frame.astype({name: int for name in self._names() if name.startswith(("direction", "branch"))})
 
     def _names(self) -> list[str]:

@@ -318,6 +318,7 @@ mod tests {
                 damping: random(-0.1, 0.3),
                 drive_velocity: random(0.05, 1.0),
                 forcing: [],
+                constant: 0.0,
             };
             let low = if case % 2 == 0 { 0.0 } else { random(0.0, 0.5) };
             let high = if case % 3 == 0 {

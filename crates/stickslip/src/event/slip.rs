@@ -314,6 +314,7 @@ mod tests {
             damping: 0.1,
             drive_velocity: 0.3,
             forcing,
+            constant: 0.0,
         };
         let mut found = 0;
         for case in 0..200 {

@@ -27,6 +27,18 @@ pub struct States {
     pub stuck: Vec<bool>,
 }
 
+/// A branch in a row of [`Orbit::steps`]; negative where the step begins without slip acceleration.
+pub(super) fn marked(branch: u32, still: bool) -> f64 {
+    let branch = f64::from(branch);
+    if still { -1.0 - branch } else { branch }
+}
+
+/// The branch that a row of [`Orbit::steps`] tells of.
+#[must_use]
+pub fn branch_of(number: f64) -> f64 {
+    number.max(-1.0 - number)
+}
+
 /// A whole run.
 #[derive(Clone, Debug)]
 pub struct Orbit {
@@ -34,7 +46,8 @@ pub struct Orbit {
     pub system: System,
     /// From where and how long.
     pub run: Run,
-    /// One row a step: time (high, low), positions, velocities, and for each contact direction, offset, slope, branch.
+    /// One row a step: time (high, low), positions, velocities, and for each contact direction, offset, slope, branch. A slip
+    /// that begins without acceleration has −1 − branch: [`branch_of`].
     pub steps: Vec<f64>,
     /// The events, in time.
     pub events: Vec<Event>,
@@ -157,7 +170,7 @@ impl<'a> Expansion<'a> {
             direction: force_line[0],
             offset: force_line[1],
             slope: force_line[2],
-            still: false,
+            still: force_line[3] < 0.0,
         };
         self.force_lines.clear();
         self.force_lines

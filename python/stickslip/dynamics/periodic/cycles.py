@@ -25,7 +25,7 @@ from stickslip.dynamics.periodic.return_map import (
 )
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.model.drive import Drive
+from stickslip.model.drive import Drive, NormalForce
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 
@@ -105,14 +105,20 @@ def from_section(system: Any, t0: float) -> Any:
     def later(harmonic: Any) -> Any:
         return replace(harmonic, phase=harmonic.phase + harmonic.frequency * t0)
 
+    def moved(contact: Any) -> Any:
+        varying = {name: getattr(contact, name) for name in ("drive_velocity", "normal_force")}
+        return replace(
+            contact,
+            **{
+                name: replace(value, harmonics=tuple(map(later, value.harmonics)))
+                for name, value in varying.items()
+                if isinstance(value, Drive | NormalForce)
+            },
+        )
+
     if isinstance(system, Oscillator):
-        return replace(system, forcing=tuple(later(harmonic) for harmonic in system.harmonics) or None)
-    contacts = [
-        replace(c, drive_velocity=replace(c.drive_velocity, harmonics=tuple(map(later, c.drive_velocity.harmonics))))
-        if isinstance(c.drive_velocity, Drive)
-        else c
-        for c in system.contacts
-    ]
+        return replace(moved(system), forcing=tuple(later(harmonic) for harmonic in system.harmonics) or None)
+    contacts = [moved(contact) for contact in system.contacts]
     return replace(system, forcing=tuple(map(later, system.forcing)), contacts=contacts)
 
 
@@ -269,7 +275,8 @@ def periodic_orbit(
     guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
         that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit`: its last state; a
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
-    t_end : length of the run that is looked at for a return; default 150 natural periods, 30 from a guess.
+    t_end : length of the run that is looked at for a return; default 150 natural periods and, where these are not
+        enough, 600; 30 from a guess.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
 
     Returns
@@ -311,11 +318,25 @@ def event_cycle(
         raise InputError(f"periodic_orbit: periods must be a whole number of at least 1, got {periods!r}")
     if isinstance(guess, PeriodicOrbit):
         return moved_to(system, guess)
-    x0, v0 = _start(guess)
+    start, settles = _start(guess), guess is None
     slowest = max(system.natural_period, forcing_period(system) or 0.0)
-    length = number("t_end", t_end, "periodic_orbit") if t_end is not None else slowest * (150 if guess is None else 30)
-    sequence, kinds = _run(system, length, x0, v0, pieces=1 if guess is not None else 4)
-    part, forcing_periods = find(system, sequence, kinds, guess is None, periods)
+    lengths = [150 * slowest, 600 * slowest] if settles else [30 * slowest]
+    if t_end is not None:
+        lengths = [number("t_end", t_end, "periodic_orbit")]
+    refusals = []
+    for length in lengths:
+        # Where disturbances decay slowly the motion has not settled by the first.
+        try:
+            return _found(system, length, start, settles, periods)
+        except InputError as refusal:
+            refusals.append(refusal)
+    raise refusals[0]
+
+
+def _found(system: Any, length: float, start: tuple[Any, Any], settles: bool, periods: int | None) -> PeriodicOrbit:
+    """The orbit that closes near a return of a run: near its end where the run settles, else near its start."""
+    sequence, kinds = _run(system, length, *start, pieces=4 if settles else 1)
+    part, forcing_periods = find(system, sequence, kinds, settles, periods)
     closed, rounds = close(part, forcing_periods)
     if periods is None:
         closed = once(closed)

@@ -185,13 +185,13 @@ class EventSequence:
         )
 
     def from_event(
-        self, phase: int, duration: float, followed: Followed | None = None
+        self, phase: int, duration: float, followed: Followed | None = None, max_events: int = 100_000
     ) -> tuple[EventSequence, list[str], str]:
         """What the real motion does from the end of a phase on, for a duration."""
         states = (followed or self.follow()).states
         modes = self.modes[phase + 1] if phase + 1 < len(self.phases) else self.last
         start = EventSequence(self.system, states[phase], np.array([[*modes, TIME, 1.0]]), modes)
-        return start.continued(duration)
+        return start.continued(duration, max_events)
 
     @classmethod
     def _made(

@@ -193,7 +193,7 @@ def _loop(record: FrictionRecord) -> _Loop | None:
     w, force = np.abs(motion.slip_velocity), np.abs(motion.record.force)
     falling: list[Samples] = []
     rising: list[tuple[Samples, bool]] = []
-    for (first, last), turns in zip(motion.record.slips, motion.turns, strict=True):
+    for (first, last), turns in zip(motion.slips, motion.turns, strict=True):
         edges = [first, *[int(i) for i in turns], last - 1]
         for i, (a, b) in enumerate(pairwise(edges)):
             if b - a < 8 or (first == 0 and i == 0):

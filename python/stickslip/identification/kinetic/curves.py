@@ -141,7 +141,12 @@ class Curve:
 
     def columns(self, rows: Rows) -> Array:
         """One column for each term, shape (rows, terms)."""
-        return np.stack([self._column(term, rows) for term in self.terms], axis=1)
+        columns: dict[str, Array] = {}
+        for term in self.terms:
+            plain = term.removesuffix(BY_SENSE)
+            column = columns[plain] if plain in columns else self._column(plain, rows)
+            columns[term] = column if term == plain else np.sign(rows.w) * column
+        return np.stack(list(columns.values()), axis=1)
 
     def _column(self, term: str, rows: Rows) -> Array:
         sense, speed = np.sign(rows.w), np.abs(rows.w)
@@ -154,7 +159,7 @@ class Curve:
                 return np.asarray(sense * np.log(np.maximum(speed, 1e-300) / self.reference))
             case "weakening":
                 return np.asarray(
-                    ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(rows.w)
+                    sense * ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(speed)
                 )
             case "offset":
                 return np.ones(len(rows))
@@ -164,8 +169,6 @@ class Curve:
                 return np.asarray(sense * (rows.load - self.middle[0]))
             case "drift":
                 return np.asarray(sense * (rows.position - self.middle[1]))
-            case _ if term.endswith(BY_SENSE):
-                return sense * self._column(term.removesuffix(BY_SENSE), rows)
         return sense  # kinetic
 
     def solve(self, rows: Rows) -> tuple[Curve, Array, Array]:
@@ -293,6 +296,17 @@ class SteadyFit:
     def vector(self) -> Array:
         """The numbers, the scale among them, in the order of `parameters`."""
         return self.parameters["value"].to_numpy()
+
+    @property
+    def by_sense(self) -> bool:
+        """Whether its numbers differ by the sense of the slip."""
+        return any(name.endswith(BY_SENSE) for name in self.parameters.index)
+
+    def toward(self, values: Array, sense: float) -> dict[str, float]:
+        """Numbers of slip in one sense, 1 or -1, by name, from `values` in the order of `parameters`; 0: the mean of both."""
+        at = dict(zip(self.parameters.index, values.tolist(), strict=True))
+        own = {name: number for name, number in at.items() if not name.endswith(BY_SENSE)}
+        return {name: number + sense * at.get(name + BY_SENSE, 0.0) for name, number in own.items()}
 
     def at_rest(self, slow: float, w: float = 0.0) -> tuple[float, float, float]:
         """Friction at rest, or at this speed, the mean of both ways and without offset: value and ends of its 95 % interval.

@@ -21,7 +21,6 @@ from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.kinetic.curves import (
     BLOCKS,
-    BY_SENSE,
     COLUMNS,
     FEW,
     ONE_SPEED,
@@ -34,8 +33,9 @@ from stickslip.identification.kinetic.curves import (
     held_back,
     record_scatter_of,
 )
+from stickslip.identification.kinetic.motion import SENSE
 from stickslip.identification.records import check_same_units, opened, stated_units
-from stickslip.laws import Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
+from stickslip.laws import Asymmetric, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
 from stickslip.laws.numbers import pointers, units_of, value
 from stickslip.measurement.instruments.scatter import median_and_error
@@ -43,8 +43,6 @@ from stickslip.measurement.signals.noise import noise_level
 
 Array = npt.NDArray[np.float64]
 
-SENSE = 4.0
-"""Within so many standard errors of rest a record does not tell which way it slides."""
 SLOW = 0.05
 """Below this share of its top speed a record is asked whether friction is a function of the slip velocity at all."""
 FEWEST = 4
@@ -112,11 +110,11 @@ class SteadyFriction(Result):
 
     @property
     def law(self) -> Law | None:
-        """The chosen form as a law, without offset, drift and what differs by the sense, at the mean load.
+        """The chosen form as a law, without offset and drift, at the mean load.
 
-        None where friction would be negative; :meth:`save` says so. All forms are laws of the catalogue but the logarithm,
-        which has no end at w = 0: it is `Tabulated`, constant below the slowest speed and beyond a thousand times the
-        fastest.
+        `Asymmetric` where friction differs by the sense of the slip. None where friction would be negative; :meth:`save`
+        says so. All forms are laws of the catalogue but the logarithm, which has no end at w = 0: it is `Tabulated`,
+        constant below the slowest speed and beyond a thousand times the fastest.
         """
         try:
             return self._of_friction().with_covariance(self.covariance)
@@ -126,15 +124,21 @@ class SteadyFriction(Result):
     def _of_friction(self) -> Law:
         """The law, refused where friction is negative."""
         law = self._law(self.best.vector)
-        speed = self.rows["slip_velocity"].abs().to_numpy()
-        force = law.kinetic_force(speed)
+        w = self.rows["slip_velocity"].to_numpy()
+        force = np.sign(w) * law.kinetic_force(w)
         if force.min() < 0:
-            raise InputError(f"friction would be {force.min():.3g} at w = {speed[np.argmin(force)]:.3g}")
+            raise InputError(f"friction would be {force.min():.3g} at w = {w[np.argmin(force)]:.3g}")
         return law
 
     def _law(self, values: Array) -> Law:
         """The law of the chosen form with these numbers."""
-        at = dict(zip(self.parameters.index, values.tolist(), strict=True))
+        if not self.best.by_sense:
+            return self._one_way(values, 0.0)
+        return Asymmetric(forward=self._one_way(values, 1.0), backward=self._one_way(values, -1.0))
+
+    def _one_way(self, values: Array, sense: float) -> Law:
+        """The law of slip in one sense, 1 or -1; 0: the mean of both."""
+        at = self.best.toward(values, sense)
         kinetic, top = at["kinetic"], float(self.rows["slip_velocity"].abs().max())
         if "scale" in at:
             return ExponentialStribeck(
@@ -150,7 +154,7 @@ class SteadyFriction(Result):
             return PoppStelter(break_away=kinetic, kinetic=kinetic, weakening=0.0, square=at["quadratic"])
         if "logarithm" in at:
             fit, slow = self.best, float(self.rows["slip_velocity"].abs().min())
-            chosen = self.parameters["value"]
+            chosen = fit.toward(fit.vector, sense)
             used_up = fit.curve.reference * math.exp(min(max(-chosen["kinetic"] / chosen["logarithm"], -600.0), 600.0))
             w = np.geomspace(slow, min(BEYOND * top, used_up) if chosen["logarithm"] < 0 else BEYOND * top, 65)
             force = kinetic + at["logarithm"] * np.log(w / fit.curve.reference)
@@ -600,13 +604,13 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
 
 def _asymmetry(best: SteadyFit) -> list[str]:
     """That friction differs by the sense of the slip."""
-    if not any(name.endswith(BY_SENSE) for name in best.parameters.index):
+    if not best.by_sense:
         return []
     w = best.curve.reference
     forward, backward = (float(abs(best([sense * w])[0])) for sense in (1.0, -1.0))
     return [
-        f"Friction differs by the sense of the slip, and by more than a constant: at w = {w:.3g} it is {forward:.3g} one way "
-        f"and {backward:.3g} the other. A law of the catalogue is the same both ways, so the law is their mean."
+        f"Friction differs by the sense of the slip, and by more than a constant: at w = {w:.3g} it is "
+        f"{forward:.3g} forward (w > 0) and {backward:.3g} backward. The law is Asymmetric."
     ]
 
 

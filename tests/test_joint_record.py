@@ -1,0 +1,87 @@
+"""A joint that turns to and fro without a stick, its torque and angle recorded: from the record to a law with its errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip as ss
+from stickslip.identification import fit_steady
+
+INERTIA, NOISE, RATE = 0.021, 0.008, 250.0
+"""kg m^2, N m and Hz."""
+FORWARD = ss.laws.ExponentialStribeck(break_away=0.60, kinetic=0.35, scale=0.08, viscous=0.06, exponent=2.0)
+BACKWARD = ss.laws.ExponentialStribeck(break_away=0.648, kinetic=0.378, scale=0.08, viscous=0.06, exponent=2.0)
+JOINT = ss.laws.Asymmetric(forward=FORWARD, backward=BACKWARD)
+NAMES = [f"{way}.{name}" for way in ("forward", "backward") for name in ("break_away", "kinetic", "scale", "viscous")]
+RIG = {
+    "instrument": "direct_force",
+    "inertia": "0.021 kg m^2",
+    "columns": {
+        "time": "t",
+        "displacement": {"column": "q", "unit": "rad"},
+        "force": {"column": "torque", "unit": "N m"},
+    },
+}
+
+
+def recorded(law: ss.laws.Law, seconds: float = 18.0, zero: float = 0.0) -> dict[str, np.ndarray]:
+    """Angle and torque of three sines together, so that some runs of one sense are far shorter than others."""
+    rng, t = np.random.default_rng(77), np.arange(0, seconds, 1 / RATE)
+    q, speed, acceleration = np.zeros_like(t), np.zeros_like(t), np.zeros_like(t)
+    for size, frequency, phase in ((0.9, 0.12, 0.0), (0.35, 0.31, 1.0), (0.12, 0.83, 2.0)):
+        turn = 2 * np.pi * frequency
+        q += size * np.sin(turn * t + phase)
+        speed += size * turn * np.cos(turn * t + phase)
+        acceleration -= size * turn**2 * np.sin(turn * t + phase)
+    torque = INERTIA * acceleration + law.kinetic_force(speed) + zero + NOISE * rng.standard_normal(t.size)
+    return {"t": t, "q": q + 2e-5 * rng.standard_normal(t.size), "torque": torque}
+
+
+@pytest.fixture(scope="module")
+def joint() -> xr.DataTree:
+    return ss.measure(recorded(JOINT), RIG)
+
+
+def by_hand(friction: xr.DataTree, law: ss.laws.Law, offset: float = 0.0) -> float:
+    """Rms of measured less predicted torque over the samples whose sense is clear."""
+    data = friction.to_dataset(inherit=False)
+    w = data["slip_velocity"].to_numpy()
+    clear = np.abs(w) > 4 * data["slip_velocity_error"].to_numpy()
+    return float(np.sqrt(np.mean((data["force"].to_numpy() - law.kinetic_force(w) - offset)[clear] ** 2)))
+
+
+def test_a_law_asked_for_gets_the_numbers_that_friction_over_speed_gives(joint: xr.DataTree) -> None:
+    found = ss.identify(joint, law=JOINT, free=NAMES)
+    truth = ss.laws.numbers.value
+    for name, row in found.parameters.iterrows():
+        assert row["low"] - row["error"] <= truth(JOINT, name) <= row["high"] + row["error"], name
+    steady = fit_steady(joint, law="ExponentialStribeck").fits["Gaussian Stribeck, asymmetric"]
+    w = np.array([-1.0, -0.3, -0.03, 0.03, 0.3, 1.0])
+    low, high = steady.interval(w)
+    np.testing.assert_allclose(found.law.kinetic_force(w), steady(w), atol=2 * float(np.max(high - low)))
+    assert found.rms == pytest.approx(by_hand(joint, found.law), rel=0.02)
+    assert found.rms < 1.3 * NOISE
+
+
+def test_an_offset_of_a_reversing_record_is_found_beside_a_law() -> None:
+    friction = ss.measure(recorded(FORWARD, zero=0.03), RIG)
+    start = ss.laws.ExponentialStribeck(0.55, 0.4, 0.12, 0.04, exponent=2.0)
+    found = ss.identify(friction, law=start, free=["break_away", "kinetic", "scale", "viscous"], offset=True)
+    assert found.offset["low"] <= 0.03 <= found.offset["high"]
+    for name, row in found.parameters.iterrows():
+        assert row["low"] - row["error"] <= getattr(FORWARD, name) <= row["high"] + row["error"], name
+    assert found.rms == pytest.approx(by_hand(friction, found.law, found.offset["value"]), rel=0.02)
+
+
+def test_a_short_reversal_is_a_slip_of_its_own() -> None:
+    t = np.arange(0, 10, 0.01)
+    w = np.where((t > 4.0) & (t < 4.4), -0.3, 1.0)  # the path back is a fiftieth of that before
+    force = np.sign(w) * 0.5
+    tree = xr.DataTree.from_dict(
+        {"/": xr.Dataset({"slip_velocity": ("time", w), "force": ("time", force)}, {"time": t})}
+    )
+    found = ss.identify(tree, law=ss.laws.ExponentialStribeck(0.6, 0.4, 0.1), free=["kinetic"])
+    assert found.parameters.loc["kinetic", "value"] == pytest.approx(0.5, abs=1e-3)
+    assert found.rms < 0.02
