@@ -485,13 +485,14 @@ def line(folder: Path, name: str, peers: bool = True) -> dict[str, Any]:
     return found
 
 
-def page(folder: Path, peers: bool = True) -> str:
-    """The page, of all films."""
+def page(folder: Path, peers: bool = True, kept: bool = False) -> str:
+    """The page, of all films or of those that are done."""
+    names = [name for name in SCENES if not kept or film_file(folder, name).with_suffix(".json").exists()]
     head = ["film", "error", "stated", "held, %", "lost", "friction, %", "rate"]
     for peer in PEERS:
         head += [f"{peer}: error", "lost", "rate"]
     lines = ["| " + " | ".join(head) + " |", "|---" + "|---:" * (len(head) - 1) + "|"]
-    found = {name: line(folder, name, peers) for name in SCENES}
+    found = {name: line(folder, name, peers and not kept) for name in names}
     for name, one in found.items():
         others = [cell for peer in PEERS for cell in one["peers"].get(peer, ["not run"] * 3)]
         lines.append("| " + " | ".join([name, *one["cells"], *others]) + " |")
@@ -499,6 +500,7 @@ def page(folder: Path, peers: bool = True) -> str:
     lines += [
         "",
         f"All together {100 * share / count:.1f} % of {count} intervals hold the truth.",
+        *(["", f"Not run: {'; '.join(left)}."] if (left := [name for name in SCENES if name not in names]) else []),
         "",
         "## What is said",
         "",
@@ -507,10 +509,15 @@ def page(folder: Path, peers: bool = True) -> str:
     return INTRODUCTION + "\n".join([*lines, *said]) + "\n"
 
 
+def film_file(folder: Path, name: str) -> Path:
+    """The file of a film."""
+    ending = ".mov" if SCENES[name].codec == "mjpeg" else ".mp4"
+    return folder / (re.sub(r"[^a-zA-Z0-9.]+", "-", name).strip("-") + ending)
+
+
 def filmed(folder: Path, name: str, scene: Scene) -> tuple[Film, Path]:
     """A film and its file, drawn where it is not there yet."""
-    film = Film(scene)
-    path = folder / (re.sub(r"[^a-zA-Z0-9.]+", "-", name).strip("-") + (".mov" if scene.codec == "mjpeg" else ".mp4"))
+    film, path = Film(scene), film_file(folder, name)
     if not path.exists():
         draft = path.with_stem(path.stem + "-draft")
         film.write(draft)
@@ -523,8 +530,9 @@ if __name__ == "__main__":
     reader.add_argument("folder", type=Path)
     reader.add_argument("--only", choices=list(SCENES))
     reader.add_argument("--alone", action="store_true", help="without the other programs")
+    reader.add_argument("--kept", action="store_true", help="a page of what is done, nothing new")
     given = reader.parse_args()
     if given.only:
         print(" | ".join(line(given.folder, given.only, not given.alone)["cells"]))
     else:
-        PAGE.write_text(page(given.folder, not given.alone))
+        PAGE.write_text(page(given.folder, not given.alone, given.kept))
