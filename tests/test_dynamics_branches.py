@@ -163,6 +163,13 @@ def test_unstable_orbits_are_found_in_a_section_and_in_a_column_of_a_diagram():
         assert (x, v) == pytest.approx(cycle.state[1:], abs=1e-9)
 
 
+def test_an_orbit_that_is_passed_several_times_is_found_once():
+    belt = ss.Oscillator(0.1, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.2, 1.5))
+    (cycle,) = ss.periodic_orbits(ss.section(belt, t_end=400), returns=4, tries=3)
+    assert cycle.forcing_periods == 2
+    assert cycle.largest == pytest.approx(ss.periodic_orbit(belt).largest, abs=1e-9)
+
+
 def test_returns_that_make_no_sense_are_refused():
     points = ss.section(SLIDER, t_end=100)
     with pytest.raises(ss.InputError, match="returns must be"):

@@ -125,7 +125,7 @@ def test_a_forcing_beneath_the_rounding_of_the_motion_is_no_accumulation():
 positive = st.floats(0.05, 3.0)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     damping=st.floats(0, 0.5), drive_velocity=st.floats(-1, 1), kinetic=positive, extra=st.just(0.0) | st.floats(1e-90, 2),
     x0=st.floats(-3, 3), v0=st.floats(-3, 3), amplitude=st.just(0.0) | st.floats(1e-12, 1), frequency=st.floats(0.2, 3),

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stickslip.identification import identify
     from stickslip.laws.law import force_along, load_law
     from stickslip.measurement import measure
-    from stickslip.model.drive import Drive, Harmonic
+    from stickslip.model.drive import Drive, Harmonic, NormalForce
     from stickslip.model.scaling import Scale, dimensionless
     from stickslip.model.system import Contact, Force, Oscillator, System, chain, load_system
     from stickslip.report.experiment import run
@@ -43,6 +43,7 @@ _HOME = {
     "Drive": "model.drive",
     "Force": "model.system",
     "Harmonic": "model.drive",
+    "NormalForce": "model.drive",
     "InputError": "errors",
     "Orbit": "simulation.orbit",
     "Oscillator": "model.system",
@@ -87,6 +88,7 @@ __all__ = [
     "Force",
     "Harmonic",
     "InputError",
+    "NormalForce",
     "Orbit",
     "Oscillator",
     "Scale",

@@ -183,6 +183,7 @@ fn chain(blocks: usize, rounds: u32) {
                 kinetic: 0.5,
             }
             .into(),
+            normal_force: None,
         });
     }
     let run = network::Run::driven(40.0);

@@ -41,6 +41,7 @@ fn main() -> Result<(), Error> {
             kinetic,
         }
         .into(),
+        normal_force: None,
     };
     let system = System {
         mass: vec![vec![1.0, 0.0], vec![0.0, 1.0]],

@@ -30,6 +30,7 @@
 //! | [`zero_one`] | the 0–1 test for chaos |
 //! | [`replay`] | a law along a measured motion |
 //! | [`system`] | masses, matrices, contacts, drives |
+//! | [`normal_force`] | the normal force of a contact that varies |
 //! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
 //! | [`series`] | Taylor coefficients, their recursions, the certified first root |
 //! | [`state_law`] | friction laws with an internal state, one file a law |
@@ -58,6 +59,7 @@ mod matrix;
 pub mod mode;
 pub mod model;
 pub mod network;
+pub mod normal_force;
 pub mod observer;
 pub mod orbit;
 pub mod parameters;

@@ -106,6 +106,18 @@ fn check(system: &System, run: &Run) -> Result<(), Error> {
             }
         }
     }
+    if system
+        .contacts
+        .iter()
+        .any(|contact| contact.normal_force.is_some())
+        && Frame::of(system).loops
+    {
+        return Err(Error::Document {
+            reason: "contacts that close a loop share their load, which a normal_force that varies does not tell how: take one \
+                     of them out, or leave out normal_force"
+                .into(),
+        });
+    }
     positive("t_end", run.t_end).map(drop)
 }
 
@@ -142,6 +154,8 @@ struct Contact {
     between: Option<[f64; 2]>,
     /// The slip velocity that is kept then; it is 0 where the contact is stuck.
     kept: f64,
+    /// The bodies are apart: their normal force is 0 until it grows again.
+    apart: bool,
 }
 
 impl Contact {
@@ -156,6 +170,8 @@ impl Contact {
             (self.pinned, 0.0)
         } else if self.between.is_some() {
             (0.0, f64::INFINITY)
+        } else if self.apart {
+            (0.0, f64::NEG_INFINITY)
         } else {
             (self.piece.offset, self.piece.slope)
         };
@@ -209,6 +225,7 @@ impl<'a> Loop<'a> {
             sense: 0.0,
             between: None,
             kept: 0.0,
+            apart: false,
         };
         Self {
             laws: system.contacts.iter().map(|contact| &contact.law).collect(),
@@ -416,7 +433,7 @@ impl<'a> Loop<'a> {
             let size = self.frame.rate * self.scale;
             // A start that has no slope is expanded without one: what follows may be less than what rounding makes of it.
             for (c, contact) in self.contacts.iter_mut().enumerate() {
-                if contact.direction != 0.0 && contact.between.is_none() {
+                if contact.direction != 0.0 && contact.between.is_none() && !contact.apart {
                     contact.at_reversal &= self.motion.u[c][1].abs() <= STILL * size;
                     self.force_lines[c].still = contact.at_reversal;
                 }
@@ -504,6 +521,33 @@ impl<'a> Loop<'a> {
     fn advance(&mut self, h: f64) {
         self.motion.state(h, &mut self.x, &mut self.v);
         self.clock = self.clock.after(h);
+    }
+
+    /// The normal force of a contact over that of its law.
+    fn normal(&self, c: usize) -> f64 {
+        self.frame.normals[c].as_ref().map_or(1.0, |normal| {
+            let across = |of: &[f64]| self.frame.across(c, |i| of[i]);
+            normal.at(self.clock, across(&self.x), across(&self.v))
+        })
+    }
+
+    /// A normal force below this is zero within rounding.
+    fn faint(&self, c: usize) -> f64 {
+        let size = self.frame.normals[c].as_ref().map_or(0.0, |normal| {
+            let position = self.frame.across(c, |i| self.x[i]).abs() + self.scale / self.frame.rate;
+            normal.size(position, self.scale)
+        });
+        ROUNDING * size
+    }
+
+    /// Friction of a contact in slip at a speed.
+    fn friction(&self, c: usize, speed: f64) -> f64 {
+        let contact = &self.contacts[c];
+        if contact.apart {
+            0.0
+        } else {
+            self.normal(c).max(0.0) * contact.friction(self.laws[c], speed)
+        }
     }
 
     fn rested(&self, c: usize) -> f64 {

@@ -1,12 +1,14 @@
-//! Any number of masses that force_line on drives and on each other.
+//! Any number of masses that rub on drives and on each other.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::drive::{Clock, Harmonic};
 use crate::error::{Error, finite, read, wrong};
 use crate::law::{Checked, Law, Point};
 use crate::matrix::Matrix;
+use crate::normal_force::NormalForce;
 use crate::series::Series;
 use crate::structure::Oscillator;
 
@@ -41,6 +43,9 @@ pub struct Contact<L = Law> {
     pub drive_velocity: Drive,
     /// Friction of this contact.
     pub law: L,
+    /// The normal force over that of the law; none: always 1.
+    #[serde(default)]
+    pub normal_force: Option<NormalForce>,
 }
 
 /// A harmonic force on one mass.
@@ -207,8 +212,8 @@ pub(crate) fn add_wave(harmonic: &Harmonic, clock: Clock, factor: f64, series: &
     }
 }
 
-impl From<&Oscillator> for System {
-    fn from(oscillator: &Oscillator) -> Self {
+impl<L: Clone> From<&Oscillator<L>> for System<L> {
+    fn from(oscillator: &Oscillator<L>) -> Self {
         let forcing = oscillator.forcing.iter().map(|harmonic| Force {
             mass: 0,
             amplitude: harmonic.amplitude,
@@ -224,9 +229,52 @@ impl From<&Oscillator> for System {
                 other: None,
                 drive_velocity: oscillator.drive_velocity.into(),
                 law: oscillator.law.clone(),
+                normal_force: None,
             }],
             forcing: forcing.collect(),
         }
+    }
+}
+
+/// One mass as a document: an oscillator, with whatever a contact may have.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OneMass<L> {
+    mass: f64,
+    stiffness: f64,
+    damping: f64,
+    drive_velocity: Drive,
+    law: L,
+    #[serde(default)]
+    forcing: Vec<Harmonic>,
+    #[serde(default)]
+    normal_force: Option<NormalForce>,
+}
+
+impl<L: Checked + Clone + DeserializeOwned> System<L> {
+    /// The system of the document of an oscillator or of masses, and of one mass the oscillator with the constant part of all;
+    /// neither is checked.
+    ///
+    /// # Errors
+    /// What the document lacks or has too much.
+    pub fn read(document: Value) -> Result<(Self, Option<Oscillator<L>>), serde_json::Error> {
+        if document.get("contacts").is_some() {
+            return serde_json::from_value(document).map(|system| (system, None));
+        }
+        let one: OneMass<L> = serde_json::from_value(document)?;
+        let oscillator = Oscillator {
+            mass: one.mass,
+            stiffness: one.stiffness,
+            damping: one.damping,
+            drive_velocity: one.drive_velocity.velocity,
+            law: one.law,
+            forcing: one.forcing,
+        };
+        let mut system = Self::from(&oscillator);
+        let contact = &mut system.contacts[0];
+        contact.drive_velocity = one.drive_velocity;
+        contact.normal_force = one.normal_force;
+        Ok((system, Some(oscillator)))
     }
 }
 
@@ -289,6 +337,10 @@ impl<L: Checked + DeserializeOwned> System<L> {
             }
             contact.drive_velocity.validate()?;
             contact.law.check()?;
+            if let Some(normal_force) = &contact.normal_force {
+                normal_force.validate()?;
+                contact.law.check_scaled()?;
+            }
         }
         for force in &self.forcing {
             if force.mass >= n {

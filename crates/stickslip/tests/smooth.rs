@@ -16,6 +16,7 @@ fn belt(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> System {
             other: None,
             drive_velocity: drive_velocity.into(),
             law: law.into(),
+            normal_force: None,
         }],
         forcing: vec![],
     }

@@ -97,8 +97,10 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
             constraints=form.constraints,
             within=form.within,
             offset=options.offset,
+            guessed=form.guessed,
         )
-        fits.append((problem, fit_branches(problem, _best_start(problem, form))))
+        problem.law = _best_start(problem, form)  # numbers that are held are those of the start
+        fits.append((problem, fit_branches(problem, problem.law)))
     problem, found = min(fits, key=lambda fit: fit[1].rms)
     constant = 0.0 if found.offset is None else float(found.offset["value"])
     notes = [
@@ -106,6 +108,7 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
         *_bias(problem),
         *(static.notes if static is not None else drift),
         *guess.notes,
+        *_held(found),
         *_chosen_form(found.law, guess),
         *_at_bounds(found, options.bounds),
         *_undecided(found),
@@ -173,6 +176,7 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
                 guess.constraints,
                 guess.notes,
                 within=guess.within,
+                guessed=guess.guessed,
             )
     names = check_names(guess.law, guess.free if asked is None else asked)
     check_names(guess.law, fixed)
@@ -190,7 +194,8 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
     notes = [*guess.notes]
     if fixed:
         notes.append("Held fixed as asked: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".")
-    return Guess(laws[0], names, guess.constraints, notes, laws[1:], guess.within)
+    guessed = {name: error for name, error in guess.guessed.items() if name not in [*names, *fixed]}
+    return Guess(laws[0], names, guess.constraints, notes, laws[1:], guess.within, guessed)
 
 
 def _bounded(guess: Guess, bounds: Mapping[str, tuple[float, float]]) -> Guess:
@@ -228,6 +233,22 @@ def _bias(problem: Problem) -> list[str]:
         "The interval of static_friction.initial does not hold its bias: single cycles of motions without sticks lie off as "
         "a whole and make it too low, in trials by two to five stated errors; fit_trajectories has not this error."
     ]
+
+
+def _held(found: BranchFit) -> list[str]:
+    """Which numbers are held at a guess, and what that does to the fitted ones."""
+    said = []
+    for name, shift in found.shifts.items():
+        moved = shift[shift.abs() > 0.1 * found.parameters["error"].reindex(shift.index)]
+        others = (
+            ", ".join(f"{other} by {abs(size):.2g}" for other, size in moved.items())
+            or "no other by a tenth of its error"
+        )
+        said.append(
+            f"{name} = {value(found.law, name):.3g} is held at a guess, not measured: where it is off by a likely amount it "
+            f"moves {others}; the errors hold that."
+        )
+    return said
 
 
 def _choices(law: Law) -> dict[str, float]:

@@ -161,6 +161,8 @@ class Law(Document):
         w = np.asarray(w, float)
         force = np.empty_like(w)
         for direction, part in ((1.0, ~(w < 0)), (-1.0, w < 0)):
+            if not part.any():
+                continue
             speed, back = np.unique(np.abs(w[part]), return_inverse=True)
             path = direction * np.concatenate([[0.0], speed])
             stuck = np.arange(path.size) == 0

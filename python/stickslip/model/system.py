@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -19,7 +20,7 @@ from stickslip.files.schema import Count, Document, Kind, Limits, Says, complete
 from stickslip.files.units import TEXTS, quantity
 from stickslip.laws.law import Law, load_law
 from stickslip.laws.state_law import StateLaw
-from stickslip.model.drive import Drive, Harmonic
+from stickslip.model.drive import Drive, Harmonic, NormalForce
 
 Velocity = Annotated[float, Limits(dimensions=TEXTS["velocity"], extreme=True)]
 
@@ -69,7 +70,8 @@ class Oscillator(Described):
     law : friction between mass and drive.
     mass : m > 0.
     stiffness : k > 0.
-    forcing : None, one :class:`Harmonic` or up to four.
+    forcing : None, one :class:`Harmonic` or up to four, and constant ones.
+    normal_force : a :class:`NormalForce` that varies; None: always that of the law.
 
     Raises
     ------
@@ -94,6 +96,7 @@ class Oscillator(Described):
     mass: Annotated[float, Limits(dimensions=TEXTS["mass"], extreme=True)] = 1.0
     stiffness: Annotated[float, Limits(dimensions=TEXTS["stiffness"], extreme=True)] = 1.0
     forcing: Harmonic | tuple[Harmonic, ...] | None = None
+    normal_force: NormalForce | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -106,17 +109,17 @@ class Oscillator(Described):
         except ValueError as error:
             raise InputError(f"Oscillator: {error}") from None
 
-    @cached_property
-    def core(self) -> _core.System:
-        """What the core has read; under a drive that varies, the system of one mass."""
-        return self.to_system().core if isinstance(self.drive_velocity, Drive) else _core.System(self.to_json())
-
     @property
     def harmonics(self) -> tuple[Harmonic, ...]:
         """The forcing as a tuple, empty where there is none."""
         if self.forcing is None:
             return ()
         return self.forcing if isinstance(self.forcing, tuple) else (self.forcing,)
+
+    @property
+    def swings(self) -> list[Harmonic | Force]:
+        """What varies with time at a frequency: forces, then the drive, then the normal force."""
+        return _swings(self.harmonics, [self])
 
     @property
     def integrated(self) -> bool:
@@ -126,7 +129,7 @@ class Oscillator(Described):
     @property
     def closed_form(self) -> bool:
         """Whether the motion between events is closed: a constant drive, a law of linear pieces, no undamped resonance."""
-        if isinstance(self.drive_velocity, Drive) or self.law.SMOOTH:
+        if isinstance(self.drive_velocity, Drive) or self.normal_force is not None or self.law.SMOOTH:
             return False
         return self.forcing is None or not self.core.resonates()
 
@@ -137,7 +140,7 @@ class Oscillator(Described):
             mass=[[self.mass]],
             stiffness=[[self.stiffness]],
             damping=[[self.damping]],
-            contacts=[Contact(mass=0, law=self.law, drive_velocity=self.drive_velocity)],
+            contacts=[Contact(0, self.law, self.drive_velocity, normal_force=self.normal_force)],
             forcing=forcing,
         )
 
@@ -153,13 +156,19 @@ class Oscillator(Described):
         return json.dumps(self.to_dict() | {"law": law, "forcing": forcing})
 
 
+def _swings(forces: Sequence[Harmonic | Force], contacts: Sequence[Oscillator | Contact]) -> list[Harmonic | Force]:
+    drives = (contact.drive_velocity.harmonics for contact in contacts if isinstance(contact.drive_velocity, Drive))
+    normals = (contact.normal_force.harmonics for contact in contacts if contact.normal_force is not None)
+    return [item for item in itertools.chain(forces, *drives, *normals) if item.frequency]
+
+
 #: A mass by its number.
 Index = Annotated[int, Limits(least=0, most=2**31 - 1), Says("the number of a mass, counted from 0")]
 
 
 @dataclass(frozen=True)
 class Force(Document):
-    """A harmonic force on one mass of a system, amplitude · cos(frequency · t + phase).
+    """A harmonic force on one mass of a system, amplitude · cos(frequency · t + phase); at the frequency 0 it is constant.
 
     Parameters
     ----------
@@ -189,12 +198,14 @@ class Contact(Document):
     law : its friction law; every contact has its own memory.
     drive_velocity : s, a number or a :class:`Drive`.
     other : the other mass; None: the drive itself.
+    normal_force : a :class:`NormalForce` that varies; None: always that of the law.
     """
 
     mass: Index
     law: Law
     drive_velocity: Velocity | Drive = 0.0
     other: Index | None = None
+    normal_force: NormalForce | None = None
 
 
 Rows = tuple[tuple[float, ...], ...]
@@ -294,6 +305,11 @@ class System(Described):
             self.core  # noqa: B018 - what it reads, it checks
         except ValueError as error:
             raise InputError(f"System: {error}") from None
+
+    @property
+    def swings(self) -> list[Harmonic | Force]:
+        """What varies with time at a frequency: forces, then drives, then normal forces."""
+        return _swings(self.forcing, self.contacts)
 
     @property
     def integrated(self) -> bool:

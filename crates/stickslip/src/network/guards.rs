@@ -10,6 +10,8 @@ use crate::series::{derivative, first_root};
 pub(super) enum Cause {
     Release,
     End(End),
+    /// The bodies part, or meet again.
+    Normal,
 }
 
 impl Loop<'_> {
@@ -20,13 +22,33 @@ impl Loop<'_> {
         let mut reach = *horizon;
         let grazes = &mut Vec::new();
         for (c, contact) in self.contacts.iter().enumerate() {
+            let normal = self.frame.normals[c].is_some().then(|| &self.motion.normal[c]);
+            if let Some(normal) = normal {
+                let sign = if contact.apart { -1.0 } else { 1.0 };
+                let guard = normal.map(|term| sign * term);
+                if let Some(h) = first_root(&guard, self.faint(c), false, reach, grazes)
+                    && (h < reach || found.is_none())
+                {
+                    (found, reach) = (Some((h, c, Cause::Normal)), h);
+                }
+                if contact.apart {
+                    continue;
+                }
+            }
             if contact.direction == 0.0 {
                 if contact.pinned != 0.0 {
                     continue;
                 }
                 let rested = self.rested(c);
                 let still = STILL * self.frame.rate * self.scale / self.frame.coupling(c, c);
-                match end_of_adhesion(self.laws[c], &self.motion.force[c], rested, still, reach, grazes) {
+                match end_of_adhesion(
+                    self.laws[c],
+                    (&self.motion.force[c], normal),
+                    rested,
+                    still,
+                    reach,
+                    grazes,
+                ) {
                     Ok(Some(h)) if h < reach || found.is_none() => {
                         (found, reach) = (Some((h, c, Cause::Release)), h);
                     }

@@ -168,7 +168,7 @@ impl Rows<'_> {
             .map(|force_line| {
                 if force_line[0] == 0.0 {
                     ContactState::Stick
-                } else if force_line[2].is_infinite() {
+                } else if force_line[2] == f64::INFINITY {
                     ContactState::Hold(force_line[0])
                 } else {
                     ContactState::Slip(force_line[0])
@@ -229,6 +229,12 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Er
             }),
             (Kind::Node, _) if rows.grows(c, from, t) => Ending::Line(End::High),
             (Kind::Capture | Kind::Crossing | Kind::Node, _) => Ending::Line(End::Low),
+            (Kind::Parting | Kind::Meeting, _) => {
+                return refused(format!(
+                    "the bodies of contact {c} part at t = {t}, for which no derivative is known: follow a motion along which \
+                     the normal force stays positive"
+                ));
+            }
         };
         let (one, other) = (rows.at(from), rows.at(t));
         phases.push(Phase {

@@ -25,7 +25,7 @@ from stickslip.dynamics.periodic.return_map import (
 )
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.model.drive import Drive
+from stickslip.model.drive import Drive, NormalForce
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 
@@ -105,14 +105,20 @@ def from_section(system: Any, t0: float) -> Any:
     def later(harmonic: Any) -> Any:
         return replace(harmonic, phase=harmonic.phase + harmonic.frequency * t0)
 
+    def moved(contact: Any) -> Any:
+        varying = {name: getattr(contact, name) for name in ("drive_velocity", "normal_force")}
+        return replace(
+            contact,
+            **{
+                name: replace(value, harmonics=tuple(map(later, value.harmonics)))
+                for name, value in varying.items()
+                if isinstance(value, Drive | NormalForce)
+            },
+        )
+
     if isinstance(system, Oscillator):
-        return replace(system, forcing=tuple(later(harmonic) for harmonic in system.harmonics) or None)
-    contacts = [
-        replace(c, drive_velocity=replace(c.drive_velocity, harmonics=tuple(map(later, c.drive_velocity.harmonics))))
-        if isinstance(c.drive_velocity, Drive)
-        else c
-        for c in system.contacts
-    ]
+        return replace(moved(system), forcing=tuple(later(harmonic) for harmonic in system.harmonics) or None)
+    contacts = [moved(contact) for contact in system.contacts]
     return replace(system, forcing=tuple(map(later, system.forcing)), contacts=contacts)
 
 

@@ -88,6 +88,7 @@ class Guess:
     notes : plain sentences.
     candidates : other first guesses, from which the one with the least misfit is taken.
     within : limits that come from the records.
+    guessed : numbers that are held at a guess, with its standard deviation.
     """
 
     law: Law
@@ -96,6 +97,7 @@ class Guess:
     notes: list[str] = field(default_factory=list)
     candidates: list[Law] = field(default_factory=list)
     within: dict[str, tuple[float, float]] = field(default_factory=dict)
+    guessed: dict[str, float] = field(default_factory=dict)
 
 
 def need_rows(evidence: Evidence, kind: str, fewest: int) -> None:

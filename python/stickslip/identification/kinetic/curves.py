@@ -141,7 +141,12 @@ class Curve:
 
     def columns(self, rows: Rows) -> Array:
         """One column for each term, shape (rows, terms)."""
-        return np.stack([self._column(term, rows) for term in self.terms], axis=1)
+        columns: dict[str, Array] = {}
+        for term in self.terms:
+            plain = term.removesuffix(BY_SENSE)
+            column = columns[plain] if plain in columns else self._column(plain, rows)
+            columns[term] = column if term == plain else np.sign(rows.w) * column
+        return np.stack(list(columns.values()), axis=1)
 
     def _column(self, term: str, rows: Rows) -> Array:
         sense, speed = np.sign(rows.w), np.abs(rows.w)
@@ -154,7 +159,7 @@ class Curve:
                 return np.asarray(sense * np.log(np.maximum(speed, 1e-300) / self.reference))
             case "weakening":
                 return np.asarray(
-                    ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(rows.w)
+                    sense * ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(speed)
                 )
             case "offset":
                 return np.ones(len(rows))
@@ -164,8 +169,6 @@ class Curve:
                 return np.asarray(sense * (rows.load - self.middle[0]))
             case "drift":
                 return np.asarray(sense * (rows.position - self.middle[1]))
-            case _ if term.endswith(BY_SENSE):
-                return sense * self._column(term.removesuffix(BY_SENSE), rows)
         return sense  # kinetic
 
     def solve(self, rows: Rows) -> tuple[Curve, Array, Array]:
