@@ -135,3 +135,9 @@ def test_what_is_reported_is_what_runs_show(seed):
 def test_the_table_of_random_oscillators_finds_none_wrong(tmp_path):
     cases = evidence.cases(range(evidence.COUNT), tmp_path / "results.jsonl")
     assert [case.seed for case in cases if case.wrong] == []
+
+
+def test_a_chain_is_refused_with_what_to_do_instead():
+    chain = ss.chain(3, ss.laws.Coulomb(0.5), 0.2, coupling=1.0)
+    with pytest.raises(ss.InputError, match="expected an Oscillator of one mass, got System; for several masses call"):
+        ss.critical_velocities(chain)

@@ -533,7 +533,7 @@ MODELICA = "Modelica Association, MAP-LIB_ReferenceResults (Dymola 2020x, tolera
 
 
 @case(
-    "P9 x″ + x′ = 25 sin(π t/2) − (5 + 10 exp(−2|x′|)) sgn x′ from rest",
+    "P9 x″ + x′ = 25 sin(π t/2) − (5 + 10 exp(−2 abs x′)) sgn x′ from rest",
     f"{MODELICA}: Mechanics.Translational.Examples.Friction, stop1", 5,
     x_at_5=1.76846282132044, v_at_5=6.86485858981257,
 )  # fmt: skip
@@ -546,7 +546,7 @@ def modelica_friction() -> Results:
 
 
 @case(
-    "P10 x″ + x′ + 500 (x + 0.25) = −(3 + 5 exp(−2|x′|)) sgn x′ from (0, −5), caught by a stop at −0.4",
+    "P10 x″ + x′ + 500 (x + 0.25) = −(3 + 5 exp(−2 abs x′)) sgn x′ from (0, −5), caught by a stop at −0.4",
     f"{MODELICA}: Mechanics.Translational.Examples.Friction, stop2", 6,
     v_before_the_stop=-6.10568215752555, rests_at=-0.247515847991475,
 )  # fmt: skip

@@ -51,7 +51,10 @@ def check(system: Any, who: str) -> Any:
 def check_one(system: Any, who: str) -> Oscillator:
     """Refuse what is not one mass on one drive, too."""
     if not isinstance(system, Oscillator):
-        raise InputError(f"{who}: expected an Oscillator of one mass, got {type(system).__name__}")
+        raise InputError(
+            f"{who}: expected an Oscillator of one mass, got {type(system).__name__}; for several masses "
+            "call periodic_orbit or simulate(…).regime() at each value"
+        )
     checked: Oscillator = check(system, who)
     return checked
 
