@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -33,6 +34,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from stickslip.dynamics.periodic.state_cycles import StateCycle
+
+
+#: Lengths of the runs from a guess, in natural periods or those of the forcing.
+_FROM_GUESS = (2.5, 6, 15, 30)
+#: So near the returns of a short run, in sizes of the motion, is the orbit that they show.
+_NEAR = 0.1
 
 
 @dataclass(frozen=True, repr=False)
@@ -269,7 +276,8 @@ def periodic_orbit(
     guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
         that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit`: its last state; a
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
-    t_end : length of the run that is looked at for a return; default 150 natural periods, 30 from a guess.
+    t_end : length of the run that is looked at for a return; default 150 natural periods. From a guess runs of 2.5, 6 and 15
+        periods are tried first, so that an orbit that repels is found before the run has left it, then one of 30.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
 
     Returns
@@ -313,16 +321,34 @@ def event_cycle(
         return moved_to(system, guess)
     x0, v0 = _start(guess)
     slowest = max(system.natural_period, forcing_period(system) or 0.0)
-    length = number("t_end", t_end, "periodic_orbit") if t_end is not None else slowest * (150 if guess is None else 30)
+    if t_end is not None:
+        lengths = [number("t_end", t_end, "periodic_orbit")]
+    else:
+        lengths = [slowest * count for count in ((150,) if guess is None else _FROM_GUESS)]
+    for length in lengths[:-1]:
+        # A run leaves an orbit that repels: the first returns that close near themselves.
+        with contextlib.suppress(InputError):
+            cycle, moved = _closed(system, guess, length * (periods or 1), x0, v0, periods)
+            if moved < _NEAR:
+                return cycle
+    return _closed(system, guess, lengths[-1], x0, v0, periods)[0]
+
+
+def _closed(
+    system: Any, guess: Any, length: float, x0: Any, v0: Any, periods: int | None
+) -> tuple[PeriodicOrbit, float]:
+    """The orbit near the returns of a run, and how far from these its start is, in sizes of the motion."""
     sequence, kinds = _run(system, length, x0, v0, pieces=1 if guess is not None else 4)
     part, forcing_periods = find(system, sequence, kinds, guess is None, periods)
     closed, rounds = close(part, forcing_periods)
+    moved = np.abs(closed.sequence.start[closed.coordinates] - part.start[closed.coordinates])
+    sizes = size_of(system, part.start, closed.coordinates)
     if periods is None:
         closed = once(closed)
     cycle = finished(closed, rounds)
     if amplitude(cycle) < 1e-7 * size_of(system, cycle.closed.sequence.start, np.array([1]))[0]:
         raise InputError(STEADY)
-    return cycle
+    return cycle, float((moved / sizes).max(initial=0.0))
 
 
 def steady(system: Any, states: NDArray[np.float64]) -> bool:
