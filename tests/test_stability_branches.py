@@ -82,6 +82,18 @@ def test_branches_can_be_saved_and_drawn() -> None:
         ss.show.multipliers_plot([ss.periodic_orbit(den_hartog(0.7, 0.3))], values=[0.1, 0.2])
 
 
+@pytest.mark.parametrize("guess", [(1.49, 0.0), (1.45, 0.05)])
+def test_an_orbit_that_repels_is_found_from_a_state_near_it(guess: tuple[float, float]) -> None:
+    """Disturbances of the slip cycle grow 3.6 times a period: in 30 periods a run from any guess is elsewhere."""
+    cycle = ss.periodic_orbit(own_law(1.15), guess)
+    assert not cycle.sticks
+    assert cycle.stable is False
+    assert 3 < cycle.largest < 4
+    # The motion from there comes back.
+    _, x, v = cycle.state
+    assert ss.simulate(own_law(1.15), cycle.period, x, v).at(cycle.period) == pytest.approx((x, v), abs=1e-8)
+
+
 def test_lyapunov_exponents_of_regular_motion_are_those_of_the_multipliers() -> None:
     cycle = ss.periodic_orbit(den_hartog(0.7, 0.3))
     spectrum = ss.lyapunov(den_hartog(0.7, 0.3), 2000.0)
@@ -103,6 +115,27 @@ def test_lyapunov_exponent_of_chaotic_stick_slip_is_the_average_of_its_map() -> 
     assert np.isnan(spectrum.errors[1])
     ax = ss.show.lyapunov_plot(spectrum)
     assert [text.get_text().split(" ")[-1] for text in ax.get_legend().get_texts()][1] == "−∞"
+
+
+def test_lyapunov_exponents_are_drawn_once_a_period() -> None:
+    """Damping 0.3, forced: a periodic stick-slip whose averages swing within a period and hardly from one to the next."""
+    belt = ss.Oscillator(0.1, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.2, 1.0))
+    spectrum = ss.lyapunov(belt, 400.0, transient=0.25)
+    ax = ss.show.lyapunov_plot(spectrum)
+    (curve,) = (line for line in ax.lines if "±" in str(line.get_label()))
+    assert curve.get_xdata() == pytest.approx(2 * np.pi * np.arange(1, int(spectrum.t / (2 * np.pi)) + 1))
+    late = curve.get_ydata()[10:]
+    assert np.ptp(late) < 0.1 * np.ptp(spectrum.running[spectrum.times > 20 * np.pi, 0])
+    handles, texts = ax.get_legend_handles_labels()
+    (lost,) = (handle for handle, text in zip(handles, texts, strict=True) if text.endswith("−∞"))
+    assert lost.get_linestyle() == "None"
+
+
+def test_a_return_map_of_phases_ends_at_two_pi() -> None:
+    belt = ss.Oscillator(0.0, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.2, 2.0))
+    ax = ss.show.return_map_plot(ss.release_map(belt, np.linspace(0.1, 6.2, 12)))
+    ax.figure.canvas.draw()
+    assert ax.get_xlim() == ax.get_ylim() == (0, 2 * np.pi)
 
 
 def _map_average(system: ss.Oscillator) -> float:
@@ -224,3 +257,13 @@ def test_the_cycle_that_repels_is_followed_from_its_hopf_point() -> None:
     size, past = np.subtract(branch.x_max, branch.x_min), np.asarray(branch.values) - 1.151292546497
     near = (past > 1e-4) & (past < 3e-3)
     assert np.ptp(np.log(size[near] ** 2 / past[near])) < 0.02
+
+
+@pytest.mark.slow
+def test_critical_velocities_name_where_the_cycle_that_repels_ends() -> None:
+    found = ss.critical_velocities(own_law(1.15), (0.6, 1.0))
+    assert found["end_of_stick_slip"] == pytest.approx(STICK_SLIP_GRAZES, abs=1e-11)
+    assert found["grazing_sliding"] == found["end_of_stick_slip"]
+    (ends,) = found.not_shown
+    assert (ends.kind, ends.parameter) == ("grazing_sliding", pytest.approx(SLIP_GRAZES, abs=1e-11))
+    assert f"grazing_sliding {ends.parameter:.12g} on a cycle" in repr(found)

@@ -1,4 +1,4 @@
-"""The error for input that cannot be used (a sentence, exit code 2 on the command line), the warning of unfinished runs."""
+"""The error for input that cannot be used, which the command line ends with, and the warning of runs without a result."""
 
 
 class InputError(ValueError):

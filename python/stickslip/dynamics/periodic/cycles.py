@@ -35,6 +35,12 @@ if TYPE_CHECKING:
     from stickslip.dynamics.periodic.state_cycles import StateCycle
 
 
+#: Lengths of the runs from a guess, in natural periods or those of the forcing.
+_FROM_GUESS = (2.5, 6, 15, 30)
+#: So near the returns of a short run, in sizes of the motion, is the orbit that they show.
+_NEAR = 0.1
+
+
 @dataclass(frozen=True, repr=False)
 class PeriodicOrbit(Cycle):
     """A closed orbit and its stability.
@@ -276,7 +282,8 @@ def periodic_orbit(
         that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit`: its last state; a
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
     t_end : length of the run that is looked at for a return; default 150 natural periods and, where these are not
-        enough, 600; 30 from a guess.
+        enough, 600. From a guess runs of 2.5, 6 and 15 periods are tried first, so that an orbit that repels is found
+        before the run has left it, then one of 30.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
 
     Returns
@@ -320,30 +327,44 @@ def event_cycle(
         return moved_to(system, guess)
     start, settles = _start(guess), guess is None
     slowest = max(system.natural_period, forcing_period(system) or 0.0)
-    lengths = [150 * slowest, 600 * slowest] if settles else [30 * slowest]
+    counts = (150, 600) if settles else _FROM_GUESS
+    lengths = [slowest * count for count in counts]
+    if not settles:
+        lengths[:-1] = [length * (periods or 1) for length in lengths[:-1]]
     if t_end is not None:
         lengths = [number("t_end", t_end, "periodic_orbit")]
     refusals = []
     for length in lengths:
-        # Where disturbances decay slowly the motion has not settled by the first.
         try:
-            return _found(system, length, start, settles, periods)
+            cycle, moved = _closed(system, length, start, settles, periods)
         except InputError as refusal:
+            # Where disturbances decay slowly a motion has not settled by the first length; a guess may need a longer one.
             refusals.append(refusal)
-    raise refusals[0]
+            continue
+        # A run leaves an orbit that repels: of a guess the first returns count that close near themselves.
+        if settles or length == lengths[-1] or moved < _NEAR:
+            return cycle
+    raise refusals[0 if settles else -1]
 
 
-def _found(system: Any, length: float, start: tuple[Any, Any], settles: bool, periods: int | None) -> PeriodicOrbit:
-    """The orbit that closes near a return of a run: near its end where the run settles, else near its start."""
+def _closed(
+    system: Any, length: float, start: tuple[Any, Any], settles: bool, periods: int | None
+) -> tuple[PeriodicOrbit, float]:
+    """The orbit near the returns of a run, and how far from these its start is, in sizes of the motion.
+
+    The returns near the end of the run where it settles, else those near its start.
+    """
     sequence, kinds = _run(system, length, *start, pieces=4 if settles else 1)
     part, forcing_periods = find(system, sequence, kinds, settles, periods)
     closed, rounds = close(part, forcing_periods)
+    moved = np.abs(closed.sequence.start[closed.coordinates] - part.start[closed.coordinates])
+    sizes = size_of(system, part.start, closed.coordinates)
     if periods is None:
         closed = once(closed)
     cycle = finished(closed, rounds)
     if amplitude(cycle) < 1e-7 * size_of(system, cycle.closed.sequence.start, np.array([1]))[0]:
         raise InputError(STEADY)
-    return cycle
+    return cycle, float((moved / sizes).max(initial=0.0))
 
 
 def steady(system: Any, states: NDArray[np.float64]) -> bool:

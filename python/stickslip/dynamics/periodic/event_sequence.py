@@ -242,7 +242,19 @@ class EventSequence:
 
     def with_sections(self) -> EventSequence:
         """The same with a phase ended at every greatest slip speed of contact 0 inside a phase."""
-        chopped = self._chopped(3.0 * self.system.natural_period / (2 * np.pi))
+        # A peak where a phase begins is not inside it: the cuts of one pass lie in the middle of the pieces of the other.
+        times = np.sort(np.concatenate([self._peaks(shifted=False), self._peaks(shifted=True)]))
+        times = times[np.append(True, np.diff(times) > 1e-6 * self.system.natural_period)[: len(times)]]
+        ends = np.cumsum(self.phases[:, -1])
+        durations: list[list[float]] = []
+        for begin, end in zip(np.concatenate([[0.0], ends[:-1]]), ends, strict=True):
+            inside = times[(times > begin) & (times < end)]
+            durations.append(np.diff([begin, *inside, end]).tolist())
+        return self.cut(durations, [[float(SECTION)] * (len(parts) - 1) for parts in durations])
+
+    def _peaks(self, *, shifted: bool) -> Floats:
+        """When the slip speed of contact 0 is greatest inside a phase, from the start."""
+        chopped = self._chopped(3.0 * self.system.natural_period / (2 * np.pi), shifted=shifted)
         tests = chopped.follow(tests=True).tests
         begins = np.concatenate([[0.0], np.cumsum(chopped.phases[:, -1])])
         # At a peak the high end is named first, at a trough the low one.
@@ -252,15 +264,11 @@ class EventSequence:
             else np.zeros(0, bool)
         )
         peaks = tests[first & (tests[:, 0] == BOUNDARIES.index("high"))]
-        times = np.sort(begins[peaks[:, 1].astype(int)] + peaks[:, 2])
-        ends = np.cumsum(self.phases[:, -1])
-        durations: list[list[float]] = []
-        for begin, end in zip(np.concatenate([[0.0], ends[:-1]]), ends, strict=True):
-            inside = times[(times > begin) & (times < end)]
-            durations.append(np.diff([begin, *inside, end]).tolist())
-        return self.cut(durations, [[float(SECTION)] * (len(parts) - 1) for parts in durations])
+        return np.asarray(begins[peaks[:, 1].astype(int)] + peaks[:, 2], float)
 
-    def _chopped(self, longest: float) -> EventSequence:
+    def _chopped(self, longest: float, *, shifted: bool) -> EventSequence:
+        """Phases in equal pieces; shifted: the first and the last are halves."""
         counts = np.maximum(1, np.ceil(self.phases[:, -1] / longest)).astype(int)
-        durations = [[duration / count] * count for duration, count in zip(self.phases[:, -1], counts, strict=True)]
-        return self.cut(durations, [[float(TIME)] * (count - 1) for count in counts])
+        shares = [np.r_[0.5, np.ones(count - 1), 0.5] if shifted else np.ones(count) for count in counts]
+        durations = [(d / n * share).tolist() for d, n, share in zip(self.phases[:, -1], counts, shares, strict=True)]
+        return self.cut(durations, [[float(TIME)] * (len(parts) - 1) for parts in durations])

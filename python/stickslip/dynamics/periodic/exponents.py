@@ -37,6 +37,7 @@ class LyapunovSpectrum(InNotebook):
     events : events in it.
     times, running : what the averages were on the way: times, shape (n,), and the exponents found from the first of the run
         up to them, shape (n, number of exponents).
+    period : of the forcing, or the natural one.
     """
 
     exponents: NDArray[np.float64]
@@ -45,20 +46,35 @@ class LyapunovSpectrum(InNotebook):
     events: int
     times: NDArray[np.float64] = field(repr=False, compare=False)
     running: NDArray[np.float64] = field(repr=False, compare=False)
+    period: float = field(repr=False, compare=False)
 
     @property
     def errors(self) -> NDArray[np.float64]:
         """Standard error of each exponent, from its averages over 20 parts of the run; NaN for −inf."""
         edges = np.linspace(0.0, self.t, 21)
-        sums = self.running * self.times[:, None]
-        lost = ~np.isfinite(sums).all(axis=0)
-        parts = [
-            np.diff(np.interp(edges, np.append(0.0, self.times), np.append(0.0, column))) / np.diff(edges)
-            for column in np.where(np.isfinite(sums), sums, 0.0).T
-        ]
-        errors: NDArray[np.float64] = np.std(parts, axis=1, ddof=1) / math.sqrt(20)
-        errors[lost] = math.nan
+        parts = np.diff(self._sums(edges), axis=0) / np.diff(edges)[:, None]
+        errors: NDArray[np.float64] = np.std(parts, axis=0, ddof=1) / math.sqrt(20)
         return errors
+
+    def by_period(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The averages up to the end of each period: times, shape (n,), and values, shape (n, number of exponents).
+
+        Within a period stretching and contraction alternate, and the averages swing with them.
+        """
+        ends = self.period * np.arange(1, int(self.t / self.period * (1 + 1e-9)) + 1)
+        return ends, self._sums(ends) / ends[:, None]
+
+    def _sums(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Growth from the first of the run up to times, ln of its factor; NaN for an exponent of −inf."""
+        sums = self.running * self.times[:, None]
+        begin = np.append(0.0, self.times)
+        columns = [
+            np.interp(times, begin, np.append(0.0, column))
+            if np.isfinite(column).all()
+            else np.full(times.shape, math.nan)
+            for column in sums.T
+        ]
+        return np.stack(columns, axis=1)
 
     def facts(self) -> dict[str, Any]:
         """What a notebook shows."""
@@ -160,7 +176,8 @@ def lyapunov(
         running = np.concatenate([other, running], axis=1)
     running = running[:, np.argsort(running[-1])[::-1]]
     test = chaos_test(positions, seed) if len(positions) >= 200 else math.nan
-    return LyapunovSpectrum(running[-1], test, elapsed, counted, np.array(times), running)
+    period = forcing_period(system) or system.natural_period
+    return LyapunovSpectrum(running[-1], test, elapsed, counted, np.array(times), running, period)
 
 
 def _of_states(
@@ -189,7 +206,7 @@ def _of_states(
     running = np.array(course) / np.array(times)[:, None]
     running = running[:, np.argsort(running[-1])[::-1]]
     test = chaos_test(positions, seed) if len(positions) >= 200 else math.nan
-    return LyapunovSpectrum(running[-1], test, elapsed, 0, np.array(times), running)
+    return LyapunovSpectrum(running[-1], test, elapsed, 0, np.array(times), running, length)
 
 
 def _blocks(
