@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -85,3 +87,34 @@ def test_a_short_reversal_is_a_slip_of_its_own() -> None:
     found = ss.identify(tree, law=ss.laws.ExponentialStribeck(0.6, 0.4, 0.1), free=["kinetic"])
     assert found.parameters.loc["kinetic", "value"] == pytest.approx(0.5, abs=1e-3)
     assert found.rms < 0.02
+
+
+def test_a_motor_current_over_an_angle_is_a_torque() -> None:
+    data = recorded(JOINT)
+    columns = {
+        "time": "t",
+        "displacement": {"column": "q", "unit": "rad"},
+        "current": {"column": "i", "unit": "A"},
+    }
+    rig = {
+        "instrument": "motor_current",
+        "force_per_current": "0.118 N m/A",
+        "inertia": "210 kg cm^2",
+        "columns": columns,
+    }
+    record = {"t": data["t"], "q": data["q"], "i": data["torque"] / 0.118}
+    found = ss.measure(record, rig)
+    units = {
+        name: found[name].attrs["units"] for name in ("force", "slip_velocity", "slip_acceleration", "displacement")
+    }
+    assert units == {"force": "N m", "slip_velocity": "rad/s", "slip_acceleration": "rad/s^2", "displacement": "rad"}
+    said = " ".join(found.attrs["notes"])
+    assert not re.search(r" N (?!m)", said)
+    assert "inertia in the rig 0.021 kg m^2, as fitted 0.0" in said
+    assert " +- " in said
+    low, high = (float(number) for number in said.split("on the inertia: ")[1].split(" N m")[0].split(" ... "))
+    assert 0.3 < low < high < 0.7
+    fitted, error = found.attrs["fitted_inertia"], found.attrs["fitted_inertia_error"]
+    assert abs(fitted - INERTIA) < 3 * error < INERTIA
+    with pytest.raises(ss.InputError, match="expected inertia in kg m\\^2 for a displacement in rad, got mass in kg"):
+        ss.measure(record, {**{key: value for key, value in rig.items() if key != "inertia"}, "mass": 0.021})

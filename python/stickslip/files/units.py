@@ -34,6 +34,7 @@ UNITS: dict[str, dict[str, float]] = {
     "frequency": {"rad/s": 1.0, "Hz": 2 * math.pi},
     "torsional_damping": {"N m s/rad": 1.0},
     "force_per_current": {"N/A": 1.0},
+    "torque_per_current": {"N m/A": 1.0, "mN m/A": 1e-3},
     "ratio": {"1": 1.0, "%": 0.01},
 }
 """Dimension -> unit -> its size in SI; the first of each is the SI unit."""
