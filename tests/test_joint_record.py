@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
+from stickslip.cli.main import main
 from stickslip.identification import fit_steady
 
 INERTIA, NOISE, RATE = 0.021, 0.008, 250.0
@@ -118,3 +119,26 @@ def test_a_motor_current_over_an_angle_is_a_torque() -> None:
     assert abs(fitted - INERTIA) < 3 * error < INERTIA
     with pytest.raises(ss.InputError, match="expected inertia in kg m\\^2 for a displacement in rad, got mass in kg"):
         ss.measure(record, {**{key: value for key, value in rig.items() if key != "inertia"}, "mass": 0.021})
+
+
+def test_options_that_clash_are_refused_before_the_fit(joint: xr.DataTree, tmp_path, monkeypatch, capsys) -> None:
+    joint.to_netcdf(tmp_path / "joint.nc")
+    for name in ("fit_steady", "identify"):
+        monkeypatch.setattr(f"stickslip.identification.{name}", None)
+    friction = str(tmp_path / "joint.nc")
+    assert main(["identify", friction, "--report", str(tmp_path / "page.html")]) == 2
+    assert "--report does not go with" in capsys.readouterr().err
+    assert main(["identify", friction, "--law", "Coulomb", "--plot", str(tmp_path / "law.png")]) == 2
+    assert "does not say its mass, stiffness, drive_velocity" in capsys.readouterr().err
+
+
+def test_the_picture_of_a_joint_shows_its_low_speeds(joint: xr.DataTree) -> None:
+    axes = fit_steady(joint, law="ExponentialStribeck").plot()
+    axes.figure.canvas.draw()
+    whole, slow = axes.figure.axes
+    assert axes is whole
+    assert 0.2 < np.abs(slow.get_xlim()).max() < 0.5  # the fall is over at 0.16 rad/s
+    # axes keep most of the figure, and no curve lies upon another
+    assert all(panel.get_position().height > 0.55 and panel.get_position().width > 0.35 for panel in (whole, slow))
+    labels = [text.get_text() for text in axes.figure.legends[0].get_texts()]
+    assert labels == ["measured", "Gaussian Stribeck, asymmetric", "medians in bins of speed"]

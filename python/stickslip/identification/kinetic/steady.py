@@ -63,6 +63,8 @@ NODES = 6
 BEYOND = 1000.0
 """A logarithm goes on to so many times the fastest speed measured."""
 
+VISIBLE = 0.01
+"""Curves within this part of the range of forces of the chosen one are not drawn beside it."""
 FARTHEST = 1e60
 """Numbers larger than this are no friction in any unit."""
 
@@ -254,29 +256,70 @@ class SteadyFriction(Result):
         return write_text(path, text, ".toml")
 
     def plot(self, ax: Any = None) -> Any:
-        """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes."""
+        """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes.
+
+        Without `ax` a second panel shows low speeds, where friction falls, with medians of the points in bins of speed.
+        Curves that lie on the chosen one are not drawn.
+        """
         from stickslip.show.canvas import ABOVE, in_units, new_axes
 
-        axes = new_axes()[0] if ax is None else ax
+        reach = self._low_speeds() if ax is None else 0.0
+        panels = new_axes(1, 2, figsize=(7.2, 3.6)) if reach else [new_axes()[0] if ax is None else ax]
+        for panel, most in zip(panels, (math.inf, reach), strict=False):
+            self._draw(panel, most)
+            panel.set_xlabel("slip velocity w" + in_units(self.stated.get("slip_velocity")))
+        panels[0].set_ylabel("friction force f" + in_units(self.stated.get("force")))
+        if ax is None:
+            panels[0].figure.legend(
+                *panels[-1].get_legend_handles_labels(), loc="outside lower left", ncols=2, frameon=False, fontsize=8
+            )
+        else:
+            ax.legend(**ABOVE)
+        return panels[0]
+
+    def _low_speeds(self) -> float:
+        """Up to where low speeds have their own panel: the fall of friction, or a tenth of all; 0 where they need none."""
+        speed = self.rows["slip_velocity"].abs().to_numpy()
+        fall = self.parameters["value"].get("scale")
+        reach = 0.1 * float(speed.max()) if fall is None else 4 * float(fall)
+        return reach if reach < 0.5 * speed.max() and np.count_nonzero(speed < reach) >= BLOCKS else 0.0
+
+    def _draw(self, axes: Any, most: float) -> None:
+        """Points and curves at speeds up to `most`, with medians of many points where that is finite."""
+        from stickslip.show.canvas import OKABE_ITO
+
         w, force, error = (self.rows[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
+        shown = np.abs(w) <= most
+        w, force, error = w[shown], force[shown], error[shown]
         if len(w) > 500:
-            axes.plot(w, force, ".", ms=1.5, alpha=0.3, color="0.5", label="measured", rasterized=True)
+            axes.plot(w, force, ".", ms=1.5, alpha=0.2, color="0.5", label="measured", rasterized=True)
         else:
             axes.errorbar(w, force, error, fmt="o", ms=3, color="0.4", label="measured")
+        named: set[str] = set()
+
+        def line(name: str, grid: Array, style: str, **look: Any) -> None:
+            axes.plot(grid, self.fits[name](grid), style, label=None if name in named else name, **look)
+            named.add(name)
+
         for side in (1.0, -1.0):
             inside = np.abs(w[w * side > 0])
             if not len(inside):
                 continue
             grid = side * np.linspace(inside.min(), inside.max(), 200)
-            label = self.chosen if side == math.copysign(1.0, float(w.max())) or (w < 0).all() else None
-            line = axes.plot(grid, self.best(grid), color="C0", label=label)
-            axes.fill_between(grid, *self.best.interval(grid), color=line[0].get_color(), alpha=0.25, lw=0)
-            for number, name in enumerate(self.undecided[:3], start=1):
-                axes.plot(grid, self.fits[name](grid), "--", lw=1, color=f"C{number}", label=name if label else None)
-        axes.set_xlabel("slip velocity w" + in_units(self.stated.get("slip_velocity")))
-        axes.set_ylabel("friction force f" + in_units(self.stated.get("force")))
-        axes.legend(**ABOVE, ncols=2)
-        return axes
+            line(self.chosen, grid, "-", color=OKABE_ITO["blue"], zorder=3)
+            axes.fill_between(grid, *self.best.interval(grid), color=OKABE_ITO["blue"], alpha=0.25, lw=0)
+            colours = (OKABE_ITO[name] for name in ("vermilion", "green", "purple"))
+            for name, colour in zip(self.undecided, colours, strict=False):
+                if np.abs(self.fits[name](grid) - self.best(grid)).max() > VISIBLE * np.ptp(self.rows["force"]):
+                    line(name, grid, "--", lw=1, color=colour)
+            if math.isfinite(most) and len(w) > 500:
+                bins = np.array_split(np.argsort(inside), 12)
+                own = force[w * side > 0]
+                middle = [side * float(np.median(inside[part])) for part in bins]
+                medians = [float(np.median(own[part])) for part in bins]
+                label = "medians in bins of speed" if "medians" not in named else None
+                axes.plot(middle, medians, "o", ms=3.5, mfc="white", color=OKABE_ITO["black"], label=label, zorder=4)
+                named.add("medians")
 
 
 def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
