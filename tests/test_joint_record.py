@@ -142,3 +142,23 @@ def test_the_picture_of_a_joint_shows_its_low_speeds(joint: xr.DataTree) -> None
     assert all(panel.get_position().height > 0.55 and panel.get_position().width > 0.35 for panel in (whole, slow))
     labels = [text.get_text() for text in axes.figure.legends[0].get_texts()]
     assert labels == ["measured", "Gaussian Stribeck, asymmetric", "medians in bins of speed"]
+
+
+@pytest.mark.parametrize("given", [0.0189, 0.0231])
+def test_a_wrong_inertia_is_named_and_no_spring_is_invented(given: float) -> None:
+    found = fit_steady(ss.measure(recorded(JOINT), {**RIG, "inertia": given}), law="ExponentialStribeck")
+    said = next(note for note in found.notes if "contradicts the inertia" in note)
+    off, error = (float(number) for number in re.search(r"by ([-+.\de]+) \+- ([-.\de]+) kg m\^2", said).groups())
+    assert abs(off - (INERTIA - given)) < 3 * error < 0.001
+    assert found.chosen == "Gaussian Stribeck, asymmetric, inertia"
+    row = found.parameters.loc["inertia"]
+    assert row["low"] - row["error"] <= INERTIA - given <= row["high"] + row["error"]
+    assert found.rows["slip_velocity"].abs().min() < 0.02
+    np.testing.assert_allclose(found.law.kinetic_force([-0.5, 0.5]), JOINT.kinetic_force([-0.5, 0.5]), atol=0.003)
+
+
+def test_a_right_inertia_is_not_contradicted_and_samples_left_out_are_counted(joint: xr.DataTree) -> None:
+    notes = fit_steady(joint, law="ExponentialStribeck").notes
+    assert not any("contradicts" in note for note in notes)
+    said = next(note for note in notes if "were left out" in note)
+    assert re.search(r"of 4500 samples these were left out: \d+ up to w = 0\.00", said)
