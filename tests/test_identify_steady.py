@@ -99,7 +99,7 @@ def test_the_pictures_axes_say_what_is_drawn() -> None:
     found = fit_steady(curve(W, TRUTHS["Coulomb, offset"][0], 0.004))
     axes = found.plot()
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("slip velocity w", "friction force f")
-    assert "Coulomb, offset" in [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "Coulomb, offset" in [text.get_text() for text in axes.figure.legends[0].get_texts()]
 
 
 @pytest.mark.parametrize(

@@ -164,6 +164,13 @@ def _flag(name: str) -> str:
 def _check_picture(files: list[str], *, plot: str | None = None, no_simulation: bool = False) -> list[str]:
     if plot and no_simulation:
         raise InputError("--plot lays a simulated motion over the measured one: leave out --no-simulation")
+    if plot:
+        from stickslip.identification.records import read_records
+        from stickslip.identification.selection.agreement import unknown_constants
+
+        missing = unknown_constants(read_records(files)[0])
+        if missing:
+            raise InputError(f"--plot: {missing}; or leave --plot out")
     return files
 
 
@@ -229,8 +236,6 @@ def _deliver_law(
     from stickslip.identification.selection.agreement import unknown_constants
 
     missing = unknown_constants(result.records[0])
-    if missing and plot:
-        raise InputError(missing)
     if missing:
         result = replace(result, notes=[*result.notes, f"{missing}."])
     agreements = [] if no_simulation or missing else [compare_motion(result.records[0], result)]

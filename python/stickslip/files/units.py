@@ -36,6 +36,7 @@ UNITS: dict[str, dict[str, float]] = {
     "per_speed": {"s/m": 1.0, "s/cm": 1e2, "s/mm": 1e3},
     "torsional_damping": {"N m s/rad": 1.0},
     "force_per_current": {"N/A": 1.0},
+    "torque_per_current": {"N m/A": 1.0, "mN m/A": 1e-3},
     "ratio": {"1": 1.0, "%": 0.01},
 }
 """Dimension -> unit -> its size in SI; the first of each is the SI unit."""
