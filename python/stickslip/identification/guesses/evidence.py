@@ -36,6 +36,7 @@ class Evidence:
     relative : whether friction drifts, so that break-aways are taken above the kinetic force of their own slip.
     pieces : number of linear pieces asked for.
     sense : 1 or -1 where only slip in that sense counts, None: either.
+    start : the law that was given as first guess; it says of which kinds the parts of a law are.
     """
 
     records: Sequence[FrictionRecord]
@@ -44,6 +45,7 @@ class Evidence:
     relative: bool
     pieces: int
     sense: float | None = None
+    start: Law | None = None
 
     def toward(self, sense: float) -> Evidence:
         """The evidence of one direction; the fits of static friction are of both."""
