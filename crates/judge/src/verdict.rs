@@ -755,7 +755,8 @@ impl<'a> Judge<'a> {
                     Kind::Crossing => self.leave(c, -mode.direction(), event.force.abs()),
                     Kind::Reversal => self.turned(c, mode, after, sample),
                     Kind::Hold => Mode::Hold(mode.direction(), mode.direction() * sample.w[c][0]),
-                    Kind::Node => mode,
+                    // The judge reads no document of normal forces or springs.
+                    Kind::Node | Kind::Parting | Kind::Meeting | Kind::Spring => mode,
                 };
                 continue;
             }

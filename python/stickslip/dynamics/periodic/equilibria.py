@@ -48,7 +48,7 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
     True
     """
     drive = system.drive_velocity
-    if drive == 0 or not isinstance(drive, float) or system.swings:
+    if drive == 0 or not isinstance(drive, float) or system.swings or system.springs:
         return None
     friction = float(system.law.kinetic_force(drive))
     pressed = system.normal_force or NormalForce()
