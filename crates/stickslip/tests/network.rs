@@ -37,6 +37,7 @@ fn one_mass(oscillator: &Oscillator) -> System {
                 phase: harmonic.phase,
             })
             .collect(),
+        springs: Vec::new(),
     }
 }
 
@@ -133,7 +134,6 @@ fn oscillators() -> Vec<Oscillator> {
                         drive_velocity,
                         law: law.clone(),
                         forcing,
-                        springs: Vec::new(),
                     });
                 }
             }
