@@ -230,7 +230,7 @@ impl<'a> Loop<'a> {
         };
         let x = run.x0.clone().unwrap_or_else(|| vec![0.0; n]);
         let mut motion = Motion::of(&frame);
-        motion.place(&frame, &x);
+        motion.choose_pieces(&frame, &x);
         Self {
             laws: system.contacts.iter().map(|contact| &contact.law).collect(),
             mass_of: system.contacts.iter().map(|contact| contact.mass).collect(),
@@ -369,7 +369,7 @@ impl<'a> Loop<'a> {
             };
             self.show(after, h, false, observer);
             if let Cause::Spring(piece) = cause {
-                self.bend(h, contact, piece);
+                self.change_spring(h, contact, piece);
             } else {
                 self.occur(h, contact, cause);
             }
@@ -529,7 +529,7 @@ impl<'a> Loop<'a> {
     }
 
     /// Spring `s` goes on to a piece.
-    fn bend(&mut self, h: f64, s: usize, piece: usize) {
+    fn change_spring(&mut self, h: f64, s: usize, piece: usize) {
         let force = at(&self.motion.pull[s], h);
         self.advance(h);
         if h > 0.0 {

@@ -480,7 +480,7 @@ impl Motion {
     }
 
     /// The pieces of the springs at positions.
-    pub(crate) fn place(&mut self, frame: &Frame, x: &[f64]) {
+    pub(crate) fn choose_pieces(&mut self, frame: &Frame, x: &[f64]) {
         for (piece, spring) in self.pieces.iter_mut().zip(&frame.springs) {
             *piece = spring.piece(x[spring.mass] - spring.other.map_or(0.0, |other| x[other]));
         }
