@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,7 +28,6 @@ class Reference:
     normal: Callable[[float, float, float], float] = lambda _t, _x, _v: 1.0
     push: Callable[[float], float] = lambda _t: 0.0
     spring: Callable[[float], float] = lambda x: x
-    corners: tuple[float, ...] = ()
 
     def run(self, t_end: float, x: float, v: float) -> tuple[list[tuple[float, str]], float, float]:
         t, events, mode, since = 0.0, [], self._first(0.0, x, v), 0.0
@@ -90,14 +92,9 @@ class Reference:
 
             speed.direction = -1  # type: ignore[attr-defined]
             guards, names = [speed, normal], ["zero", "normal"]
-        for corner in self.corners:
-            guards.append(lambda _t, y, corner=corner: y[0] - corner)
-            names.append("corner")
         return guards, names
 
     def _follow(self, name: str, mode: str | float, t: float, x: float, v: float) -> tuple[str | float, str]:
-        if name == "corner":
-            return mode, ""
         if name == "release":
             return math.copysign(1.0, self._holding(t, x)), "release"
         if name == "normal":
@@ -323,3 +320,124 @@ def test_steady_slip_under_a_load_that_varies():
     assert state.growth == pytest.approx(-damping / 2, rel=1e-8)
     stuck = ss.simulate(ss.Oscillator(0.6, s, law, forcing=ss.Harmonic.constant(0.1), normal_force=n), 5.0, x, 0.0)
     assert abs(stuck.at(5.0)[0] - x) < 1e-12
+
+
+def test_pieces_of_a_spring_agree_with_another_integrator():
+    """A stop with its gap, backlash and a cubic spring, under friction; every piece that is entered is an event."""
+    stop = ss.Spring.stop(0.5, stiffness=40.0)
+    play = ss.Spring.backlash(0.3, stiffness=3.0)
+    duffing = ss.Spring(cubic=0.8)
+    cases = {
+        (stop,): (lambda x: x + 40 * max(x - 0.5, 0.0), (0.5,)),
+        (play,): (lambda x: x + 3 * (x - min(max(x, -0.3), 0.3)), (-0.3, 0.3)),
+        (duffing,): (lambda x: x + 0.8 * x**3, ()),
+        (stop, duffing): (lambda x: x + 40 * max(x - 0.5, 0.0) + 0.8 * x**3, (0.5,)),
+    }
+    for springs, (spring, corners) in cases.items():
+        for law, kinetic in ((STATIC, lambda _u: 0.6), (RATIONAL, lambda u: 1 / (1 + 0.7 * u))):
+            system = ss.Oscillator(0.05, S, law, forcing=ss.Harmonic(1.2, 0.8), springs=springs)
+            reference = Reference(S, 0.05, lambda _t: 1.0, kinetic, spring=spring)
+            reference.push = lambda t: 1.2 * math.cos(0.8 * t)
+            orbit = ss.simulate(system, 20, 0.1, -0.4)
+            events, x, v = reference.run(20, 0.1, -0.4)
+            table = orbit.events[~orbit.events["kind"].isin(["node", "spring"])]
+            assert [kind for _, kind in events] == list(table["kind"])
+            assert np.abs(table["t"].to_numpy() - [t for t, _ in events]).max() < 1e-8
+            assert np.allclose(orbit.at(20.0), (x, v), rtol=0, atol=1e-8)
+            passed = orbit.events[orbit.events["kind"] == "spring"]
+            assert (len(passed) > 3) == bool(corners)
+            assert all(min(abs(x - corner) for corner in corners) < 1e-12 for x in passed["x"])
+
+
+def test_pieces_on_one_line_are_the_linear_spring():
+    law, x = STATIC, (0.4, -0.2)
+    pieces = ss.Spring(((-1.0, -1.0), (0.0, 0.0), (0.1, 0.1), (2.0, 2.0)))
+    between = ss.Spring(((-1.0, -2.0), (1.0, 2.0)), mass=0, other=1)
+    contacts = [ss.Contact(i, law, 0.2) for i in range(2)]
+    linear = ss.System([1, 1], [[3, -2], [-2, 3]], 0.1, contacts)
+    pieced = ss.System([1, 1], [[0, 0], [0, 1]], 0.1, contacts, springs=[pieces, between])
+    one, two = ss.simulate(linear, 40, x), ss.simulate(pieced, 40, x)
+    table = two.events[two.events["kind"] != "spring"]
+    assert len(one.events) > 10
+    assert np.abs(one.events["t"].to_numpy() - table["t"].to_numpy()).max() < 1e-11
+
+
+def test_springs_are_tables_of_a_system_file_with_units(tmp_path):
+    path = tmp_path / "stop.toml"
+    path.write_text(
+        """
+        mass = 1.0
+        stiffness = 100.0
+        damping = 1.0
+        drive_velocity = 0.1
+        law = { type = "StaticKinetic", break_away = 6.0, kinetic = 3.0 }
+        springs = [{ nodes = [[0.0, 0.0], ["40 mm", 0.0], [0.05, "0.1 kN"]] }, { cubic = 2000.0 }]
+        """
+    )
+    system = ss.load_system(path)
+    assert system.springs[0].nodes == ((0.0, 0.0), (0.04, 0.0), (0.05, 100.0))
+    assert ss.Oscillator.from_dict(system.to_dict()) == system
+    small, scale = ss.dimensionless(system)
+    slow, fast = ss.simulate(system, 5.0).events["t"], ss.simulate(small, 5.0 / scale.time).events["t"] * scale.time
+    assert len(slow) > 4
+    assert np.abs(slow - fast).max() < 1e-10
+    diagram = ss.orbit_diagram(system, "springs.0.nodes.1.0", [0.03, 0.04], periods=40)
+    assert "stick_slip" in diagram["regime"].values
+
+
+def test_what_a_spring_cannot_be_is_refused_in_one_sentence():
+    with pytest.raises(ss.InputError, match="two nodes or more"):
+        ss.Oscillator(0.1, S, STATIC, springs=ss.Spring(((0.0, 0.0),)))
+    with pytest.raises(ss.InputError, match="nodes of a spring"):
+        ss.Oscillator(0.1, S, STATIC, springs=ss.Spring(((1.0, 0.0), (0.0, 1.0))))
+    with pytest.raises(ss.InputError, match="spring 0 must join"):
+        ss.Oscillator(0.1, S, STATIC, springs=ss.Spring(cubic=1.0, mass=1))
+    with pytest.raises(ss.InputError, match="no derivative is known through springs"):
+        ss.periodic_orbit(ss.Oscillator(0.1, S, STATIC, springs=ss.Spring(cubic=1.0)))
+
+
+def _cases() -> Any:
+    path = Path(__file__).parents[1] / "docs" / "evidence" / "validation.py"
+    spec = importlib.util.spec_from_file_location("validation_of_loads", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_map_of_feeny_and_moon_has_one_dimension_and_one_turning_point():
+    """In the chaotic motion every period has a phase at which the mass sticks: from one such place follows the next."""
+    motion = _cases().feeny_moon(0.5, 700)
+    places, v = motion.at(np.arange(100, 700) * 2 * np.pi / 1.25)
+    assert np.abs(v).max() == 0.0
+    order = np.argsort(places[:-1])
+    x, image = places[:-1][order], places[1:][order]
+    apart = np.diff(x) > 1e-6
+    slopes = np.diff(image)[apart] / np.diff(x)[apart]
+    # Neighbours have neighbours: the map is a curve. It falls, turns once, and rises.
+    assert np.abs(np.diff(image)).max() < 0.05
+    assert np.count_nonzero(np.diff(np.sign(slopes[np.abs(slopes) > 0.05]))) == 1
+    assert 0.7 < x[image.argmin()] < 0.85
+    # It stretches: chaos. No period of up to eight.
+    assert np.mean(np.log(np.abs(slopes))) > 0.3
+    assert all(np.abs(places[n:] - places[:-n]).max() > 0.1 for n in range(1, 9))
+    assert set(motion.events["kind"]) == {"release", "capture", "crossing", "parting", "meeting"}
+
+
+@pytest.mark.slow
+def test_the_least_bow_force_falls_about_with_the_square_of_the_distance_from_the_bridge():
+    """Raman and Schelleng: f_min ∝ 1/β². Below it a second slip comes in, or the bow holds no longer."""
+    bowed = _cases().bowed_string
+
+    def least(at: int) -> float:
+        low, high = 0.5, 30.0
+        for _ in range(8):
+            force = math.sqrt(low * high)
+            slips, share = bowed(at, force)
+            low, high = (low, force) if slips == 1.0 and share > 0.5 else (force, high)
+        return high
+
+    places = np.array([3, 4, 5, 6, 8])
+    forces = [least(int(at)) for at in places]
+    assert (np.diff(forces) < 0).all()
+    assert -2.3 < np.polyfit(np.log(places), np.log(forces), 1)[0] < -1.5

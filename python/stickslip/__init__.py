@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from stickslip.measurement import measure
     from stickslip.model.drive import Drive, Harmonic, NormalForce
     from stickslip.model.scaling import Scale, dimensionless
-    from stickslip.model.system import Contact, Force, Oscillator, System, chain, load_system
+    from stickslip.model.system import Contact, Force, Oscillator, Spring, System, chain, load_system
     from stickslip.report.experiment import run
     from stickslip.simulation.batch import simulate_many
     from stickslip.simulation.integration import integrate
@@ -48,6 +48,7 @@ _HOME = {
     "Orbit": "simulation.orbit",
     "Oscillator": "model.system",
     "Scale": "model.scaling",
+    "Spring": "model.system",
     "System": "model.system",
     "basins": "dynamics",
     "chain": "model.system",
@@ -92,6 +93,7 @@ __all__ = [
     "Orbit",
     "Oscillator",
     "Scale",
+    "Spring",
     "System",
     "basins",
     "chain",

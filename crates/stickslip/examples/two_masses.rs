@@ -49,6 +49,7 @@ fn main() -> Result<(), Error> {
         damping: vec![vec![0.1, 0.0], vec![0.0, 0.1]],
         contacts: vec![force_lines(0, 0.6), force_lines(1, 0.7)],
         forcing: vec![],
+        springs: Vec::new(),
     };
     let run = Run {
         x0: None,

@@ -209,7 +209,7 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
                 rising: u < speed(segment.direction, segment.v),
             }),
             // In closed form no bodies part.
-            (Kind::Node | Kind::Parting | Kind::Meeting, _) => {
+            (Kind::Node | Kind::Parting | Kind::Meeting | Kind::Spring, _) => {
                 let rising = segment.direction * orbit.states(&[event.t])[0].a < 0.0;
                 Ending::Line(if rising { End::High } else { End::Low })
             }

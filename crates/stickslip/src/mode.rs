@@ -58,11 +58,13 @@ pub enum Kind {
     Parting,
     /// Bodies that were apart meet again.
     Meeting,
+    /// A spring goes on to its next piece; the contact of the event is the number of the spring.
+    Spring,
 }
 
 impl Kind {
     /// Every kind, by its number.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Release,
         Self::Capture,
         Self::Crossing,
@@ -71,6 +73,7 @@ impl Kind {
         Self::Hold,
         Self::Parting,
         Self::Meeting,
+        Self::Spring,
     ];
 
     /// Its name.
@@ -85,6 +88,7 @@ impl Kind {
             Self::Hold => "hold",
             Self::Parting => "parting",
             Self::Meeting => "meeting",
+            Self::Spring => "spring",
         }
     }
 }

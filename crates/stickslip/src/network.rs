@@ -17,6 +17,7 @@ mod transition;
 pub use orbit::{Orbit, States, branch_of};
 
 use contact_states::Passage;
+use guards::Cause;
 
 use crate::drive::Clock;
 use crate::engine::steps::Step;
@@ -232,14 +233,17 @@ impl<'a> Loop<'a> {
             kept: 0.0,
             apart: false,
         };
+        let x = run.x0.clone().unwrap_or_else(|| vec![0.0; n]);
+        let mut motion = Motion::of(&frame);
+        motion.choose_pieces(&frame, &x);
         Self {
             laws: system.contacts.iter().map(|contact| &contact.law).collect(),
             mass_of: system.contacts.iter().map(|contact| contact.mass).collect(),
-            motion: Motion::of(&frame),
+            motion,
             held: frame.held(Vec::new()),
             frame,
             clock: Clock::default(),
-            x: run.x0.clone().unwrap_or_else(|| vec![0.0; n]),
+            x,
             v: run.v0.clone().unwrap_or_else(|| system.driven_velocities()),
             contacts: vec![still; system.contacts.len()],
             force_lines: Vec::new(),
@@ -368,7 +372,11 @@ impl<'a> Loop<'a> {
                 continue;
             };
             self.show(after, h, false, observer);
-            self.occur(h, contact, cause);
+            if let Cause::Spring(piece) = cause {
+                self.change_spring(h, contact, piece);
+            } else {
+                self.occur(h, contact, cause);
+            }
             if self.work.events >= run.max_events {
                 self.expand();
                 self.tell_events(after, observer);
@@ -527,6 +535,21 @@ impl<'a> Loop<'a> {
                 orbit::marked(branch, force_line.still),
             ]);
         }
+        self.steps
+            .extend(self.motion.pieces.iter().map(|&piece| piece as f64));
+    }
+
+    /// Spring `s` goes on to a piece.
+    fn change_spring(&mut self, h: f64, s: usize, piece: usize) {
+        let force = at(&self.motion.pull[s], h);
+        self.advance(h);
+        if h > 0.0 {
+            for contact in &mut self.contacts {
+                contact.at_reversal = false;
+            }
+        }
+        self.motion.pieces[s] = piece;
+        self.tell_of(Kind::Spring, s, self.frame.springs[s].mass, -force);
     }
 
     fn advance(&mut self, h: f64) {
@@ -567,7 +590,10 @@ impl<'a> Loop<'a> {
     }
 
     fn tell(&mut self, kind: Kind, contact: usize, force: f64) {
-        let mass = self.mass_of[contact];
+        self.tell_of(kind, contact, self.mass_of[contact], force);
+    }
+
+    fn tell_of(&mut self, kind: Kind, contact: usize, mass: usize, force: f64) {
         self.work.events += 1;
         self.events.push(Event {
             t: self.clock.high,

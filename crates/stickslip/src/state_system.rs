@@ -157,6 +157,14 @@ impl StateSystem {
         for push in &self.system.forcing {
             load[push.mass] += push.harmonic().quadratures(clock).0;
         }
+        for spring in &self.system.springs {
+            let displacement = x[spring.mass] - spring.other.map_or(0.0, |other| x[other]);
+            let force = spring.force(spring.piece(displacement), displacement);
+            load[spring.mass] -= force;
+            if let Some(other) = spring.other {
+                load[other] += force;
+            }
+        }
         for (contact, force) in contacts.iter().zip(&force) {
             load[contact.mass] += force;
             if let Some(other) = contact.other {

@@ -10,6 +10,7 @@ use crate::law::{Checked, Law, Point};
 use crate::matrix::Matrix;
 use crate::normal_force::NormalForce;
 use crate::series::Series;
+use crate::spring::Spring;
 use crate::structure::Oscillator;
 
 /// M ẍ + D ẋ + K x = Σ b_c F_c + Σ e_i A cos(Ω t + φ), w_c = s_c(t) − b_c·ẋ, with b_c = e_mass − e_other.
@@ -27,6 +28,9 @@ pub struct System<L = Law> {
     /// Harmonic forces.
     #[serde(default)]
     pub forcing: Vec<Force>,
+    /// Springs that are not linear.
+    #[serde(default)]
+    pub springs: Vec<Spring>,
 }
 
 /// A contact of a mass with a drive, or with another mass.
@@ -234,6 +238,7 @@ impl<L: Clone> From<&Oscillator<L>> for System<L> {
                 normal_force: None,
             }],
             forcing: forcing.collect(),
+            springs: Vec::new(),
         }
     }
 }
@@ -251,6 +256,8 @@ struct OneMass<L> {
     forcing: Vec<Harmonic>,
     #[serde(default)]
     normal_force: Option<NormalForce>,
+    #[serde(default)]
+    springs: Vec<Spring>,
 }
 
 impl<L: Checked + Clone + DeserializeOwned> System<L> {
@@ -276,6 +283,7 @@ impl<L: Checked + Clone + DeserializeOwned> System<L> {
         let contact = &mut system.contacts[0];
         contact.drive_velocity = one.drive_velocity;
         contact.normal_force = one.normal_force;
+        system.springs = one.springs;
         Ok((system, Some(oscillator)))
     }
 }
@@ -353,6 +361,18 @@ impl<L: Checked + DeserializeOwned> System<L> {
                 ));
             }
             force.harmonic().validate()?;
+        }
+        for (index, spring) in self.springs.iter().enumerate() {
+            let ends = [Some(spring.mass), spring.other];
+            if spring.other == Some(spring.mass) || ends.into_iter().flatten().any(|mass| mass >= n) {
+                return wrong(format!(
+                    "spring {index} must join a mass from 0 to {} with the ground or with another one, got {} and {:?}",
+                    n - 1,
+                    spring.mass,
+                    spring.other
+                ));
+            }
+            spring.validate()?;
         }
         Ok(())
     }

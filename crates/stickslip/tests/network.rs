@@ -37,6 +37,7 @@ fn one_mass(oscillator: &Oscillator) -> System {
                 phase: harmonic.phase,
             })
             .collect(),
+        springs: Vec::new(),
     }
 }
 
@@ -312,6 +313,7 @@ impl Dice {
             damping,
             contacts,
             forcing,
+            springs: Vec::new(),
         }
     }
 }
@@ -473,6 +475,7 @@ fn slip_below_a_shaken_drive_ends_at_zero_slip_velocity() {
             normal_force: None,
         }],
         forcing: Vec::new(),
+        springs: Vec::new(),
     };
     let run = Run {
         x0: Some(vec![-0.281_095_155_010_708_6]),

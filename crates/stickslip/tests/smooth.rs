@@ -19,6 +19,7 @@ fn belt(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> System {
             normal_force: None,
         }],
         forcing: vec![],
+        springs: Vec::new(),
     }
 }
 

@@ -124,7 +124,7 @@ class NormalForce(Document):
     """A normal force that varies, over that of the law: n = constant + Σ A cos(Ω t + φ) + position · x + velocity · ẋ ≥ 0.
 
     Friction at rest and in motion is n times that of the law: |F| ≤ n f_s, F = n f(w). Where the sum is negative n is 0: the
-    bodies part (event ``"parting"``) and nothing rubs until they meet again (event ``"meeting"``). With a law per unit of
+    bodies part (event ``"parting"``) without friction until they meet again (event ``"meeting"``). With a law per unit of
     normal force, a coefficient of friction, n is the normal force itself.
 
     Parameters

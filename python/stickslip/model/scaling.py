@@ -15,7 +15,7 @@ from stickslip.files.schema import Document
 from stickslip.laws.law import Law
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive, Harmonic, NormalForce
-from stickslip.model.system import Contact, Force, Oscillator, System
+from stickslip.model.system import Contact, Force, Oscillator, Spring, System
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -128,6 +128,10 @@ class Scale:
             waves = tuple(self._wave(item, "velocity", way) for item in what.harmonics)
             nodes = self._value(what.nodes, "time, velocity", way, {})
             return Drive(self._value(what.velocity, "velocity", way, {}), waves, nodes)
+        if isinstance(what, Spring):
+            nodes = self._value(what.nodes, "length, force", way, {})
+            cubic = self._value(what.cubic, "force length^-3", way, {})
+            return replace(what, nodes=nodes, cubic=cubic)
         if isinstance(what, NormalForce):
             waves = tuple(self._wave(item, "", way) for item in what.harmonics)
             slopes = {
@@ -144,6 +148,7 @@ class Scale:
                 law=self._law(what.law, way),
                 forcing=forcing,
                 normal_force=self._normal_force(what, way),
+                springs=tuple(self._scaled(item, way) for item in what.springs),
             )
         if isinstance(what, System):
             names = ("mass", "stiffness", "damping")
@@ -162,6 +167,7 @@ class Scale:
                 **{name: self._value(size, name, way, {}) for name, size in sizes.items()},
                 contacts=contacts,
                 forcing=[self._wave(item, "force", way) for item in what.forcing],
+                springs=tuple(self._scaled(item, way) for item in what.springs),
             )
         raise InputError(f"Scale: expected an oscillator, a system, a drive or a law, got {what!r}")
 

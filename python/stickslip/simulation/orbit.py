@@ -143,6 +143,7 @@ class Orbit(InNotebook):
             *("t", "t_low"),
             *(f"{name}{i}" for name in "xv" for i in masses),
             *(f"{name}{c}" for c in contacts for name in friction),
+            *(f"spring_{i}" for i in range(len(self.system.springs))),
         ]
 
     def at(self, t: ArrayLike) -> tuple[Any, Any]:

@@ -317,6 +317,7 @@ mod tests {
                 stiffness: random(0.2, 2.0),
                 damping: random(-0.1, 0.3),
                 drive_velocity: random(0.05, 1.0),
+                constant: 0.0,
                 forcing: [],
                 constant: 0.0,
             };

@@ -313,6 +313,7 @@ mod tests {
             stiffness: 1.3,
             damping: 0.1,
             drive_velocity: 0.3,
+            constant: 0.0,
             forcing,
             constant: 0.0,
         };

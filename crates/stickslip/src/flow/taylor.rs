@@ -14,6 +14,7 @@ use crate::law::{Friction, Law, Piece};
 use crate::matrix::{Matrix, Rows, filled};
 use crate::normal_force::NormalForce;
 use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, product, slope_at};
+use crate::spring::Spring;
 use crate::system::{Drive, System, add_wave};
 use tangent::Linear;
 
@@ -93,6 +94,7 @@ pub(crate) struct Frame {
     pub(crate) drives: Vec<Drive>,
     /// The normal forces that vary.
     pub(crate) normals: Vec<Option<NormalForce>>,
+    pub(crate) springs: Vec<Spring>,
     /// Whether the law of a contact is smooth, backward and forward.
     smooth: Vec<[bool; 2]>,
     /// L without friction.
@@ -173,7 +175,11 @@ impl Frame {
             .chain(system.forcing.iter().map(|force| force.frequency))
             .chain(normals.iter().flatten().map(NormalForce::fastest))
             .fold(0.0, f64::max);
-        let free = spring.norm().sqrt() + damper.norm();
+        let stiffer = system.springs.iter().map(|spring| {
+            let own = |i: usize| inverse.at(i, i);
+            spring.steepest() * (own(spring.mass) + spring.other.map_or(0.0, own)) * 2.0
+        });
+        let free = (spring.norm() + stiffer.sum::<f64>()).sqrt() + damper.norm();
         // Contacts as edges between the masses and, the last node, the ground of all drives.
         let mut joined: Vec<usize> = (0..=n).collect();
         let mut loops = false;
@@ -210,6 +216,7 @@ impl Frame {
             forcing: system.forcing.clone(),
             drives,
             normals,
+            springs: system.springs.clone(),
             smooth: (system.contacts.iter())
                 .map(|c| [-1.0, 1.0].map(|direction| c.law.toward(direction).smooth()))
                 .collect(),
@@ -358,6 +365,11 @@ pub(crate) struct Motion {
     /// Friction in slip under the normal force of the law, where that varies.
     friction: Vec<Series>,
     drive: Vec<Series>,
+    /// The pieces of the springs, their displacements, the squares of these, and the forces.
+    pub(crate) pieces: Vec<usize>,
+    pub(crate) displacement: Vec<Series>,
+    square: Vec<Series>,
+    pub(crate) pull: Vec<Series>,
     /// What of the normal forces does not depend on the motion.
     pressed: Vec<Series>,
     input: Vec<Series>,
@@ -377,6 +389,10 @@ impl Motion {
             normal: vec![ZERO; c],
             friction: vec![ZERO; c],
             drive: vec![ZERO; c],
+            pieces: vec![0; frame.springs.len()],
+            displacement: vec![ZERO; frame.springs.len()],
+            square: vec![ZERO; frame.springs.len()],
+            pull: vec![ZERO; frame.springs.len()],
             pressed: vec![ZERO; c],
             input: vec![ZERO; n],
             grown: vec![Grown::default(); c],
@@ -446,6 +462,28 @@ impl Motion {
             }
             self.acceleration[i] = sum;
         }
+        for (s, spring) in frame.springs.iter().enumerate() {
+            let at = spring.other.map_or(0.0, |other| self.x[other][k]);
+            self.displacement[s][k] = self.x[spring.mass][k] - at;
+            let [offset, slope] = spring.line(self.pieces[s]);
+            let mut pull = slope * self.displacement[s][k] + if k == 0 { offset } else { 0.0 };
+            if spring.cubic != 0.0 {
+                self.square[s][k] = product(&self.displacement[s], &self.displacement[s], k);
+                pull += spring.cubic * product(&self.square[s], &self.displacement[s], k);
+            }
+            self.pull[s][k] = pull;
+            for i in 0..frame.masses {
+                let other = spring.other.map_or(0.0, |other| frame.inverse.at(i, other));
+                self.acceleration[i] -= (frame.inverse.at(i, spring.mass) - other) * pull;
+            }
+        }
+    }
+
+    /// The pieces of the springs at positions.
+    pub(crate) fn choose_pieces(&mut self, frame: &Frame, x: &[f64]) {
+        for (piece, spring) in self.pieces.iter_mut().zip(&frame.springs) {
+            *piece = spring.piece(x[spring.mass] - spring.other.map_or(0.0, |other| x[other]));
+        }
     }
 
     /// The free accelerations b_c · a of every contact at (x, v), and the drive's: what its force must make up for to hold.
@@ -468,7 +506,8 @@ impl Motion {
         x: &[f64],
         v: &[f64],
     ) {
-        if let ([_], [law], [force_line], [None]) = (x, laws, force_lines, &frame.normals[..]) {
+        let linear = frame.springs.is_empty();
+        if let ([_], [law], [force_line], [None], true) = (x, laws, force_lines, &frame.normals[..], linear) {
             self.expand_single(frame, law, *force_line, x[0], v[0]);
             return;
         }
@@ -540,6 +579,10 @@ impl Motion {
             self.u[c][ORDER] =
                 force_line.sign() * (self.drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
             self.press(frame, c, ORDER);
+        }
+        for (s, spring) in frame.springs.iter().enumerate() {
+            let at = spring.other.map_or(0.0, |other| self.x[other][ORDER]);
+            self.displacement[s][ORDER] = self.x[spring.mass][ORDER] - at;
         }
     }
 
@@ -619,6 +662,10 @@ impl Motion {
                 }
             }
         }
+        for (s, spring) in frame.springs.iter().enumerate() {
+            let slope = 3.0 * spring.cubic.abs() * self.displacement[s][0] * self.displacement[s][0];
+            rate += (slope * frame.inverse.at(spring.mass, spring.mass)).sqrt();
+        }
         let bound = NEGLIGIBLE * scale;
         let reach = |k: usize| {
             #[expect(
@@ -671,6 +718,20 @@ impl Motion {
         scale: f64,
         mut step: f64,
     ) -> f64 {
+        for (s, spring) in frame
+            .springs
+            .iter()
+            .enumerate()
+            .filter(|(_, spring)| spring.cubic != 0.0)
+        {
+            let bound = AGREES * scale / frame.inverse.at(spring.mass, spring.mass);
+            let agrees = |t: f64| {
+                let pull = spring.force(self.pieces[s], at(&self.displacement[s], t));
+                t * (at(&self.pull[s], t) - pull).abs() <= bound
+            };
+            let shorter = (0..60).map(|halvings| step * power(0.5, f64::from(halvings)));
+            step = shorter.clone().find(|&t| agrees(t)).unwrap_or(0.0);
+        }
         for (c, force_line) in force_lines.iter().enumerate() {
             let (smooth, loaded) = (
                 frame.is_smooth(c, force_line.direction),

@@ -12,6 +12,8 @@ pub(super) enum Cause {
     End(End),
     /// The bodies part, or meet again.
     Normal,
+    /// A spring goes on to this piece.
+    Spring(usize),
 }
 
 impl Loop<'_> {
@@ -105,6 +107,23 @@ impl Loop<'_> {
                     && (h < reach || found.is_none())
                 {
                     (found, reach) = (Some((h, c, Cause::End(end))), h);
+                }
+            }
+        }
+        for (s, spring) in self.frame.springs.iter().enumerate() {
+            let (piece, along) = (self.motion.pieces[s], &self.motion.displacement[s]);
+            let [low, high] = spring.ends(piece);
+            for (end, sign, next) in [(low, 1.0, piece.wrapping_sub(1)), (high, -1.0, piece + 1)] {
+                if !end.is_finite() {
+                    continue;
+                }
+                let mut guard = along.map(|term| sign * term);
+                guard[0] -= sign * end;
+                let rounding = rounding / self.frame.rate + ROUNDING * end.abs();
+                if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
+                    && (h < reach || found.is_none())
+                {
+                    (found, reach) = (Some((h, s, Cause::Spring(next))), h);
                 }
             }
         }

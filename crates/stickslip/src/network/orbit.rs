@@ -61,7 +61,7 @@ impl Orbit {
     /// Numbers in a row of [`Orbit::steps`].
     #[must_use]
     pub fn width(&self) -> usize {
-        2 + 2 * self.system.masses() + 4 * self.system.contacts.len()
+        2 + 2 * self.system.masses() + 4 * self.system.contacts.len() + self.system.springs.len()
     }
 
     /// The time up to which the orbit is known.
@@ -166,6 +166,7 @@ impl<'a> Expansion<'a> {
     /// Expand a step again; when it begins.
     pub(crate) fn expand(&mut self, index: usize) -> Clock {
         let (n, row, clock) = (self.frame.masses, self.rows[index], self.clock(index));
+        let pieces = row.len() - self.frame.springs.len();
         let force_line = |force_line: &[f64]| ForceLine {
             direction: force_line[0],
             offset: force_line[1],
@@ -174,7 +175,15 @@ impl<'a> Expansion<'a> {
         };
         self.force_lines.clear();
         self.force_lines
-            .extend(row[2 + 2 * n..].chunks_exact(4).map(force_line));
+            .extend(row[2 + 2 * n..pieces].chunks_exact(4).map(force_line));
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a small whole number"
+        )]
+        for (piece, &number) in self.motion.pieces.iter_mut().zip(&row[pieces..]) {
+            *piece = number as usize;
+        }
         let held = (0..self.force_lines.len())
             .filter(|&c| self.force_lines[c].holds())
             .collect();

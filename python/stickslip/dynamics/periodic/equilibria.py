@@ -37,8 +37,8 @@ class SteadySlip:
 def steady_slip(system: Oscillator) -> SteadySlip | None:
     """The steady slip of an oscillator on which nothing swings.
 
-    None where the drive rests, where the spring does not hold the mass or nothing rubs there, and where friction has branches
-    by the sense of ẇ.
+    None where the drive rests, where the spring does not hold the mass or the bodies are apart, and where friction has
+    branches by the sense of ẇ.
 
     The slope of friction is read off the fundamental matrix of the motion beside it: det Φ(τ) = exp(−(D + F′) τ/m).
 
@@ -48,7 +48,7 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
     True
     """
     drive = system.drive_velocity
-    if drive == 0 or not isinstance(drive, float) or system.swings:
+    if drive == 0 or not isinstance(drive, float) or system.swings or system.springs:
         return None
     friction = float(system.law.kinetic_force(drive))
     pressed = system.normal_force or NormalForce()
