@@ -315,7 +315,6 @@ mod tests {
             drive_velocity: 0.3,
             constant: 0.0,
             forcing,
-            constant: 0.0,
         };
         let mut found = 0;
         for case in 0..200 {

@@ -487,8 +487,8 @@ def _with_inertia(
     unit = "kg m^2" if root["slip_velocity"].attrs.get("units") == "rad/s" else "kg"
     note = (
         f"{name} contradicts the inertia of its rig, {taken:.4g} {unit}, by {off:+.2g} +- {error:.1g} {unit}: what is left "
-        "of the force follows the acceleration. Measure the inertia again, or correct it in the rig; here it is fitted, where "
-        "that predicts better."
+        "of the force follows the acceleration. Measure the inertia again, or correct it in the rig; here it is fitted "
+        "where that predicts better."
     )
     return moved, off * acceleration, [note]
 
