@@ -144,6 +144,10 @@ def run(engine, t_end):
             system = ss.paper.oscillator(0.2)
             over = {"drive_velocity": np.linspace(0.1, 0.2, 8)}
             ss.simulate_many(system, over, t_end, max_events=10**10, workers=2)
+        case "batch that asks seldom":
+            # 64 steps of so many masses take longer than the thread that watches waits between two looks at the signals.
+            many = ss.chain(300, ss.laws.StaticKinetic(1.0, 0.6), 0.2)
+            ss.simulate_many(many, {"x0.0": [0.0]}, t_end, max_events=10**10, workers=1)
         case "section":
             ss.section(long_run("closed form"), "release", t_end=t_end, max_events=MANY)
         case "sweep":
@@ -187,7 +191,17 @@ def child(request):
 
 
 @pytest.mark.parametrize(
-    "engine", [*ENGINES, "batch", "section", "sweep", "sweep of a smooth law", "sweep of integrations", "derivatives"]
+    "engine",
+    [
+        *ENGINES,
+        "batch",
+        "batch that asks seldom",
+        "section",
+        "sweep",
+        "sweep of a smooth law",
+        "sweep of integrations",
+        "derivatives",
+    ],
 )
 def test_ctrl_c_ends_a_run_at_once(engine, child):
     child.stdin.write(f"{engine}\n")

@@ -1,5 +1,8 @@
 """Laws drawn from the covariance that is saved with a law."""
 
+import tomllib
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -76,3 +79,17 @@ def test_the_law_of_an_identification_is_drawn_before_and_after_it_is_saved(tmp_
 def test_a_law_that_cannot_be_drawn_is_one_sentence(law, said):
     with pytest.raises(ss.InputError, match=said):
         law.sample(2, seed=0)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_law_made_by_hand_is_saved_with_or_without_its_covariance(tmp_path: Path, known: bool) -> None:
+    law = ss.laws.Asymmetric(forward=ss.laws.StaticKinetic(1.2, 0.7), backward=ss.laws.StaticKinetic(0.8, 0.5))
+    names = ["forward.kinetic", "backward.kinetic"]
+    if known:
+        law = law.with_covariance(pd.DataFrame([[4e-4, 1e-4], [1e-4, 9e-4]], names, names))
+    units = units_of(law, "N m", "rad")
+    again = ss.load_law(law.save(tmp_path / "law.toml", units))
+    assert again == law
+    assert tomllib.loads((tmp_path / "law.toml").read_text(encoding="utf-8"))["units"] == units
+    assert again.covariance.equals(law.covariance)
+    assert not known or len(again.sample(3, seed=0)) == 3

@@ -42,6 +42,7 @@ class FrictionRecord(InNotebook):
     recorded : the displacement as the instrument gave it, its noise white, shape (n,), NaN where a sample was left out; where
         it is known.
     units : of ``force``, ``time`` and ``slip_velocity``, where the record says them.
+    slip_velocity_error : standard error of each slip velocity, shape (n,), where the record states it.
     """
 
     name: str
@@ -56,6 +57,7 @@ class FrictionRecord(InNotebook):
     displacement: Array | None = None
     recorded: Array | None = None
     units: Mapping[str, str] = field(default_factory=dict)
+    slip_velocity_error: Array | None = None
 
     def facts(self) -> dict[str, Any]:
         """What a notebook shows."""
@@ -129,7 +131,17 @@ class FrictionRecord(InNotebook):
 
     def _sampled(self, which: Any) -> FrictionRecord:
         columns: dict[str, Any] = {}
-        for name in ("time", "slip_velocity", "force", "force_error", "stuck", "displacement", "recorded"):
+        known = (
+            "time",
+            "slip_velocity",
+            "slip_velocity_error",
+            "force",
+            "force_error",
+            "stuck",
+            "displacement",
+            "recorded",
+        )
+        for name in known:
             column = getattr(self, name)
             columns[name] = None if column is None else column[which]
         return replace(self, **columns)
@@ -228,12 +240,8 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
     if not (step > 0).all():
         row = int(np.argmax(step <= 0)) + 1
         raise InputError(f"{name}: time must increase, but sample {row} does not come after the one before; sort it")
-    if "force_error" in data:
-        error = _column(data, "force_error", name)
-        if not (error >= 0).all():
-            raise InputError(f"{name}: force_error must not be negative, got {error.min():g}; measure again")
-    else:
-        error = np.zeros(count)
+    errors = {column: _error(data, column, name) for column in ("force_error", "slip_velocity_error")}
+    error = np.zeros(count) if errors["force_error"] is None else errors["force_error"]
     stuck = data["stuck"].to_numpy().astype(bool) if "stuck" in data else np.zeros(count, dtype=bool)
     for column, values in (*columns.items(), ("force_error", error), ("stuck", stuck)):
         if values.shape != (count,):
@@ -255,6 +263,7 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
         displacement=_column(data, "displacement", name) if "displacement" in data else None,
         recorded=data["recorded"].to_numpy().astype(float) if "recorded" in data else None,
         units=stated_units(data),
+        slip_velocity_error=errors["slip_velocity_error"],
     )
     return record.facing_slip()
 
@@ -278,6 +287,18 @@ def _slips_alone(tree: xr.DataTree, name: str) -> FrictionRecord:
         attrs={str(key): value for key, value in tree.attrs.items()},
         units=stated_units(tree.children["break_away"].to_dataset(inherit=False)),
     )
+
+
+def _error(data: xr.Dataset, column: str, name: str) -> Array | None:
+    """A column of standard errors, None where there is none."""
+    if column not in data:
+        return None
+    error = _column(data, column, name)
+    if error.shape != data["slip_velocity"].shape:
+        raise InputError(f"{name}: {column} must have as many samples as slip_velocity; measure again")
+    if not (error >= 0).all():
+        raise InputError(f"{name}: {column} must not be negative, got {error.min():g}; measure again")
+    return error
 
 
 def _column(data: xr.Dataset, column: str, name: str) -> Array:

@@ -152,7 +152,8 @@ class Law(Document):
     def kinetic_force(self, w: ArrayLike) -> Any:
         """Friction at slip velocity w for a slip that speeds up steadily from rest, with the sign of w.
 
-        For laws with branches this is the upper one, after a break-away at stick time zero.
+        For laws with branches this is the upper one, after a break-away at stick time zero. At w = 0, where a stick bears
+        any force up to the break-away force, it is the limit from above, f(0+); that from below is at a tiny w < 0.
 
         >>> from stickslip.laws import StaticKinetic
         >>> StaticKinetic(break_away=1.0, kinetic=0.6).kinetic_force([-0.1, 0.2])
@@ -161,6 +162,8 @@ class Law(Document):
         w = np.asarray(w, float)
         force = np.empty_like(w)
         for direction, part in ((1.0, ~(w < 0)), (-1.0, w < 0)):
+            if not part.any():
+                continue
             speed, back = np.unique(np.abs(w[part]), return_inverse=True)
             path = direction * np.concatenate([[0.0], speed])
             stuck = np.arange(path.size) == 0
@@ -195,6 +198,23 @@ class Law(Document):
         twin = copy(self)
         vars(twin)["_uncertainty"] = covariance, dict(constraints or {}), dict(within or {})
         return twin
+
+    def save(self, path: str | Path, units: Mapping[str, str] | None = None) -> Path:
+        """Write the law file, with the covariance of the numbers where the law has one; :func:`load_law` reads it back.
+
+        Parameters
+        ----------
+        path : ends in ``.toml``.
+        units : unit of each number by name, as :func:`stickslip.laws.numbers.units_of` gives it; default: not said.
+
+        >>> from tempfile import TemporaryDirectory
+        >>> import stickslip as ss
+        >>> law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+        >>> with TemporaryDirectory() as folder:
+        ...     ss.load_law(law.save(f"{folder}/law.toml")) == law
+        True
+        """
+        return save_law(path, self, self.covariance, {}, units or {})
 
     _uncertainty: ClassVar[tuple[Any, ...] | None] = None
 
@@ -350,15 +370,15 @@ def law_file(law: Law, covariance: pd.DataFrame, source: Mapping[str, Any], unit
     names = [str(name) for name in covariance.index]
     matrix = covariance.to_numpy(float)
     _, constraints, within = law._uncertainty or (None, {}, {})
-    document = {
-        "law": law.to_dict(),
-        "units": dict(units),
-        "uncertainty": dict(zip(names, np.sqrt(np.diag(matrix)).tolist(), strict=True)),
-        "covariance": {"names": names, "matrix": matrix.tolist()}
-        | ({"constraints": constraints} if constraints else {})
-        | ({"within": {name: list(ends) for name, ends in within.items()}} if within else {}),
-        "source": {"version": _core.__version__, **source},
-    }
+    document = {"law": law.to_dict(), "units": dict(units)} if units else {"law": law.to_dict()}
+    if names:
+        document |= {
+            "uncertainty": dict(zip(names, np.sqrt(np.diag(matrix)).tolist(), strict=True)),
+            "covariance": {"names": names, "matrix": matrix.tolist()}
+            | ({"constraints": constraints} if constraints else {})
+            | ({"within": {name: list(ends) for name, ends in within.items()}} if within else {}),
+        }
+    document["source"] = {"version": _core.__version__, **source}
     # a row of numbers a line, not a number
     return re.sub(
         r"\[\n\s*([-+.\de,\s]+?),\n\s*\]", lambda row: f"[{' '.join(row[1].split())}]", tomli_w.dumps(_finite(document))

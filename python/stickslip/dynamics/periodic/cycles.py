@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -26,7 +25,7 @@ from stickslip.dynamics.periodic.return_map import (
 )
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.model.drive import Drive
+from stickslip.model.drive import Drive, NormalForce
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 
@@ -112,14 +111,20 @@ def from_section(system: Any, t0: float) -> Any:
     def later(harmonic: Any) -> Any:
         return replace(harmonic, phase=harmonic.phase + harmonic.frequency * t0)
 
+    def moved(contact: Any) -> Any:
+        varying = {name: getattr(contact, name) for name in ("drive_velocity", "normal_force")}
+        return replace(
+            contact,
+            **{
+                name: replace(value, harmonics=tuple(map(later, value.harmonics)))
+                for name, value in varying.items()
+                if isinstance(value, Drive | NormalForce)
+            },
+        )
+
     if isinstance(system, Oscillator):
-        return replace(system, forcing=tuple(later(harmonic) for harmonic in system.harmonics) or None)
-    contacts = [
-        replace(c, drive_velocity=replace(c.drive_velocity, harmonics=tuple(map(later, c.drive_velocity.harmonics))))
-        if isinstance(c.drive_velocity, Drive)
-        else c
-        for c in system.contacts
-    ]
+        return replace(moved(system), forcing=tuple(later(harmonic) for harmonic in system.harmonics) or None)
+    contacts = [moved(contact) for contact in system.contacts]
     return replace(system, forcing=tuple(map(later, system.forcing)), contacts=contacts)
 
 
@@ -276,8 +281,9 @@ def periodic_orbit(
     guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
         that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit`: its last state; a
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
-    t_end : length of the run that is looked at for a return; default 150 natural periods. From a guess runs of 2.5, 6 and 15
-        periods are tried first, so that an orbit that repels is found before the run has left it, then one of 30.
+    t_end : length of the run that is looked at for a return; default 150 natural periods and, where these are not
+        enough, 600. From a guess runs of 2.5, 6 and 15 periods are tried first, so that an orbit that repels is found
+        before the run has left it, then one of 30.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
 
     Returns
@@ -319,27 +325,37 @@ def event_cycle(
         raise InputError(f"periodic_orbit: periods must be a whole number of at least 1, got {periods!r}")
     if isinstance(guess, PeriodicOrbit):
         return moved_to(system, guess)
-    x0, v0 = _start(guess)
+    start, settles = _start(guess), guess is None
     slowest = max(system.natural_period, forcing_period(system) or 0.0)
+    counts = (150, 600) if settles else _FROM_GUESS
+    lengths = [slowest * count for count in counts]
+    if not settles:
+        lengths[:-1] = [length * (periods or 1) for length in lengths[:-1]]
     if t_end is not None:
         lengths = [number("t_end", t_end, "periodic_orbit")]
-    else:
-        lengths = [slowest * count for count in ((150,) if guess is None else _FROM_GUESS)]
-    for length in lengths[:-1]:
-        # A run leaves an orbit that repels: the first returns that close near themselves.
-        with contextlib.suppress(InputError):
-            cycle, moved = _closed(system, guess, length * (periods or 1), x0, v0, periods)
-            if moved < _NEAR:
-                return cycle
-    return _closed(system, guess, lengths[-1], x0, v0, periods)[0]
+    refusals = []
+    for length in lengths:
+        try:
+            cycle, moved = _closed(system, length, start, settles, periods)
+        except InputError as refusal:
+            # Where disturbances decay slowly a motion has not settled by the first length; a guess may need a longer one.
+            refusals.append(refusal)
+            continue
+        # A run leaves an orbit that repels: of a guess the first returns count that close near themselves.
+        if settles or length == lengths[-1] or moved < _NEAR:
+            return cycle
+    raise refusals[0 if settles else -1]
 
 
 def _closed(
-    system: Any, guess: Any, length: float, x0: Any, v0: Any, periods: int | None
+    system: Any, length: float, start: tuple[Any, Any], settles: bool, periods: int | None
 ) -> tuple[PeriodicOrbit, float]:
-    """The orbit near the returns of a run, and how far from these its start is, in sizes of the motion."""
-    sequence, kinds = _run(system, length, x0, v0, pieces=1 if guess is not None else 4)
-    part, forcing_periods = find(system, sequence, kinds, guess is None, periods)
+    """The orbit near the returns of a run, and how far from these its start is, in sizes of the motion.
+
+    The returns near the end of the run where it settles, else those near its start.
+    """
+    sequence, kinds = _run(system, length, *start, pieces=4 if settles else 1)
+    part, forcing_periods = find(system, sequence, kinds, settles, periods)
     closed, rounds = close(part, forcing_periods)
     moved = np.abs(closed.sequence.start[closed.coordinates] - part.start[closed.coordinates])
     sizes = size_of(system, part.start, closed.coordinates)

@@ -51,7 +51,10 @@ def check(system: Any, who: str) -> Any:
 def check_one(system: Any, who: str) -> Oscillator:
     """Refuse what is not one mass on one drive, too."""
     if not isinstance(system, Oscillator):
-        raise InputError(f"{who}: expected an Oscillator of one mass, got {type(system).__name__}")
+        raise InputError(
+            f"{who}: expected an Oscillator of one mass, got {type(system).__name__}; for several masses "
+            "call periodic_orbit or simulate(…).regime() at each value"
+        )
     checked: Oscillator = check(system, who)
     return checked
 
@@ -185,13 +188,13 @@ class EventSequence:
         )
 
     def from_event(
-        self, phase: int, duration: float, followed: Followed | None = None
+        self, phase: int, duration: float, followed: Followed | None = None, max_events: int = 100_000
     ) -> tuple[EventSequence, list[str], str]:
         """What the real motion does from the end of a phase on, for a duration."""
         states = (followed or self.follow()).states
         modes = self.modes[phase + 1] if phase + 1 < len(self.phases) else self.last
         start = EventSequence(self.system, states[phase], np.array([[*modes, TIME, 1.0]]), modes)
-        return start.continued(duration)
+        return start.continued(duration, max_events)
 
     @classmethod
     def _made(

@@ -20,6 +20,9 @@ from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.integration import integrate
 
+#: The derivatives held at one time are of no more numbers: each event of 100 masses has a million and a half.
+_MOST_NUMBERS = 20_000_000
+
 
 @dataclass(frozen=True)
 class LyapunovSpectrum(InNotebook):
@@ -139,6 +142,8 @@ def lyapunov(
     basis[motion] = rng.standard_normal((len(motion), directions))
     if forced:
         basis[0] = rng.standard_normal(directions)
+    # What is not orthonormal at the start would count as growth.
+    basis = np.linalg.qr(basis)[0]
     begin = transient * end
     sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
     positions: list[float] = []
@@ -213,7 +218,8 @@ def _blocks(
     events comes in parts short enough that no derivative underflows.
     """
     length = 20 * system.natural_period
-    sequence, kinds, stop = EventSequence.of_run(system, min(length, end), x0, v0)
+    most = max(2, _MOST_NUMBERS // layout_of(system).width ** 2)
+    sequence, kinds, stop = EventSequence.of_run(system, min(length, end), x0, v0, most)
     now = 0.0
     while True:
         if stop not in ("t_end", "max_events"):
@@ -222,9 +228,10 @@ def _blocks(
         if not over and not kinds and not sequence.directions[0].any():
             # Stuck beyond this part: a stick must be followed from its begin.
             length *= 2
-            sequence, kinds, stop = sequence.continued(min(length, end - now))
+            sequence, kinds, stop = sequence.continued(min(length, end - now), most)
             continue
-        count = len(sequence.phases) if over or not kinds else len(kinds)
+        # A run of the most events stops before what follows the last of them is known.
+        count = len(sequence.phases) if over or not kinds else len(kinds) - (stop == "max_events")
         modes = sequence.modes[count] if count < len(sequence.phases) else sequence.last
         part = replace(sequence, phases=sequence.phases[:count], last=modes)
         if part.endings[-1] == TIME:
@@ -237,7 +244,7 @@ def _blocks(
         followed = part.follow()
         now += float(followed.durations.sum())
         sequence, kinds, stop = part.from_event(
-            count - 1 if len(part.phases) == count else -1, min(length, end - now), followed
+            count - 1 if len(part.phases) == count else -1, min(length, end - now), followed, most
         )
 
 

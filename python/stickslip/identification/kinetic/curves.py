@@ -50,7 +50,7 @@ BY_SENSE = "_by_sense"
 """Ending of a term that keeps its sign when the slip turns: half of what its number differs by between the two senses."""
 TIED = 0.95
 """Correlation of load and logarithm of the speed from which on no form may have both: their numbers would mean nothing."""
-COLUMNS = ("w", "force", "error", "load", "position", "source")
+COLUMNS = ("w", "force", "error", "load", "position", "source", "acceleration")
 FORMULAS = {
     "kinetic": "kinetic",
     "viscous": "viscous * |w|",
@@ -60,15 +60,19 @@ FORMULAS = {
     "load": "load * (N - {load:.4g})",
     "drift": "drift * (x - {position:.4g})",
     "restoring": "restoring * (x - {position:.4g})",
+    "inertia": "inertia * dw/dt",
     "offset": "offset",
 }
+OF_MOTION = ("restoring", "inertia")
+"""Terms that are no friction: they keep their sign when the slip turns."""
 
 
 @dataclass(frozen=True)
 class Rows:
     """Points of friction over slip velocity, in the order of the record; NaN columns are not known.
 
-    `source` names the record of each; where records differ by more than chance they lie `apart`, and each counts as one.
+    `source` names the record of each, `acceleration` is given where the record contradicts the inertia of its rig. Where
+    records differ by more than chance they lie `apart`, and each counts as one.
     """
 
     w: Array
@@ -79,13 +83,15 @@ class Rows:
     source: npt.NDArray[np.str_]
     series: bool
     apart: bool = False
+    acceleration: Array | None = None
 
     def __len__(self) -> int:
         return len(self.w)
 
     def take(self, which: Any) -> Rows:
         """Some of the rows."""
-        return replace(self, **{name: getattr(self, name)[which] for name in COLUMNS})
+        columns = {name: getattr(self, name) for name in COLUMNS}
+        return replace(self, **{name: None if values is None else values[which] for name, values in columns.items()})
 
     @cached_property
     def known(self) -> bool:
@@ -141,7 +147,12 @@ class Curve:
 
     def columns(self, rows: Rows) -> Array:
         """One column for each term, shape (rows, terms)."""
-        return np.stack([self._column(term, rows) for term in self.terms], axis=1)
+        columns: dict[str, Array] = {}
+        for term in self.terms:
+            plain = term.removesuffix(BY_SENSE)
+            column = columns[plain] if plain in columns else self._column(plain, rows)
+            columns[term] = column if term == plain else np.sign(rows.w) * column
+        return np.stack(list(columns.values()), axis=1)
 
     def _column(self, term: str, rows: Rows) -> Array:
         sense, speed = np.sign(rows.w), np.abs(rows.w)
@@ -154,18 +165,18 @@ class Curve:
                 return np.asarray(sense * np.log(np.maximum(speed, 1e-300) / self.reference))
             case "weakening":
                 return np.asarray(
-                    ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(rows.w)
+                    sense * ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(speed)
                 )
             case "offset":
                 return np.ones(len(rows))
+            case "inertia":
+                return np.zeros(len(rows)) if rows.acceleration is None else rows.acceleration
             case "restoring":
                 return rows.position - self.middle[1]
             case "load":
                 return np.asarray(sense * (rows.load - self.middle[0]))
             case "drift":
                 return np.asarray(sense * (rows.position - self.middle[1]))
-            case _ if term.endswith(BY_SENSE):
-                return sense * self._column(term.removesuffix(BY_SENSE), rows)
         return sense  # kinetic
 
     def solve(self, rows: Rows) -> tuple[Curve, Array, Array]:
@@ -215,7 +226,7 @@ class FreeCurve:
     @classmethod
     def of(cls, rows: Rows, count: int, form: Curve) -> FreeCurve:
         """With so many nodes on either side, as many rows between any two."""
-        kept = tuple(term for term in form.terms if term in ("load", "restoring", "drift"))
+        kept = tuple(term for term in form.terms if term in ("load", "drift", *OF_MOTION))
         return cls(replace(form, terms=kept), np.unique(np.quantile(np.abs(rows.w), np.linspace(0, 1, count))))
 
     @property
@@ -294,6 +305,17 @@ class SteadyFit:
         """The numbers, the scale among them, in the order of `parameters`."""
         return self.parameters["value"].to_numpy()
 
+    @property
+    def by_sense(self) -> bool:
+        """Whether its numbers differ by the sense of the slip."""
+        return any(name.endswith(BY_SENSE) for name in self.parameters.index)
+
+    def toward(self, values: Array, sense: float) -> dict[str, float]:
+        """Numbers of slip in one sense, 1 or -1, by name, from `values` in the order of `parameters`; 0: the mean of both."""
+        at = dict(zip(self.parameters.index, values.tolist(), strict=True))
+        own = {name: number for name, number in at.items() if not name.endswith(BY_SENSE)}
+        return {name: number + sense * at.get(name + BY_SENSE, 0.0) for name, number in own.items()}
+
     def at_rest(self, slow: float, w: float = 0.0) -> tuple[float, float, float]:
         """Friction at rest, or at this speed, the mean of both ways and without offset: value and ends of its 95 % interval.
 
@@ -326,6 +348,8 @@ def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str
     if np.isfinite(rows.position).all() and float(np.ptp(rows.position)) > 0:
         # to and fro a force of the place (gravity, a spring) shows; one way only, friction that changes along the path
         extras.append("restoring" if both_ways else "drift")
+    if rows.acceleration is not None:
+        extras.append("inertia")
     subsets = list(chain.from_iterable(combinations(extras, n) for n in range(len(extras) + 1)))
     for shape in shapes:
         if shape != "Coulomb" and varied < ONE_SPEED:
@@ -334,7 +358,7 @@ def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str
             yield ", ".join([shape, *subset]), (terms := (*SHAPES[shape], *subset))
             if both_ways:
                 yield ", ".join([shape, "offset", *subset]), (*SHAPES[shape], "offset", *subset)
-                friction = [term for term in terms if term != "restoring"]
+                friction = [term for term in terms if term not in OF_MOTION]
                 if len(friction) > 1:  # a kinetic force that differs by the sense is an offset
                     yield ", ".join([shape, "asymmetric", *subset]), (*terms, *(term + BY_SENSE for term in friction))
 
@@ -442,6 +466,21 @@ def record_scatter_of(rows: Rows, rest: Array, columns: Array) -> tuple[float, f
     taken = sum(float(np.sum((base[part].T @ level[part]) ** 2) / np.sum(level[part] ** 2)) for part in parts)
     left = max(len(parts) - taken, 1.0)
     return found * math.sqrt((len(parts) - 1) / left), left
+
+
+def inertia_error(rows: Rows, nodes: int) -> tuple[float, float]:
+    """By how much the inertia taken off the force is too small, and its standard error.
+
+    It is the slope of the force over the acceleration, beside a free curve over the speed and a force of the place.
+    """
+    place = [rows.position - rows.middle[1]] if np.isfinite(rows.position).all() else []
+    free = FreeCurve.of(rows, nodes, Curve((), rows.reference, rows.middle)).columns(rows)
+    columns = np.column_stack([free[:, (free != 0).any(axis=0)], *place, np.asarray(rows.acceleration)])
+    size = np.linalg.norm(columns, axis=0)
+    scaled = columns / size
+    numbers = linear(scaled, rows.force, np.ones(len(rows)))
+    covariance, _ = _covariance(replace(rows, error=np.ones(len(rows))), scaled, rows.force - scaled @ numbers)
+    return float(numbers[-1] / size[-1]), float(np.sqrt(covariance[-1, -1]) / size[-1])
 
 
 def held_back(rows: Rows, blank: Curve | FreeCurve) -> Array | None:

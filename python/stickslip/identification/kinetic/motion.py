@@ -25,6 +25,7 @@ from stickslip.laws import (
     TwoBranch,
     force_along,
 )
+from stickslip.measurement.signals.noise import noise_level
 
 Array = npt.NDArray[np.float64]
 Samples = npt.NDArray[np.int_]
@@ -34,12 +35,14 @@ FEWEST = 12
 """Samples a stretch must have to be compared."""
 AT_REST = 3.0
 """Slip velocities below that many standard errors."""
+SENSE = 4.0
+"""Within so many standard errors of rest a record does not tell which way it slides."""
 NARROW_CLIMB = 0.045
 """A climb over less than this part of the range of w is shaped by the smoothing of w."""
 NUDGE = 1e-3
 """Part of the range of w by which w is moved to see the slope of a law."""
 REVERSAL = 0.1
-"""A reversal of the slip whose path is less than this part of the longest run is noise."""
+"""A reversal beside a stick whose path is less than this part of the longest run of its slip is noise."""
 
 #: Laws whose kinetic force depends on what was before: nothing is compared until the memory is known.
 WITH_MEMORY = (BogaczRyczek,)
@@ -61,6 +64,7 @@ class Motion:
     slip_velocity : w with every wiggle below the noise taken out, so that the sense of the acceleration changes only
         where the motion turns.
     force_rate : dF/dt while stuck, shape (n,).
+    slips : first and one past the last sample of each slip, which ends where the mass turns.
     turns : for each slip the samples at which w turns.
     stretches : parts of slips in which a law is compared, [first, last).
     """
@@ -68,6 +72,7 @@ class Motion:
     record: FrictionRecord
     slip_velocity: Array
     force_rate: Array
+    slips: list[tuple[int, int]]
     turns: list[Samples]
     stretches: list[tuple[int, int]]
     law: type[Law]
@@ -77,9 +82,9 @@ class Motion:
     def of(cls, record: FrictionRecord, law: type[Law]) -> Motion:
         """Prepare a record for replays of one kind of law."""
         compact = record.without_inner_sticks()
-        w, turns = without_wiggles(compact)
+        w, slips, turns = without_wiggles(compact)
         stretches: list[tuple[int, int]] = []
-        for (first, last), turn in zip(compact.slips, turns, strict=True):
+        for (first, last), turn in zip(slips, turns, strict=True):
             start = first
             if issubclass(law, WITH_MEMORY) and not _known_start(compact, first):
                 # The first climb begins on a branch that is not known; where it has ended the memory is.
@@ -97,7 +102,7 @@ class Motion:
                     unseen |= _near_turns(compact, w, turn, first, last)
                 stretches += [(a, b) for a, b in _runs(~unseen[start - first :], start) if b - a >= FEWEST]
         rate = _force_rate(record, compact)
-        return cls(compact, w, rate, turns, stretches, law, _latent(compact))
+        return cls(compact, w, rate, slips, turns, stretches, law, _latent(compact))
 
     @property
     def by_work(self) -> bool:
@@ -145,7 +150,7 @@ class Motion:
         w, rows = self.slip_velocity, [0]
         slowest = [
             int(i)
-            for (first, last), turn in zip(self.record.slips, self.turns, strict=True)
+            for (first, last), turn in zip(self.slips, self.turns, strict=True)
             for i in turn
             if _is_minimum(w, int(i), first, last)
         ]
@@ -230,17 +235,33 @@ def velocity_noise(record: FrictionRecord) -> float:
     return known["noise"] * 2 * math.pi * cutoff * math.sqrt(2 * cutoff * record.step / 3)
 
 
-def without_wiggles(record: FrictionRecord) -> tuple[Array, list[Samples]]:
-    """Slip velocity monotone between its turning points, and those points for each slip.
+def velocity_error(record: FrictionRecord) -> Array:
+    """Standard error of the slip velocity of each sample: as stated, of the smoothing, or from its scatter."""
+    if record.slip_velocity_error is not None:
+        return record.slip_velocity_error
+    return np.full(record.time.size, velocity_noise(record) or noise_level(record.slip_velocity))
 
-    A turning point stands out by four standard errors of w and by 2 % of its range.
+
+def without_wiggles(record: FrictionRecord) -> tuple[Array, list[tuple[int, int]], list[Samples]]:
+    """Slip velocity monotone between its turning points, the slips of one sense, and the turning points of each.
+
+    A turning point stands out by four standard errors of w, and by 2 % of its range where the record does not state them.
     """
     w = record.slip_velocity.copy()
-    moving = w[~record.stuck]
-    least = max(0.02 * float(np.ptp(moving)), 4 * velocity_noise(record))
+    if record.slip_velocity_error is None:
+        least = max(0.02 * float(np.ptp(w[~record.stuck])), 4 * velocity_noise(record))
+    else:
+        least = 4 * float(np.median(record.slip_velocity_error))
+    sure = np.abs(w) > SENSE * velocity_error(record)
+    slips: list[tuple[int, int]] = []
     turns: list[Samples] = []
-    for first, last in record.slips:
-        w[first:last] = _one_sense(w[first:last])
+    for begin, end in record.slips:
+        sense = _senses(record, sure, begin, end)
+        w[begin:end] = np.where(w[begin:end] * sense < 0, 0.0, w[begin:end])
+        w[begin:end] = np.copysign(w[begin:end], sense)
+        slips += pairwise([begin, *(np.flatnonzero(np.diff(sense)) + 1 + begin).tolist(), end])
+    for first, last in slips:
+        sense_here = w[first]
         speed = np.abs(w[first:last])
         peaks = find_peaks(speed, prominence=least)[0]
         dips = find_peaks(-speed, prominence=least)[0]
@@ -252,20 +273,31 @@ def without_wiggles(record: FrictionRecord) -> tuple[Array, list[Samples]]:
             if high - low >= 2:
                 smooth = isotonic_regression(speed[run], increasing=bool(speed[high] > speed[low])).x
                 speed[run] = smooth
-        w[first:last] = np.copysign(speed, w[first:last])
-    return w, turns
+        w[first:last] = np.copysign(speed, sense_here)
+    return w, slips, turns
 
 
-def _one_sense(w: Array) -> Array:
-    """Slip velocity of one slip without the short reversals that are noise at its ends; those become rest."""
+def _senses(record: FrictionRecord, sure: Mask, first: int, last: int) -> Array:
+    """Sense of each sample of a slip, 1 or -1, without reversals that are noise.
+
+    Such are those at speeds that are not clear of their errors, and short ones beside a stick, where smoothing rings.
+    """
+    w = record.slip_velocity[first:last]
     runs = np.split(np.arange(w.size), np.flatnonzero(np.diff(np.signbit(w))) + 1)
-    paths = np.array([float(np.sum(w[run])) for run in runs])
-    sense = math.copysign(1.0, float(paths[np.argmax(np.abs(paths))]))
-    w = w.copy()
-    for run, path in zip(runs, paths, strict=True):
-        if path * sense < 0 and abs(path) < REVERSAL * float(np.max(np.abs(paths))):
-            w[run] = 0.0 * sense
-    return w
+    paths = np.array([abs(float(np.sum(w[run]))) for run in runs])
+    real = np.array([bool(sure[first:last][run].any()) for run in runs])
+    long = np.flatnonzero(paths >= REVERSAL * float(np.max(paths)))
+    if first > 0:
+        real[: long[0]] = False
+    if last < record.time.size:
+        real[long[-1] + 1 :] = False
+    if not real.any():
+        real[np.argmax(paths)] = True
+    known = np.flatnonzero(real)
+    # a run that is noise takes the sense of the one before it, or of the first that is real
+    of = known[np.maximum(np.searchsorted(known, np.arange(len(runs)), side="right") - 1, 0)]
+    senses = [math.copysign(1.0, w[runs[own][0]]) for own in of]
+    return np.repeat(senses, [run.size for run in runs])
 
 
 def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, last: int) -> Mask:
@@ -274,13 +306,13 @@ def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, la
     A climb so steep that the noise of w would make more of it than the noise of the force is left out to its top, and so
     is one that takes so little of the range of w that smoothing decides its shape.
     """
-    hidden = np.zeros(last - first, dtype=bool)
+    speed, force = np.abs(w), np.abs(record.force)
     noise = velocity_noise(record)
+    stated = record.slip_velocity_error
+    # Where w is not told apart from rest, whether it slips, and which way, is not known either.
+    hidden = np.asarray(speed[first:last] < AT_REST * (noise if stated is None else stated[first:last]))
     if noise == 0:
         return hidden
-    speed, force = np.abs(w), np.abs(record.force)
-    # Where w is not told apart from rest, whether it slips is not known either.
-    hidden |= speed[first:last] < AT_REST * noise
     climbs: list[tuple[int, int, int]] = []
     for number, i in enumerate(turns.tolist()):
         if _is_minimum(w, i, first, last):

@@ -21,7 +21,6 @@ from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.kinetic.curves import (
     BLOCKS,
-    BY_SENSE,
     COLUMNS,
     FEW,
     ONE_SPEED,
@@ -32,10 +31,12 @@ from stickslip.identification.kinetic.curves import (
     fit_form,
     forms_of,
     held_back,
+    inertia_error,
     record_scatter_of,
 )
+from stickslip.identification.kinetic.motion import SENSE
 from stickslip.identification.records import check_same_units, opened, stated_units
-from stickslip.laws import Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
+from stickslip.laws import Asymmetric, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
 from stickslip.laws.numbers import pointers, units_of, value
 from stickslip.measurement.instruments.scatter import median_and_error
@@ -43,8 +44,6 @@ from stickslip.measurement.signals.noise import noise_level
 
 Array = npt.NDArray[np.float64]
 
-SENSE = 4.0
-"""Within so many standard errors of rest a record does not tell which way it slides."""
 SLOW = 0.05
 """Below this share of its top speed a record is asked whether friction is a function of the slip velocity at all."""
 FEWEST = 4
@@ -60,11 +59,15 @@ TIED = 0.9
 """Correlation of load and logarithm of the speed from which on no form that has both is chosen: one stands for the other."""
 APART = 0.1
 """Friction that misses the curve by more than this part of it is named."""
+CURVED = 12
+"""Of a free curve on either side, beside which it is seen whether the force follows the acceleration."""
 NODES = 6
 """Of a free curve on either side, by which forms are measured where rows are many."""
 BEYOND = 1000.0
 """A logarithm goes on to so many times the fastest speed measured."""
 
+VISIBLE = 0.01
+"""Curves within this part of the range of forces of the chosen one are not drawn beside it."""
 FARTHEST = 1e60
 """Numbers larger than this are no friction in any unit."""
 
@@ -112,11 +115,11 @@ class SteadyFriction(Result):
 
     @property
     def law(self) -> Law | None:
-        """The chosen form as a law, without offset, drift and what differs by the sense, at the mean load.
+        """The chosen form as a law, without offset and drift, at the mean load.
 
-        None where friction would be negative; :meth:`save` says so. All forms are laws of the catalogue but the logarithm,
-        which has no end at w = 0: it is `Tabulated`, constant below the slowest speed and beyond a thousand times the
-        fastest.
+        `Asymmetric` where friction differs by the sense of the slip. None where friction would be negative; :meth:`save`
+        says so. All forms are laws of the catalogue but the logarithm, which has no end at w = 0: it is `Tabulated`,
+        constant below the slowest speed and beyond a thousand times the fastest.
         """
         try:
             return self._of_friction().with_covariance(self.covariance)
@@ -126,15 +129,21 @@ class SteadyFriction(Result):
     def _of_friction(self) -> Law:
         """The law, refused where friction is negative."""
         law = self._law(self.best.vector)
-        speed = self.rows["slip_velocity"].abs().to_numpy()
-        force = law.kinetic_force(speed)
+        w = self.rows["slip_velocity"].to_numpy()
+        force = np.sign(w) * law.kinetic_force(w)
         if force.min() < 0:
-            raise InputError(f"friction would be {force.min():.3g} at w = {speed[np.argmin(force)]:.3g}")
+            raise InputError(f"friction would be {force.min():.3g} at w = {w[np.argmin(force)]:.3g}")
         return law
 
     def _law(self, values: Array) -> Law:
         """The law of the chosen form with these numbers."""
-        at = dict(zip(self.parameters.index, values.tolist(), strict=True))
+        if not self.best.by_sense:
+            return self._one_way(values, 0.0)
+        return Asymmetric(forward=self._one_way(values, 1.0), backward=self._one_way(values, -1.0))
+
+    def _one_way(self, values: Array, sense: float) -> Law:
+        """The law of slip in one sense, 1 or -1; 0: the mean of both."""
+        at = self.best.toward(values, sense)
         kinetic, top = at["kinetic"], float(self.rows["slip_velocity"].abs().max())
         if "scale" in at:
             return ExponentialStribeck(
@@ -150,7 +159,7 @@ class SteadyFriction(Result):
             return PoppStelter(break_away=kinetic, kinetic=kinetic, weakening=0.0, square=at["quadratic"])
         if "logarithm" in at:
             fit, slow = self.best, float(self.rows["slip_velocity"].abs().min())
-            chosen = self.parameters["value"]
+            chosen = fit.toward(fit.vector, sense)
             used_up = fit.curve.reference * math.exp(min(max(-chosen["kinetic"] / chosen["logarithm"], -600.0), 600.0))
             w = np.geomspace(slow, min(BEYOND * top, used_up) if chosen["logarithm"] < 0 else BEYOND * top, 65)
             force = kinetic + at["logarithm"] * np.log(w / fit.curve.reference)
@@ -250,29 +259,70 @@ class SteadyFriction(Result):
         return write_text(path, text, ".toml")
 
     def plot(self, ax: Any = None) -> Any:
-        """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes."""
+        """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes.
+
+        Without `ax` a second panel shows low speeds, where friction falls, with medians of the points in bins of speed.
+        Curves that lie on the chosen one are not drawn.
+        """
         from stickslip.show.canvas import ABOVE, in_units, new_axes
 
-        axes = new_axes()[0] if ax is None else ax
+        reach = self._low_speeds() if ax is None else 0.0
+        panels = new_axes(1, 2, figsize=(7.2, 3.6)) if reach else [new_axes()[0] if ax is None else ax]
+        for panel, most in zip(panels, (math.inf, reach), strict=False):
+            self._draw(panel, most)
+            panel.set_xlabel("slip velocity w" + in_units(self.stated.get("slip_velocity")))
+        panels[0].set_ylabel("friction force f" + in_units(self.stated.get("force")))
+        if ax is None:
+            panels[0].figure.legend(
+                *panels[-1].get_legend_handles_labels(), loc="outside lower left", ncols=2, frameon=False, fontsize=8
+            )
+        else:
+            ax.legend(**ABOVE)
+        return panels[0]
+
+    def _low_speeds(self) -> float:
+        """Up to where low speeds have their own panel: the fall of friction, or a tenth of all; 0 where they need none."""
+        speed = self.rows["slip_velocity"].abs().to_numpy()
+        fall = self.parameters["value"].get("scale")
+        reach = 0.1 * float(speed.max()) if fall is None else 4 * float(fall)
+        return reach if reach < 0.5 * speed.max() and np.count_nonzero(speed < reach) >= BLOCKS else 0.0
+
+    def _draw(self, axes: Any, most: float) -> None:
+        """Points and curves at speeds up to `most`, with medians of many points where that is finite."""
+        from stickslip.show.canvas import OKABE_ITO
+
         w, force, error = (self.rows[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
+        shown = np.abs(w) <= most
+        w, force, error = w[shown], force[shown], error[shown]
         if len(w) > 500:
-            axes.plot(w, force, ".", ms=1.5, alpha=0.3, color="0.5", label="measured", rasterized=True)
+            axes.plot(w, force, ".", ms=1.5, alpha=0.2, color="0.5", label="measured", rasterized=True)
         else:
             axes.errorbar(w, force, error, fmt="o", ms=3, color="0.4", label="measured")
+        named: set[str] = set()
+
+        def line(name: str, grid: Array, style: str, **look: Any) -> None:
+            axes.plot(grid, self.fits[name](grid), style, label=None if name in named else name, **look)
+            named.add(name)
+
         for side in (1.0, -1.0):
             inside = np.abs(w[w * side > 0])
             if not len(inside):
                 continue
             grid = side * np.linspace(inside.min(), inside.max(), 200)
-            label = self.chosen if side == math.copysign(1.0, float(w.max())) or (w < 0).all() else None
-            line = axes.plot(grid, self.best(grid), color="C0", label=label)
-            axes.fill_between(grid, *self.best.interval(grid), color=line[0].get_color(), alpha=0.25, lw=0)
-            for number, name in enumerate(self.undecided[:3], start=1):
-                axes.plot(grid, self.fits[name](grid), "--", lw=1, color=f"C{number}", label=name if label else None)
-        axes.set_xlabel("slip velocity w" + in_units(self.stated.get("slip_velocity")))
-        axes.set_ylabel("friction force f" + in_units(self.stated.get("force")))
-        axes.legend(**ABOVE, ncols=2)
-        return axes
+            line(self.chosen, grid, "-", color=OKABE_ITO["blue"], zorder=3)
+            axes.fill_between(grid, *self.best.interval(grid), color=OKABE_ITO["blue"], alpha=0.25, lw=0)
+            colours = (OKABE_ITO[name] for name in ("vermilion", "green", "purple"))
+            for name, colour in zip(self.undecided, colours, strict=False):
+                if np.abs(self.fits[name](grid) - self.best(grid)).max() > VISIBLE * np.ptp(self.rows["force"]):
+                    line(name, grid, "--", lw=1, color=colour)
+            if math.isfinite(most) and len(w) > 500:
+                bins = np.array_split(np.argsort(inside), 12)
+                own = force[w * side > 0]
+                middle = [side * float(np.median(inside[part])) for part in bins]
+                medians = [float(np.median(own[part])) for part in bins]
+                label = "medians in bins of speed" if "medians" not in named else None
+                axes.plot(middle, medians, "o", ms=3.5, mfc="white", color=OKABE_ITO["black"], label=label, zorder=4)
+                named.add("medians")
 
 
 def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
@@ -317,11 +367,12 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     ('Coulomb + viscous, offset', {'kinetic': 0.4, 'viscous': 0.2, 'offset': -0.17})
     """
     items = list(friction) if isinstance(friction, list | tuple) else [friction]
-    parts, names, units = [], [], []
+    parts, names, units, notes = [], [], [], []
     for number, item in enumerate(items, start=1):
         name = str(item) if isinstance(item, str | Path) else f"record {number}"
         tree = opened(Path(item)) if isinstance(item, str | Path) else item
-        rows, stated = _rows(tree, name)
+        rows, stated, said = _rows(tree, name)
+        notes += said
         parts.append(rows)
         units.append((name, stated))
         names.append(name)
@@ -329,7 +380,6 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
     check_same_units(units)
     measured = rows = _joined(parts)
-    notes = []
     if float(np.sum(rows.force * np.sign(rows.w))) < 0:
         measured = rows = replace(rows, force=-rows.force)
         notes.append(
@@ -379,8 +429,8 @@ def _between(rows: Rows, fit: SteadyFit) -> float:
     return record_scatter_of(rows, rows.force - columns @ fit.numbers, columns / rows.error[:, None])[0]
 
 
-def _rows(tree: Any, name: str) -> tuple[Rows, dict[str, str]]:
-    """The rows of a record that slide, and the units of force and slip velocity."""
+def _rows(tree: Any, name: str) -> tuple[Rows, dict[str, str], list[str]]:
+    """The rows of a record that slide, the units of force and slip velocity, and what is to be said of the record."""
     if not isinstance(tree, xr.DataTree):
         raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
     root = tree.to_dataset(inherit=False)
@@ -396,9 +446,11 @@ def _rows(tree: Any, name: str) -> tuple[Rows, dict[str, str]]:
         _check(rows, name, "sample")
         stated = "slip_velocity_error" in root
         moving = np.abs(w) > SENSE * (_numbers(root, "slip_velocity_error", name) if stated else noise_level(w))
-        moving &= np.abs(w) > _slowest(w, force, moving)
-        if "stuck" in root:
-            moving &= ~root["stuck"].to_numpy().astype(bool)
+        slides = ~root["stuck"].to_numpy().astype(bool) if "stuck" in root else np.ones(len(w), dtype=bool)
+        rows, inertia, notes = _with_inertia(rows, root, moving & slides, name)
+        slowest = _slowest(w, force - inertia, moving)
+        notes += _left_out(np.abs(w), slides, moving, slowest, name)
+        moving &= slides & (np.abs(w) > slowest)
     elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
         w = _numbers(table, "slip_velocity", name)
         unknown = np.full(len(w), math.nan)
@@ -410,13 +462,54 @@ def _rows(tree: Any, name: str) -> tuple[Rows, dict[str, str]]:
         source = table["source"].to_numpy().astype(str) if "source" in table else np.full(len(w), name)
         rows = Rows(w, column("force"), column("force_error"), load, column("displacement"), source, False)
         _check(rows, name, "row")
-        moving = np.abs(w) > 0
+        moving, notes = np.abs(w) > 0, []
     else:
         raise InputError(f"{name}: holds no friction over slip velocity; measure a record that slides")
     if not moving.any():
         raise InputError(f"{name}: nothing slides in it, so it holds no friction of slip; measure a record that slides")
     units = stated_units(data)
-    return rows.take(moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}
+    return rows.take(moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}, notes
+
+
+def _with_inertia(
+    rows: Rows, root: xr.Dataset, moving: npt.NDArray[np.bool_], name: str
+) -> tuple[Rows, Array | float, list[str]]:
+    """Whether the record contradicts the inertia that was taken off its force: rows, the force that is left of it, a note."""
+    taken = float(root.attrs.get("subtracted_inertia", 0.0))
+    fast = moving & (np.abs(rows.w) > SLOW * float(np.abs(rows.w).max()))
+    if not taken > 0 or np.count_nonzero(fast) < 4 * CURVED or "slip_acceleration" not in root:
+        return rows, 0.0, []
+    acceleration = _numbers(root, "slip_acceleration", name)
+    moved = replace(rows, acceleration=acceleration)
+    off, error = inertia_error(moved.take(fast), CURVED)
+    if abs(off) < SENSE * error:
+        return rows, 0.0, []
+    unit = "kg m^2" if root["slip_velocity"].attrs.get("units") == "rad/s" else "kg"
+    note = (
+        f"{name} contradicts the inertia of its rig, {taken:.4g} {unit}, by {off:+.2g} +- {error:.1g} {unit}: what is left "
+        "of the force follows the acceleration. Measure the inertia again, or correct it in the rig; here it is fitted, where "
+        "that predicts better."
+    )
+    return moved, off * acceleration, [note]
+
+
+def _left_out(
+    speed: Array, slides: npt.NDArray[np.bool_], moving: npt.NDArray[np.bool_], slowest: float, name: str
+) -> list[str]:
+    """How many samples of slip are no rows, at what speeds, and why."""
+    unsure, slow = slides & ~moving, slides & moving & (speed <= slowest)
+    parts = []
+    if unsure.any():
+        parts.append(
+            f"{np.count_nonzero(unsure)} up to w = {speed[unsure].max():.3g}, not clear of the error of w, so that the sense "
+            "of the slip is not sure"
+        )
+    if slow.any():
+        parts.append(
+            f"{np.count_nonzero(slow)} up to w = {speed[slow].max():.3g}, where friction differs between speeding up and "
+            "slowing down"
+        )
+    return [f"{name}: of {np.count_nonzero(slides)} samples these were left out: {'; '.join(parts)}."] if parts else []
 
 
 def _slowest(w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> float:
@@ -474,7 +567,10 @@ def _check(rows: Rows, name: str, unit: str) -> None:
 
 
 def _joined(parts: list[Rows]) -> Rows:
-    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS[:-1]}
+    if any(part.acceleration is not None for part in parts):
+        given = [np.zeros(len(part)) if part.acceleration is None else part.acceleration for part in parts]
+        columns["acceleration"] = np.concatenate(given)
     rows = Rows(**columns, series=all(part.series for part in parts))
     if not (np.isfinite(rows.error) & (rows.error > 0)).all():
         return replace(rows, error=np.ones(len(rows)))
@@ -585,11 +681,6 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
             f"Row {at} (w = {rows.w[at]:.4g}, f = {rows.force[at]:.4g}) lies {apart[at]:.2g} times as far off as rows do in "
             "the median, and least squares follow it: look at it."
         )
-    if rows.series:
-        notes.append(
-            "Samples whose slip velocity is not clear of its error were left out, as the sense of the slip is not sure "
-            "there, and slow ones at which friction differs between speeding up and slowing down."
-        )
     for name, row in best.parameters.iterrows():
         if row["low"] <= 0 <= row["high"]:
             notes.append(
@@ -600,13 +691,13 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
 
 def _asymmetry(best: SteadyFit) -> list[str]:
     """That friction differs by the sense of the slip."""
-    if not any(name.endswith(BY_SENSE) for name in best.parameters.index):
+    if not best.by_sense:
         return []
     w = best.curve.reference
     forward, backward = (float(abs(best([sense * w])[0])) for sense in (1.0, -1.0))
     return [
-        f"Friction differs by the sense of the slip, and by more than a constant: at w = {w:.3g} it is {forward:.3g} one way "
-        f"and {backward:.3g} the other. A law of the catalogue is the same both ways, so the law is their mean."
+        f"Friction differs by the sense of the slip, and by more than a constant: at w = {w:.3g} it is "
+        f"{forward:.3g} forward (w > 0) and {backward:.3g} backward. The law is Asymmetric."
     ]
 
 

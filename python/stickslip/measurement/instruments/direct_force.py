@@ -239,6 +239,8 @@ def _run(record: Samples, bench: Bench) -> _Run:
             f"the actuators pull with {pull:.4g} N together in the mean; friction is "
             f"{float(facts['force']) / pull:.3g} times that"
         )
+    if inertia > 0 and "normal_force" not in record:
+        facts["subtracted_inertia"] = inertia
     for name in OSCILLATOR:
         if bench.maybe(name):
             facts[name] = bench.number(name)

@@ -1,6 +1,8 @@
-"""A cart moved by a motor: friction is current times constant, less mass times acceleration."""
+"""A cart or a joint moved by a motor: friction is current times constant, less inertia times acceleration."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -15,17 +17,47 @@ Array = npt.NDArray[np.float64]
 
 DELAYS = (-1, 0, 1)
 """Samples by which a log may write the current late or early against the position."""
+STRETCHES = 10
+"""Consecutive parts of a record, each left out in turn, from which the fitted inertia has its error."""
+
+
+@dataclass(frozen=True)
+class _Units:
+    """Names and units of a motion along a line or about an axis."""
+
+    inertia: str
+    force: str
+    mass: str
+    speed: str
+    length: str
+
+
+LINE = _Units("mass", "N", "kg", "m/s", "m")
+AXIS = _Units("inertia", "N m", "kg m^2", "rad/s", "rad")
+
+
+def _units(records: list[Samples], bench: Bench) -> _Units:
+    """Those of the displacement; refused where the rig names the inertia of the other kind of motion."""
+    units = AXIS if records[0].units["displacement"] == "rad" else LINE
+    other = LINE if units is AXIS else AXIS
+    if bench.maybe(other.inertia) is not None:
+        raise InputError(
+            f"motor_current: expected {units.inertia} in {units.mass} for a displacement in {units.length}, got "
+            f"{other.inertia} in {other.mass}; write {units.inertia} in the rig, or correct the unit of displacement"
+        )
+    return units
 
 
 def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     """Friction forward and backward from force_per_current * current(t - delay) = M a + F+ (or - F-).
 
     Which sample of the current belongs to which position a log does not say, and a drive that switches turns a delay of
-    one sample into newtons; so does the mass. All of delay -1, 0, 1 and mass free or as published are fitted for every
+    one sample into newtons; so does the inertia. All of delay -1, 0, 1 and inertia free or as published are fitted for every
     record: the value is the middle of all, the error half their range.
     """
     factor = bench.number("force_per_current")
-    published = bench.maybe("mass")
+    units = _units(records, bench)
+    published = bench.maybe(units.inertia)
     rows: list[dict[str, float]] = []
     notes = notes_of(records)
     for number, record in enumerate(records):
@@ -52,35 +84,46 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     ]
     between = float(np.std(per_record, ddof=1)) if len(records) > 1 else 0.0
     best = min(mean.values(), key=lambda m: m["residual"])
+    inertia, inertia_error = _inertia(table, best["delay"])
     free = [m for (_, fixed), m in mean.items() if fixed == 0.0]
     notes.append(
-        f"friction hangs on a one-sample delay ({1e3 * step:.3g} ms) and on the mass: {low:.1f} ... {high:.1f} N (mean of "
-        "forward and backward); the error covers them all"
+        f"friction hangs on a one-sample delay ({1e3 * step:.3g} ms) and on the {units.inertia}: {low:.4g} ... {high:.4g} "
+        f"{units.force} (mean of forward and backward); the error covers them all"
     )
     notes.append(
-        "by delay (samples), mass free: "
+        f"by delay (samples), {units.inertia} free: "
         + "; ".join(
-            f"{m['delay']:+.0f}: M = {m['mass']:.2f} kg, forward {m['forward_force']:.2f}, backward "
-            f"{m['backward_force']:.2f}, rest {m['residual']:.1f} N rms"
+            f"{m['delay']:+.0f}: {units.inertia} {m['mass']:.4g} {units.mass}, forward {m['forward_force']:.4g}, backward "
+            f"{m['backward_force']:.4g}, rest {m['residual']:.3g} {units.force} rms"
             for m in free
         )
     )
     if published is not None:
-        notes.append(f"mass in the rig {published:g} kg, as fitted {best['mass']:.2f} kg")
-    units = {"mass": "kg", "delay": "samples", "record": "1", "fixed_mass": "1"}
-    choices = xr.Dataset({name: ("choice", values, {"units": units.get(name, "N")}) for name, values in table.items()})
+        notes.append(
+            f"{units.inertia} in the rig {published:g} {units.mass}, as fitted {inertia:.4g} +- {inertia_error:.2g} "
+            f"{units.mass}"
+        )
+    others = {"mass": units.mass, "mass_error": units.mass, "speed": units.speed}
+    others |= {"delay": "samples", "record": "1", "fixed_mass": "1"}
+    choices = xr.Dataset(
+        {name: ("choice", values, {"units": others.get(name, units.force)}) for name, values in table.items()}
+    )
     middle, error = (low + high) / 2, float(np.hypot((high - low) / 2, between))
     forward = [m["forward_force"] for m in mean.values()]
     backward = [m["backward_force"] for m in mean.values()]
     steady = xr.Dataset(
         {
-            "slip_velocity": ("row", np.array([best["speed"], -best["speed"]]), {"units": "m/s"}),
-            "force": ("row", np.array([sum(forward), -sum(backward)]) / len(mean), {"units": "N"}),
-            "force_error": ("row", np.hypot([np.ptp(forward) / 2, np.ptp(backward) / 2], between), {"units": "N"}),
+            "slip_velocity": ("row", np.array([best["speed"], -best["speed"]]), {"units": units.speed}),
+            "force": ("row", np.array([sum(forward), -sum(backward)]) / len(mean), {"units": units.force}),
+            "force_error": (
+                "row",
+                np.hypot([np.ptp(forward) / 2, np.ptp(backward) / 2], between),
+                {"units": units.force},
+            ),
         }
     )
     return friction_tree(
-        series=_series(records[0], factor, best, error) if len(records) == 1 else {},
+        series=_series(records[0], factor, best, error, units) if len(records) == 1 else {},
         tables={"steady": steady, "choices": choices},
         source=", ".join(record.source for record in records),
         rig=bench.toml,
@@ -93,7 +136,9 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             "best_delay": best["delay"],
             "forward_force": best["forward_force"],
             "backward_force": best["backward_force"],
-            "mass": best["mass"],
+            units.inertia: best["mass"],
+            f"fitted_{units.inertia}": inertia,
+            f"fitted_{units.inertia}_error": inertia_error,
             "residual": best["residual"],
             "drive": float(np.median(np.abs(factor * records[0]["current"]))),
         },
@@ -113,14 +158,18 @@ def _fit(record: Samples, smooth: Smooth, drive: Array, mass: float | None, benc
         )
     sides = np.stack([smooth.v > 0, smooth.v < 0], axis=1)[use] * np.array([1.0, -1.0])
     a, force = smooth.a[use], drive[use]
+    mass_error = 0.0
     if mass is None:
-        found = np.linalg.lstsq(np.column_stack([sides, a]), force, rcond=None)[0]
+        columns = np.column_stack([sides, a])
+        found = np.linalg.lstsq(columns, force, rcond=None)[0]
         forward, backward, mass = (float(value) for value in found)
+        mass_error = _left_out(columns, force)
     else:
         forward, backward = (float(value) for value in np.linalg.lstsq(sides, force - mass * a, rcond=None)[0])
     rest = force - mass * a - sides @ np.array([forward, backward])
     return {
         "mass": mass,
+        "mass_error": mass_error,
         "forward_force": forward,
         "backward_force": backward,
         "residual": float(np.sqrt(np.mean(rest**2))),
@@ -128,8 +177,25 @@ def _fit(record: Samples, smooth: Smooth, drive: Array, mass: float | None, benc
     }
 
 
+def _left_out(columns: Array, force: Array) -> float:
+    """Standard error of the last number of a least-squares fit, by leaving out each of ten stretches in turn (jackknife)."""
+    found = []
+    for part in np.array_split(np.arange(len(force)), STRETCHES):
+        kept = np.delete(np.arange(len(force)), part)
+        found.append(np.linalg.lstsq(columns[kept], force[kept], rcond=None)[0][-1])
+    return float(np.sqrt((STRETCHES - 1) * np.var(found)))
+
+
+def _inertia(table: dict[str, Array], delay: float) -> tuple[float, float]:
+    """The fitted inertia at one delay, the mean of the records, and its standard error."""
+    here = (table["delay"] == delay) & (table["fixed_mass"] == 0)
+    values, errors = table["mass"][here], table["mass_error"][here]
+    between = float(np.var(values, ddof=1)) if values.size > 1 else 0.0
+    return float(values.mean()), float(np.sqrt(max(np.mean(errors**2), between) / values.size))
+
+
 def _series(
-    record: Samples, factor: float, best: dict[str, float], error: float
+    record: Samples, factor: float, best: dict[str, float], error: float, units: _Units
 ) -> dict[str, tuple[npt.NDArray[np.generic], str]]:
     smooth = jerk_spline(record.time, record["displacement"])
     step = float(np.median(np.diff(record.time)))
@@ -138,23 +204,24 @@ def _series(
     noise = np.hypot(best["residual"], error)
     return {
         "time": (record.time, "s"),
-        "slip_velocity": (smooth.v, "m/s"),
-        "slip_acceleration": (smooth.a, "m/s^2"),
-        "force": (friction, "N"),
-        "force_error": (np.full(len(friction), noise), "N"),
+        "slip_velocity": (smooth.v, units.speed),
+        "slip_acceleration": (smooth.a, units.speed + "^2"),
+        "force": (friction, units.force),
+        "force_error": (np.full(len(friction), noise), units.force),
         "stuck": (np.zeros(len(friction), dtype=bool), "1"),
-        "displacement": (smooth.x, "m"),
+        "displacement": (smooth.x, units.length),
     }
 
 
 MOTOR_CURRENT = Instrument(
     name="motor_current",
-    channels={"current": ("current",), "displacement": ("length",)},
-    optional={"velocity": ("speed",)},
+    channels={"current": ("current",), "displacement": ("length", "angle")},
+    optional={"velocity": ("speed", "angular_speed")},
     constants={
-        "force_per_current": Constant(("force_per_current",), needed=True),
+        "force_per_current": Constant(("force_per_current", "torque_per_current"), needed=True),
         "mass": Constant(("mass",), positive=True),
-        "least_speed": Constant(("speed",), 0.02, positive=True),
+        "inertia": Constant(("inertia",), positive=True),
+        "least_speed": Constant(("speed", "angular_speed"), 0.02, positive=True),
         "least_current": Constant(("current",), 0.1, positive=True),
     },
     measure=_measure,

@@ -1,0 +1,164 @@
+"""A joint that turns to and fro without a stick, its torque and angle recorded: from the record to a law with its errors."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip as ss
+from stickslip.cli.main import main
+from stickslip.identification import fit_steady
+
+INERTIA, NOISE, RATE = 0.021, 0.008, 250.0
+"""kg m^2, N m and Hz."""
+FORWARD = ss.laws.ExponentialStribeck(break_away=0.60, kinetic=0.35, scale=0.08, viscous=0.06, exponent=2.0)
+BACKWARD = ss.laws.ExponentialStribeck(break_away=0.648, kinetic=0.378, scale=0.08, viscous=0.06, exponent=2.0)
+JOINT = ss.laws.Asymmetric(forward=FORWARD, backward=BACKWARD)
+NAMES = [f"{way}.{name}" for way in ("forward", "backward") for name in ("break_away", "kinetic", "scale", "viscous")]
+RIG = {
+    "instrument": "direct_force",
+    "inertia": "0.021 kg m^2",
+    "columns": {
+        "time": "t",
+        "displacement": {"column": "q", "unit": "rad"},
+        "force": {"column": "torque", "unit": "N m"},
+    },
+}
+
+
+def recorded(law: ss.laws.Law, seconds: float = 18.0, zero: float = 0.0) -> dict[str, np.ndarray]:
+    """Angle and torque of three sines together, so that some runs of one sense are far shorter than others."""
+    rng, t = np.random.default_rng(77), np.arange(0, seconds, 1 / RATE)
+    q, speed, acceleration = np.zeros_like(t), np.zeros_like(t), np.zeros_like(t)
+    for size, frequency, phase in ((0.9, 0.12, 0.0), (0.35, 0.31, 1.0), (0.12, 0.83, 2.0)):
+        turn = 2 * np.pi * frequency
+        q += size * np.sin(turn * t + phase)
+        speed += size * turn * np.cos(turn * t + phase)
+        acceleration -= size * turn**2 * np.sin(turn * t + phase)
+    torque = INERTIA * acceleration + law.kinetic_force(speed) + zero + NOISE * rng.standard_normal(t.size)
+    return {"t": t, "q": q + 2e-5 * rng.standard_normal(t.size), "torque": torque}
+
+
+@pytest.fixture(scope="module")
+def joint() -> xr.DataTree:
+    return ss.measure(recorded(JOINT), RIG)
+
+
+def by_hand(friction: xr.DataTree, law: ss.laws.Law, offset: float = 0.0) -> float:
+    """Rms of measured less predicted torque over the samples whose sense is clear."""
+    data = friction.to_dataset(inherit=False)
+    w = data["slip_velocity"].to_numpy()
+    clear = np.abs(w) > 4 * data["slip_velocity_error"].to_numpy()
+    return float(np.sqrt(np.mean((data["force"].to_numpy() - law.kinetic_force(w) - offset)[clear] ** 2)))
+
+
+def test_a_law_asked_for_gets_the_numbers_that_friction_over_speed_gives(joint: xr.DataTree) -> None:
+    found = ss.identify(joint, law=JOINT, free=NAMES)
+    truth = ss.laws.numbers.value
+    for name, row in found.parameters.iterrows():
+        assert row["low"] - row["error"] <= truth(JOINT, name) <= row["high"] + row["error"], name
+    steady = fit_steady(joint, law="ExponentialStribeck").fits["Gaussian Stribeck, asymmetric"]
+    w = np.array([-1.0, -0.3, -0.03, 0.03, 0.3, 1.0])
+    low, high = steady.interval(w)
+    np.testing.assert_allclose(found.law.kinetic_force(w), steady(w), atol=2 * float(np.max(high - low)))
+    assert found.rms == pytest.approx(by_hand(joint, found.law), rel=0.02)
+    assert found.rms < 1.3 * NOISE
+
+
+def test_an_offset_of_a_reversing_record_is_found_beside_a_law() -> None:
+    friction = ss.measure(recorded(FORWARD, zero=0.03), RIG)
+    start = ss.laws.ExponentialStribeck(0.55, 0.4, 0.12, 0.04, exponent=2.0)
+    found = ss.identify(friction, law=start, free=["break_away", "kinetic", "scale", "viscous"], offset=True)
+    assert found.offset["low"] <= 0.03 <= found.offset["high"]
+    for name, row in found.parameters.iterrows():
+        assert row["low"] - row["error"] <= getattr(FORWARD, name) <= row["high"] + row["error"], name
+    assert found.rms == pytest.approx(by_hand(friction, found.law, found.offset["value"]), rel=0.02)
+
+
+def test_a_short_reversal_is_a_slip_of_its_own() -> None:
+    t = np.arange(0, 10, 0.01)
+    w = np.where((t > 4.0) & (t < 4.4), -0.3, 1.0)  # the path back is a fiftieth of that before
+    force = np.sign(w) * 0.5
+    tree = xr.DataTree.from_dict(
+        {"/": xr.Dataset({"slip_velocity": ("time", w), "force": ("time", force)}, {"time": t})}
+    )
+    found = ss.identify(tree, law=ss.laws.ExponentialStribeck(0.6, 0.4, 0.1), free=["kinetic"])
+    assert found.parameters.loc["kinetic", "value"] == pytest.approx(0.5, abs=1e-3)
+    assert found.rms < 0.02
+
+
+def test_a_motor_current_over_an_angle_is_a_torque() -> None:
+    data = recorded(JOINT)
+    columns = {
+        "time": "t",
+        "displacement": {"column": "q", "unit": "rad"},
+        "current": {"column": "i", "unit": "A"},
+    }
+    rig = {
+        "instrument": "motor_current",
+        "force_per_current": "0.118 N m/A",
+        "inertia": "210 kg cm^2",
+        "columns": columns,
+    }
+    record = {"t": data["t"], "q": data["q"], "i": data["torque"] / 0.118}
+    found = ss.measure(record, rig)
+    units = {
+        name: found[name].attrs["units"] for name in ("force", "slip_velocity", "slip_acceleration", "displacement")
+    }
+    assert units == {"force": "N m", "slip_velocity": "rad/s", "slip_acceleration": "rad/s^2", "displacement": "rad"}
+    said = " ".join(found.attrs["notes"])
+    assert not re.search(r" N (?!m)", said)
+    assert "inertia in the rig 0.021 kg m^2, as fitted 0.0" in said
+    assert " +- " in said
+    low, high = (float(number) for number in said.split("on the inertia: ")[1].split(" N m")[0].split(" ... "))
+    assert 0.3 < low < high < 0.7
+    fitted, error = found.attrs["fitted_inertia"], found.attrs["fitted_inertia_error"]
+    assert abs(fitted - INERTIA) < 3 * error < INERTIA
+    with pytest.raises(ss.InputError, match="expected inertia in kg m\\^2 for a displacement in rad, got mass in kg"):
+        ss.measure(record, {**{key: value for key, value in rig.items() if key != "inertia"}, "mass": 0.021})
+
+
+def test_options_that_clash_are_refused_before_the_fit(joint: xr.DataTree, tmp_path, monkeypatch, capsys) -> None:
+    joint.to_netcdf(tmp_path / "joint.nc")
+    for name in ("fit_steady", "identify"):
+        monkeypatch.setattr(f"stickslip.identification.{name}", None)
+    friction = str(tmp_path / "joint.nc")
+    assert main(["identify", friction, "--report", str(tmp_path / "page.html")]) == 2
+    assert "--report does not go with" in capsys.readouterr().err
+    assert main(["identify", friction, "--law", "Coulomb", "--plot", str(tmp_path / "law.png")]) == 2
+    assert "does not say its mass, stiffness, drive_velocity" in capsys.readouterr().err
+
+
+def test_the_picture_of_a_joint_shows_its_low_speeds(joint: xr.DataTree) -> None:
+    axes = fit_steady(joint, law="ExponentialStribeck").plot()
+    axes.figure.canvas.draw()
+    whole, slow = axes.figure.axes
+    assert axes is whole
+    assert 0.2 < np.abs(slow.get_xlim()).max() < 0.5  # the fall is over at 0.16 rad/s
+    # axes keep most of the figure, and no curve lies upon another
+    assert all(panel.get_position().height > 0.55 and panel.get_position().width > 0.35 for panel in (whole, slow))
+    labels = [text.get_text() for text in axes.figure.legends[0].get_texts()]
+    assert labels == ["measured", "Gaussian Stribeck, asymmetric", "medians in bins of speed"]
+
+
+@pytest.mark.parametrize("given", [0.0189, 0.0231])
+def test_a_wrong_inertia_is_named_and_no_spring_is_invented(given: float) -> None:
+    found = fit_steady(ss.measure(recorded(JOINT), {**RIG, "inertia": given}), law="ExponentialStribeck")
+    said = next(note for note in found.notes if "contradicts the inertia" in note)
+    off, error = (float(number) for number in re.search(r"by ([-+.\de]+) \+- ([-.\de]+) kg m\^2", said).groups())
+    assert abs(off - (INERTIA - given)) < 3 * error < 0.001
+    assert found.chosen == "Gaussian Stribeck, asymmetric, inertia"
+    row = found.parameters.loc["inertia"]
+    assert row["low"] - row["error"] <= INERTIA - given <= row["high"] + row["error"]
+    assert found.rows["slip_velocity"].abs().min() < 0.02
+    np.testing.assert_allclose(found.law.kinetic_force([-0.5, 0.5]), JOINT.kinetic_force([-0.5, 0.5]), atol=0.003)
+
+
+def test_a_right_inertia_is_not_contradicted_and_samples_left_out_are_counted(joint: xr.DataTree) -> None:
+    notes = fit_steady(joint, law="ExponentialStribeck").notes
+    assert not any("contradicts" in note for note in notes)
+    said = next(note for note in notes if "were left out" in note)
+    assert re.search(r"of 4500 samples these were left out: \d+ up to w = 0\.00", said)
