@@ -122,8 +122,14 @@ def _spans(values: NDArray[np.float64], kinds: NDArray[Any]) -> list[tuple[int, 
 def _mark_unfinished(diagram: xr.Dataset, parameter: str, ax: Axes) -> bool:
     """A hatched band over the values at which a run ended before its time, with a name for the legend; whether there are."""
     ended = (diagram["regime"].astype("<U16") == "unfinished").transpose(..., parameter).to_numpy()
-    missing = ended.reshape(-1, ended.shape[-1]).any(axis=0)
-    look = {"facecolor": "none", "edgecolor": REGIME_COLOURS["unfinished"], "hatch": "///", "lw": 0, "zorder": 0}
+    missing = np.asarray(ended.reshape(-1, ended.shape[-1]).any(axis=0))
+    look: dict[str, Any] = {
+        "facecolor": "none",
+        "edgecolor": REGIME_COLOURS["unfinished"],
+        "hatch": "///",
+        "lw": 0,
+        "zorder": 0,
+    }
     name = f"{words('unfinished')} ({int(ended.sum())} of {ended.size} runs)"
     for start, low, high in _spans(diagram[parameter].to_numpy(), missing):
         if missing[start]:

@@ -113,9 +113,9 @@ def continuation(
             sequence = cycle.closed.sequence
             point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
             branches.append(both_ways(point, family, most, progress))
-    for point in [item for branch in branches if branch.kind == "steady_slip" for item in branch.special_points]:
-        assert isinstance(point.system, Oscillator)
-        new = born_branch(point.system, point.parameter, family, branches, most, progress)
+    for hopf in [item for branch in branches if branch.kind == "steady_slip" for item in branch.special_points]:
+        assert isinstance(hopf.system, Oscillator)
+        new = born_branch(hopf.system, hopf.parameter, family, branches, most, progress)
         if new is not None:
             branches.append(new)
     if not branches:

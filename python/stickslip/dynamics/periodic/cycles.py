@@ -283,7 +283,7 @@ def periodic_orbit(
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
     t_end : length of the run that is looked at for a return; default 150 natural periods and, where these are not
         enough, 600. From a guess runs of 2.5, 6 and 15 periods are tried first, so that an orbit that repels is found
-        before the run has left it, then one of 30.
+        before the run has left it, then one of 30, the only one under laws with an internal state.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
 
     Returns

@@ -61,8 +61,8 @@ class LyapunovSpectrum(InNotebook):
 
         Within a period stretching and contraction alternate, and the averages swing with them.
         """
-        ends = self.period * np.arange(1, int(self.t / self.period * (1 + 1e-9)) + 1)
-        return ends, self._sums(ends) / ends[:, None]
+        ends = np.asarray(self.period * np.arange(1, int(self.t / self.period * (1 + 1e-9)) + 1), float)
+        return ends, np.asarray(self._sums(ends) / ends[:, None], float)
 
     def _sums(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Growth from the first of the run up to times, ln of its factor; NaN for an exponent of −inf."""
