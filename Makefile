@@ -1,7 +1,7 @@
 # Every target does its own set-up inside this folder. Wanted on the machine: Python >= 3.11, Rust, a C compiler.
 # PYTHON=... chooses the interpreter, PYTEST="..." adds options to pytest, STICKSLIP_DATA=... says where real records lie.
 
-.PHONY: help setup demo docs wheel test test-slow test-core test-python check static format-check lint types format bench explorer explorer-test lock clean
+.PHONY: help setup demo docs wheel test test-slow test-core test-python check static format-check lint types format bench films explorer explorer-test lock clean
 .DEFAULT_GOAL := help
 
 UV := .tools/uv
@@ -28,6 +28,7 @@ help:
 	@echo "make check    the gate: format, lint, types (these three: make static), tests"
 	@echo "make format   rewrite Rust and Python in the common format"
 	@echo "make bench    benchmarks, side by side with other solvers"
+	@echo "make films    tracking of films whose truth is known, side by side with other trackers (an hour)"
 	@echo "make explorer the explorer's script and core, from web/ and crates/stickslip-wasm (needs Node and the target wasm32)"
 	@echo "make explorer-test  the page in a headless browser"
 	@echo "make setup    the environment in .venv only"
@@ -95,6 +96,10 @@ format: .venv/.installed .tools/.rust
 	$(BIN)/ruff check --quiet --fix-only .
 	$(BIN)/ruff format --quiet .
 
+# What is done is kept in build/films, so a run that was interrupted goes on.
+films: .venv/.built .tools/trackers/.installed
+	PYTHONPATH=python .tools/trackers/bin/python docs/evidence/films.py build/films
+
 bench: .venv/.built .venv/.peers
 	$(BIN)/python benchmarks/run.py -o docs/evidence/speed.md
 	$(BIN)/python benchmarks/explorer.py
@@ -124,6 +129,9 @@ lock: $(UV)
 	$(UV) pip compile --quiet --universal --python-version 3.11 --group bench --constraint requirements.lock --generate-hashes \
 		--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" $(UPGRADE) pyproject.toml \
 		--output-file benchmarks/requirements.lock
+	$(UV) pip compile --quiet --universal --python-version 3.11 --group films --constraint requirements.lock --generate-hashes \
+		--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" $(UPGRADE) pyproject.toml \
+		--output-file docs/evidence/films.lock
 
 clean:
 	rm -rf .venv .tools target build web/node_modules demo-report .hypothesis .mypy_cache .pytest_cache .ruff_cache
@@ -158,6 +166,12 @@ $(UV):
 # The other solvers of `make bench`, into the same environment: nothing else needs them.
 .venv/.peers: benchmarks/requirements.lock .venv/.installed
 	$(UV) pip install --quiet --python $(BIN)/python --require-hashes --requirement benchmarks/requirements.lock
+	@touch $@
+
+# The other trackers of `make films`, in an environment of their own: they bring another OpenCV.
+.tools/trackers/.installed: docs/evidence/films.lock .venv/.installed
+	$(UV) venv --quiet --clear --no-python-downloads --python $(BIN)/python .tools/trackers
+	$(UV) pip sync --quiet --python .tools/trackers/bin/python --require-hashes docs/evidence/films.lock
 	@touch $@
 
 # Built by the maturin of requirements.lock, so that it too is checked by its hash and a rebuild needs no network.

@@ -8,6 +8,8 @@ import pytest
 
 # Before anything imports pyplot: no test opens a window.
 os.environ["MPLBACKEND"] = "Agg"
+# Before anything imports NumPy: there is a worker a core already, and threads of BLAS that wait for work take its time.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # A gate that fails by chance is no gate: the same examples every time, however slow the machine.
 hypothesis.settings.register_profile("gate", derandomize=True, deadline=None)

@@ -19,6 +19,7 @@ from stickslip.laws import (
     DwellTime,
     ExponentialStribeck,
     ForceRate,
+    LogarithmicDwell,
     LuGre,
     PiecewiseLinear,
     StaticKinetic,
@@ -192,6 +193,27 @@ def test_a_curve_with_a_memory_is_found_from_records():
     w, t = np.array([0.1, 0.3, 0.6]), np.array([2.0, 5.0, 10.0])
     assert found.kinetic_force(w) == pytest.approx(law.kinetic_force(w), rel=0.03)
     assert found.break_away_force(t) == pytest.approx(law.break_away_force(t), rel=0.03)
+
+
+def test_static_friction_that_begins_above_the_kinetic_force_is_found_without_asking_for_a_law():
+    law = Combined(LogarithmicDwell(1.0, 0.06, 10.0), ExponentialStribeck(0.75, 0.6, 0.3, 0.05))
+    records = []
+    for seed, speed in enumerate((0.02, 0.06, 0.16)):
+        orbit = ss.simulate(ss.Oscillator(0.05, speed, law), 300 if speed < 0.05 else 150)
+        records.append(friction_of_orbit(orbit, np.arange(0, orbit.t_end, 0.15), 0.002, seed=seed))
+    found = ss.identify(records)
+    assert isinstance(found.law, Combined)
+    assert isinstance(found.law.static, LogarithmicDwell)
+    for name, true in {"static.kinetic": 1.0, "static.growth": 0.06, "kinetic.break_away": 0.75}.items():
+        assert found.parameters.loc[name, "low"] < true < found.parameters.loc[name, "high"], name
+    assert "static.kinetic, from which static friction grows as LogarithmicDwell" in " ".join(found.notes)
+    # Whether the level follows the kinetic force is the user's choice, and the law given says what is fitted.
+    tied = ss.identify(records, found.law, ties={"static.kinetic": "kinetic.break_away"})
+    assert tied.law.static.kinetic == tied.law.kinetic.break_away
+    assert "static.onset" in tied.parameters.index
+    assert "As asked, static.kinetic follows kinetic.break_away." in tied.notes
+    with pytest.raises(ss.InputError, match="leave it out of free or out of ties"):
+        ss.identify(records, found.law, free=["static.kinetic"], ties={"static.kinetic": "kinetic.break_away"})
 
 
 def test_they_are_data():

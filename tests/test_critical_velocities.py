@@ -56,10 +56,19 @@ def test_stick_slip_over_neutral_slip_ends_where_its_stick_time_vanishes(law, bo
     [
         # Static friction that grows faster than time at first: sticks become ever shorter with the speed and never end.
         (20, {}),
-        # Stick-slip goes on above the Hopf point, over a range in which steady slip is stable too.
-        (584, {"nonsmooth_hopf": 2.978587507, "end_of_stick_slip": 3.077614022}),
+        # Stick-slip goes on above the Hopf point, over a range in which steady slip is stable too. From the fold to the Hopf
+        # point a cycle without sticks attracts beside it: runs from beside steady slip end on it at 2.8099, not at 2.8095.
+        (
+            584,
+            {
+                "nonsmooth_hopf": 2.978587507,
+                "fold": 2.809717969,
+                "nonsmooth_fold": 3.077614022,
+                "end_of_stick_slip": 3.077614022,
+            },
+        ),
         # An unstable cycle grazes at 0.95: the start of a run leaves one basin for another, and no motion changes.
-        (501, {"fold": 1.188411090, "end_of_stick_slip": 1.188411090}),
+        pytest.param(501, {"fold": 1.188411090, "end_of_stick_slip": 1.188411090}, marks=pytest.mark.slow),
         # Between 1.3888 and 1.3915 a cycle without sticks attracts beside stick-slip and steady slip.
         (
             39,
@@ -135,3 +144,9 @@ def test_what_is_reported_is_what_runs_show(seed):
 def test_the_table_of_random_oscillators_finds_none_wrong(tmp_path):
     cases = evidence.cases(range(evidence.COUNT), tmp_path / "results.jsonl")
     assert [case.seed for case in cases if case.wrong] == []
+
+
+def test_a_chain_is_refused_with_what_to_do_instead():
+    chain = ss.chain(3, ss.laws.Coulomb(0.5), 0.2, coupling=1.0)
+    with pytest.raises(ss.InputError, match="expected an Oscillator of one mass, got System; for several masses call"):
+        ss.critical_velocities(chain)

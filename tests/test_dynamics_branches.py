@@ -5,6 +5,7 @@ from __future__ import annotations
 import matplotlib as mpl
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import stickslip as ss
 
@@ -106,6 +107,47 @@ def test_a_locus_of_flips_ends_where_the_stick_splits_and_says_so(result):
     assert abs(tests[np.isfinite(tests)]).min() < 1e-6
 
 
+def friction_and_frequency_of_a_turn_of_third_order(damping):
+    """Den Hartog's orbit in closed form (Trans. ASME 53 (1931) 107), where its turn has x″ = x‴ = 0.
+
+    There sin φ = 0 and the amplitude is S + 1; that the half cycle ends at rest then asks for the frequency alone.
+    """
+    natural = np.sqrt(1.0 - damping**2 / 4.0)
+    decay = -damping / 2.0 + 1j * natural
+
+    def at_the_end(order, frequency):
+        # x − S = Re(response e^{iΩt} + free e^{decay t}): 1 and at rest at t = 0.
+        response = 1.0 / (1.0 - frequency**2 + 1j * damping * frequency)
+        real = 1.0 - response.real
+        free = real - 1j * (frequency * response.imag + damping / 2.0 * real) / natural
+        return (free * decay**order * np.exp(decay * np.pi / frequency) - response * (1j * frequency) ** order).real
+
+    frequency = brentq(lambda frequency: at_the_end(1, frequency), 0.45, 0.55, xtol=1e-15)
+    return -0.5 * (1.0 + at_the_end(0, frequency)), frequency
+
+
+def end_of_crossings(damping):
+    swing = ss.Oscillator(damping, 0.0, ss.laws.Coulomb(0.6), forcing=ss.Harmonic(1.0, 0.7))
+    (point,) = ss.continuation(swing, "law.kinetic", (0.5, 0.8), seeds=0).special_points
+    return ss.locus(point, ("law.kinetic", "forcing.frequency"), ((0.1, 0.75), (0.2, 0.71)))
+
+
+def test_a_locus_of_crossings_ends_at_the_turn_of_third_order_known_in_closed_form():
+    curve = end_of_crossings(0.1)
+    (end,) = curve.special_points
+    assert end.kind == "crossing_sliding_and_switching_sliding"
+    assert end.values == pytest.approx(friction_and_frequency_of_a_turn_of_third_order(0.1), abs=1e-12)
+    assert curve.values[0] == pytest.approx(end.values)
+
+
+@pytest.mark.slow
+def test_without_damping_it_ends_at_a_third_and_a_half():
+    # A multiplier is 1 there, so that the point itself is a double root; the curve comes near it.
+    curve = end_of_crossings(0.0)
+    assert curve.values[0] == pytest.approx((1 / 3, 1 / 2), abs=1e-4)
+    assert (curve.values[:, 1] > 0.5).all()
+
+
 def test_unstable_orbits_are_found_in_a_section_and_in_a_column_of_a_diagram():
     found = ss.periodic_orbits(ss.section(CHAOTIC, t_end=4000), returns=4)
     assert found
@@ -119,6 +161,13 @@ def test_unstable_orbits_are_found_in_a_section_and_in_a_column_of_a_diagram():
         # it is a motion: a run from there comes back
         x, v = ss.simulate(cycle.orbit.system, cycle.period, *cycle.state[1:]).at(cycle.period)
         assert (x, v) == pytest.approx(cycle.state[1:], abs=1e-9)
+
+
+def test_an_orbit_that_is_passed_several_times_is_found_once():
+    belt = ss.Oscillator(0.1, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.2, 1.5))
+    (cycle,) = ss.periodic_orbits(ss.section(belt, t_end=400), returns=4, tries=3)
+    assert cycle.forcing_periods == 2
+    assert cycle.largest == pytest.approx(ss.periodic_orbit(belt).largest, abs=1e-9)
 
 
 def test_returns_that_make_no_sense_are_refused():

@@ -40,6 +40,26 @@ def test_a_little_damping_decides_the_stability():
 
 
 @pytest.mark.parametrize(
+    ("law", "largest"),
+    [
+        (ss.laws.ExponentialStribeck(1.0, 0.27, 0.89, 0.2), 0.919327),
+        (ss.laws.ExponentialStribeck(1.0, 0.63, 1.02, 0.05), 0.963436),
+    ],
+)
+def test_an_orbit_that_attracts_slowly_is_found_by_a_longer_run(law, largest):
+    # What 150 natural periods leave of the transient is no guess from which Newton's method converges.
+    system = ss.Oscillator(0.1, 1.0, law, forcing=ss.Harmonic(0.3, 0.7))
+    with pytest.raises(ss.InputError):
+        ss.periodic_orbit(system, t_end=150 * 2 * np.pi / 0.7)
+    cycle = ss.periodic_orbit(system)
+    assert cycle.forcing_periods == 1
+    assert cycle.largest == pytest.approx(largest, abs=1e-6)
+    # A long run of its own ends on it.
+    t, *state = cycle.state
+    assert ss.simulate(system, 700 * cycle.period).at(600 * cycle.period + t) == pytest.approx(state, abs=1e-8)
+
+
+@pytest.mark.parametrize(
     "system",
     [
         ss.Oscillator(0.1, 0.2, ss.laws.StaticKinetic(1, 0.6)),

@@ -121,6 +121,39 @@ def test_sections_maps_and_diagrams_take_laws_with_a_state(cycle):
     assert ss.return_map(points, "x")["after"].size > 2
 
 
+@pytest.mark.slow
+def test_two_masses_under_lugre_have_the_orbit_multipliers_and_exponents_of_another_integrator():
+    law = ss.laws.LuGre(20.0, 1.0, 0.1, kinetic=0.5, break_away=0.8, scale=0.2)
+    pair = ss.System(
+        mass=[1.0, 0.7],
+        stiffness=[[1.5, -0.5], [-0.5, 1.2]],
+        damping=[0.1, 0.08],
+        contacts=[ss.Contact(0, law), ss.Contact(1, law)],
+        forcing=[ss.Force(1.5, 0.7, mass=0)],
+    )
+    mass, stiffness, damping = (np.array(matrix) for matrix in (pair.mass, pair.stiffness, pair.damping))
+    cycle = ss.periodic_orbit(pair)
+    assert cycle.forcing_periods == 1
+
+    def rates(t, y):
+        x, v, z = y[:2], y[2:4], y[4:]
+        dz = -v - 20.0 * np.abs(v) * z / (0.5 + 0.3 * np.exp(-((v / 0.2) ** 2)))
+        load = 20.0 * z + dz - 0.1 * v + [1.5 * np.cos(0.7 * t), 0.0] - damping @ v - stiffness @ x
+        return np.concatenate([v, np.linalg.solve(mass, load), dz])
+
+    def end(y):
+        return solve_ivp(rates, (0, cycle.period), y, method="DOP853", rtol=1e-11, atol=1e-12, max_step=0.05).y[:, -1]
+
+    start = np.concatenate(cycle.state[1:])
+    np.testing.assert_allclose(end(start), start, atol=1e-8)
+    monodromy = np.column_stack([(end(start + h) - end(start - h)) / 2e-5 for h in 1e-5 * np.eye(6)])
+    found = np.linalg.eigvals(monodromy)
+    # The derivative of |w| jumps, so that differences are good to the step alone.
+    np.testing.assert_allclose(cycle.multipliers, found[np.argsort(-np.abs(found))], atol=2e-5)
+    exponents = ss.lyapunov(pair, 40 * cycle.period).exponents[:3]
+    np.testing.assert_allclose(exponents, np.log(np.abs(cycle.multipliers[:3])) / cycle.period, rtol=0.1)
+
+
 def test_what_has_no_cycle_is_said():
     with pytest.raises(ss.InputError, match="no cycle here"):
         ss.periodic_orbit(ss.Oscillator(0.5, 1.0, LUGRE))

@@ -81,7 +81,7 @@ LONG = {
 
 @pytest.mark.parametrize("value", LONG.values(), ids=LONG)
 def test_a_value_is_short_at_a_prompt_and_a_table_in_a_notebook(value):
-    assert len(repr(value)) < 700
+    assert len(repr(value)) < 800
     assert value._repr_html_().count("<tr>") > 1
 
 

@@ -227,7 +227,7 @@ def test_wrong_bounds_are_refused(bounds, sentence):
 
 def test_a_gaussian_fall_is_found_with_its_break_away_and_preferred_to_a_bristle():
     law = ss.laws.ExponentialStribeck(3.0, 1.8, 0.12, 0.5, exponent=2.0)
-    found = compare_laws(swept(law, noise=0.05, seed=4, count=1000), ["Dahl", "ExponentialStribeck"])
+    found = compare_laws(swept(law, noise=0.05, seed=4, count=500), ["Dahl", "ExponentialStribeck"])
     assert isinstance(found.best.law, ss.laws.ExponentialStribeck)
     assert found.best.law.exponent == 2.0
     for name, row in found.best.parameters.iterrows():

@@ -14,6 +14,7 @@ from stickslip.identification import fit_trajectories, friction_of_orbit, identi
 from stickslip.identification.estimator.uncertainty import recurrence
 from stickslip.identification.guesses.evidence import Evidence
 from stickslip.identification.guesses.first_guess import first_guess
+from stickslip.identification.kinetic.branches import Problem, fit_branches
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import read_records
 from stickslip.identification.static.break_away import break_away_rows
@@ -102,7 +103,7 @@ def test_piecewise_linear_without_break_aways_says_that_static_friction_is_an_ex
 
 def test_geometry_of_the_papers_law_is_recovered_without_its_values():
     law = PAPER.law
-    motions = [ss.simulate(PAPER.oscillator(s), 150) for s in (0.10, 0.15, 0.28, 0.30)]
+    motions = [ss.simulate(PAPER.oscillator(s), 90) for s in (0.10, 0.15, 0.28, 0.30)]
     found = identify(
         records(motions, 0.005, 3, step=0.02), law="BogaczRyczek", fixed={"static_friction.force_rate_scale": 0.5}
     )
@@ -256,6 +257,9 @@ def test_one_visible_climb_leaves_d_on_a_line_and_says_so():
     found = identify([measured(s, 7) for s in (0.15, 0.28, 0.36)], law="BogaczRyczek")
     assert "D.w" not in found.parameters.index
     assert "D is known to lie on a line" in " ".join(found.notes)
+    assert any("is held at a guess, not measured" in note and "D.f by" in note for note in found.notes)
+    law, table = PAPER.law, found.parameters
+    assert table.loc["D.f", "low"] <= law.D[1] <= table.loc["D.f", "high"]
 
 
 @pytest.mark.slow
@@ -273,3 +277,24 @@ def test_an_offset_lies_in_its_interval_where_friction_ripples_along_the_path():
         found = identify(xr.DataTree(data.assign(force=data["force"] + ripple - 0.17)), law=type(law), offset=True)
         held += bool(found.offset["low"] <= -0.17 <= found.offset["high"])
     assert held >= 7
+
+
+def test_what_hangs_on_a_number_held_at_a_guess_has_that_in_its_errors():
+    law = ss.laws.ExponentialStribeck(0.9, 0.5, 0.15, 0.1)
+    found = records(orbits(law, (0.2, 0.4)), 0.005, 0)
+    held = replace(law, scale=0.18)
+    free = ["break_away", "kinetic"]
+    sure, guessed = (
+        fit_branches(Problem(read_records(found), held, free, guessed=spread), held) for spread in ({}, {"scale": 0.03})
+    )
+
+    def outside(fit):
+        table = fit.parameters
+        return [name for name in free if not table.loc[name, "low"] <= value(law, name) <= table.loc[name, "high"]]
+
+    assert outside(sure)
+    assert not outside(guessed)
+    # by as much as the fit moves where the guess is off by that
+    other = fit_branches(Problem(read_records(found), law, free), law)
+    moved = other.parameters["value"] - guessed.parameters["value"]
+    np.testing.assert_allclose(-guessed.shifts["scale"], moved, rtol=0.5)

@@ -75,7 +75,7 @@ def test_intervals_hold_the_truth(name):
 
 
 def test_repetitions_go_on_from_their_file(tmp_path):
-    path, case = tmp_path / "coverage.csv", replace(CASES["StaticKinetic"], drive_velocities=(0.2, 0.3), duration=20.0)
+    path, case = tmp_path / "coverage.csv", replace(CASES["StaticKinetic"], drive_velocities=(0.3,), duration=15.0)
     short = coverage(case, repetitions=1, path=path)
     before = path.read_text()
     told = []
@@ -239,7 +239,7 @@ def test_sensitivity_of_stick_slip_is_that_of_its_closed_form(refined):
 
 def test_command_writes_law_and_page(friction, tmp_path, capsys):
     names = []
-    for number, tree in enumerate(friction):
+    for number, tree in enumerate(friction[1:]):
         names.append(str(tmp_path / f"friction-{number}.nc"))
         tree.to_netcdf(names[-1], engine="h5netcdf")
     law, page = tmp_path / "law.toml", tmp_path / "report.html"

@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip import show
 from stickslip.cli.main import main
+from stickslip.errors import UnfinishedWarning
 
 FOREVER = 10**9
 MANY = 2**62
@@ -131,6 +133,7 @@ import numpy as np
 import pandas, xarray  # not while a run is to be interrupted
 
 import stickslip as ss
+from stickslip import show
 from stickslip.dynamics.periodic.event_sequence import EventSequence
 from test_interruption import FOREVER, MANY, long_run
 
@@ -141,6 +144,10 @@ def run(engine, t_end):
             system = ss.paper.oscillator(0.2)
             over = {"drive_velocity": np.linspace(0.1, 0.2, 8)}
             ss.simulate_many(system, over, t_end, max_events=10**10, workers=2)
+        case "batch that asks seldom":
+            # 64 steps of so many masses take longer than the thread that watches waits between two looks at the signals.
+            many = ss.chain(300, ss.laws.StaticKinetic(1.0, 0.6), 0.2)
+            ss.simulate_many(many, {"x0.0": [0.0]}, t_end, max_events=10**10, workers=1)
         case "section":
             ss.section(long_run("closed form"), "release", t_end=t_end, max_events=MANY)
         case "sweep":
@@ -184,7 +191,17 @@ def child(request):
 
 
 @pytest.mark.parametrize(
-    "engine", [*ENGINES, "batch", "section", "sweep", "sweep of a smooth law", "sweep of integrations", "derivatives"]
+    "engine",
+    [
+        *ENGINES,
+        "batch",
+        "batch that asks seldom",
+        "section",
+        "sweep",
+        "sweep of a smooth law",
+        "sweep of integrations",
+        "derivatives",
+    ],
 )
 def test_ctrl_c_ends_a_run_at_once(engine, child):
     child.stdin.write(f"{engine}\n")
@@ -223,14 +240,20 @@ def test_ctrl_c_ends_what_is_made_of_many_runs(name):
 def test_sweeps_end_after_max_seconds_and_a_store_goes_on(tmp_path):
     smooth = ss.Oscillator(0.05, 0.1, ss.laws.ExponentialStribeck(1.0, 0.6, 0.1))
     began = time.monotonic()
-    chart = ss.regime_map(smooth, {"damping": np.linspace(0.01, 0.1, 4)}, transient=1e6, max_seconds=0.3)
+    with pytest.warns(
+        UnfinishedWarning, match="regime_map: 4 of 4 runs ended after max_seconds and are unfinished; raise"
+    ):
+        chart = ss.regime_map(smooth, {"damping": np.linspace(0.01, 0.1, 4)}, transient=1e6, max_seconds=0.3)
     # A run of a million periods takes minutes.
     assert time.monotonic() - began < 20
     assert set(chart["stop"].to_numpy()) == {"max_seconds"}
     assert set(chart["regime"].to_numpy()) == {"unfinished"}
     assert np.isnan(chart["x_max"]).all()
     ask = {"x": [0.0, 0.5], "v": [0.0, 0.1], "transient": 40, "window": 8, "store": tmp_path / "basins.zarr"}
-    cut = ss.basins(smooth, **ask, max_seconds=1e-6)
+    with pytest.warns(UnfinishedWarning, match="4 of 4 runs .* again with the same store"):
+        cut = ss.basins(smooth, **ask, max_seconds=1e-6)
+    legend = show.basins_plot(cut).get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["unfinished (100 %)"]
     assert (cut["label"] == -1).all()
     whole = ss.basins(smooth, **ask)
     assert whole["attractor_regime"].values.tolist() == ["stick_slip"]
@@ -254,4 +277,7 @@ def test_the_command_line_ends_sweeps_too(tmp_path, capsys):
         "--json",
     ]
     assert main(ask) == 0
-    assert '"unfinished": 1' in capsys.readouterr().out
+    out, err = capsys.readouterr()
+    assert '"unfinished": 1' in out
+    assert err.startswith("stickslip: orbit_diagram: 2 of 2 runs ended after max_seconds and are unfinished; raise")
+    assert err.count("\n") == 1

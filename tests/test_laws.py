@@ -95,7 +95,7 @@ def test_every_law_has_a_section_and_a_picture(kind):
         (lambda: ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(1), mass=0), "mass must be greater than 0, got 0"),
         (lambda: ss.Oscillator(0.1, 0.2, law=0.5), "law must be a friction law"),
         (lambda: ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(1), forcing=[ss.Harmonic(1, 1)] * 5), "at most 4 harmonics"),
-        (lambda: ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(1), forcing=ss.Harmonic(1, 0)), "frequency must be greater than 0"),
+        (lambda: ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(1), forcing=ss.Harmonic(1, -1)), "frequency must not be negative"),
         (lambda: ss.simulate(ss.paper.oscillator(0.3), -1), "t_end must be greater than 0, got -1"),
         (lambda: ss.simulate(ss.paper.oscillator(0.3), 10, max_events=0), "max_events must be a whole number"),
         (lambda: ss.simulate(ss.paper.oscillator(0.3), 10).at(11), r"t must lie in \[0, 10\]"),

@@ -109,7 +109,7 @@ def coulomb(s, forcing=None):
 
 
 def test_a_model_that_cannot_oscillate_fails():
-    table = paper.score(coulomb, forcing_periods=100)
+    table = paper.score(coulomb, forcing_periods=50)
     # Steady slip is all that Coulomb's law can do, from anywhere.
     assert list(table.index[table["verdict"] == REPRODUCED]) == ["stable-slip"]
     assert np.isnan(table.loc["end-of-stick-slip", "value"])
@@ -251,6 +251,7 @@ def test_the_end_of_the_limit_cycle_is_where_static_friction_meets_the_line_of_c
     assert free.loc["end-of-oscillation", "value"] == pytest.approx(0.398248, abs=3e-4)
 
 
+@pytest.mark.slow
 def test_one_forcing_amplitude_for_both_motions_at_one_drive_velocity():
     only = ("forced-0.30-one-amplitude", "forced-0.40-two-periodic")
     verdicts = calibration.trades(["one u₀"], only=only)["one u₀"]

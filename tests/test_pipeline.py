@@ -31,6 +31,7 @@ def slow(shared_data, tmp_path_factory):
     return friction, json.loads(said.getvalue())
 
 
+@pytest.mark.slow
 def test_slow_slider_slips_as_often_as_it_should(slow):
     _, seen = slow
     assert seen["regime"] == "stick_slip"
@@ -41,6 +42,7 @@ def test_slow_slider_slips_as_often_as_it_should(slow):
     assert "inertia" in notes
 
 
+@pytest.mark.slow
 def test_law_of_the_slow_slider_sticks_as_long(slow, tmp_path, capsys):
     law = tmp_path / "law.toml"
     seen = run(capsys, "identify", slow[0], "--law", "DwellTime", "-o", law, "--plot", tmp_path / "b.png")

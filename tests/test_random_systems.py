@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+import zlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -163,10 +164,9 @@ def random_system(random, kind):
     return ss.System(mass, stiffness, positive(0.15) * random.choice([0.0, 1.0]), contacts, forcing)
 
 
-def draw(seed):
-    """A system and where it starts. The kinds of law come in turn."""
-    random = np.random.default_rng(seed)
-    kind = list(LAWS)[seed % len(LAWS)]
+def draw(kind, number):
+    """A system with a law of the kind, and where it starts. The seed is the name's: a new law leaves those of others."""
+    random = np.random.default_rng([zlib.crc32(kind.encode()), number])
     one = random.random() < 0.4
     system = random_oscillator(random, kind) if one else random_system(random, kind)
     n = 1 if one else system.masses
@@ -314,12 +314,12 @@ def check(system, start, t_end=30.0):
 # --- tests --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", range(len(LAWS)), ids=list(LAWS))
+@pytest.mark.parametrize("kind", LAWS)
 def test_random_systems_balance_their_energy_and_miss_no_event(kind):
-    orbits = [check(*draw(seed)) for seed in range(kind, 300, len(LAWS))]
-    assert sum(len(orbit.events) for orbit in orbits) > 100
+    orbits = [check(*draw(kind, number)) for number in range(10)]
+    assert sum(len(orbit.events) for orbit in orbits) > 50
     # Contacts with two branches, several at a time, may go to and fro between them without end.
-    assert sum(orbit.stop == "t_end" for orbit in orbits) > 0.7 * len(orbits)
+    assert sum(orbit.stop == "t_end" for orbit in orbits) >= 0.9 * len(orbits)
 
 
 # Random systems on which an earlier version was wrong, each with what was wrong.
@@ -332,20 +332,20 @@ def test_systems_that_found_a_fault(found):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("block", range(300, 10_300, 500))
-def test_ten_thousand_random_systems(block):
+@pytest.mark.parametrize("kind", LAWS)
+def test_ten_thousand_random_systems(kind):
     failures = {}
-    for seed in range(block, block + 500):
+    for number in range(10, 10 + 10_000 // len(LAWS)):
         try:
-            check(*draw(seed))
+            check(*draw(kind, number))
         except (AssertionError, ss.InputError) as error:
-            failures[seed] = str(error)[:200]
+            failures[number] = str(error)[:200]
     assert not failures
 
 
 def test_random_batches_have_the_same_bits_for_one_and_two_workers():
-    for seed in range(24):
-        system, _ = draw(seed)
+    for kind in LAWS:
+        system, _ = draw(kind, 0)
         name = "damping" if isinstance(system, ss.Oscillator) else "damping.0.0"
         start = "x0" if isinstance(system, ss.Oscillator) else "x0.0"
         over = {name: [0.01, 0.2], start: [-0.5, 0.5]}

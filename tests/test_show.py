@@ -87,6 +87,23 @@ def test_friction_loop_of_a_law_without_branches_is_coloured_by_the_sense_of_w()
     assert names(show.friction_loop(orbit)) == ["stick", "|w| grows", "|w| falls"]
 
 
+@pytest.mark.parametrize(
+    "law",
+    [
+        ss.laws.ExponentialStribeck(1.0, 0.5, 0.4),
+        ss.laws.smooth_from_function(lambda w: 0.3 + 0.7 * np.exp(-w / 0.35) + 0.1 * w**2, w_max=4.0, break_away=1.15),
+        ss.laws.Asymmetric(ss.laws.ExponentialStribeck(1.0, 0.5, 0.4), ss.laws.Coulomb(0.8)),
+    ],
+)
+def test_friction_loop_draws_the_force_of_the_law_at_each_slip_velocity(law):
+    orbit = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=0.5, law=law), 60)
+    lines = {line.get_label(): line.get_xydata() for line in show.friction_loop(orbit).lines}
+    slip = np.concatenate([lines["|w| grows"], lines["|w| falls"]])
+    slip = slip[slip[:, 0] > 1e-6]
+    assert np.ptp(slip[:, 0]) > 0.5
+    np.testing.assert_allclose(slip[:, 1], law.kinetic_force(slip[:, 0]), atol=1e-9)
+
+
 def test_friction_loop_with_forcing_joins_the_friction_of_the_orbit():
     forcing = ss.Harmonic(0.05, 0.7)
     orbit = ss.simulate(PAPER.oscillator(0.15, forcing), 200)
@@ -156,6 +173,28 @@ def test_orbit_diagram_is_drawn_with_named_regimes(diagram, quantity):
     ax = show.orbit_diagram_plot(diagram, quantity=quantity)
     drawn(ax)
     assert [text.get_text() for text in ax.texts] == ["stick-slip", "almost-harmonic", "stable slip"]
+
+
+def test_a_diagram_of_one_direction_is_drawn_the_same_in_a_list(diagram):
+    listed = show.orbit_diagram_plot(diagram.expand_dims(direction=["up"]))
+    plain = show.orbit_diagram_plot(diagram)
+    assert [line.get_color() for line in listed.lines] == [line.get_color() for line in plain.lines]
+    assert listed.get_legend() is None
+
+
+@pytest.mark.parametrize("directions", [["up"], ["up", "down"]])
+def test_unfinished_values_of_a_diagram_are_hatched_and_named(diagram, directions):
+    both = diagram.expand_dims(direction=directions).copy(deep=True)
+    both["regime"][0, 3:5] = "unfinished"
+    both["turning_x"][0, 3:5] = np.nan
+    ax = show.orbit_diagram_plot(both)
+    drawn(ax)
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert f"unfinished (2 of {len(directions) * diagram.sizes['drive_velocity']} runs)" in texts
+    (band,) = (patch for patch in ax.patches if patch.get_hatch())
+    values = diagram["drive_velocity"].to_numpy()
+    ends = band.get_extents().transformed(ax.transData.inverted()).get_points()[:, 0]
+    assert ends == pytest.approx([(values[2] + values[3]) / 2, (values[4] + values[5]) / 2])
 
 
 def test_progress_is_told_after_each_part():

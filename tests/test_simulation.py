@@ -122,13 +122,26 @@ def test_a_forcing_beneath_the_rounding_of_the_motion_is_no_accumulation():
     assert len(orbit.events) < 500
 
 
+@pytest.mark.parametrize("amplitude", [1e-12, 1e-14, 4e-15, 1e-15, 4e-16, 1e-17, 1e-60])
+@pytest.mark.parametrize("law", [ss.laws.Coulomb(1.0), ss.laws.StaticKinetic(1.0, 0.5), ss.laws.Rational(1.0, 0.5)])
+def test_a_forcing_beneath_the_rounding_of_a_load_at_the_limit_is_no_accumulation(law, amplitude):
+    # The spring alone pulls with what adhesion bears: what the force adds may break it, and hardly moves the mass then.
+    system = ss.Oscillator(0.0, 0.0, law, forcing=ss.Harmonic(amplitude, 1.3))
+    for one in (system, system.to_system()):
+        for x0 in (1.0, -1.0):
+            orbit = ss.simulate(one, 20.0, x0, max_events=100)
+            assert orbit.stop == "t_end"
+            if not isinstance(law, ss.laws.StaticKinetic):
+                assert np.abs(orbit.at(20.0)[0] - x0).max() < 1e3 * max(amplitude, 1e-16)
+
+
 positive = st.floats(0.05, 3.0)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     damping=st.floats(0, 0.5), drive_velocity=st.floats(-1, 1), kinetic=positive, extra=st.just(0.0) | st.floats(1e-90, 2),
-    x0=st.floats(-3, 3), v0=st.floats(-3, 3), amplitude=st.just(0.0) | st.floats(1e-12, 1), frequency=st.floats(0.2, 3),
+    x0=st.floats(-3, 3), v0=st.floats(-3, 3), amplitude=st.just(0.0) | st.floats(1e-90, 1), frequency=st.floats(0.2, 3),
     kind=st.sampled_from(["coulomb", "static", "dwell", "paper"]),
 )  # fmt: skip
 def test_no_event_is_missed(damping, drive_velocity, kinetic, extra, x0, v0, amplitude, frequency, kind):

@@ -82,6 +82,18 @@ def test_branches_can_be_saved_and_drawn() -> None:
         ss.show.multipliers_plot([ss.periodic_orbit(den_hartog(0.7, 0.3))], values=[0.1, 0.2])
 
 
+@pytest.mark.parametrize("guess", [(1.49, 0.0), (1.45, 0.05)])
+def test_an_orbit_that_repels_is_found_from_a_state_near_it(guess: tuple[float, float]) -> None:
+    """Disturbances of the slip cycle grow 3.6 times a period: in 30 periods a run from any guess is elsewhere."""
+    cycle = ss.periodic_orbit(own_law(1.15), guess)
+    assert not cycle.sticks
+    assert cycle.stable is False
+    assert 3 < cycle.largest < 4
+    # The motion from there comes back.
+    _, x, v = cycle.state
+    assert ss.simulate(own_law(1.15), cycle.period, x, v).at(cycle.period) == pytest.approx((x, v), abs=1e-8)
+
+
 def test_lyapunov_exponents_of_regular_motion_are_those_of_the_multipliers() -> None:
     cycle = ss.periodic_orbit(den_hartog(0.7, 0.3))
     spectrum = ss.lyapunov(den_hartog(0.7, 0.3), 2000.0)
@@ -103,6 +115,27 @@ def test_lyapunov_exponent_of_chaotic_stick_slip_is_the_average_of_its_map() -> 
     assert np.isnan(spectrum.errors[1])
     ax = ss.show.lyapunov_plot(spectrum)
     assert [text.get_text().split(" ")[-1] for text in ax.get_legend().get_texts()][1] == "−∞"
+
+
+def test_lyapunov_exponents_are_drawn_once_a_period() -> None:
+    """Damping 0.3, forced: a periodic stick-slip whose averages swing within a period and hardly from one to the next."""
+    belt = ss.Oscillator(0.1, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.2, 1.0))
+    spectrum = ss.lyapunov(belt, 400.0, transient=0.25)
+    ax = ss.show.lyapunov_plot(spectrum)
+    (curve,) = (line for line in ax.lines if "±" in str(line.get_label()))
+    assert curve.get_xdata() == pytest.approx(2 * np.pi * np.arange(1, int(spectrum.t / (2 * np.pi)) + 1))
+    late = curve.get_ydata()[10:]
+    assert np.ptp(late) < 0.1 * np.ptp(spectrum.running[spectrum.times > 20 * np.pi, 0])
+    handles, texts = ax.get_legend_handles_labels()
+    (lost,) = (handle for handle, text in zip(handles, texts, strict=True) if text.endswith("−∞"))
+    assert lost.get_linestyle() == "None"
+
+
+def test_a_return_map_of_phases_ends_at_two_pi() -> None:
+    belt = ss.Oscillator(0.0, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.2, 2.0))
+    ax = ss.show.return_map_plot(ss.release_map(belt, np.linspace(0.1, 6.2, 12)))
+    ax.figure.canvas.draw()
+    assert ax.get_xlim() == ax.get_ylim() == (0, 2 * np.pi)
 
 
 def _map_average(system: ss.Oscillator) -> float:
@@ -158,3 +191,79 @@ def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     system.write_text(ss.Oscillator(0.05, 0.3, table).to_toml())
     assert main(["critical", str(system), "--between", "0.1:0.25"]) == 0
     assert "nonsmooth hopf      0.2\n" in capsys.readouterr().out
+
+
+def own_law(break_away: float | None) -> ss.Oscillator:
+    """f(w) = 0.3 + 0.7 exp(−w/0.35) + 0.1 w² with static friction of its own; f(0) = 1."""
+    law = ss.laws.smooth_from_function(
+        lambda w: 0.3 + 0.7 * np.exp(-np.asarray(w) / 0.35) + 0.1 * np.asarray(w) ** 2,
+        w_max=4.0,
+        derivative=lambda w: -2 * np.exp(-np.asarray(w) / 0.35) + 0.2 * np.asarray(w),
+        break_away=break_away,
+    )
+    return ss.Oscillator(damping=0.16, drive_velocity=0.84, law=law)
+
+
+#: From scipy's DOP853 at 1e-12: where the slip cycle of the Hopf point grazes w = 0, where the motion from the release does.
+SLIP_GRAZES, STICK_SLIP_GRAZES = 0.855099474268, 0.8638564134765
+
+
+def test_stick_slip_and_the_slip_cycle_from_the_hopf_point_are_two_branches_where_they_do_not_meet() -> None:
+    """With static friction above f(0) an orbit that grazes is thrown far away: those on both sides have no common limit."""
+    result = ss.continuation(own_law(1.15), "drive_velocity", (0.8, 0.9), seeds=0)
+    (stick_slip,) = (branch for branch in result.branches if branch.kind == "cycle")
+    assert [(p.kind, round(p.parameter, 10)) for p in stick_slip.special_points] == [
+        ("grazing_sliding", round(STICK_SLIP_GRAZES, 10))
+    ]
+    assert all(stick_slip.sticks)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("start", [0.5, 0.84])
+def test_the_branches_do_not_depend_on_where_the_continuation_starts(start: float) -> None:
+    system = dataclasses.replace(own_law(1.15), drive_velocity=start)
+    result = ss.continuation(system, "drive_velocity", (0.45, 1.1), seeds=0)
+    assert [branch.kind for branch in result.branches] == ["steady_slip", "cycle", "cycle"]
+    assert [point.kind for point in result.special_points] == ["hopf", "grazing_sliding", "grazing_sliding"]
+    hopf, slip, stick_slip = (point.parameter for point in result.special_points)
+    assert hopf == pytest.approx(0.6708585784952, abs=1e-12)
+    assert slip == pytest.approx(SLIP_GRAZES, abs=1e-11)
+    assert stick_slip == pytest.approx(STICK_SLIP_GRAZES, abs=1e-11)
+    unstable = result.branches[2]
+    assert not any(unstable.sticks)
+    assert unstable.stable.count(True) == 0
+
+
+def test_two_branches_that_meet_at_the_boundary_are_one_with_a_nonsmooth_fold() -> None:
+    """Static friction of f(0): stick-slip and the slip cycle graze w = 0 with one orbit."""
+    result = ss.continuation(own_law(None), "drive_velocity", (0.84, 0.87), seeds=0)
+    (branch,) = (branch for branch in result.branches if branch.kind == "cycle")
+    (fold,) = (point for point in branch.special_points if point.kind == "nonsmooth_fold")
+    assert fold.parameter == pytest.approx(SLIP_GRAZES, abs=1e-11)
+    assert (branch.sticks[0], branch.stable[0]) == (True, True)
+    assert (branch.sticks[-1], branch.stable[-1]) == (False, False)
+    # Orbits of one branch follow each other without a leap.
+    assert np.abs(np.diff(branch.period)).max() < 0.005
+
+
+def test_the_cycle_that_repels_is_followed_from_its_hopf_point() -> None:
+    """x″ + 0.1 x′ + x under the exponential law: subcritical (see the critical velocities), so no run settles on it."""
+    belt = ss.Oscillator(0.1, 1.2, ss.laws.ExponentialStribeck(1.0, 0.5, 0.5))
+    result = ss.continuation(belt, "drive_velocity", (1.1, 1.25), seeds=0)
+    branch = max(result.branches, key=lambda item: item.kind == "cycle" and not any(item.sticks))
+    assert min(branch.values) == pytest.approx(1.151292546497, abs=1e-4)
+    assert set(branch.stable) == {False}
+    # Amplitude over parameter as at a Hopf point: its square grows linearly.
+    size, past = np.subtract(branch.x_max, branch.x_min), np.asarray(branch.values) - 1.151292546497
+    near = (past > 1e-4) & (past < 3e-3)
+    assert np.ptp(np.log(size[near] ** 2 / past[near])) < 0.02
+
+
+@pytest.mark.slow
+def test_critical_velocities_name_where_the_cycle_that_repels_ends() -> None:
+    found = ss.critical_velocities(own_law(1.15), (0.6, 1.0))
+    assert found["end_of_stick_slip"] == pytest.approx(STICK_SLIP_GRAZES, abs=1e-11)
+    assert found["grazing_sliding"] == found["end_of_stick_slip"]
+    (ends,) = found.not_shown
+    assert (ends.kind, ends.parameter) == ("grazing_sliding", pytest.approx(SLIP_GRAZES, abs=1e-11))
+    assert f"grazing_sliding {ends.parameter:.12g} on a cycle" in repr(found)

@@ -20,12 +20,24 @@ sys.modules["stability_numbers"] = numbers  # dataclasses look their module up
 _spec.loader.exec_module(numbers)
 
 
-@pytest.mark.parametrize("compute", numbers.CASES, ids=lambda compute: compute.__name__)
+#: Half of the time of all: runs and cycles to twelve digits.
+LONG = {"by_multipliers"}
+
+
+@pytest.mark.parametrize(
+    "compute",
+    [
+        pytest.param(one, id=one.__name__, marks=[pytest.mark.slow] if one.__name__ in LONG else [])
+        for one in numbers.CASES
+    ],
+)
 def test_known_numbers_are_met_to_their_digits(compute):
     for row in compute():
         assert row.met, str(row)
+        assert str(row) in numbers.PAGE.read_text(encoding="utf-8"), "run python docs/evidence/stability.py"
 
 
+@pytest.mark.slow
 def test_the_table_of_known_numbers_is_current():
     assert numbers.page() == numbers.PAGE.read_text(encoding="utf-8"), "run python docs/evidence/stability.py"
 

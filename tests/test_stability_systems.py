@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.dynamics.periodic import derivatives
+from stickslip.dynamics.periodic import derivatives, exponents
 
 #: Steps of a fourth-order difference, and its weights.
 STEPS, WEIGHTS = (-2.0, -1.0, 1.0, 2.0), (1 / 12, -8 / 12, 8 / 12, -1 / 12)
@@ -83,6 +83,24 @@ def test_a_cycle_of_two_masses_its_multipliers_exponents_and_branch() -> None:
     assert branch.values[0] == pytest.approx(1.9)
     assert branch.values[-1] == pytest.approx(2.1)
     assert all(branch.stable)
+
+
+def test_exponents_of_a_slipping_chain_are_half_its_damping() -> None:
+    chain = ss.chain(12, ss.laws.Coulomb(0.5), 5.0, coupling=1.2, damping=0.1)
+    spectrum = ss.lyapunov(chain, 300.0, x0=np.linspace(0.3, 0.7, 12), v0=np.zeros(12), transient=0.0)
+    assert spectrum.events == 0
+    assert spectrum.exponents == pytest.approx(np.full(24, -0.05), abs=4 / 300)
+
+
+def test_exponents_do_not_depend_on_how_many_derivatives_are_held_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    chain = ss.chain(3, ss.laws.StaticKinetic(1.0, 0.6), 0.2, coupling=1.2, damping=0.1)
+    whole, few = (
+        (monkeypatch.setattr(exponents, "_MOST_NUMBERS", most), ss.lyapunov(chain, 200.0, x0=[0.0, 0.1, 0.3]))[1]
+        for most in (20_000_000, 4000)
+    )
+    assert few.events == whole.events > 50
+    finite = np.isfinite(whole.exponents)
+    assert few.exponents[finite] == pytest.approx(whole.exponents[finite], abs=1e-9)
 
 
 def test_events_of_equal_masses_at_one_time_are_refused() -> None:

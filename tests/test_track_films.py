@@ -12,9 +12,12 @@ from stickslip.tracking import Setup, film, track, track_films, tracks_over_film
 cv2 = pytest.importorskip("cv2")
 
 
+SMALL = {"frame_rate": 20.0, "width": 320, "height": 96, "marker": 16.0}
+
+
 def make(path, drive_velocity=0.15, duration=4.0, **camera):
     orbit = ss.simulate(ss.paper.oscillator(drive_velocity), 60.0)
-    return film(orbit, path, start=20.0, duration=duration, **({"frame_rate": 20.0} | camera))
+    return film(orbit, path, start=20.0, duration=duration, **(SMALL | camera))
 
 
 @pytest.mark.parametrize("drive_velocity", [0.15, 0.27, 0.31])
@@ -28,7 +31,7 @@ def test_places_lie_within_a_twentieth_of_a_pixel_of_the_truth_without_any_optio
 
 
 def test_the_uncertainty_of_a_point_is_the_scatter_that_is_there(tmp_path):
-    truth = make(tmp_path / "film.avi", duration=8.0, light=0.0)
+    truth = make(tmp_path / "film.avi", light=0.0)
     motion = track(tmp_path / "film.avi")
     normal = (motion["x_px"] - truth["x_px"].values) / motion["x_error"].values
     assert 0.6 < normal.std() < 1.6
@@ -45,14 +48,14 @@ def test_lens_blur_and_bad_light_do_little_harm(tmp_path, camera):
 
 def test_several_masses_keep_their_identity_through_jumps_of_tens_of_pixels(tmp_path):
     class Jumping:
-        t_end = 4.0
+        t_end = 3.0
         system = None
 
         def at(self, t):
             t = np.asarray(t)
             return np.stack([(-1) ** i * 30 * np.sign(np.sin(3 * t + i)) for i in range(3)], axis=-1), None
 
-    truth = film(Jumping(), tmp_path / "film.avi", frame_rate=10, scale=1.0, width=900, marker=20)
+    truth = film(Jumping(), tmp_path / "film.avi", frame_rate=10, scale=1.0, width=900, height=96, marker=16)
     jumps = np.abs(np.diff(truth["x_px"], axis=0)).max()
     motion = track(tmp_path / "film.avi", masses=3)
     assert jumps > 50
@@ -88,9 +91,9 @@ def test_a_marker_behind_something_is_lost_and_found_again_never_invented(tmp_pa
     for index in range(15, 22):
         path = tmp_path / "pictures" / f"{index:06d}.png"
         picture = cv2.imread(str(path))
-        picture[30:150] = 120
+        picture[20:70] = 120
         cv2.imwrite(str(path), picture)
-    motion = track(tmp_path / "pictures", frame_rate=20.0, size=24)
+    motion = track(tmp_path / "pictures", frame_rate=20.0, size=16)
     lost = motion["lost"].values[:, 0] != ""
     np.testing.assert_array_equal(np.flatnonzero(lost), np.arange(15, 22))
     assert set(motion["lost"].values[lost, 0]) == {"not found"}
@@ -140,14 +143,14 @@ def test_a_batch_goes_on_where_it_was_and_past_a_bad_film(tmp_path):
     (tmp_path / "c.avi").write_bytes((tmp_path / "a.avi").read_bytes()[:300])
     films = [tmp_path / name for name in ("a.avi", "c.avi", "b.avi")]
     told = []
-    first = track_films(films[:1], tmp_path / "out", size=24, progress=lambda *what: told.append(what))
-    second = track_films(films, tmp_path / "out", size=24)
+    first = track_films(films[:1], tmp_path / "out", size=16, progress=lambda *what: told.append(what))
+    second = track_films(films, tmp_path / "out", size=16)
     assert list(first["state"]) == ["tracked"]
     assert told[-1] == ("done", 1, 1)
     assert list(second["state"]) == ["finished before", "failed", "tracked"]
     assert "c.avi" in second["message"][1]
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["a.nc", "b.nc"]
-    third = track_films(films[:1], tmp_path / "out", size=20)
+    third = track_films(films[:1], tmp_path / "out", size=18)
     assert list(third["state"]) == ["tracked"]  # another setup
 
 

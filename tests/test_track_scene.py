@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.errors import InputError
-from stickslip.tracking import read_calibration, track
+from stickslip.tracking import Calibration, Lens, read_calibration, track
 
 cv2 = pytest.importorskip("cv2")
 
@@ -38,6 +38,27 @@ def test_eight_marks_give_the_lens_too(tmp_path):
     assert calibration.lens.k1 == pytest.approx(0.05, abs=1e-4)
     found = np.stack(calibration.to_world(*places.T), axis=1)
     np.testing.assert_allclose(found, world / 1000, atol=1e-6)
+
+
+@pytest.mark.parametrize("bent", ["lens", "plane"])
+def test_the_centre_of_a_marker_is_not_the_centroid_of_its_bent_image(bent):
+    if bent == "lens":
+        calibration = Calibration(lens=Lens(centre=(240.0, 100.0), radius=260.0, k1=0.06))
+    else:
+        rows = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [2e-4, 1e-4, 1.0]]
+        calibration = Calibration(homography=tuple(map(tuple, rows)))
+    columns, lines = np.meshgrid(np.arange(80.0, 120.0, 0.05), np.arange(60.0, 100.0, 0.05))
+    world = np.stack(calibration.to_world(columns, lines))
+    centre = np.stack(calibration.to_world(100.0, 80.0))
+    inside = np.hypot(*(world - centre[:, None, None])) < 10
+    at = np.array([columns[inside].mean()]), np.array([lines[inside].mean()])
+    size = np.sqrt(4 / np.pi * inside.sum()) * 0.05
+    apart = [
+        np.hypot(*(np.stack(found)[:, 0] - centre))
+        for found in (calibration.to_world(*at), calibration.discs_to_world(*at, np.array([size])))
+    ]
+    assert apart[0] > 0.01
+    assert apart[1] < 0.1 * apart[0]
 
 
 @pytest.mark.parametrize(

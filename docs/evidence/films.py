@@ -3,7 +3,7 @@
 python docs/evidence/films.py FOLDER               # draws the films into FOLDER, writes films.md; what is done is kept there
 python docs/evidence/films.py FOLDER --only clean  # prints the line of one film
 
-Needs the packages `av` (encoding), and `pyidi` and `trackpy` for their columns.
+`make films` does that with the packages of `films.lock`: `av` (encoding), and `pyidi` and `trackpy` for their columns.
 """
 
 from __future__ import annotations
@@ -176,6 +176,11 @@ class Film:
         return not self.scene.contrast or bool(self.scene.shake or self.scene.tilt)
 
     @property
+    def scale_is_free(self) -> bool:
+        """Whether a change in proportion to x is no error of places: clicked marks leave a doubt in the scale."""
+        return bool(self.scene.tilt)
+
+    @property
     def truth(self) -> Array:
         """Where the mass is at the stamps, in m."""
         return place(START + self.stamps)
@@ -324,6 +329,9 @@ def with_stickslip(path: Path, film: Film) -> Line:
     off = x - SCALE * place(START + motion["time"].to_numpy())
     if film.zero_is_free:
         off -= np.nanmean(off)
+    if film.scale_is_free:
+        seen = np.isfinite(off)
+        off -= np.polyval(np.polyfit(x[seen], off[seen], 1), x)
     rig = Rig(
         instrument="displacement", column="x", unit="m", stiffness=600.0, mass=1.2, damping=1.0,
         drive_velocity=OSCILLATOR.drive_velocity, read={"missing": "drop"},
@@ -437,7 +445,8 @@ INTRODUCTION = """# Films whose truth is known
 Made by `films.py`, which draws the films with code of its own and encodes them by libx264 and the MJPEG encoder of FFmpeg.
 The film is that of a mass of 1.2 kg on a spring of 600 N/m that sticks and slips (f_s = 6 N, f_k = 3 N) on a belt of
 0.05 m/s; 480 x 200 px, 240 pictures a second and 3 s where nothing else is said; a marker of 20 px, noise of 2 grey levels,
-light that falls by a quarter across the picture, a belt with texture. Scale and zero are given, no region, no size.
+light that falls by a quarter across the picture, a belt with texture. Scale and zero are given, no region, no size. Where
+four marks were clicked to the pixel, zero and scale are fitted to the truth: what marks do to them the calibration says.
 
 Error: rms off the truth in px. Stated: median of the stated errors. Held: share of the pictures whose 95 % interval holds the
 truth. Lost: pictures without a place, or more than 5 px off. Friction: rms error in % of f_s, pictures beside an event left
@@ -476,13 +485,14 @@ def line(folder: Path, name: str, peers: bool = True) -> dict[str, Any]:
     return found
 
 
-def page(folder: Path, peers: bool = True) -> str:
-    """The page, of all films."""
+def page(folder: Path, peers: bool = True, kept: bool = False) -> str:
+    """The page, of all films or of those that are done."""
+    names = [name for name in SCENES if not kept or film_file(folder, name).with_suffix(".json").exists()]
     head = ["film", "error", "stated", "held, %", "lost", "friction, %", "rate"]
     for peer in PEERS:
         head += [f"{peer}: error", "lost", "rate"]
     lines = ["| " + " | ".join(head) + " |", "|---" + "|---:" * (len(head) - 1) + "|"]
-    found = {name: line(folder, name, peers) for name in SCENES}
+    found = {name: line(folder, name, peers and not kept) for name in names}
     for name, one in found.items():
         others = [cell for peer in PEERS for cell in one["peers"].get(peer, ["not run"] * 3)]
         lines.append("| " + " | ".join([name, *one["cells"], *others]) + " |")
@@ -490,6 +500,7 @@ def page(folder: Path, peers: bool = True) -> str:
     lines += [
         "",
         f"All together {100 * share / count:.1f} % of {count} intervals hold the truth.",
+        *(["", f"Not run: {'; '.join(left)}."] if (left := [name for name in SCENES if name not in names]) else []),
         "",
         "## What is said",
         "",
@@ -498,10 +509,15 @@ def page(folder: Path, peers: bool = True) -> str:
     return INTRODUCTION + "\n".join([*lines, *said]) + "\n"
 
 
+def film_file(folder: Path, name: str) -> Path:
+    """The file of a film."""
+    ending = ".mov" if SCENES[name].codec == "mjpeg" else ".mp4"
+    return folder / (re.sub(r"[^a-zA-Z0-9.]+", "-", name).strip("-") + ending)
+
+
 def filmed(folder: Path, name: str, scene: Scene) -> tuple[Film, Path]:
     """A film and its file, drawn where it is not there yet."""
-    film = Film(scene)
-    path = folder / (re.sub(r"[^a-zA-Z0-9.]+", "-", name).strip("-") + (".mov" if scene.codec == "mjpeg" else ".mp4"))
+    film, path = Film(scene), film_file(folder, name)
     if not path.exists():
         draft = path.with_stem(path.stem + "-draft")
         film.write(draft)
@@ -514,8 +530,9 @@ if __name__ == "__main__":
     reader.add_argument("folder", type=Path)
     reader.add_argument("--only", choices=list(SCENES))
     reader.add_argument("--alone", action="store_true", help="without the other programs")
+    reader.add_argument("--kept", action="store_true", help="a page of what is done, nothing new")
     given = reader.parse_args()
     if given.only:
         print(" | ".join(line(given.folder, given.only, not given.alone)["cells"]))
     else:
-        PAGE.write_text(page(given.folder, not given.alone))
+        PAGE.write_text(page(given.folder, not given.alone, given.kept))

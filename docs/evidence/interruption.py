@@ -136,6 +136,8 @@ def runs() -> dict[str, tuple[Callable[..., Any], Callable[..., Any]]]:
         again(lambda value: ss.continuation(free, "drive_velocity", (value, value + 1.0))),
     )
     add("critical_velocities", ss.critical_velocities, again(lambda value: ss.critical_velocities(free, (value, 3.0))))
+    cycle = ss.Oscillator(0.05, 0.2, ss.laws.StaticKinetic(1.0, 0.6))
+    add("multipliers", ss.periodic_orbit, again(lambda _: ss.periodic_orbit(cycle, t_end=200.0).multipliers))
     orbit = ss.simulate(ss.Oscillator(0.05, 0.2, ss.laws.StaticKinetic(1.0, 0.6)), 5000.0)
     add("sensitivities", sensitivities, again(lambda _: sensitivities(orbit, ["damping"])))
     return found

@@ -210,6 +210,26 @@ def orbit() -> None:
     save(ax, "gallery-orbit.png")
 
 
+def loads() -> None:
+    """The oscillator of Feeny and Moon: from one position at rest to the next, and what lies between."""
+    forcing, pressed = ss.Harmonic(1.9, 1.25, 5 * np.pi / 8), ss.NormalForce(position=1.5)
+    system = ss.Oscillator(0.0, 0.0, ss.laws.Coulomb(1.0), forcing=forcing, normal_force=pressed)
+    period = 2 * np.pi / 1.25
+    motion = ss.simulate(system, 900 * period, x0=0.5)
+    places, _ = motion.at(np.arange(100, 900) * period)
+    left, right = show.new_axes(1, 2, figsize=(8.4, 3.2), width_ratios=[1, 1.6])
+    left.plot(places[:-1], places[1:], ".", markersize=2)
+    left.axline((0.8, 0.8), slope=1, color="0.6", linewidth=0.8)
+    left.set(xlabel="x where it sticks", ylabel="x a period later")
+    t = np.linspace(100, 108, 2000) * period
+    x, v = motion.at(t)
+    right.plot(t / period - 100, x, label="x")
+    right.plot(t / period - 100, pressed.at(t, x, v), label="normal force")
+    right.set(xlabel="periods of the forcing")
+    right.legend()
+    save(left, "loads.png")
+
+
 def paper() -> None:
     """The paper's page with its figures."""
     with tempfile.TemporaryDirectory() as folder:
@@ -221,7 +241,7 @@ def paper() -> None:
 if __name__ == "__main__":
     parts = {
         part.__name__: part
-        for part in (laws, branches, loci, forced_calibrations, start, bifurcation, orbit, overview, paper)
+        for part in (laws, branches, loci, forced_calibrations, start, bifurcation, orbit, loads, overview, paper)
     }
     for name in sys.argv[1:] or parts:
         parts[name]()

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from stickslip.identification import identify
     from stickslip.laws.law import force_along, load_law
     from stickslip.measurement import measure
-    from stickslip.model.drive import Drive, Harmonic
+    from stickslip.model.drive import Drive, Harmonic, NormalForce
     from stickslip.model.scaling import Scale, dimensionless
-    from stickslip.model.system import Contact, Force, Oscillator, System, chain, load_system
+    from stickslip.model.system import Contact, Force, Oscillator, Spring, System, chain, load_system
     from stickslip.report.experiment import run
     from stickslip.simulation.batch import simulate_many
     from stickslip.simulation.integration import integrate
@@ -43,10 +43,12 @@ _HOME = {
     "Drive": "model.drive",
     "Force": "model.system",
     "Harmonic": "model.drive",
+    "NormalForce": "model.drive",
     "InputError": "errors",
     "Orbit": "simulation.orbit",
     "Oscillator": "model.system",
     "Scale": "model.scaling",
+    "Spring": "model.system",
     "System": "model.system",
     "basins": "dynamics",
     "chain": "model.system",
@@ -87,9 +89,11 @@ __all__ = [
     "Force",
     "Harmonic",
     "InputError",
+    "NormalForce",
     "Orbit",
     "Oscillator",
     "Scale",
+    "Spring",
     "System",
     "basins",
     "chain",

@@ -33,6 +33,11 @@ const MOST: [f64; 2] = [4e6, 2e7];
 /// From so many times of a phase rounding is followed.
 const MARKS: usize = 4;
 
+/// Along a curve from so many more, each half as far from the end as the one before. Friction that falls draws slips together
+/// for long, lets go of them at a fold and spreads them until they end: of what was rounding before, next to nothing is left at
+/// the end, and of what is rounding at the fold thousands of times as much.
+const HALVINGS: usize = 12;
+
 /// More extrapolations than this in one phase are not judged either: a curve may be stiff.
 const STIFF: u64 = 100_000;
 
@@ -549,6 +554,20 @@ impl<'a, R: Real> Phase<'a, R> {
         let first = phase.states.len();
         let mut at_mark = start;
         for index in 1..=count {
+            if index == count && propagator.is_none() {
+                let before = step * R::of((count - 1) as f64);
+                let mut part = step;
+                for _ in 0..HALVINGS {
+                    part = part * R::of(0.5);
+                    at_mark = phase.move_on(&at_mark, part)?;
+                    phase.times.push((before + step - part).value());
+                    phase.states.push(at_mark.clone());
+                }
+                at_mark = phase.move_on(&at_mark, part)?;
+                phase.times.push(length.value());
+                phase.states.push(at_mark);
+                break;
+            }
             at_mark = match &propagator {
                 Some(matrix) => times(matrix, &at_mark),
                 None => phase.move_on(&at_mark, step)?,
@@ -629,12 +648,11 @@ impl<'a, R: Real> Phase<'a, R> {
         let noise = 2 * n + 1;
         let (mut end, mut most) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
         let plain = self.model.plain();
-        for mark in 0..MARKS {
-            let begin = if mark == 0 {
-                0
-            } else {
-                first + mark * (count - first) / MARKS - 1
-            };
+        let equal = count - HALVINGS - first;
+        let begins = (1..MARKS)
+            .map(|mark| first + mark * equal / MARKS - 1)
+            .chain(count - 1 - HALVINGS..count - 1);
+        for begin in std::iter::once(0).chain(begins) {
             let mut moved: Vec<(Model<f64>, Vec<f64>)> = Vec::new();
             for j in 0..=2 * n {
                 let mut model = plain.clone();

@@ -135,6 +135,14 @@ impl Problem {
     /// From {"sys": oscillator or system, "x0", "v0", "t_end"}; none where the judge does not understand it.
     pub fn read(case: &Value) -> Option<Self> {
         let document = &case["sys"];
+        let contacts = document["contacts"].as_array().into_iter().flatten();
+        let pressed = |contact: &Value| !contact["normal_force"].is_null();
+        let springs = document["springs"]
+            .as_array()
+            .is_some_and(|springs| !springs.is_empty());
+        if springs || contacts.chain([document]).any(pressed) {
+            return None;
+        }
         let rows = |name: &str| -> Option<Vec<Vec<f64>>> {
             let value = &document[name];
             if let Some(number) = value.as_f64() {

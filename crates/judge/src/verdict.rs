@@ -756,6 +756,11 @@ impl<'a> Judge<'a> {
                     Kind::Reversal => self.turned(c, mode, after, sample),
                     Kind::Hold => Mode::Hold(mode.direction(), mode.direction() * sample.w[c][0]),
                     Kind::Node => mode,
+                    Kind::Parting | Kind::Meeting | Kind::Spring => {
+                        // No normal force of a problem varies, and no spring bends.
+                        self.find("bodies part that are pressed together", t, 1.0, 0.0);
+                        mode
+                    }
                 };
                 continue;
             }

@@ -114,7 +114,8 @@ fn every_law_slips_on_either_engine_as_its_formula_says() {
             }
         }
     }
-    for kind in Kind::ALL {
+    // The kinds that one mass under a constant normal force has.
+    for &kind in &Kind::ALL[..kinds.len()] {
         assert!(kinds[kind as usize] > 5, "hardly any {}: {kinds:?}", kind.name());
     }
 }

@@ -2,8 +2,9 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
-use stickslip::error::Error;
+use stickslip::law::{Checked, Law};
 use stickslip::model::Model;
 use stickslip::state_law::StateLaw;
 use stickslip::structure::Oscillator;
@@ -19,28 +20,30 @@ pub(crate) struct System {
     adhesion: Option<(system::System, Option<Oscillator>)>,
 }
 
-fn from<T: serde::de::DeserializeOwned>(document: &Value) -> PyResult<T> {
-    T::deserialize(document).map_err(|error| PyValueError::new_err(error.to_string()))
-}
-
-fn checked<T>(value: T, check: impl Fn(&T) -> Result<(), Error>) -> PyResult<T> {
-    check(&value).map(|()| value).map_err(|error| refused(&error))
+/// The masses of a document, and the oscillator it may be, checked.
+fn read<L: Checked + Clone + DeserializeOwned>(
+    document: &Value,
+) -> PyResult<(system::System<L>, Option<Oscillator<L>>)> {
+    let (system, oscillator) =
+        system::System::read(document.clone()).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    // As an oscillator it may say more of what is wrong.
+    let check = oscillator.as_ref().map_or(Ok(()), Oscillator::validate);
+    check
+        .and_then(|()| system.validate())
+        .map_err(|error| refused(&error))?;
+    Ok((system, oscillator))
 }
 
 impl System {
     fn of(document: Value) -> PyResult<Self> {
-        let many = document.get("contacts").is_some();
-        let adhesion = match (has_state(&document), many) {
-            (true, true) => checked(from(&document)?, system::System::<StateLaw>::validate).map(|_| None),
-            (true, false) => checked(from(&document)?, Oscillator::<StateLaw>::validate).map(|_| None),
-            (false, true) => {
-                checked(from(&document)?, system::System::validate).map(|system| Some((system, None)))
-            }
-            (false, false) => {
-                let oscillator = checked(from(&document)?, Oscillator::validate)?;
-                Ok(Some((system::System::from(&oscillator), Some(oscillator))))
-            }
-        }?;
+        let adhesion = if has_state(&document) {
+            read::<StateLaw>(&document)?;
+            None
+        } else {
+            let (system, oscillator) = read::<Law>(&document)?;
+            let whole = oscillator.filter(|oscillator| system::System::from(oscillator) == system);
+            Some((system, whole))
+        };
         Ok(Self { document, adhesion })
     }
 

@@ -79,7 +79,8 @@ impl Watch {
     /// Whether the run goes on.
     pub(crate) fn go_on(&mut self) -> bool {
         let now = Instant::now();
-        if now >= self.look {
+        // Signals tell of an interrupt once; asked again, while the work still ends, they must not take it back.
+        if self.interrupt.is_none() && now >= self.look {
             self.look = now + LOOK;
             self.interrupt = signals().err();
         }

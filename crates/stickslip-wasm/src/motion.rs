@@ -4,11 +4,12 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use stickslip::law::Law;
 use stickslip::mode::Kind;
+use stickslip::network::{self, branch_of};
+use stickslip::orbit;
 use stickslip::regime::Regime;
 use stickslip::simulate::{self, Run};
 use stickslip::structure::Oscillator;
 use stickslip::system::System;
-use stickslip::{network, orbit};
 
 use crate::Desk;
 use crate::ask::{document, has_state, read, sentence};
@@ -175,11 +176,9 @@ impl Path {
             force.extend(states.force.iter().skip(c).step_by(contacts));
             let branch = 2 + 2 * masses + 4 * c + 3;
             let stuck = states.stuck.iter().skip(c).step_by(contacts);
-            mode.extend(branches.iter().zip(stuck).map(
-                |(&row, &stuck)| {
-                    if stuck { -1.0 } else { rows[row][branch] }
-                },
-            ));
+            mode.extend(branches.iter().zip(stuck).map(|(&row, &stuck)| {
+                if stuck { -1.0 } else { branch_of(rows[row][branch]) }
+            }));
         }
         path
     }

@@ -159,6 +159,7 @@ fn chain(blocks: usize, rounds: u32) {
         damping: vec![vec![0.0; blocks]; blocks],
         contacts: Vec::new(),
         forcing: Vec::new(),
+        springs: Vec::new(),
     };
     for i in 0..blocks {
         system.mass[i][i] = 1.0;
@@ -183,6 +184,7 @@ fn chain(blocks: usize, rounds: u32) {
                 kinetic: 0.5,
             }
             .into(),
+            normal_force: None,
         });
     }
     let run = network::Run::driven(40.0);

@@ -41,6 +41,7 @@ fn main() -> Result<(), Error> {
             kinetic,
         }
         .into(),
+        normal_force: None,
     };
     let system = System {
         mass: vec![vec![1.0, 0.0], vec![0.0, 1.0]],
@@ -48,6 +49,7 @@ fn main() -> Result<(), Error> {
         damping: vec![vec![0.1, 0.0], vec![0.0, 0.1]],
         contacts: vec![force_lines(0, 0.6), force_lines(1, 0.7)],
         forcing: vec![],
+        springs: Vec::new(),
     };
     let run = Run {
         x0: None,

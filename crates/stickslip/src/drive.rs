@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use crate::elementary::{product, sin_cos, whole_turns_less};
-use crate::error::{Error, finite, positive};
+use crate::error::{Error, finite, not_negative};
 
 /// The most harmonics one oscillator carries; each is a compile-time slot of the closed-form flow.
 pub const MOST_HARMONICS: usize = 4;
 
-/// One harmonic, amplitude · cos(frequency · t + phase).
+/// One harmonic, amplitude · cos(frequency · t + phase); one of the frequency 0 is constant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Harmonic {
@@ -24,9 +24,14 @@ pub struct Harmonic {
 impl Harmonic {
     pub(crate) fn validate(&self) -> Result<(), Error> {
         finite("forcing amplitude", self.amplitude)?;
-        positive("forcing frequency", self.frequency)?;
+        not_negative("forcing frequency", self.frequency)?;
         finite("forcing phase", self.phase)?;
         Ok(())
+    }
+
+    /// Whether it varies with time.
+    pub(crate) fn swings(&self) -> bool {
+        self.frequency > 0.0
     }
 
     /// The coefficients (P, Q) of P cos Ωτ + Q sin Ωτ when τ is counted from `clock`.

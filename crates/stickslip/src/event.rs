@@ -186,6 +186,23 @@ impl Guard {
         ROUNDING * terms
     }
 
+    /// A bound of what the Taylor polynomial leaves out of a margin after a step. A fast part far smaller than the others is
+    /// beneath rounding of the value where it is not beneath that of the rate.
+    #[inline]
+    fn remainder<const H: usize>(&self, sample: &Sample<H>, step: f64) -> f64 {
+        let [_, sixth, seventh] = sample.bound;
+        let ratio = seventh / sixth;
+        // The derivative after the last of the polynomial, times step^k / k!.
+        let next = seventh * ratio * ratio;
+        let square = step * step;
+        let eighth = square * square * (square * square);
+        if self.order == 0 {
+            next * (eighth * step.abs()) * (1.0 / 362_880.0)
+        } else {
+            next * eighth * (1.0 / 40_320.0)
+        }
+    }
+
     /// The step to the root, by Householder's method of the third order.
     #[inline]
     fn guess<const H: usize>(&self, sample: &Sample<H>) -> f64 {
@@ -252,7 +269,7 @@ fn integral(coefficients: &[f64], h: f64) -> f64 {
 /// The certificate of an accepted root, checked in a debug build: a margin that is not below zero before it and not above zero
 /// after it, but for rounding; `margin` gives its value and what may be rounding of it. It is evaluated anew, whatever search
 /// found the root.
-fn certified(t: f64, width: f64, margin: impl Fn(f64) -> [f64; 2]) -> bool {
+pub(crate) fn certified(t: f64, width: f64, margin: impl Fn(f64) -> [f64; 2]) -> bool {
     let width = width + 16.0 * f64::EPSILON * t;
     let ([before, rounding], [after, more]) = (margin((t - width).max(0.0)), margin(t + width));
     // What is no number is a stop, not a root.
@@ -418,7 +435,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
         }
         let (rounding, [left_over, slope, curvature]) =
             (guard.rounding(sample, self.rate), guard.margin(&end));
-        if left_over.is_nan() || left_over.abs() > rounding {
+        if left_over.is_nan() || left_over.abs().max(guard.remainder(sample, step)) > rounding {
             self.work.fallbacks += 1;
             return None;
         }

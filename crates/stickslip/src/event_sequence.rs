@@ -208,7 +208,8 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
             (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Reversal {
                 rising: u < speed(segment.direction, segment.v),
             }),
-            (Kind::Node, _) => {
+            // In closed form no bodies part.
+            (Kind::Node | Kind::Parting | Kind::Meeting | Kind::Spring, _) => {
                 let rising = segment.direction * orbit.states(&[event.t])[0].a < 0.0;
                 Ending::Line(if rising { End::High } else { End::Low })
             }

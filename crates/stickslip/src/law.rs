@@ -46,7 +46,7 @@ pub use table::Table;
 pub use tabulated::Tabulated;
 pub use two_branch::TwoBranch;
 
-use crate::error::Error;
+use crate::error::{Error, wrong};
 use crate::parameters::{Facts, Kind, Limited, Limits, Value};
 use crate::series::{Grown, Series};
 
@@ -156,6 +156,12 @@ pub trait Checked {
     /// # Errors
     /// The first parameter that makes no sense.
     fn check(&self) -> Result<(), Error>;
+
+    /// Check that its friction may be scaled by a normal force that varies.
+    ///
+    /// # Errors
+    /// Where what it remembers is a force.
+    fn check_scaled(&self) -> Result<(), Error>;
 }
 
 impl Value for Law {
@@ -169,6 +175,24 @@ impl Value for Law {
 impl Checked for Law {
     fn check(&self) -> Result<(), Error> {
         self.validate()
+    }
+
+    fn check_scaled(&self) -> Result<(), Error> {
+        let remembers = |law: &Self| {
+            let first = law.begin(0.0, f64::INFINITY, &mut Memory::default());
+            law.feels_force_rate() || law.branches(1.0).is_some() || first.reverses
+        };
+        if [-1.0, 1.0]
+            .into_iter()
+            .any(|direction| remembers(self.toward(direction)))
+        {
+            return wrong(
+                "a normal_force that varies needs a law that follows neither the force rate nor the sign of the slip acceleration: \
+                 give another law, or leave out normal_force"
+                    .into(),
+            );
+        }
+        Ok(())
     }
 }
 

@@ -30,6 +30,8 @@
 //! | [`zero_one`] | the 0–1 test for chaos |
 //! | [`replay`] | a law along a measured motion |
 //! | [`system`] | masses, matrices, contacts, drives |
+//! | [`spring`] | springs that are not linear |
+//! | [`normal_force`] | the normal force of a contact that varies |
 //! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
 //! | [`series`] | Taylor coefficients, their recursions, the certified first root |
 //! | [`state_law`] | friction laws with an internal state, one file a law |
@@ -58,6 +60,7 @@ mod matrix;
 pub mod mode;
 pub mod model;
 pub mod network;
+pub mod normal_force;
 pub mod observer;
 pub mod orbit;
 pub mod parameters;
@@ -68,6 +71,7 @@ pub mod rows;
 pub mod section;
 pub mod series;
 pub mod simulate;
+pub mod spring;
 pub mod state_law;
 pub mod state_system;
 pub mod structure;

@@ -54,17 +54,26 @@ pub enum Kind {
     Node,
     /// The slip velocity is held constant between two branches of the law.
     Hold,
+    /// The bodies part: their normal force falls to zero.
+    Parting,
+    /// Bodies that were apart meet again.
+    Meeting,
+    /// A spring goes on to its next piece; the contact of the event is the number of the spring.
+    Spring,
 }
 
 impl Kind {
     /// Every kind, by its number.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 9] = [
         Self::Release,
         Self::Capture,
         Self::Crossing,
         Self::Reversal,
         Self::Node,
         Self::Hold,
+        Self::Parting,
+        Self::Meeting,
+        Self::Spring,
     ];
 
     /// Its name.
@@ -77,6 +86,9 @@ impl Kind {
             Self::Reversal => "reversal",
             Self::Node => "node",
             Self::Hold => "hold",
+            Self::Parting => "parting",
+            Self::Meeting => "meeting",
+            Self::Spring => "spring",
         }
     }
 }

@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 
 use serde_json::Value;
 
-use crate::drive::Harmonic;
 use crate::elementary::{exp, ln};
 use crate::engine::{Closed, Engine, Reached, Steps};
 use crate::error::{Error, wrong};
@@ -16,7 +15,7 @@ use crate::orbit;
 use crate::restart::Restart;
 use crate::simulate::{Run, Stop, simulate_while};
 use crate::structure::Oscillator;
-use crate::system::{Drive, System};
+use crate::system::System;
 
 /// An oscillator whose motion is in closed form, or whatever else masses may be.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,31 +61,16 @@ impl Model {
     ///
     /// # Errors
     /// What the document lacks, what it has too much, or the first value that makes no sense.
-    pub fn read(mut document: Value) -> Result<Self, Error> {
+    pub fn read(document: Value) -> Result<Self, Error> {
         let refused = |error: serde_json::Error| Error::Document {
             reason: error.to_string(),
         };
-        if document.get("contacts").is_some() {
-            let system: System = serde_json::from_value(document).map_err(refused)?;
-            system.validate()?;
-            return Ok(Self::Steps(system));
-        }
-        let drive = match document.get_mut("drive_velocity") {
-            Some(value) if !value.is_number() => {
-                let drive: Drive = serde_json::from_value(value.take()).map_err(refused)?;
-                *value = drive.velocity.into();
-                Some(drive)
+        let (system, oscillator) = System::read(document).map_err(refused)?;
+        if let Some(oscillator) = oscillator {
+            oscillator.validate()?;
+            if oscillator.closed() && System::from(&oscillator) == system {
+                return Ok(Self::Closed(oscillator));
             }
-            _ => None,
-        };
-        let oscillator: Oscillator = serde_json::from_value(document).map_err(refused)?;
-        oscillator.validate()?;
-        if drive.is_none() && oscillator.closed() {
-            return Ok(Self::Closed(oscillator));
-        }
-        let mut system = System::from(&oscillator);
-        if let Some(drive) = drive {
-            system.contacts[0].drive_velocity = drive;
         }
         system.validate()?;
         Ok(Self::Steps(system))
@@ -110,17 +94,20 @@ impl Model {
         }
     }
 
-    /// The frequency of the first force or, without one, of the first harmonic of a drive.
+    /// The frequency of the first force that varies or, without one, of the first harmonic of a drive.
     #[must_use]
     pub fn forcing_frequency(&self) -> Option<f64> {
-        let first = |harmonics: &[Harmonic]| harmonics.first().map(|harmonic| harmonic.frequency);
-        match self {
-            Self::Closed(oscillator) => first(&oscillator.forcing),
-            Self::Steps(system) => system.forcing.first().map(|force| force.frequency).or_else(|| {
-                let mut drives = system.contacts.iter().map(|contact| &contact.drive_velocity);
-                drives.find_map(|drive| first(&drive.harmonics))
-            }),
-        }
+        let frequencies: Vec<f64> = match self {
+            Self::Closed(oscillator) => oscillator.forcing.iter().map(|force| force.frequency).collect(),
+            Self::Steps(system) => {
+                let forces = system.forcing.iter().map(|force| force.frequency);
+                let drives = system.contacts.iter().flat_map(|c| &c.drive_velocity.harmonics);
+                let normals = system.contacts.iter().flat_map(|c| &c.normal_force);
+                let others = drives.chain(normals.flat_map(|normal| &normal.harmonics));
+                forces.chain(others.map(|harmonic| harmonic.frequency)).collect()
+            }
+        };
+        frequencies.into_iter().find(|&frequency| frequency > 0.0)
     }
 
     /// The period of the first forcing, or the natural period: of several masses that of the highest frequency.

@@ -14,9 +14,10 @@ mod release;
 pub mod sequence;
 mod transition;
 
-pub use orbit::{Orbit, States};
+pub use orbit::{Orbit, States, branch_of};
 
 use contact_states::Passage;
+use guards::Cause;
 
 use crate::drive::Clock;
 use crate::engine::steps::Step;
@@ -106,6 +107,18 @@ fn check(system: &System, run: &Run) -> Result<(), Error> {
             }
         }
     }
+    if system
+        .contacts
+        .iter()
+        .any(|contact| contact.normal_force.is_some())
+        && Frame::of(system).loops
+    {
+        return Err(Error::Document {
+            reason: "contacts that close a loop share their load, which a normal_force that varies does not tell how: take one \
+                     of them out, or leave out normal_force"
+                .into(),
+        });
+    }
     positive("t_end", run.t_end).map(drop)
 }
 
@@ -136,12 +149,16 @@ struct Contact {
     pinned: f64,
     /// The slip acceleration is zero at the start of the piece, by what led there.
     at_reversal: bool,
+    /// The steeper of the two lines of friction between which a slip at a node is: it makes a slip acceleration of rounding.
+    steep: f64,
     /// The sign of the slip acceleration in this piece, 0 before it is known.
     sense: f64,
     /// Friction of the two branches between which the slip speed is held, if it is.
     between: Option<[f64; 2]>,
     /// The slip velocity that is kept then; it is 0 where the contact is stuck.
     kept: f64,
+    /// The bodies are apart: their normal force is 0 until it grows again.
+    apart: bool,
 }
 
 impl Contact {
@@ -156,6 +173,8 @@ impl Contact {
             (self.pinned, 0.0)
         } else if self.between.is_some() {
             (0.0, f64::INFINITY)
+        } else if self.apart {
+            (0.0, f64::NEG_INFINITY)
         } else {
             (self.piece.offset, self.piece.slope)
         };
@@ -182,6 +201,8 @@ pub(crate) struct Loop<'a> {
     held: Held,
     /// The largest speed so far.
     scale: f64,
+    /// A slip acceleration below this share of the largest one is none where a slip begins without one.
+    still: f64,
     steps: Vec<f64>,
     events: Vec<Event>,
     pub(crate) work: Work,
@@ -206,22 +227,28 @@ impl<'a> Loop<'a> {
             since: Clock::default(),
             pinned: 0.0,
             at_reversal: false,
+            steep: 0.0,
             sense: 0.0,
             between: None,
             kept: 0.0,
+            apart: false,
         };
+        let x = run.x0.clone().unwrap_or_else(|| vec![0.0; n]);
+        let mut motion = Motion::of(&frame);
+        motion.choose_pieces(&frame, &x);
         Self {
             laws: system.contacts.iter().map(|contact| &contact.law).collect(),
             mass_of: system.contacts.iter().map(|contact| contact.mass).collect(),
-            motion: Motion::of(&frame),
+            motion,
             held: frame.held(Vec::new()),
             frame,
             clock: Clock::default(),
-            x: run.x0.clone().unwrap_or_else(|| vec![0.0; n]),
+            x,
             v: run.v0.clone().unwrap_or_else(|| system.driven_velocities()),
             contacts: vec![still; system.contacts.len()],
             force_lines: Vec::new(),
             scale: 0.0,
+            still: STILL,
             steps: Vec::new(),
             events: Vec::new(),
             work: Work::default(),
@@ -298,12 +325,9 @@ impl<'a> Loop<'a> {
             let step = self.motion.reach(&self.frame, &self.force_lines, self.scale);
             self.record_step();
             let end = self.clock.until(run.t_end);
-            let corner = self
-                .frame
-                .drives
-                .iter()
-                .map(|drive| drive.corner_after(self.clock));
-            let corner = corner.fold(f64::INFINITY, f64::min);
+            let nodes = self.frame.drives.iter().map(|drive| drive.node_after(self.clock));
+            let node = nodes.fold(f64::INFINITY, f64::min);
+            let corner = self.clock.until(node);
             let whole = step.min(end).min(corner);
             let mut horizon =
                 self.motion
@@ -333,7 +357,8 @@ impl<'a> Loop<'a> {
                     contact.at_reversal = false;
                 }
                 if horizon == corner {
-                    // The drive changes its acceleration: adhesion may break at once.
+                    // The drive changes its acceleration, at its time and not a rounding beside it: adhesion may break at once.
+                    self.clock = Clock { high: node, low: 0.0 };
                     let rates = self.rates(horizon);
                     self.motion.aim(&self.frame, self.clock);
                     self.set_contact_states(&Passage {
@@ -347,7 +372,11 @@ impl<'a> Loop<'a> {
                 continue;
             };
             self.show(after, h, false, observer);
-            self.occur(h, contact, cause);
+            if let Cause::Spring(piece) = cause {
+                self.change_spring(h, contact, piece);
+            } else {
+                self.occur(h, contact, cause);
+            }
             if self.work.events >= run.max_events {
                 self.expand();
                 self.tell_events(after, observer);
@@ -416,9 +445,16 @@ impl<'a> Loop<'a> {
             let size = self.frame.rate * self.scale;
             // A start that has no slope is expanded without one: what follows may be less than what rounding makes of it.
             for (c, contact) in self.contacts.iter_mut().enumerate() {
-                if contact.direction != 0.0 && contact.between.is_none() {
-                    contact.at_reversal &= self.motion.u[c][1].abs() <= STILL * size;
-                    self.force_lines[c].still = contact.at_reversal;
+                if contact.direction != 0.0 && contact.between.is_none() && !contact.apart {
+                    let slope = self.motion.u[c][1].abs();
+                    let still = self.still * size;
+                    // What a slip speed of rounding makes of it along a steep line only lets the search ignore its sign.
+                    let steep = ROUNDING * self.scale * contact.steep * self.frame.coupling(c, c);
+                    contact.at_reversal &= slope <= still.max(steep);
+                    self.force_lines[c].still = contact.at_reversal && slope <= still;
+                    if !contact.at_reversal {
+                        contact.steep = 0.0;
+                    }
                 }
             }
             if self.force_lines.iter().any(|force_line| force_line.still) {
@@ -496,14 +532,57 @@ impl<'a> Loop<'a> {
                 force_line.direction,
                 force_line.offset,
                 force_line.slope,
-                f64::from(branch),
+                orbit::marked(branch, force_line.still),
             ]);
         }
+        self.steps
+            .extend(self.motion.pieces.iter().map(|&piece| piece as f64));
+    }
+
+    /// Spring `s` goes on to a piece.
+    fn change_spring(&mut self, h: f64, s: usize, piece: usize) {
+        let force = at(&self.motion.pull[s], h);
+        self.advance(h);
+        if h > 0.0 {
+            for contact in &mut self.contacts {
+                contact.at_reversal = false;
+            }
+        }
+        self.motion.pieces[s] = piece;
+        self.tell_of(Kind::Spring, s, self.frame.springs[s].mass, -force);
     }
 
     fn advance(&mut self, h: f64) {
         self.motion.state(h, &mut self.x, &mut self.v);
         self.clock = self.clock.after(h);
+        self.still = STILL;
+    }
+
+    /// The normal force of a contact over that of its law.
+    fn normal(&self, c: usize) -> f64 {
+        self.frame.normals[c].as_ref().map_or(1.0, |normal| {
+            let across = |of: &[f64]| self.frame.across(c, |i| of[i]);
+            normal.at(self.clock, across(&self.x), across(&self.v))
+        })
+    }
+
+    /// A normal force below this is zero within rounding.
+    fn faint(&self, c: usize) -> f64 {
+        let size = self.frame.normals[c].as_ref().map_or(0.0, |normal| {
+            let position = self.frame.across(c, |i| self.x[i]).abs() + self.scale / self.frame.rate;
+            normal.size(position, self.scale)
+        });
+        ROUNDING * size
+    }
+
+    /// Friction of a contact in slip at a speed.
+    fn friction(&self, c: usize, speed: f64) -> f64 {
+        let contact = &self.contacts[c];
+        if contact.apart {
+            0.0
+        } else {
+            self.normal(c).max(0.0) * contact.friction(self.laws[c], speed)
+        }
     }
 
     fn rested(&self, c: usize) -> f64 {
@@ -511,7 +590,10 @@ impl<'a> Loop<'a> {
     }
 
     fn tell(&mut self, kind: Kind, contact: usize, force: f64) {
-        let mass = self.mass_of[contact];
+        self.tell_of(kind, contact, self.mass_of[contact], force);
+    }
+
+    fn tell_of(&mut self, kind: Kind, contact: usize, mass: usize, force: f64) {
         self.work.events += 1;
         self.events.push(Event {
             t: self.clock.high,

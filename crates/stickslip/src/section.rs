@@ -219,6 +219,11 @@ impl Cut {
                     step = 1e-8 * unit;
                 }
             }
+            if value.abs() <= noise {
+                // As long as it stays within rounding of the surface it has no side: a motion that has died out would be
+                // walked along in steps of its own tiny slope.
+                step = step.max(free_time(2.0 * noise - value.abs(), -rate.abs(), curvature));
+            }
             t += step.max(tiny).min(reach);
         }
     }

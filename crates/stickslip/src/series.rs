@@ -4,6 +4,7 @@
 //! (automatic differentiation: Moore, Interval Analysis, 1966; Jorba & Zou, Experimental Mathematics 14 (2005) 99).
 
 use crate::elementary::exp;
+use crate::event::certified;
 
 /// The highest power of a step that is kept. In double precision steps grow no longer beyond it.
 pub const ORDER: usize = 22;
@@ -164,6 +165,11 @@ pub fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
 /// A guard that starts below zero by so many times its rounding has been passed: something else happened that changed it.
 pub(crate) const PASSED: f64 = 1e6;
 
+/// As a part of the reach of a polynomial, how far before and after a root its certificate looks.
+pub(crate) const CERTIFIED: f64 = 1e-9;
+/// How much of what rounding is to a search it may be to an evaluation of the whole polynomial.
+const MORE: f64 = 8.0;
+
 /// The first h in [0, reach] at which a guard is no longer positive.
 ///
 /// A guard that starts within `rounding` of zero and rises is armed: its root at 0 is divided out. `at_reversal` says that its
@@ -178,10 +184,22 @@ pub fn first_root(
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Option<f64> {
-    let mut series = *guard;
+    let mut known = *guard;
     if at_reversal {
-        series[1] = 0.0;
+        known[1] = 0.0;
     }
+    let root = march(&known, rounding, at_reversal, reach, grazes);
+    // One at the start is where the guard begins, and no search found it.
+    debug_assert!(
+        root.is_none_or(|h| h == 0.0
+            || certified(h, CERTIFIED * reach, |t| [at(&known, t), MORE * rounding])),
+        "{root:?} is no root of {known:?} within {reach}"
+    );
+    root
+}
+
+fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &mut Vec<f64>) -> Option<f64> {
+    let mut series = *guard;
     if series[0] < -PASSED * rounding {
         return Some(0.0);
     }
@@ -196,11 +214,13 @@ pub fn first_root(
         {
             return None;
         }
-        let order = if at_reversal { 2 } else { 1 };
+        // Where it is led by a higher power, as under a force at its crest, that one says where it goes.
+        let least = if at_reversal { 2 } else { 1 };
+        let order = (least..=ORDER).find(|&k| series[k] != 0.0).unwrap_or(least);
         if series[order] <= 0.0 {
             return Some(0.0);
         }
-        armed = usize::from(at_reversal) + 1;
+        armed = order;
         series.copy_within(order.., 0);
         series[ORDER + 1 - order..].fill(0.0);
     }
@@ -217,7 +237,7 @@ pub fn first_root(
     for _ in 0..10_000 {
         let (value, slope) = slope_at(&series, t);
         // Of the guard itself; one that was armed has to rise before it can touch.
-        let rounding = rounding / [1.0, t, t * t][armed];
+        let rounding = (0..armed).fold(rounding, |rounding, _| rounding / t);
         left |= value > rounding;
         if left
             && value <= rounding
@@ -306,6 +326,17 @@ mod tests {
         assert_eq!(first_root(&series, 1e-16, false, 1.0, &mut Vec::new()), Some(0.0));
         (series[1], series[2], series[3]) = (1e-18, 1.0, -1.0);
         assert!((first_root(&series, 1e-16, true, 2.0, &mut Vec::new()).unwrap() - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_guard_that_starts_at_zero_without_slope_goes_where_its_next_power_leads() {
+        let mut series = ZERO;
+        (series[0], series[2], series[3]) = (1e-17, 1.0, -1.0);
+        assert!((first_root(&series, 1e-16, false, 2.0, &mut Vec::new()).unwrap() - 1.0).abs() < 1e-15);
+        (series[2], series[3], series[4]) = (0.0, 1.0, -1.0);
+        assert!((first_root(&series, 1e-16, true, 2.0, &mut Vec::new()).unwrap() - 1.0).abs() < 1e-15);
+        series[3] = -1.0;
+        assert_eq!(first_root(&series, 1e-16, true, 2.0, &mut Vec::new()), Some(0.0));
     }
 
     #[test]

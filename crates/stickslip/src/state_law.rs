@@ -27,6 +27,11 @@ impl Checked for StateLaw {
     fn check(&self) -> Result<(), Error> {
         self.validate()
     }
+
+    /// A bristle or a state of the surface is as it is under any load.
+    fn check_scaled(&self) -> Result<(), Error> {
+        Ok(())
+    }
 }
 
 /// The answers every law with a state gives. To add one: a file with this trait, one line in [`StateLaw`], and the same in

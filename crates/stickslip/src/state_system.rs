@@ -138,18 +138,32 @@ impl StateSystem {
                 own[c] = Some(q);
             }
         }
+        let clock = Clock { high: t, low: 0.0 };
         let w: Vec<f64> = (0..contacts.len())
             .map(|c| own[c].unwrap_or_else(|| self.across(c, drives[c][0], &v)))
             .collect();
         let (force, rate): (Vec<f64>, Vec<f64>) = contacts
             .iter()
             .zip(w.iter().zip(z))
-            .map(|(contact, (&w, &z))| contact.law.rates(w, z))
+            .map(|(contact, (&w, &z))| {
+                let (force, rate) = contact.law.rates(w, z);
+                let across = |values: &[f64]| values[contact.mass] - contact.other.map_or(0.0, |i| values[i]);
+                let normal = contact.normal_force.as_ref();
+                let normal = normal.map_or(1.0, |normal| normal.at(clock, across(x), across(&v)).max(0.0));
+                (normal * force, rate)
+            })
             .unzip();
-        let clock = Clock { high: t, low: 0.0 };
         let mut load = vec![0.0; n];
         for push in &self.system.forcing {
             load[push.mass] += push.harmonic().quadratures(clock).0;
+        }
+        for spring in &self.system.springs {
+            let displacement = x[spring.mass] - spring.other.map_or(0.0, |other| x[other]);
+            let force = spring.force(spring.piece(displacement), displacement);
+            load[spring.mass] -= force;
+            if let Some(other) = spring.other {
+                load[other] += force;
+            }
         }
         for (contact, force) in contacts.iter().zip(&force) {
             load[contact.mass] += force;

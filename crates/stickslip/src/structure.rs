@@ -3,14 +3,14 @@
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::drive::{Harmonic, MOST_HARMONICS};
+use crate::drive::{Clock, Harmonic, MOST_HARMONICS};
 use crate::error::{Error, finite, not_negative, positive, read};
 use crate::law::{Checked, End, Friction, Law, Memory};
 
 /// `$work` with the number of harmonic forces of an oscillator as the constant `$count`: each is a slot of the flow.
 macro_rules! with_harmonics {
     ($oscillator:expr, $count:ident, $work:expr) => {
-        match $oscillator.forcing.len() {
+        match $oscillator.swinging().count() {
             0 => {
                 const $count: usize = 0;
                 $work
@@ -78,16 +78,32 @@ impl<L: Checked + DeserializeOwned> Oscillator<L> {
         positive("stiffness", self.stiffness)?;
         not_negative("damping", self.damping)?;
         finite("drive_velocity", self.drive_velocity)?;
-        if self.forcing.len() > MOST_HARMONICS {
+        let got = self.swinging().count();
+        if got > MOST_HARMONICS {
             return Err(Error::TooManyHarmonics {
                 most: MOST_HARMONICS,
-                got: self.forcing.len(),
+                got,
             });
         }
         for harmonic in &self.forcing {
             harmonic.validate()?;
         }
         self.law.check()
+    }
+}
+
+impl<L> Oscillator<L> {
+    /// The harmonic forces that vary.
+    pub(crate) fn swinging(&self) -> impl Iterator<Item = Harmonic> + '_ {
+        self.forcing.iter().copied().filter(Harmonic::swings)
+    }
+
+    /// The sum of the forces that do not vary, those of the frequency 0.
+    pub(crate) fn constant_force(&self) -> f64 {
+        let constant = self.forcing.iter().filter(|harmonic| !harmonic.swings());
+        constant
+            .map(|harmonic| harmonic.quadratures(Clock::default()).0)
+            .sum()
     }
 }
 

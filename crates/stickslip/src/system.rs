@@ -1,13 +1,16 @@
-//! Any number of masses that force_line on drives and on each other.
+//! Any number of masses that rub on drives and on each other.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::drive::{Clock, Harmonic};
 use crate::error::{Error, finite, read, wrong};
 use crate::law::{Checked, Law, Point};
 use crate::matrix::Matrix;
+use crate::normal_force::NormalForce;
 use crate::series::Series;
+use crate::spring::Spring;
 use crate::structure::Oscillator;
 
 /// M ẍ + D ẋ + K x = Σ b_c F_c + Σ e_i A cos(Ω t + φ), w_c = s_c(t) − b_c·ẋ, with b_c = e_mass − e_other.
@@ -25,6 +28,9 @@ pub struct System<L = Law> {
     /// Harmonic forces.
     #[serde(default)]
     pub forcing: Vec<Force>,
+    /// Springs that are not linear.
+    #[serde(default)]
+    pub springs: Vec<Spring>,
 }
 
 /// A contact of a mass with a drive, or with another mass.
@@ -41,6 +47,9 @@ pub struct Contact<L = Law> {
     pub drive_velocity: Drive,
     /// Friction of this contact.
     pub law: L,
+    /// The normal force over that of the law; none: always 1.
+    #[serde(default)]
+    pub normal_force: Option<NormalForce>,
 }
 
 /// A harmonic force on one mass.
@@ -145,7 +154,7 @@ impl Drive {
         Ok(())
     }
 
-    /// The coefficients of s(clock + h), good until [`Drive::corner_after`].
+    /// The coefficients of s(clock + h), good until [`Drive::node_after`].
     pub(crate) fn expand(&self, clock: Clock, series: &mut Series) {
         series.fill(0.0);
         series[0] = self.velocity;
@@ -169,10 +178,12 @@ impl Drive {
         }
     }
 
-    /// The time from `clock` to the next node.
-    pub(crate) fn corner_after(&self, clock: Clock) -> f64 {
-        let until = self.nodes.iter().map(|node| clock.until(node[0]));
-        until.filter(|&time| time > 0.0).fold(f64::INFINITY, f64::min)
+    /// The time of the next node after `clock`.
+    pub(crate) fn node_after(&self, clock: Clock) -> f64 {
+        let times = self.nodes.iter().map(|node| node[0]);
+        times
+            .filter(|&time| clock.until(time) > 0.0)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// A bound of its size.
@@ -207,8 +218,8 @@ pub(crate) fn add_wave(harmonic: &Harmonic, clock: Clock, factor: f64, series: &
     }
 }
 
-impl From<&Oscillator> for System {
-    fn from(oscillator: &Oscillator) -> Self {
+impl<L: Clone> From<&Oscillator<L>> for System<L> {
+    fn from(oscillator: &Oscillator<L>) -> Self {
         let forcing = oscillator.forcing.iter().map(|harmonic| Force {
             mass: 0,
             amplitude: harmonic.amplitude,
@@ -224,9 +235,56 @@ impl From<&Oscillator> for System {
                 other: None,
                 drive_velocity: oscillator.drive_velocity.into(),
                 law: oscillator.law.clone(),
+                normal_force: None,
             }],
             forcing: forcing.collect(),
+            springs: Vec::new(),
         }
+    }
+}
+
+/// One mass as a document: an oscillator, with whatever a contact may have.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OneMass<L> {
+    mass: f64,
+    stiffness: f64,
+    damping: f64,
+    drive_velocity: Drive,
+    law: L,
+    #[serde(default)]
+    forcing: Vec<Harmonic>,
+    #[serde(default)]
+    normal_force: Option<NormalForce>,
+    #[serde(default)]
+    springs: Vec<Spring>,
+}
+
+impl<L: Checked + Clone + DeserializeOwned> System<L> {
+    /// The system of the document of an oscillator or of masses, and of one mass the oscillator with the constant part of all;
+    /// neither is checked.
+    ///
+    /// # Errors
+    /// What the document lacks or has too much.
+    pub fn read(document: Value) -> Result<(Self, Option<Oscillator<L>>), serde_json::Error> {
+        if document.get("contacts").is_some() {
+            return serde_json::from_value(document).map(|system| (system, None));
+        }
+        let one: OneMass<L> = serde_json::from_value(document)?;
+        let oscillator = Oscillator {
+            mass: one.mass,
+            stiffness: one.stiffness,
+            damping: one.damping,
+            drive_velocity: one.drive_velocity.velocity,
+            law: one.law,
+            forcing: one.forcing,
+        };
+        let mut system = Self::from(&oscillator);
+        let contact = &mut system.contacts[0];
+        contact.drive_velocity = one.drive_velocity;
+        contact.normal_force = one.normal_force;
+        system.springs = one.springs;
+        Ok((system, Some(oscillator)))
     }
 }
 
@@ -289,6 +347,10 @@ impl<L: Checked + DeserializeOwned> System<L> {
             }
             contact.drive_velocity.validate()?;
             contact.law.check()?;
+            if let Some(normal_force) = &contact.normal_force {
+                normal_force.validate()?;
+                contact.law.check_scaled()?;
+            }
         }
         for force in &self.forcing {
             if force.mass >= n {
@@ -299,6 +361,18 @@ impl<L: Checked + DeserializeOwned> System<L> {
                 ));
             }
             force.harmonic().validate()?;
+        }
+        for (index, spring) in self.springs.iter().enumerate() {
+            let ends = [Some(spring.mass), spring.other];
+            if spring.other == Some(spring.mass) || ends.into_iter().flatten().any(|mass| mass >= n) {
+                return wrong(format!(
+                    "spring {index} must join a mass from 0 to {} with the ground or with another one, got {} and {:?}",
+                    n - 1,
+                    spring.mass,
+                    spring.other
+                ));
+            }
+            spring.validate()?;
         }
         Ok(())
     }

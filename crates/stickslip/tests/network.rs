@@ -25,6 +25,7 @@ fn one_mass(oscillator: &Oscillator) -> System {
             other: None,
             drive_velocity: oscillator.drive_velocity.into(),
             law: oscillator.law.clone(),
+            normal_force: None,
         }],
         forcing: oscillator
             .forcing
@@ -36,6 +37,7 @@ fn one_mass(oscillator: &Oscillator) -> System {
                 phase: harmonic.phase,
             })
             .collect(),
+        springs: Vec::new(),
     }
 }
 
@@ -281,6 +283,7 @@ impl Dice {
                 other: None,
                 drive_velocity: self.drive(),
                 law: self.law(),
+                normal_force: None,
             })
             .collect();
         if n > 1 {
@@ -293,6 +296,7 @@ impl Dice {
                 other: Some(second),
                 drive_velocity: 0.0.into(),
                 law: self.law(),
+                normal_force: None,
             });
         }
         let forcing = (0..self.below(3))
@@ -309,6 +313,7 @@ impl Dice {
             damping,
             contacts,
             forcing,
+            springs: Vec::new(),
         }
     }
 }
@@ -467,8 +472,10 @@ fn slip_below_a_shaken_drive_ends_at_zero_slip_velocity() {
                 kinetic: 0.280_975_105_532_056_2,
             }
             .into(),
+            normal_force: None,
         }],
         forcing: Vec::new(),
+        springs: Vec::new(),
     };
     let run = Run {
         x0: Some(vec![-0.281_095_155_010_708_6]),

@@ -16,8 +16,10 @@ fn belt(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> System {
             other: None,
             drive_velocity: drive_velocity.into(),
             law: law.into(),
+            normal_force: None,
         }],
         forcing: vec![],
+        springs: Vec::new(),
     }
 }
 
@@ -66,6 +68,42 @@ fn least(orbit: &Orbit, [from, _, until]: &[Event; 3], pick: fn(f64, f64) -> f64
 }
 
 /// Leine, van Campen, de Kraker & van den Steen, Nonlinear Dynamics 16 (1998) 41, their example; digits of ours (60-digit).
+/// A start whose spring pulls harder than adhesion bears by 1700 roundings, where slip speeds itself up: it leaves as the linear
+/// equation says, m ẅ = (k₁ − D) ẇ − k w with m ẇ(0) = k x₀ − μ_s, and the orbit between its steps is the motion of its run.
+#[test]
+fn a_start_beyond_the_limit_by_roundings_leaves_and_its_orbit_does_too() {
+    let (m, k, d) = (
+        1.548_752_655_287_615_6,
+        0.000_326_629_140_961_169_9,
+        0.044_983_007_622_389_735,
+    );
+    let law = Cubic {
+        at_rest: 0.374_173_536_047_410_66,
+        linear: 0.253_521_506_161_751_06,
+        cubic: 0.033_215_308_694_121_53,
+    };
+    let mut system = belt(law.clone(), d, 0.0);
+    (system.mass, system.stiffness) = (vec![vec![m]], vec![vec![k]]);
+    let run = Run {
+        x0: Some(vec![1_145.560_787_829_365]),
+        ..Run::driven(1000.0)
+    };
+    let orbit = simulate(&system, run).unwrap();
+    // Of the two numbers as they are in binary.
+    let excess = 9.584_496_679_408_484e-14;
+    let (half, per_mass) = (0.5 * (law.linear - d) / m, k / m);
+    let root = (half * half - per_mass).sqrt();
+    for t in [20.0, 60.0, 100.0] {
+        let w = excess / m * ((half + root) * t).exp() * (1.0 - (-2.0 * root * t).exp()) / (2.0 * root);
+        let got = -orbit.states(&[t]).v[0];
+        assert!((got / w - 1.0).abs() < 0.01, "{got} for {w} at {t}");
+    }
+    // Far from there friction grows with the cube of the slip speed.
+    for t in 0..=1000 {
+        assert!(orbit.states(&[f64::from(t)]).v[0].abs() < 4.0, "{t}");
+    }
+}
+
 #[test]
 fn s5_leine1998() {
     let law = Rational {
@@ -84,7 +122,7 @@ fn s5_leine1998() {
     close(least(&orbit, &cycle, |_, v| v), -0.839_902_049_281, 12);
 }
 
-/// Papangelo, Ciavarella & Hoffmann, Nonlinear Dynamics 90 (2017) 1519: the stick-slip cycle beside stable slip at v = 1.5.
+/// Papangelo, Ciavarella & Hoffmann, Nonlinear Dynamics 90 (2017) 2037: the stick-slip cycle beside stable slip at v = 1.5.
 #[test]
 fn s7_papangelo_stable_cycle() {
     let law = ExponentialStribeck {

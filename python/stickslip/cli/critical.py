@@ -27,12 +27,15 @@ def run(options: argparse.Namespace) -> None:
     found = critical_velocities(check_one(load_system(options.system), "critical"), bounds)
     if options.json:
         all_of_them = {"critical_velocities": [list(item) for item in found.all], "criticality": found.criticality}
-        say_json(all_of_them | {"neutral": [list(item) for item in found.neutral]})
+        hidden = [[point.kind, point.parameter] for point in found.not_shown]
+        say_json(all_of_them | {"not_shown": hidden, "neutral": [list(item) for item in found.neutral]})
         return
     for kind, value in found.all:
         nature = f", {found.criticality}" if kind == "hopf" and found.criticality else ""
         say(f"{kind.replace('_', ' '):20s}{value:.12g}{nature}")
     if not found:
         say("none in this range")
+    for point in found.not_shown:
+        say(f"{point.kind.replace('_', ' '):20s}{point.parameter:.12g}, on a cycle (not shown by runs)")
     for low, high in found.neutral:
         say(f"{'neutral slip':20s}from {low:.12g} to {high:.12g}: small disturbances neither grow nor decay")

@@ -38,6 +38,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--bounds", nargs="+", metavar="NAME=LOW:HIGH", help="lowest and highest value of fitted numbers"
     )
     command.add_argument(
+        "--ties",
+        nargs="*",
+        metavar="NAME=NAME",
+        help="numbers that follow another; with none all are fitted; default those of the first guess, which the notes name",
+    )
+    command.add_argument(
         "--pieces",
         type=_pieces,
         metavar="N|auto",
@@ -181,13 +187,15 @@ def _fit_law(
     free: list[str] | None = None,
     fixed: Sequence[str] = (),
     bounds: Sequence[str] = (),
+    ties: Sequence[str] | None = None,
     pieces: int | Literal["auto"] | None = None,
     offset: bool = False,
 ) -> Identification:
     from stickslip.identification import identify
 
     held, within = dict(map(_assignment, fixed)), dict(map(_bounds, bounds))
-    return identify(files, law=law, free=free, fixed=held, pieces=pieces, offset=offset, bounds=within)
+    follow = None if ties is None else dict(map(_tie, ties))
+    return identify(files, law=law, free=free, fixed=held, pieces=pieces, offset=offset, bounds=within, ties=follow)
 
 
 def _refine(
@@ -380,6 +388,13 @@ def _bounds(text: str) -> tuple[str, tuple[float, float]]:
         return name, (float(low), float(high))
     except ValueError:
         raise InputError(f"--bounds: expected NAME=LOW:HIGH with two numbers, got {text!r}") from None
+
+
+def _tie(text: str) -> tuple[str, str]:
+    name, _, source = text.partition("=")
+    if not name or not source:
+        raise InputError(f"--ties: expected NAME=NAME, a number and the one that it follows, got {text!r}")
+    return name, source
 
 
 def _assignment(text: str) -> tuple[str, float]:

@@ -7,8 +7,10 @@ sentence and exit code 2.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from stickslip.cli import (
@@ -30,7 +32,7 @@ from stickslip.cli import (
     track,
 )
 from stickslip.cli.terminal import say
-from stickslip.errors import InputError
+from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.documents import check_ending, check_writable, keeping_inputs
 
 TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check")
@@ -129,6 +131,15 @@ def _pictures() -> tuple[str, ...]:
     return ".png", *(f".{kind}" for kind in sorted(FigureCanvasBase.get_supported_filetypes()) if kind != "png")
 
 
+@contextlib.contextmanager
+def _warning_in_one_line() -> Iterator[None]:
+    """What is unfinished is said without the line of code that noticed it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UnfinishedWarning)
+        warnings.showwarning = lambda message, *_, **__: print(f"stickslip: {message}", file=sys.stderr)
+        yield
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code."""
     parser = _parser()
@@ -146,7 +157,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for action in _commands(parser)[options.command]._actions:
             if action.dest in targets:
                 _check_target(targets[action.dest], str(action.metavar), options.command)
-        with keeping_inputs(targets.values()):
+        with keeping_inputs(targets.values()), _warning_in_one_line():
             options.run(options)
     except InputError as error:
         print(f"stickslip: {error}", file=sys.stderr)

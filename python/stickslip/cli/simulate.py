@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from stickslip.cli.terminal import Commands, save_figure, say, say_json, say_written
+from stickslip.cli.terminal import Commands, save_figure, say_json, say_value, say_written
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -38,24 +38,29 @@ def run(options: argparse.Namespace) -> None:
     if options.plot:
         _plot_orbit(orbit, options.plot)
     kinds = orbit.events["kind"].value_counts(sort=False)
-    sticks = orbit.events["stick_time"].dropna()
+    # Of the second half, as the regime: what comes before is a transient.
+    late = orbit.events[(orbit.events["contact"] == 0) & (orbit.events["t"] >= 0.5 * orbit.t_end)]
+    sticks = late["stick_time"].dropna()
+    between = late.loc[late["kind"] == "release", "t"].diff().dropna()
     summary: dict[str, Any] = {
         "regime": orbit.regime(),
         "t_end": orbit.t_end,
         "stop": orbit.stop,
         "events": {str(kind): int(count) for kind, count in kinds.items() if count},
         "mean_stick_time": float(sticks.mean()) if len(sticks) else None,
+        "release_interval": float(between.mean()) if len(between) else None,
         "evaluations": orbit.work.evaluations,
     }
     if options.json:
         say_json(summary)
         return
     events = ", ".join(f"{count} {kind}" for kind, count in summary["events"].items()) or "none"
-    say(f"regime              {summary['regime']}")
-    say(f"simulated to        t = {orbit.t_end:g}; {orbit.stop_sentence}")
-    say(f"events              {events}")
-    if len(sticks):
-        say(f"mean stick time     {sticks.mean():.6g}")
+    say_value("regime", summary["regime"])
+    say_value("simulated_to", f"t = {orbit.t_end:g}; {orbit.stop_sentence}")
+    say_value("events", events)
+    for name in ("mean_stick_time", "release_interval"):
+        if summary[name] is not None:
+            say_value(name, f"{summary[name]:.6g} (second half)")
     say_written(options.output, options.plot)
 
 

@@ -75,7 +75,7 @@ def orbit_diagram(
     cluster : address of a Dask scheduler whose workers compute instead, ``"tcp://host:8786"``.
     progress : called as ``progress(done, n)`` with runs.
     max_seconds : time on the clock > 0 after which all runs that are not done end where they are, with the stop
-        ``"max_seconds"``; default none. In a store the same call goes on with them.
+        ``"max_seconds"`` and a warning of how many they are; default none. In a store the same call goes on with them.
 
     Returns
     -------

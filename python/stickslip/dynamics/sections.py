@@ -48,18 +48,13 @@ class Surface:
 
 
 def forcing_frequency(system: Oscillator | System) -> float | None:
-    """The frequency of the first force or, without one, of the first harmonic of a drive; none where nothing swings.
+    """The frequency of the first force that varies or, without one, of a drive or a normal force; none where nothing does.
 
     >>> from stickslip import Drive, Oscillator, laws
     >>> forcing_frequency(Oscillator(0.1, Drive.shaken(0.2, 0.05, 1.3), laws.Coulomb(0.5)))
     1.3
     """
-    if isinstance(system, System):
-        forces, drives = system.forcing, [contact.drive_velocity for contact in system.contacts]
-    else:
-        forces, drives = system.harmonics, [system.drive_velocity]
-    swings = [*forces, *(harmonic for drive in drives for harmonic in getattr(drive, "harmonics", ()))]
-    return float(swings[0].frequency) if swings else None
+    return next((float(harmonic.frequency) for harmonic in system.swings), None)
 
 
 def usual_surface(system: Oscillator | System) -> Surface:
@@ -216,8 +211,8 @@ def section(
         "slip_velocity": ("point", slip, {"units": units["v"]}),
     }
     forces = system.forcing if isinstance(system, System) else system.harmonics
-    if forces:
-        angle = np.mod(forces[0].frequency * t + forces[0].phase, 2 * np.pi)
+    if swinging := [force for force in forces if force.frequency]:
+        angle = np.mod(swinging[0].frequency * t + swinging[0].phase, 2 * np.pi)
         data["phase"] = ("point", angle, {"units": "rad"})
     if surface.kind is not None:
         for name, column in zip(("force", "stick_time", "force_rate"), event, strict=True):
@@ -346,9 +341,15 @@ def release_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods:
     """
     import xarray as xr
 
-    if not isinstance(system, Oscillator) or len(system.harmonics) != 1 or not isinstance(system.drive_velocity, float):
+    if (
+        not isinstance(system, Oscillator)
+        or [bool(harmonic.frequency) for harmonic in system.harmonics] != [True]
+        or not isinstance(system.drive_velocity, float)
+        or system.normal_force is not None
+    ):
         raise InputError(
-            "release_map: expected one mass on a constant drive with one harmonic force; write a shaken drive as a forcing"
+            "release_map: expected one mass on a constant drive with one harmonic force and a constant normal force; write a "
+            "shaken drive as a forcing, and look at return_map of a section where the normal force varies"
         )
     adhesion = system.law
     if isinstance(adhesion, StateLaw):

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.dynamics.sweep import Chunk
-from stickslip.errors import InputError
+from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.documents import draft_of, fits, time_limit
 from stickslip.files.notebook import waiting
 
@@ -138,7 +138,18 @@ def compute(
         _work(plan, sink, executor, width, waiting(progress, plan.name), until)
     if plan.finish is not None:
         sink.add(plan.finish(plan, sink.arrays))
+    if until is not None:
+        _warn(plan.name, np.asarray(sink.arrays["stop"]) == "max_seconds", store is not None)
     return sink.dataset()
+
+
+def _warn(name: str, ended: NDArray[np.bool_], kept: bool) -> None:
+    """Say how many runs have no result."""
+    if ended.any():
+        more = "call it again with the same store to go on" if kept else "raise max_seconds for the others"
+        sentence = f"{name}: {int(ended.sum())} of {ended.size} runs ended after max_seconds and are unfinished; {more}"
+        # At the line that called the function of that name.
+        warnings.warn(sentence, UnfinishedWarning, stacklevel=4)
 
 
 @contextlib.contextmanager

@@ -32,6 +32,8 @@ UNITS: dict[str, dict[str, float]] = {
     "damping": {"N s/m": 1.0, "N s/mm": 1e3},
     "force_rate": {"N/s": 1.0, "mN/s": 1e-3, "kN/s": 1e3},
     "frequency": {"rad/s": 1.0, "Hz": 2 * math.pi},
+    "per_length": {"1/m": 1.0, "1/cm": 1e2, "1/mm": 1e3},
+    "per_speed": {"s/m": 1.0, "s/cm": 1e2, "s/mm": 1e3},
     "torsional_damping": {"N m s/rad": 1.0},
     "force_per_current": {"N/A": 1.0},
     "torque_per_current": {"N m/A": 1.0, "mN m/A": 1e-3},
@@ -66,6 +68,8 @@ TEXTS = {
     "force velocity^-1": ("damping", "torsional_damping"),
     "force time^-1": ("force_rate",),
     "time^-1": ("frequency",),
+    "length^-1": ("per_length",),
+    "velocity^-1": ("per_speed",),
 }
 
 #: What the dimensions of a law are products of, as powers of force, length and time.

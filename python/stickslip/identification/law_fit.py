@@ -49,6 +49,7 @@ class Options:
     pieces: int | Literal["auto"] | None = None
     offset: bool = False
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    ties: Mapping[str, str] | None = None
 
     def command(self, records: Sequence[FrictionRecord], kind: type[Law]) -> str:
         """What to type to do it again."""
@@ -66,6 +67,8 @@ class Options:
             parts.append("--offset")
         if self.bounds:
             parts += ["--bounds", *(f"{name}={low:g}:{high:g}" for name, (low, high) in self.bounds.items())]
+        if self.ties is not None:
+            parts += ["--ties", *(f"{name}={source}" for name, source in self.ties.items())]
         return shlex.join(parts)
 
 
@@ -85,7 +88,7 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
     rows = break_away_rows(records)
     static = fit_static_friction(records) if len(rows) >= FEWEST_ROWS and kind is not Coulomb else None
     relative, drift = is_relative(rows) if kind is not Coulomb else (False, [])
-    evidence = Evidence(records, rows, static, relative, count)
+    evidence = Evidence(records, rows, static, relative, count, start=start)
     guess = _bounded(_guess(kind, start, evidence, options), options.bounds)
     fits = []
     for form in _forms(guess):
@@ -97,8 +100,10 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
             constraints=form.constraints,
             within=form.within,
             offset=options.offset,
+            guessed=form.guessed,
         )
-        fits.append((problem, fit_branches(problem, _best_start(problem, form))))
+        problem.law = _best_start(problem, form)  # numbers that are held are those of the start
+        fits.append((problem, fit_branches(problem, problem.law)))
     problem, found = min(fits, key=lambda fit: fit[1].rms)
     constant = 0.0 if found.offset is None else float(found.offset["value"])
     notes = [
@@ -107,6 +112,7 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
         *_extrapolated(problem),
         *(static.notes if static is not None else drift),
         *guess.notes,
+        *_held(found),
         *_chosen_form(found.law, guess),
         *_at_bounds(found, options.bounds),
         *_undecided(found),
@@ -174,7 +180,9 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
                 guess.constraints,
                 guess.notes,
                 within=guess.within,
+                guessed=guess.guessed,
             )
+    guess = _with_ties(guess, asked, options.ties)
     names = check_names(guess.law, guess.free if asked is None else asked)
     check_names(guess.law, fixed)
     names = [name for name in names if name not in fixed]
@@ -196,7 +204,32 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
         notes.append(f"Held as in the law that was given: {said}; name them in free to fit them.")
     if fixed:
         notes.append("Held fixed as asked: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".")
-    return Guess(laws[0], names, guess.constraints, notes, laws[1:], guess.within)
+    guessed = {name: error for name, error in guess.guessed.items() if name not in [*names, *fixed]}
+    return Guess(laws[0], names, guess.constraints, notes, laws[1:], guess.within, guessed)
+
+
+def _with_ties(guess: Guess, asked: list[str] | None, ties: Mapping[str, str] | None) -> Guess:
+    """The guess with the ties asked for; a number that is asked for in `free` follows none."""
+    if ties is None:
+        kept = {name: source for name, source in guess.constraints.items() if name not in (asked or [])}
+        return replace(guess, constraints=kept)
+    check_names(guess.law, [*ties, *ties.values()])
+    free = [*guess.free, *guess.constraints] if asked is None else asked
+    for name, source in ties.items():
+        if name in (asked or []):
+            raise InputError(
+                f"identify: {name} is to be fitted and to follow {source}: leave it out of free or out of ties"
+            )
+        if source in ties or source == name:
+            raise InputError(
+                f"identify: {name} follows {source}, which follows another number itself: tie it to a free one"
+            )
+    said = ", ".join(f"{name} follows {source}" for name, source in ties.items()) or "no number follows another"
+    notes = [note for note in guess.notes if not any(note.startswith(name) for name in (*guess.constraints, *ties))]
+    law = with_values(guess.law, {name: value(guess.law, source) for name, source in ties.items()})
+    return Guess(
+        law, [name for name in free if name not in ties], dict(ties), [*notes, f"As asked, {said}."], [], guess.within
+    )
 
 
 def _bounded(guess: Guess, bounds: Mapping[str, tuple[float, float]]) -> Guess:
@@ -244,6 +277,22 @@ def _extrapolated(problem: Problem) -> list[str]:
         return []
     speeds = [np.abs(motion.slip_velocity[a:b]).min() for motion in problem.motions for a, b in motion.stretches]
     return [extrapolated_note(float(min(speeds)))]
+
+
+def _held(found: BranchFit) -> list[str]:
+    """Which numbers are held at a guess, and what that does to the fitted ones."""
+    said = []
+    for name, shift in found.shifts.items():
+        moved = shift[shift.abs() > 0.1 * found.parameters["error"].reindex(shift.index)]
+        others = (
+            ", ".join(f"{other} by {abs(size):.2g}" for other, size in moved.items())
+            or "no other by a tenth of its error"
+        )
+        said.append(
+            f"{name} = {value(found.law, name):.3g} is held at a guess, not measured: where it is off by a likely amount it "
+            f"moves {others}; the errors hold that."
+        )
+    return said
 
 
 def _choices(law: Law) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""What drives: a velocity that is constant or varies, and harmonic force."""
+"""What drives and presses: a velocity that is constant or varies, harmonic force, a normal force that varies."""
 
 from __future__ import annotations
 
@@ -15,23 +15,30 @@ from stickslip.files.units import TEXTS
 
 @dataclass(frozen=True)
 class Harmonic(Document):
-    """A harmonic force, amplitude · cos(frequency · t + phase).
+    """A harmonic force, amplitude · cos(frequency · t + phase); at the frequency 0 it is constant.
 
     Parameters
     ----------
     amplitude : in the unit of force (dimensionless: the paper's u₀).
-    frequency : angular frequency Ω > 0 in 1/time (the paper's η).
+    frequency : angular frequency Ω ≥ 0 in 1/time (the paper's η); 0 is a constant force, such as weight on an incline.
     phase : in rad.
 
     Source: Eq. (10) of the paper, phase 0.
 
     >>> Harmonic(0.1, 1.25)
     Harmonic(amplitude=0.1, frequency=1.25, phase=0.0)
+    >>> Harmonic.constant(9.81)
+    Harmonic(amplitude=9.81, frequency=0.0, phase=0.0)
     """
 
     amplitude: float
     frequency: Annotated[float, Limits(dimensions=TEXTS["time^-1"])]
     phase: Annotated[float, Limits(dimensions=("angle",))] = 0.0
+
+    @classmethod
+    def constant(cls, force: float) -> Self:
+        """A force that does not vary."""
+        return cls(force, 0.0)
 
 
 #: Several, or one.
@@ -110,3 +117,45 @@ class Drive(Document):
             nodes = np.asarray(self.nodes)
             s = s + np.interp(times, nodes[:, 0], nodes[:, 1])
         return s
+
+
+@dataclass(frozen=True)
+class NormalForce(Document):
+    """A normal force that varies, over that of the law: n = constant + Σ A cos(Ω t + φ) + position · x + velocity · ẋ ≥ 0.
+
+    Friction at rest and in motion is n times that of the law: |F| ≤ n f_s, F = n f(w). Where the sum is negative n is 0: the
+    bodies part (event ``"parting"``) without friction until they meet again (event ``"meeting"``). With a law per unit of
+    normal force, a coefficient of friction, n is the normal force itself.
+
+    Parameters
+    ----------
+    constant : n₀, a pure number.
+    harmonics : :class:`Harmonic` or several, whose amplitudes are pure numbers.
+    position : ∂n/∂x in 1/length, x of the mass; for a contact of two masses x of the mass less that of the other.
+    velocity : ∂n/∂ẋ in 1/velocity, likewise.
+
+    Limits: laws that follow the force rate or the sign of the slip acceleration, and contacts that close a loop, are refused:
+    what they do under a varying normal force is not known.
+
+    Source: for n(x) B. F. Feeny and F. C. Moon, J. Sound Vib. 170 (1994) 303.
+
+    >>> float(NormalForce(position=1.5).at(0.0, x=-0.2)), float(NormalForce(position=1.5).at(0.0, x=-1.0))
+    (0.7, 0.0)
+    """
+
+    constant: float = 1.0
+    harmonics: Harmonics = ()
+    position: Annotated[float, Limits(dimensions=TEXTS["length^-1"])] = 0.0
+    velocity: Annotated[float, Limits(dimensions=TEXTS["velocity^-1"])] = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.harmonics, Harmonic):
+            object.__setattr__(self, "harmonics", (self.harmonics,))
+
+    def at(self, t: ArrayLike, x: ArrayLike = 0.0, v: ArrayLike = 0.0) -> Any:
+        """n at times, positions and velocities."""
+        n = self.constant + self.position * np.asarray(x, float) + self.velocity * np.asarray(v, float)
+        for harmonic in self.harmonics:
+            n = n + harmonic.amplitude * np.cos(harmonic.frequency * np.asarray(t, float) + harmonic.phase)
+        return np.maximum(n, 0.0)

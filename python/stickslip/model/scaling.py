@@ -14,8 +14,8 @@ from stickslip.files.documents import number
 from stickslip.files.schema import Document
 from stickslip.laws.law import Law
 from stickslip.laws.state_law import StateLaw
-from stickslip.model.drive import Drive, Harmonic
-from stickslip.model.system import Contact, Force, Oscillator, System
+from stickslip.model.drive import Drive, Harmonic, NormalForce
+from stickslip.model.system import Contact, Force, Oscillator, Spring, System
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -128,23 +128,46 @@ class Scale:
             waves = tuple(self._wave(item, "velocity", way) for item in what.harmonics)
             nodes = self._value(what.nodes, "time, velocity", way, {})
             return Drive(self._value(what.velocity, "velocity", way, {}), waves, nodes)
+        if isinstance(what, Spring):
+            nodes = self._value(what.nodes, "length, force", way, {})
+            cubic = self._value(what.cubic, "force length^-3", way, {})
+            return replace(what, nodes=nodes, cubic=cubic)
+        if isinstance(what, NormalForce):
+            waves = tuple(self._wave(item, "", way) for item in what.harmonics)
+            slopes = {
+                name: self._value(getattr(what, name), f"{of}^-1", way, {})
+                for name, of in (("position", "length"), ("velocity", "velocity"))
+            }
+            return NormalForce(what.constant, waves, **slopes)
         if isinstance(what, Oscillator):
             forcing = tuple(self._wave(item, "force", way) for item in what.harmonics)
             own = {name: self._value(getattr(what, name), name, way, {}) for name in ("mass", "stiffness", "damping")}
             return Oscillator(
-                **own, drive_velocity=self._drive(what, way), law=self._law(what.law, way), forcing=forcing
+                **own,
+                drive_velocity=self._drive(what, way),
+                law=self._law(what.law, way),
+                forcing=forcing,
+                normal_force=self._normal_force(what, way),
+                springs=tuple(self._scaled(item, way) for item in what.springs),
             )
         if isinstance(what, System):
             names = ("mass", "stiffness", "damping")
             sizes = {name: np.array(getattr(what, name)) for name in names}
             contacts = [
-                Contact(item.mass, self._law(item.law, way), self._drive(item, way), item.other)
+                Contact(
+                    item.mass,
+                    self._law(item.law, way),
+                    self._drive(item, way),
+                    item.other,
+                    self._normal_force(item, way),
+                )
                 for item in what.contacts
             ]
             return System(
                 **{name: self._value(size, name, way, {}) for name, size in sizes.items()},
                 contacts=contacts,
                 forcing=[self._wave(item, "force", way) for item in what.forcing],
+                springs=tuple(self._scaled(item, way) for item in what.springs),
             )
         raise InputError(f"Scale: expected an oscillator, a system, a drive or a law, got {what!r}")
 
@@ -154,6 +177,9 @@ class Scale:
             self._scaled(drive, way) if isinstance(drive, Drive) else self._value(drive, "velocity", way, {})
         )
         return scaled
+
+    def _normal_force(self, of: Oscillator | Contact, way: int) -> NormalForce | None:
+        return None if of.normal_force is None else self._scaled(of.normal_force, way)
 
     def _wave(self, wave: Harmonic | Force, dimension: str, way: int) -> Any:
         amplitude = self._value(wave.amplitude, dimension, way, {})

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import math
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -15,11 +17,11 @@ import numpy as np
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, read_toml
-from stickslip.files.schema import Count, Document, Kind, Limits, Says, complete, kind_of
+from stickslip.files.schema import Count, Document, Kind, Limits, Point, Says, complete, kind_of
 from stickslip.files.units import TEXTS, quantity
 from stickslip.laws.law import Law, load_law
 from stickslip.laws.state_law import StateLaw
-from stickslip.model.drive import Drive, Harmonic
+from stickslip.model.drive import Drive, Harmonic, NormalForce
 
 Velocity = Annotated[float, Limits(dimensions=TEXTS["velocity"], extreme=True)]
 
@@ -69,7 +71,9 @@ class Oscillator(Described):
     law : friction between mass and drive.
     mass : m > 0.
     stiffness : k > 0.
-    forcing : None, one :class:`Harmonic` or up to four.
+    forcing : None, one :class:`Harmonic` or up to four, and constant ones.
+    normal_force : a :class:`NormalForce` that varies; None: always that of the law.
+    springs : :class:`Spring` or several, beside the linear one.
 
     Raises
     ------
@@ -94,9 +98,12 @@ class Oscillator(Described):
     mass: Annotated[float, Limits(dimensions=TEXTS["mass"], extreme=True)] = 1.0
     stiffness: Annotated[float, Limits(dimensions=TEXTS["stiffness"], extreme=True)] = 1.0
     forcing: Harmonic | tuple[Harmonic, ...] | None = None
+    normal_force: NormalForce | None = None
+    springs: Annotated[Any, Spring | tuple[Spring, ...]] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        _several(self, "springs")
         if isinstance(self.forcing, tuple):
             object.__setattr__(self, "forcing", self.forcing[0] if len(self.forcing) == 1 else self.forcing or None)
         try:
@@ -106,17 +113,17 @@ class Oscillator(Described):
         except ValueError as error:
             raise InputError(f"Oscillator: {error}") from None
 
-    @cached_property
-    def core(self) -> _core.System:
-        """What the core has read; under a drive that varies, the system of one mass."""
-        return self.to_system().core if isinstance(self.drive_velocity, Drive) else _core.System(self.to_json())
-
     @property
     def harmonics(self) -> tuple[Harmonic, ...]:
         """The forcing as a tuple, empty where there is none."""
         if self.forcing is None:
             return ()
         return self.forcing if isinstance(self.forcing, tuple) else (self.forcing,)
+
+    @property
+    def swings(self) -> list[Harmonic | Force]:
+        """What varies with time at a frequency: forces, then the drive, then the normal force."""
+        return _swings(self.harmonics, [self])
 
     @property
     def integrated(self) -> bool:
@@ -126,7 +133,8 @@ class Oscillator(Described):
     @property
     def closed_form(self) -> bool:
         """Whether the motion between events is closed: a constant drive, a law of linear pieces, no undamped resonance."""
-        if isinstance(self.drive_velocity, Drive) or self.law.SMOOTH:
+        varies = isinstance(self.drive_velocity, Drive) or self.normal_force is not None
+        if varies or self.springs or self.law.SMOOTH:
             return False
         return self.forcing is None or not self.core.resonates()
 
@@ -137,8 +145,9 @@ class Oscillator(Described):
             mass=[[self.mass]],
             stiffness=[[self.stiffness]],
             damping=[[self.damping]],
-            contacts=[Contact(mass=0, law=self.law, drive_velocity=self.drive_velocity)],
+            contacts=[Contact(0, self.law, self.drive_velocity, normal_force=self.normal_force)],
             forcing=forcing,
+            springs=self.springs,
         )
 
     @property
@@ -153,13 +162,24 @@ class Oscillator(Described):
         return json.dumps(self.to_dict() | {"law": law, "forcing": forcing})
 
 
+def _several(document: Document, name: str) -> None:
+    value = getattr(document, name)
+    object.__setattr__(document, name, value if isinstance(value, tuple) else (value,))
+
+
+def _swings(forces: Sequence[Harmonic | Force], contacts: Sequence[Oscillator | Contact]) -> list[Harmonic | Force]:
+    drives = (contact.drive_velocity.harmonics for contact in contacts if isinstance(contact.drive_velocity, Drive))
+    normals = (contact.normal_force.harmonics for contact in contacts if contact.normal_force is not None)
+    return [item for item in itertools.chain(forces, *drives, *normals) if item.frequency]
+
+
 #: A mass by its number.
 Index = Annotated[int, Limits(least=0, most=2**31 - 1), Says("the number of a mass, counted from 0")]
 
 
 @dataclass(frozen=True)
 class Force(Document):
-    """A harmonic force on one mass of a system, amplitude · cos(frequency · t + phase).
+    """A harmonic force on one mass of a system, amplitude · cos(frequency · t + phase); at the frequency 0 it is constant.
 
     Parameters
     ----------
@@ -189,12 +209,57 @@ class Contact(Document):
     law : its friction law; every contact has its own memory.
     drive_velocity : s, a number or a :class:`Drive`.
     other : the other mass; None: the drive itself.
+    normal_force : a :class:`NormalForce` that varies; None: always that of the law.
     """
 
     mass: Index
     law: Law
     drive_velocity: Velocity | Drive = 0.0
     other: Index | None = None
+    normal_force: NormalForce | None = None
+
+
+@dataclass(frozen=True)
+class Spring(Document):
+    """A spring that is not linear: r(ξ) = the line through `nodes` + cubic · ξ³ pulls a mass back.
+
+    ξ is the position of the mass, for a spring between two masses less that of the other, which feels the opposite. Beyond
+    the nodes the first and the last piece go on. A node that is passed is an event, ``"spring"``, whose contact is the
+    number of the spring.
+
+    Parameters
+    ----------
+    nodes : pairs (ξ, r), ξ increasing; at least two, or none.
+    cubic : the factor of ξ³, of either sign.
+    mass : the mass, counted from 0.
+    other : the other mass; None: the ground.
+
+    Limits: motions and all that is read off them (sections, sweeps, maps, basins); multipliers and branches are refused.
+
+    >>> Spring.stop(0.5, stiffness=40.0)
+    Spring(nodes=((0.0, 0.0), (0.5, 0.0), (1.5, 40.0)), cubic=0.0, mass=0, other=None)
+    """
+
+    nodes: tuple[Point, ...] = ()
+    cubic: float = 0.0
+    mass: Index = 0
+    other: Index | None = None
+
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[Any, ...]:
+        """Those of a node: length and force."""
+        return (TEXTS["length"], TEXTS["force"]) if name == "nodes" else ()
+
+    @classmethod
+    def stop(cls, gap: float, stiffness: float, mass: int = 0) -> Self:
+        """An elastic stop beyond a gap > 0, or below one < 0."""
+        ends = sorted([(gap + math.copysign(1.0, gap), math.copysign(stiffness, gap)), (gap, 0.0), (0.0, 0.0)])
+        return cls(tuple(ends), mass=mass)
+
+    @classmethod
+    def backlash(cls, gap: float, stiffness: float, mass: int = 0, other: int | None = None) -> Self:
+        """A spring with play: no force for |ξ| ≤ gap."""
+        return cls(((-gap - 1, -stiffness), (-gap, 0.0), (gap, 0.0), (gap + 1, stiffness)), mass=mass, other=other)
 
 
 Rows = tuple[tuple[float, ...], ...]
@@ -245,6 +310,7 @@ class System(Described):
     stiffness, damping : K and D, shape (n, n), any; a list is the diagonal, a number the same for all masses.
     contacts : :class:`Contact` or several.
     forcing : :class:`Force` or several; a :class:`Harmonic` acts on mass 0.
+    springs : :class:`Spring` or several, beside the linear ones.
 
     Stuck contacts are constraints. Where they close a loop (two contacts between the same bodies) the share of each is not
     determined by rigid bodies: the forces with the least sum of squares are taken.
@@ -265,6 +331,7 @@ class System(Described):
     damping: Annotated[Any, _Matrix(*TEXTS["damping"])]
     contacts: Annotated[Any, Contact | tuple[Contact, ...]]
     forcing: Annotated[Any, Force | Harmonic | tuple[Force | Harmonic, ...] | None] = ()
+    springs: Annotated[Any, Spring | tuple[Spring, ...]] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -274,8 +341,9 @@ class System(Described):
                 value = [value] * (1 if name == "mass" else len(self.mass))
             if isinstance(value, list):
                 object.__setattr__(self, name, tuple(tuple(row) for row in np.diag(value).tolist()))
-        contacts = self.contacts if isinstance(self.contacts, tuple) else (self.contacts,)
-        object.__setattr__(self, "contacts", contacts)
+        _several(self, "contacts")
+        _several(self, "springs")
+        contacts = self.contacts
         sticking = [contact.law for contact in contacts if not isinstance(contact.law, StateLaw)]
         if 0 < len(sticking) < len(contacts):
             name = type(sticking[0]).__name__
@@ -294,6 +362,11 @@ class System(Described):
             self.core  # noqa: B018 - what it reads, it checks
         except ValueError as error:
             raise InputError(f"System: {error}") from None
+
+    @property
+    def swings(self) -> list[Harmonic | Force]:
+        """What varies with time at a frequency: forces, then drives, then normal forces."""
+        return _swings(self.forcing, self.contacts)
 
     @property
     def integrated(self) -> bool:

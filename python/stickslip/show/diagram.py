@@ -55,7 +55,8 @@ def orbit_diagram_plot(
 
     Returns
     -------
-    The axes. A regime reaches half-way to the next value of the parameter.
+    The axes. A regime reaches half-way to the next value of the parameter. Values at which a run ended before its time are
+    hatched and named in a legend.
 
     Source: Fig. 14 of the paper.
     """
@@ -66,8 +67,9 @@ def orbit_diagram_plot(
     parameter = str(diagram.attrs["parameter"])
     variable, name, kind = _QUANTITIES[quantity]
     ax.set(xlabel=parameter_label(parameter, which), ylabel=label(name, kind, which))
-    if "direction" in diagram.dims:
+    if diagram.sizes.get("direction", 1) > 1:
         return _draw_directions(diagram, parameter, variable, ax)
+    diagram = diagram.squeeze("direction") if "direction" in diagram.dims else diagram
     values, regimes = diagram[parameter].to_numpy(), diagram["regime"].to_numpy().astype("<U16")
     points = diagram[variable].transpose(parameter, "point").to_numpy()
     across = np.broadcast_to(values[:, None], points.shape)
@@ -84,16 +86,14 @@ def orbit_diagram_plot(
             rasterized=True,
             zorder=2,
         )
-    edges = np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
-    starts = np.flatnonzero(np.append(True, regimes[1:] != regimes[:-1]))
-    ends = np.append(starts[1:], len(values))
-    for start, end in zip(starts, ends, strict=True):
-        low, high = edges[start], edges[end]
-        ax.axvspan(low, high, color=REGIME_COLOURS[regimes[start]], alpha=0.09, lw=0, zorder=0)
+    for start, low, high in _spans(values, regimes):
         if start:
             ax.axvline(low, color=OKABE_ITO["grey"], lw=0.6, zorder=1)
+        if regimes[start] == "unfinished":
+            continue
+        ax.axvspan(low, high, color=REGIME_COLOURS[regimes[start]], alpha=0.09, lw=0, zorder=0)
         # A name that is wider than its span would run into the next one.
-        if name_regimes and high - low > 0.12 * (edges[-1] - edges[0]):
+        if name_regimes and high - low > 0.12 * (values[-1] - values[0]):
             ax.annotate(
                 words(str(regimes[start])),
                 ((low + high) / 2, 1.0),
@@ -105,8 +105,31 @@ def orbit_diagram_plot(
                 fontsize=8,
                 color=REGIME_COLOURS[regimes[start]],
             )
-    ax.set_xlim(edges[0], edges[-1])
+    ax.set_xlim(values[0], values[-1])
+    if _mark_unfinished(diagram, parameter, ax):
+        ax.legend(loc="best")
     return ax
+
+
+def _spans(values: NDArray[np.float64], kinds: NDArray[Any]) -> list[tuple[int, float, float]]:
+    """Where neighbouring values are of one kind: the first of them, and from where to where, half-way to the next value."""
+    edges = np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
+    starts = np.flatnonzero(np.append(True, kinds[1:] != kinds[:-1]))
+    ends = np.append(starts[1:], len(values))
+    return [(int(start), edges[start], edges[end]) for start, end in zip(starts, ends, strict=True)]
+
+
+def _mark_unfinished(diagram: xr.Dataset, parameter: str, ax: Axes) -> bool:
+    """A hatched band over the values at which a run ended before its time, with a name for the legend; whether there are."""
+    ended = (diagram["regime"].astype("<U16") == "unfinished").transpose(..., parameter).to_numpy()
+    missing = ended.reshape(-1, ended.shape[-1]).any(axis=0)
+    look = {"facecolor": "none", "edgecolor": REGIME_COLOURS["unfinished"], "hatch": "///", "lw": 0, "zorder": 0}
+    name = f"{words('unfinished')} ({int(ended.sum())} of {ended.size} runs)"
+    for start, low, high in _spans(diagram[parameter].to_numpy(), missing):
+        if missing[start]:
+            ax.axvspan(low, high, label=name, **look)
+            name = "_"
+    return bool(missing.any())
 
 
 def _draw_directions(diagram: xr.Dataset, parameter: str, variable: str, ax: Axes) -> Axes:
@@ -131,11 +154,16 @@ def _draw_directions(diagram: xr.Dataset, parameter: str, variable: str, ax: Axe
         ax.plot(across[~alike].ravel(), mine, ms=3.2 - 0.7 * layer, rasterized=True, zorder=3 + layer, **look)
         ax.plot([], [], ms=5, label=_DIRECTIONS[direction], **look)
     ax.set_xlim(values[0], values[-1])
+    _mark_unfinished(diagram, parameter, ax)
     ax.legend(**ABOVE, ncols=len(directions) + 1, columnspacing=1.0)
     return ax
 
 
 def _alike(points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Where the range of the points, shape (directions, values, points), differs by less than 1 % of that of the diagram."""
-    ends = np.stack([np.nanmin(points, axis=2), np.nanmax(points, axis=2)])
-    return np.asarray(np.ptp(ends, axis=1).max(axis=0) < 0.01 * (np.nanmax(ends) - np.nanmin(ends)))
+    """Where the range of the points, shape (directions, values, points), differs by less than 1 % of that of the diagram.
+
+    A run that did not finish has no points and is like no other.
+    """
+    ends = np.stack([np.fmin.reduce(points, axis=2), np.fmax.reduce(points, axis=2)])
+    extent = np.fmax.reduce(ends, axis=None) - np.fmin.reduce(ends, axis=None)
+    return np.asarray(np.ptp(ends, axis=1).max(axis=0) < 0.01 * extent)

@@ -32,6 +32,8 @@ BRANCH_COLOURS = {
 
 # The last segments of an orbit that are drawn: a chaotic loop is full long before.
 _MOST = 2000
+# Points of a segment.
+_POINTS = 120
 
 
 @dataclass(frozen=True)
@@ -113,34 +115,27 @@ def _traces(orbit: Orbit, start: float, stop: float) -> list[_Trace]:
     ends = np.append(begins[1:], orbit.t_end)
     chosen = np.flatnonzero((ends > start) & (begins < stop) & (ends > begins))[-_MOST:]
     has_branches = isinstance(orbit.system.law, BogaczRyczek)
+    # Friction jumps at an event: all times of a segment lie just inside it.
+    spans = np.clip(
+        np.linspace(np.maximum(begins[chosen], start), np.minimum(ends[chosen], stop), _POINTS, axis=1),
+        np.nextafter(begins[chosen], np.inf)[:, None],
+        np.nextafter(ends[chosen], -np.inf)[:, None],
+    )
+    motion = orbit.to_xarray(spans.ravel())
+    slips, forces = (motion[key].to_numpy().reshape(spans.shape) for key in ("slip_velocity", "force"))
+    directions, branches = (segments[key].to_numpy()[chosen] for key in ("direction", "branch"))
     traces = []
-    for i in chosen:
-        line = segments.iloc[i]
-        times = np.linspace(max(begins[i], start), min(ends[i], stop), 120)
-        x, v = orbit.at(times)
-        if line["direction"] == 0:
-            traces.append(_Trace("stick", np.zeros_like(times), _reaction(orbit, times, x)))
-            continue
-        # Slip velocity is continuous, friction is not: evaluate it on the line of this segment.
-        w = orbit.system.drive_velocity - v
-        force = line["direction"] * (line["offset"] + line["slope"] * np.abs(w))
-        if has_branches:
-            traces.append(_Trace(_core.BRANCHES[int(line["branch"])], w, force))
+    for w, force, direction, branch in zip(slips, forces, directions, branches, strict=True):
+        if direction == 0:
+            traces.append(_Trace("stick", np.zeros_like(w), force))
+        elif has_branches:
+            traces.append(_Trace(_core.BRANCHES[int(branch)], w, force))
         else:
             grows = np.diff(np.abs(w)) > 0
             for piece in np.split(np.arange(w.size - 1), np.flatnonzero(np.diff(grows)) + 1):
                 points = np.append(piece, piece[-1] + 1)
                 traces.append(_Trace("|w| grows" if grows[piece[0]] else "|w| falls", w[points], force[points]))
     return traces
-
-
-def _reaction(orbit: Orbit, times: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The force with which adhesion holds the mass at the speed of the drive."""
-    system = orbit.system
-    reaction: NDArray[np.float64] = system.stiffness * x + system.damping * system.drive_velocity
-    for harmonic in system.harmonics:
-        reaction = reaction - harmonic.amplitude * np.cos(harmonic.frequency * times + harmonic.phase)
-    return reaction
 
 
 def _draw(ax: Axes, traces: list[_Trace], colour: str | None, name: str | None) -> None:

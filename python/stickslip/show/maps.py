@@ -86,7 +86,8 @@ def basins_plot(result: xr.Dataset, ax: Axes | None = None, *, most: int = 8, un
 
     Returns
     -------
-    The axes; a cross marks the mean of the returns to the section of each attractor that lies in the range of starts.
+    The axes; a cross marks the mean of the returns to the section of each attractor that lies in the range of starts. Starts
+    whose run diverged or ended before its time have colours and shares of their own.
     """
     ax = axes(ax)
     if not 1 <= most <= len(_BASINS):
@@ -104,7 +105,16 @@ def basins_plot(result: xr.Dataset, ax: Axes | None = None, *, most: int = 8, un
             "" if regime in ("stable_slip", "at_rest") else f", period {period}" if period else ", does not repeat"
         )
         names.append(f"{words(regime)}{repeats} ({100 * float(attractor['fraction']):.3g} %)")
-    _draw_codes(ax, (x, v), np.where(labels < count, labels, -1), _BASINS[:count], names)
+    codes, colours = np.where(labels < count, labels, -1), _BASINS[:count]
+    # Starts without an attractor are no part of one.
+    regimes = result["regime"].astype("<U16").transpose("v", "x").to_numpy()
+    for regime in ("unfinished", "diverged"):
+        mine = regimes == regime
+        if mine.any():
+            codes = np.where(mine, len(colours), codes)
+            colours = [*colours, REGIME_COLOURS[regime]]
+            names.append(f"{words(regime)} ({100 * mine.mean():.3g} %)")
+    _draw_codes(ax, (x, v), codes, colours, names)
     for index in range(count):
         position = (float(result["attractor_x_mean"][index]), float(result["attractor_v_mean"][index]))
         if x[0] <= position[0] <= x[-1] and v[0] <= position[1] <= v[-1]:

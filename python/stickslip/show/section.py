@@ -80,7 +80,9 @@ def return_map_plot(pairs: xr.Dataset, ax: Axes | None = None, *, colour: str = 
     symbol, unit = _SYMBOLS.get(name, words(name)), "dimensionless" if unit == "1" else unit
     later = "next" if lag == 1 else f"{lag}th next"
     ax.set(xlabel=f"{symbol} ({unit})", ylabel=f"{symbol}, {later} return ({unit})")
-    ax.set_aspect("equal", adjustable="datalim")
+    if name == "phase":
+        ax.set(xlim=ends, ylim=ends)
+    ax.set_aspect("equal", adjustable="box")
     return ax
 
 

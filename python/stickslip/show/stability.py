@@ -67,7 +67,7 @@ def multipliers_plot(
 
 
 def lyapunov_plot(spectrum: LyapunovSpectrum, ax: Axes | None = None) -> Axes:
-    """Draw the Lyapunov exponents over the time they are averaged over, each with its standard error at the end.
+    """Draw the Lyapunov exponents over the time they are averaged over, a value a period, with their standard errors.
 
     Parameters
     ----------
@@ -79,18 +79,19 @@ def lyapunov_plot(spectrum: LyapunovSpectrum, ax: Axes | None = None) -> Axes:
     The axes. An exponent of −inf has no curve but is named.
     """
     ax = axes(ax)
+    times, running = spectrum.by_period()
     colours = [OKABE_ITO[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
     drawn = []
     for i, (value, error) in enumerate(zip(spectrum.exponents, spectrum.errors, strict=True)):
         colour = colours[i % len(colours)]
         text = f"$λ_{{{i + 1}}}$ = {value:.3g}".replace("-inf", "−∞").replace("-", "−")
         if not np.isfinite(value):
-            ax.plot([], [], color=colour, label=text)
+            ax.plot([], [], ls="", label=f"not drawn: {text}")
             continue
-        ax.plot(spectrum.times, spectrum.running[:, i], color=colour, lw=1.0, label=f"{text} ± {error:.1g}")
+        ax.plot(times, running[:, i], color=colour, lw=1.0, label=f"{text} ± {error:.1g}")
         ax.axhspan(value - error, value + error, color=colour, alpha=0.2, lw=0)
-        late = spectrum.running[spectrum.times > 0.05 * spectrum.t, i]
-        drawn += [late.min(), late.max(), value - error, value + error]
+        late = running[times > 0.05 * spectrum.t, i]
+        drawn += [*late, value - error, value + error]
     # The first averages, of a few events, are far off.
     if drawn:
         margin = 0.15 * (max(drawn) - min(drawn)) or 0.1

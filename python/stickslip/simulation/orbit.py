@@ -128,6 +128,9 @@ class Orbit(InNotebook):
         import pandas as pd
 
         frame = pd.DataFrame(self._tables()["segments"], columns=self._names())
+        for name in (name for name in self._names() if name.startswith("branch")):
+            # A Taylor step that begins without slip acceleration is marked as −1 − branch.
+            frame[name] = np.maximum(frame[name], -1.0 - frame[name])
         return frame.astype({name: int for name in self._names() if name.startswith(("direction", "branch"))})
 
     def _names(self) -> list[str]:
@@ -140,6 +143,7 @@ class Orbit(InNotebook):
             *("t", "t_low"),
             *(f"{name}{i}" for name in "xv" for i in masses),
             *(f"{name}{c}" for c in contacts for name in friction),
+            *(f"spring_{i}" for i in range(len(self.system.springs))),
         ]
 
     def at(self, t: ArrayLike) -> tuple[Any, Any]:

@@ -10,8 +10,11 @@ import numpy.typing as npt
 from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.linking import Track
 
-ORDER = 6
-"""Differences of this order hold nothing of a motion that twenty pictures a period show."""
+ORDERS = (6, 8, 10)
+"""Differences of these orders hold nothing of a motion that twenty pictures a period show."""
+
+UNRESOLVED = 1.5
+"""Noise shows alike in differences of all orders; those of the highest see more where the motion bends too often."""
 
 WIDEST = 1.6
 """Differences over so many times the usual time lie across a gap."""
@@ -35,55 +38,76 @@ GROWN = 0.3
 """One that gains so much is blurred, or something lies beside it."""
 
 USUAL = 51
-"""Pictures over which the usual size of a marker is taken."""
+"""Pictures over which what is usual is taken: the size of a marker, its scatter."""
 
-CLEAR = 1.3
-"""A marker has a score so many times that of the best other spot; belt texture is like itself to a tenth."""
+NORMAL = 1.4826
+"""Standard deviation of normal numbers over the median of their sizes."""
 
 TEXTURE = 1.1
 """Below this the marker is one of many equal spots."""
 
 
-def scatter(positions: Array, times: Array) -> Array:
-    """Standard deviation of what changes from picture to picture in one coordinate, at each picture; NaN of too few.
+def scatter(positions: Array, errors: Array, times: Array) -> Array:
+    """What changes from picture to picture in one coordinate over its stated errors, at each picture.
 
-    From divided differences of sixth order of the positions that were seen, at their times, weighed so that white noise keeps
-    its variance: their rms over some pictures around, those beyond three times the usual one cut there. It is blind to
-    errors that stay for longer than some pictures.
+    From divided differences of the positions that were seen, at their times, each over the standard error that the stated
+    ones give it: the median of their sizes over some pictures around, as that of normal ones is. Differences of the order
+    that sees least are taken.
+
+    Parameters
+    ----------
+    positions, errors, times : shape (n,); NaN where it was not seen.
+
+    Returns
+    -------
+    shape (n,), near 1 where the errors are right; NaN of too few, and where the motion itself shows in the differences, as of
+    fewer than twenty pictures a period.
+
+    Limits: blind to errors that stay for longer than some pictures.
 
     Examples
     --------
     >>> rng, t = np.random.default_rng(0), np.arange(400) + np.random.default_rng(1).uniform(-0.2, 0.2, 400)
-    >>> bool(np.abs(np.log(scatter(50 * np.sin(t / 5) + 0.1 * rng.standard_normal(400), t) / 0.1)).max() < 0.7)
+    >>> found = scatter(50 * np.sin(t / 5) + 0.1 * rng.standard_normal(400), np.full(400, 0.05), t)
+    >>> bool(np.abs(np.log(found / 2)).max() < 0.7)
     True
     """
-    from scipy.ndimage import uniform_filter1d
+    from scipy.ndimage import median_filter
 
     seen = np.flatnonzero(np.isfinite(positions) & np.isfinite(times))
     nothing = np.full(len(positions), math.nan)
-    if len(seen) < FEWEST + ORDER:
+    if len(seen) < FEWEST + max(ORDERS):
         return nothing
-    moments, values = (np.lib.stride_tricks.sliding_window_view(one[seen], ORDER + 1) for one in (times, positions))
-    span = moments[:, -1] - moments[:, 0]
-    apart = (moments[:, :, None] - moments[:, None, :]) / span[:, None, None] + np.eye(ORDER + 1)
-    weight = 1 / apart.prod(axis=2)
-    noise = np.sum(weight * values, axis=1) / np.linalg.norm(weight, axis=1)
-    known = span < WIDEST * np.median(span)  # across a gap the motion itself differs
-    noise, middle = noise[known], seen[ORDER // 2 : ORDER // 2 + len(known)][known]
-    if len(noise) < FEWEST:
+    found = []
+    for order in ORDERS:
+        moments, values, stated = (
+            np.lib.stride_tricks.sliding_window_view(one[seen], order + 1) for one in (times, positions, errors)
+        )
+        span = moments[:, -1] - moments[:, 0]
+        apart = (moments[:, :, None] - moments[:, None, :]) / span[:, None, None] + np.eye(order + 1)
+        weight = 1 / apart.prod(axis=2)
+        size = np.abs(np.sum(weight * values, axis=1)) / np.linalg.norm(weight * stated, axis=1)
+        known = span < WIDEST * np.median(span)  # across a gap the motion itself differs
+        middle = seen[order // 2 : order // 2 + len(known)][known]
+        if len(middle) < FEWEST:
+            return nothing
+        around = NORMAL * median_filter(size[known], min(USUAL, len(middle)), mode="reflect")
+        found.append((NORMAL * float(np.median(size[known])), middle, around))
+    usual, middle, around = min(found, key=lambda one: one[0])
+    if found[-1][0] > UNRESOLVED * usual:
         return nothing
-    most = 3 * 1.4826 * float(np.median(np.abs(noise)))
-    around = uniform_filter1d(np.minimum(noise**2, most**2), min(USUAL, len(noise)), mode="nearest")
-    return np.interp(np.arange(len(positions)), middle, np.sqrt(np.maximum(around, 0)))
+    # few of those around are independent: half way, by ratio, to that of the whole film
+    return np.interp(np.arange(len(positions)), middle, np.sqrt(usual * around))
 
 
 def hidden(size: Array) -> npt.NDArray[np.bool_]:
     """Pictures in which a marker is partly hidden, by its sizes (NaN where unseen).
 
-    It is where it is markedly smaller than it usually is around then, and in the pictures before and after as long as it is
-    smaller at all. A single picture in which it is hardly smaller than that is noise.
+    It is where it is markedly smaller than it usually is around then, and in the pictures before and after as long as its
+    size is another at all, and one more: what comes near a marker seems a part of it, and shifts its centre, before it hides
+    one. A single picture in which it is hardly smaller than that is noise.
     """
-    from scipy.ndimage import label
+    from scipy.ndimage import binary_dilation, binary_propagation, label
 
     change, common = _change(size), _common(_change(size))
     seen = np.flatnonzero(np.isfinite(size))
@@ -94,6 +118,8 @@ def hidden(size: Array) -> npt.NDArray[np.bool_]:
         least = float(change[pictures].min())
         if least < -(max(SHRUNK, common) if len(pictures) > 1 else max(ALONE, common)):
             found[pictures] = True
+    beside = binary_propagation(found[seen], mask=found[seen] | (np.abs(change[seen]) > 0.5 * common))
+    found[seen] = binary_dilation(beside)
     return found
 
 
@@ -110,7 +136,7 @@ def _change(size: Array) -> Array:
 
 
 def _common(change: Array) -> float:
-    return 6 * 1.4826 * float(np.median(np.abs(change)))
+    return 6 * NORMAL * float(np.median(np.abs(change)))
 
 
 def remarks(mass: int, x: Array, y: Array, size: Array) -> list[str]:

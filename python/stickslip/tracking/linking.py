@@ -16,6 +16,15 @@ SURE = 2.0
 WHOLE = 0.995
 """Of two reaches that keep the markers in sight equally well, to this share, the shorter is taken."""
 
+CLEAR = 1.3
+"""A marker has a score so many times that of the best other spot; belt texture is like itself to a tenth."""
+
+RIVAL = 1 / CLEAR
+"""What has this share of the score of a marker may be taken for it."""
+
+RESTS = 0.1
+"""What moves by less than this share of another spot's motion rests beside it."""
+
 PATIENCE = 5
 """A track seen less often than this dies when it is missed three times; longer ones wait for their marker."""
 
@@ -29,6 +38,7 @@ class Track:
     frames : picture numbers where it was seen, increasing.
     indices : its index in the detections of each of them.
     score : sum of the scores of its detections.
+    at_rest : spots that look like it and rest, beside which it was chosen because it moves.
     """
 
     frames: list[int] = field(default_factory=list)
@@ -42,6 +52,12 @@ class Track:
     size: float = 0.0
     contrast: float = 0.0
     label: int = -1
+    at_rest: list[Track] = field(default_factory=list)
+
+    @property
+    def rank(self) -> float:
+        """Its score, or that of a clearer spot that rests."""
+        return max(track.score for track in (self, *self.at_rest))
 
     def add(self, frame: int, index: int, detections: Detections) -> None:
         """Take detection `place` of picture `frame`."""
@@ -109,6 +125,7 @@ def find_markers(
     max_jump: float | None = None,
     start: tuple[tuple[float, float], ...] | None = None,
     moving: bool = False,
+    resting: int = 0,
 ) -> list[Track]:
     """The tracks of `count` markers, with reach and similarity measured on the film itself.
 
@@ -119,7 +136,7 @@ def find_markers(
     Parameters
     ----------
     film : the detections of each picture.
-    count, start, moving : as for :func:`choose`.
+    count, start, moving, resting : as for :func:`choose`.
     max_jump : the reach in px, where it is known.
 
     Returns
@@ -131,7 +148,7 @@ def find_markers(
     """
 
     def markers(limits: Limits) -> list[Track]:
-        return choose(link(film, limits), film, count, start=start, moving=moving)
+        return choose(link(film, limits), film, count, start=start, moving=moving, resting=resting)
 
     if max_jump is not None:
         return markers(Limits(max_jump))
@@ -140,9 +157,9 @@ def find_markers(
     tried = []
     for reach in _reaches(film):
         tried.append((reach, markers(Limits(reach))))
-        if start is None and not moving and sum(track.score for track in tried[-1][1]) >= WHOLE * most:
+        if start is None and not moving and sum(track.rank for track in tried[-1][1]) >= WHOLE * most:
             break
-    scores = [sum(track.score for track in tracks) for _, tracks in tried]
+    scores = [sum(track.rank for track in tracks) for _, tracks in tried]
     for (reach, tracks), score in zip(tried, scores, strict=True):
         if score >= WHOLE * max(scores):
             return markers(Limits.of(tracks, film, reach))
@@ -247,10 +264,12 @@ def choose(
     *,
     start: tuple[tuple[float, float], ...] | None = None,
     moving: bool = False,
+    resting: int = 0,
 ) -> list[Track]:
     """The `count` tracks that are the wanted markers.
 
-    Those with the greatest sum of scores, that is seen longest and most clearly; with `start`, the track that passes
+    Those with the greatest sum of scores, that is seen longest and most clearly, but one that moves rather than one as clear
+    that rests, as long as `resting` of them may rest; with `start`, the track that passes
     nearest to each given place at its first sight; with `moving`, scores count times the way they went. Pieces of one
     marker that was out of sight for long are joined where their similarity allows it and no other track claims them.
 
@@ -269,6 +288,8 @@ def choose(
         for track in tracks:
             if len(chosen) < count and not any(_same_thing(track, other, film) for other in chosen):
                 chosen.append(track)
+        if not moving:
+            _prefer_moving(chosen, tracks, film, resting)
         chosen.sort(key=lambda track: float(film[track.frames[0]].x[track.indices[0]]))
     else:
         chosen = []
@@ -281,6 +302,25 @@ def choose(
             if piece not in chosen and piece.frames and _continues(piece, track, chosen, film):
                 _join(track, piece)
     return chosen
+
+
+def _prefer_moving(chosen: list[Track], tracks: list[Track], film: list[Detections], resting: int) -> None:
+    """Take tracks that move for chosen ones that rest and look hardly more like a marker, down to `resting` of these."""
+    left = [track for track in tracks if track not in chosen and track.score >= RIVAL * chosen[-1].score]
+    left = [track for track in left if not any(_same_thing(track, other, film) for other in chosen)]
+    if not left:
+        return
+    travel = {id(track): _travel(track, film) for track in [*chosen, *left]}
+
+    def rests_beside(track: Track, other: Track) -> bool:
+        return travel[id(track)] < RESTS * travel[id(other)] and other.score >= RIVAL * track.score
+
+    for other in [*left]:
+        still = [place for place, track in enumerate(chosen) if rests_beside(track, other)]
+        if len(still) > resting:
+            left[left.index(other)], chosen[still[-1]] = chosen[still[-1]], other
+    for track in chosen:
+        track.at_rest = [other for other in left if rests_beside(other, track)]
 
 
 def _travel(track: Track, film: list[Detections]) -> float:

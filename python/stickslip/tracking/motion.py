@@ -26,14 +26,22 @@ def motion_dataset(
     *,
     source: str,
     frame_rate: float,
+    diameter: Array | None = None,
 ) -> xr.Dataset:
-    """A motion from places in the picture, all (time, mass); a coordinate that an edge cuts off is taken out here."""
+    """A motion from places in the picture, all (time, mass); a coordinate that an edge cuts off is taken out here.
+
+    Where the places are the centroids of discs their `diameter` in px is given.
+    """
     import xarray as xr
 
     if calibration.unit == "px":
         world, errors = (x.copy(), y.copy()), (x_error.copy(), y_error.copy())
     else:
-        world, errors = calibration.to_world(x, y), calibration.errors(x, y, x_error, y_error)
+        bent = calibration.lens is not None or calibration.homography is not None
+        world = (
+            calibration.to_world(x, y) if diameter is None or not bent else calibration.discs_to_world(x, y, diameter)
+        )
+        errors = calibration.errors(x, y, x_error, y_error)
     for axis, position, error in zip("xy", world, errors, strict=True):
         gone = np.array(
             [[reason != "" and (":" not in reason or axis in reason.split(":")[0]) for reason in row] for row in lost]

@@ -8,14 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.tracking.doubts import CLEAR
 from stickslip.tracking.finding.blobs import find_blobs, look_near
 from stickslip.tracking.finding.detections import Detections
 from stickslip.tracking.finding.response_map import ResponseMap
+from stickslip.tracking.linking import RIVAL
 from stickslip.tracking.video.source import Picture
-
-RIVAL = 1 / CLEAR
-"""Spots with this share of the score of the wanted markers are followed too, so that they can be told from them."""
 
 FAINT = 0.75
 """A spot of less than this share of its last score is looked for in the whole picture."""

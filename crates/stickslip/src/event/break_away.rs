@@ -78,6 +78,12 @@ pub fn end_of_hold<const H: usize>(
         Start::High => high = reaction.at(0.0).d[0],
         _ => {}
     }
+    // A reaction that stays within rounding of what it is, be it on an end, never leaves.
+    let rounding = stick.rounding(0.0, low.abs().max(high.abs()));
+    let inside = reaction.stick.start >= low - rounding && reaction.stick.start <= high + rounding;
+    if stick.rate == 0.0 && inside && reaction.bound[0] <= rounding {
+        return None;
+    }
     let ends = Ends {
         low,
         high,

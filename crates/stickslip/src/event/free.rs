@@ -317,7 +317,9 @@ mod tests {
                 stiffness: random(0.2, 2.0),
                 damping: random(-0.1, 0.3),
                 drive_velocity: random(0.05, 1.0),
+                constant: 0.0,
                 forcing: [],
+                constant: 0.0,
             };
             let low = if case % 2 == 0 { 0.0 } else { random(0.0, 0.5) };
             let high = if case % 3 == 0 {

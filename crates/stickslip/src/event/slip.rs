@@ -313,7 +313,9 @@ mod tests {
             stiffness: 1.3,
             damping: 0.1,
             drive_velocity: 0.3,
+            constant: 0.0,
             forcing,
+            constant: 0.0,
         };
         let mut found = 0;
         for case in 0..200 {

@@ -282,20 +282,27 @@ pub struct Frame<const H: usize> {
     pub damping: f64,
     /// Drive velocity s.
     pub drive_velocity: f64,
+    /// The constant force.
+    pub constant: f64,
     /// Harmonic forces.
     pub forcing: [Harmonic; H],
 }
 
 impl<const H: usize> Frame<H> {
     /// The frame of an oscillator with `H` harmonics.
+    ///
+    /// # Panics
+    /// Never: the slots are counted by the same harmonics.
     #[must_use]
     pub(crate) fn of(oscillator: &Oscillator) -> Self {
+        let mut swinging = oscillator.swinging();
         Self {
             mass: oscillator.mass,
             stiffness: oscillator.stiffness,
             damping: oscillator.damping,
             drive_velocity: oscillator.drive_velocity,
-            forcing: std::array::from_fn(|j| oscillator.forcing[j]),
+            constant: oscillator.constant_force(),
+            forcing: std::array::from_fn(|_| swinging.next().expect("a slot for each harmonic")),
         }
     }
 
@@ -376,7 +383,7 @@ impl<const H: usize> Frame<H> {
     pub(crate) fn held_against(&self, forces: &[[f64; 2]; H], x: f64, v: f64) -> Stick<H> {
         Stick {
             frequency: self.frequency(),
-            start: self.damping * v + self.stiffness * x,
+            start: self.damping * v + self.stiffness * x - self.constant,
             rate: self.stiffness * v,
             p: forces.map(|force| -force[0]),
             q: forces.map(|force| -force[1]),
@@ -415,7 +422,8 @@ impl<const H: usize> Response<H> {
             p[j] = force_cos * within - force_sin * behind;
             q[j] = force_sin * within + force_cos * behind;
         }
-        let constant = (direction * piece.offset + piece.slope * frame.drive_velocity) / frame.stiffness;
+        let push = direction * piece.offset + piece.slope * frame.drive_velocity + frame.constant;
+        let constant = push / frame.stiffness;
         let start = x;
         let free_position = x - constant - p.iter().sum::<f64>();
         let free_velocity = v - (0..H).map(|j| frequency[j] * q[j]).sum::<f64>();

@@ -12,7 +12,9 @@ use crate::drive::Clock;
 use crate::elementary::power;
 use crate::law::{Friction, Law, Piece};
 use crate::matrix::{Matrix, Rows, filled};
-use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, slope_at};
+use crate::normal_force::NormalForce;
+use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, product, slope_at};
+use crate::spring::Spring;
 use crate::system::{Drive, System, add_wave};
 use tangent::Linear;
 
@@ -33,7 +35,7 @@ pub(crate) struct ForceLine {
     pub direction: f64,
     /// Friction that opposes slip is offset + slope · u, unless the law is smooth.
     pub offset: f64,
-    /// The slope of that line; infinite where the slip speed is held.
+    /// The slope of that line; infinite where the slip speed is held, −infinite where the bodies are apart.
     pub slope: f64,
     /// The slip acceleration is zero at the start, by what led there: rounding must not give it a sign.
     pub still: bool,
@@ -43,7 +45,26 @@ impl ForceLine {
     /// Whether friction here is the reaction of a constraint: adhesion, or a slip speed that is held between two branches.
     /// A stuck contact at its limit that others hold has a force, its offset, instead.
     pub(crate) fn holds(&self) -> bool {
-        self.slope.is_infinite() || self.direction == 0.0 && self.offset == 0.0
+        self.slope == f64::INFINITY || self.direction == 0.0 && self.offset == 0.0
+    }
+
+    /// Whether the bodies are apart.
+    pub(crate) fn apart(&self) -> bool {
+        self.slope == f64::NEG_INFINITY
+    }
+
+    /// Whether friction follows from the law.
+    fn slips(&self) -> bool {
+        self.direction != 0.0 && self.slope.is_finite()
+    }
+
+    /// Coefficient k of the size of friction under the normal force of the law, from the slip speed up to k.
+    fn size(&self, law: Option<&Law>, u: &Series, k: usize, grown: &mut Grown) -> f64 {
+        match law {
+            Some(law) => law.toward(self.direction).extend(u, k, grown),
+            None if k == 0 => self.offset + self.slope * u[0],
+            None => self.slope * u[k],
+        }
     }
 
     /// What the slip velocity is multiplied with to give the slip speed.
@@ -71,6 +92,9 @@ pub(crate) struct Frame {
     moved: Rows<()>,
     forcing: Vec<crate::system::Force>,
     pub(crate) drives: Vec<Drive>,
+    /// The normal forces that vary.
+    pub(crate) normals: Vec<Option<NormalForce>>,
+    pub(crate) springs: Vec<Spring>,
     /// Whether the law of a contact is smooth, backward and forward.
     smooth: Vec<[bool; 2]>,
     /// L without friction.
@@ -144,12 +168,18 @@ impl Frame {
             moved.into_iter().map(|c| (c, ()))
         }));
         let drives: Vec<Drive> = system.contacts.iter().map(|c| c.drive_velocity.clone()).collect();
+        let normals: Vec<_> = system.contacts.iter().map(|c| c.normal_force.clone()).collect();
         let fastest = drives
             .iter()
             .map(Drive::fastest)
             .chain(system.forcing.iter().map(|force| force.frequency))
+            .chain(normals.iter().flatten().map(NormalForce::fastest))
             .fold(0.0, f64::max);
-        let free = spring.norm().sqrt() + damper.norm();
+        let stiffer = system.springs.iter().map(|spring| {
+            let own = |i: usize| inverse.at(i, i);
+            spring.steepest() * (own(spring.mass) + spring.other.map_or(0.0, own)) * 2.0
+        });
+        let free = (spring.norm() + stiffer.sum::<f64>()).sqrt() + damper.norm();
         // Contacts as edges between the masses and, the last node, the ground of all drives.
         let mut joined: Vec<usize> = (0..=n).collect();
         let mut loops = false;
@@ -185,6 +215,8 @@ impl Frame {
             moved,
             forcing: system.forcing.clone(),
             drives,
+            normals,
+            springs: system.springs.clone(),
             smooth: (system.contacts.iter())
                 .map(|c| [-1.0, 1.0].map(|direction| c.law.toward(direction).smooth()))
                 .collect(),
@@ -328,7 +360,18 @@ pub(crate) struct Motion {
     pub(crate) u: Vec<Series>,
     /// Friction forces on the mass of each contact.
     pub(crate) force: Vec<Series>,
+    /// Normal forces that vary, over those of the laws.
+    pub(crate) normal: Vec<Series>,
+    /// Friction in slip under the normal force of the law, where that varies.
+    friction: Vec<Series>,
     drive: Vec<Series>,
+    /// The pieces of the springs, their displacements, the squares of these, and the forces.
+    pub(crate) pieces: Vec<usize>,
+    pub(crate) displacement: Vec<Series>,
+    square: Vec<Series>,
+    pub(crate) pull: Vec<Series>,
+    /// What of the normal forces does not depend on the motion.
+    pressed: Vec<Series>,
     input: Vec<Series>,
     grown: Vec<Grown>,
     acceleration: Vec<f64>,
@@ -343,7 +386,14 @@ impl Motion {
             v: vec![ZERO; n],
             u: vec![ZERO; c],
             force: vec![ZERO; c],
+            normal: vec![ZERO; c],
+            friction: vec![ZERO; c],
             drive: vec![ZERO; c],
+            pieces: vec![0; frame.springs.len()],
+            displacement: vec![ZERO; frame.springs.len()],
+            square: vec![ZERO; frame.springs.len()],
+            pull: vec![ZERO; frame.springs.len()],
+            pressed: vec![ZERO; c],
             input: vec![ZERO; n],
             grown: vec![Grown::default(); c],
             acceleration: vec![0.0; n],
@@ -366,6 +416,11 @@ impl Motion {
         for (drive, series) in frame.drives.iter().zip(&mut self.drive) {
             drive.expand(clock, series);
         }
+        for (normal, series) in frame.normals.iter().zip(&mut self.pressed) {
+            if let Some(normal) = normal {
+                normal.expand(clock, series);
+            }
+        }
         if !frame.forcing.is_empty() {
             self.input.fill(ZERO);
             for force in &frame.forcing {
@@ -386,6 +441,18 @@ impl Motion {
         }
     }
 
+    /// Coefficient k of the normal force of a contact, where that varies, along positions and velocities.
+    fn press(&mut self, frame: &Frame, c: usize, k: usize) {
+        self.normal[c][k] = self.pressed_along(frame, c, k, (&self.x, &self.v));
+    }
+
+    fn pressed_along(&self, frame: &Frame, c: usize, k: usize, (x, v): (&[Series], &[Series])) -> f64 {
+        frame.normals[c].as_ref().map_or(0.0, |normal| {
+            let along = |factor: f64, of: &[Series]| factor * frame.across(c, |i| of[i][k]);
+            self.pressed[c][k] + along(normal.position, x) + along(normal.velocity, v)
+        })
+    }
+
     /// Coefficients k of the accelerations without any friction, from those of x and v.
     fn free(&mut self, frame: &Frame, k: usize) {
         for i in 0..frame.masses {
@@ -394,6 +461,28 @@ impl Motion {
                 sum -= spring * self.x[j][k] + damper * self.v[j][k];
             }
             self.acceleration[i] = sum;
+        }
+        for (s, spring) in frame.springs.iter().enumerate() {
+            let at = spring.other.map_or(0.0, |other| self.x[other][k]);
+            self.displacement[s][k] = self.x[spring.mass][k] - at;
+            let [offset, slope] = spring.line(self.pieces[s]);
+            let mut pull = slope * self.displacement[s][k] + if k == 0 { offset } else { 0.0 };
+            if spring.cubic != 0.0 {
+                self.square[s][k] = product(&self.displacement[s], &self.displacement[s], k);
+                pull += spring.cubic * product(&self.square[s], &self.displacement[s], k);
+            }
+            self.pull[s][k] = pull;
+            for i in 0..frame.masses {
+                let other = spring.other.map_or(0.0, |other| frame.inverse.at(i, other));
+                self.acceleration[i] -= (frame.inverse.at(i, spring.mass) - other) * pull;
+            }
+        }
+    }
+
+    /// The pieces of the springs at positions.
+    pub(crate) fn choose_pieces(&mut self, frame: &Frame, x: &[f64]) {
+        for (piece, spring) in self.pieces.iter_mut().zip(&frame.springs) {
+            *piece = spring.piece(x[spring.mass] - spring.other.map_or(0.0, |other| x[other]));
         }
     }
 
@@ -417,7 +506,8 @@ impl Motion {
         x: &[f64],
         v: &[f64],
     ) {
-        if let ([_], [law], [force_line]) = (x, laws, force_lines) {
+        let linear = frame.springs.is_empty();
+        if let ([_], [law], [force_line], [None], true) = (x, laws, force_lines, &frame.normals[..], linear) {
             self.expand_single(frame, law, *force_line, x[0], v[0]);
             return;
         }
@@ -428,7 +518,12 @@ impl Motion {
             self.free(frame, k);
             for (c, force_line) in force_lines.iter().enumerate() {
                 let w = self.drive[c][k] - frame.across(c, |i| self.v[i][k]);
-                if force_line.direction == 0.0 || force_line.holds() {
+                self.press(frame, c, k);
+                if force_line.apart() {
+                    (self.u[c][k], self.force[c][k]) = (force_line.sign() * w, 0.0);
+                    continue;
+                }
+                if !force_line.slips() {
                     self.u[c][k] = force_line.sign() * w;
                     if force_line.offset != 0.0 {
                         self.force[c][k] = if k == 0 { force_line.offset } else { 0.0 };
@@ -439,15 +534,12 @@ impl Motion {
                     continue;
                 }
                 self.u[c][k] = force_line.direction * w;
-                let size = if frame.is_smooth(c, force_line.direction) {
-                    laws[c]
-                        .toward(force_line.direction)
-                        .extend(&self.u[c], k, &mut self.grown[c])
-                } else if k == 0 {
-                    force_line.offset + force_line.slope * self.u[c][0]
-                } else {
-                    force_line.slope * self.u[c][k]
-                };
+                let law = frame.is_smooth(c, force_line.direction).then_some(laws[c]);
+                let mut size = force_line.size(law, &self.u[c], k, &mut self.grown[c]);
+                if frame.normals[c].is_some() {
+                    self.friction[c][k] = size;
+                    size = product(&self.normal[c], &self.friction[c], k);
+                }
                 let force = force_line.direction * size;
                 self.force[c][k] = force;
                 if force != 0.0 {
@@ -486,6 +578,11 @@ impl Motion {
         for (c, force_line) in force_lines.iter().enumerate() {
             self.u[c][ORDER] =
                 force_line.sign() * (self.drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
+            self.press(frame, c, ORDER);
+        }
+        for (s, spring) in frame.springs.iter().enumerate() {
+            let at = spring.other.map_or(0.0, |other| self.x[other][ORDER]);
+            self.displacement[s][ORDER] = self.x[spring.mass][ORDER] - at;
         }
     }
 
@@ -557,9 +654,17 @@ impl Motion {
     pub(crate) fn reach(&self, frame: &Frame, force_lines: &[ForceLine], scale: f64) -> f64 {
         let mut rate = frame.rate;
         for (c, force_line) in force_lines.iter().enumerate() {
-            if force_line.slope != 0.0 && !force_line.holds() {
-                rate += force_line.slope.abs() * frame.coupling(c, c);
+            if force_line.slips() {
+                rate += force_line.slope.abs() * frame.coupling(c, c) * self.pressure(frame, c);
+                if let Some(normal) = &frame.normals[c] {
+                    let varies = normal.position.abs() / frame.rate + normal.velocity.abs();
+                    rate += varies * self.friction[c][0].abs() * frame.coupling(c, c);
+                }
             }
+        }
+        for (s, spring) in frame.springs.iter().enumerate() {
+            let slope = 3.0 * spring.cubic.abs() * self.displacement[s][0] * self.displacement[s][0];
+            rate += (slope * frame.inverse.at(spring.mass, spring.mass)).sqrt();
         }
         let bound = NEGLIGIBLE * scale;
         let reach = |k: usize| {
@@ -577,6 +682,15 @@ impl Motion {
         }
         let mut shortest = reach(ORDER).min(reach(ORDER - 1)).min(LONGEST / rate);
         for (c, force_line) in force_lines.iter().enumerate() {
+            if let Some(normal) = &frame.normals[c] {
+                // It may vary while the masses do not.
+                let across = |of: &[Series]| frame.across(c, |i| of[i][0]);
+                let size = normal.size(across(&self.x), across(&self.v));
+                for k in [ORDER - 1, ORDER] {
+                    let share = NEGLIGIBLE * size / self.normal[c][k].abs();
+                    shortest = shortest.min(power(share, 1.0 / k as f64));
+                }
+            }
             // What holds a stuck contact may vary while the masses do not.
             if force_line.direction == 0.0 || force_line.holds() {
                 let share = frame.rate * bound / frame.coupling(c, c);
@@ -604,16 +718,39 @@ impl Motion {
         scale: f64,
         mut step: f64,
     ) -> f64 {
+        for (s, spring) in frame
+            .springs
+            .iter()
+            .enumerate()
+            .filter(|(_, spring)| spring.cubic != 0.0)
+        {
+            let bound = AGREES * scale / frame.inverse.at(spring.mass, spring.mass);
+            let agrees = |t: f64| {
+                let pull = spring.force(self.pieces[s], at(&self.displacement[s], t));
+                t * (at(&self.pull[s], t) - pull).abs() <= bound
+            };
+            let shorter = (0..60).map(|halvings| step * power(0.5, f64::from(halvings)));
+            step = shorter.clone().find(|&t| agrees(t)).unwrap_or(0.0);
+        }
         for (c, force_line) in force_lines.iter().enumerate() {
-            if !frame.is_smooth(c, force_line.direction) || force_line.direction == 0.0 {
+            let (smooth, loaded) = (
+                frame.is_smooth(c, force_line.direction),
+                frame.normals[c].is_some(),
+            );
+            if !(smooth || loaded) || !force_line.slips() {
                 continue;
             }
             let law = laws[c].toward(force_line.direction);
-            let room = |speed: f64| law.resolution(speed).unwrap_or(f64::INFINITY);
+            let room = |speed: f64| law.resolution(speed).filter(|_| smooth).unwrap_or(f64::INFINITY);
             let bound = AGREES * scale / frame.coupling(c, c);
             let agrees = |t: f64, speed: f64| {
-                let law = force_line.direction * law.force(&Piece::constant(0.0), speed);
-                t * (at(&self.force[c], t) - law).abs() <= bound
+                let line = Piece {
+                    slope: force_line.slope,
+                    ..Piece::constant(force_line.offset)
+                };
+                let friction = force_line.direction * law.force(&line, speed);
+                let normal = if loaded { at(&self.normal[c], t) } else { 1.0 };
+                t * (at(&self.force[c], t) - normal * friction).abs() <= bound
             };
             let u = &self.u[c];
             let curvature = curvature_bound(u, step);
@@ -642,6 +779,15 @@ impl Motion {
             }
         }
         step
+    }
+
+    /// How much more friction there is than by the law, at the start.
+    fn pressure(&self, frame: &Frame, c: usize) -> f64 {
+        if frame.normals[c].is_some() {
+            self.normal[c][0].abs()
+        } else {
+            1.0
+        }
     }
 
     /// Positions and velocities at `h`.

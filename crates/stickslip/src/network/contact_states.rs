@@ -1,7 +1,7 @@
 //! Which contacts stick and which slip, and where: at the start, and after every event, for all of them at once.
 
 use super::complementarity::{ContactProblem, toward};
-use super::{Contact, Loop, ROUNDING, STILL};
+use super::{Contact, Loop, ROUNDING};
 use crate::flow::taylor::ForceLine;
 use crate::law::{Friction, Hold};
 use crate::mode::Kind;
@@ -24,6 +24,8 @@ pub(super) struct Passage {
 impl Loop<'_> {
     /// Modes in which the motion starts.
     pub(super) fn start(&mut self) {
+        // The start is known to rounding, not to the error with which an event was found.
+        self.still = ROUNDING;
         self.motion.aim(&self.frame, self.clock);
         self.measure_scale();
         let mut required = Vec::new();
@@ -32,6 +34,10 @@ impl Loop<'_> {
         let mut force = vec![0.0; self.contacts.len()];
         for c in 0..self.contacts.len() {
             let w = self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]);
+            if self.frame.normals[c].is_some() && self.normal(c) <= self.faint(c) {
+                (self.contacts[c].direction, self.contacts[c].apart) = (w.signum(), true);
+                continue;
+            }
             if w.abs() <= ROUNDING * self.scale {
                 at_rest.push(c);
                 continue;
@@ -50,7 +56,7 @@ impl Loop<'_> {
             contact.kept = if contact.between.is_some() { w } else { 0.0 };
             let law = self.laws[c].toward(direction);
             contact.piece = law.begin(w.abs(), balance, &mut contact.memory);
-            force[c] = direction * law.force(&contact.piece, w.abs());
+            force[c] = self.friction(c, w.abs());
         }
         // Whoever rests there has arrived just now; the start is no event.
         let rates = vec![0.0; self.contacts.len()];
@@ -113,7 +119,7 @@ impl Loop<'_> {
         let all = self.frame.held(zero.clone());
         self.frame.stop(&all, self.clock, &mut self.v);
         // The static limit, and what slip would start with.
-        let limit: Vec<[f64; 2]> = zero
+        let of_law: Vec<[f64; 2]> = zero
             .iter()
             .map(|&c| {
                 let hold = if is_new(c) {
@@ -130,13 +136,18 @@ impl Loop<'_> {
                 [-1.0, 1.0].map(|direction| self.laws[c].toward(direction).break_away(hold))
             })
             .collect();
+        let normal: Vec<f64> = zero.iter().map(|&c| self.normal(c).max(0.0)).collect();
+        let pressed = of_law.iter().zip(&normal);
+        let limit: Vec<[f64; 2]> = pressed
+            .map(|(limits, normal)| limits.map(|limit| normal * limit))
+            .collect();
         let kinetic: Vec<[f64; 2]> = (0..zero.len())
             .map(|row| {
                 [-1.0, 1.0].map(|direction| {
                     let law = self.laws[zero[row]].toward(direction);
-                    let static_limit = toward(limit[row], direction);
+                    let static_limit = toward(of_law[row], direction);
                     let piece = law.leave(static_limit, &mut self.contacts[zero[row]].memory.clone());
-                    law.force(&piece, 0.0)
+                    normal[row] * law.force(&piece, 0.0)
                 })
             })
             .collect();
@@ -152,7 +163,7 @@ impl Loop<'_> {
                 continue;
             }
             let speed = contact.direction * (self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]));
-            let force = contact.friction(self.laws[c], speed.max(0.0));
+            let force = self.friction(c, speed.max(0.0));
             self.frame.relieve(&mut required, c, force);
         }
         let row_of = |c: usize| row_of[c].unwrap_or(0);
@@ -163,7 +174,7 @@ impl Loop<'_> {
             kinetic: &kinetic,
             required,
             drives: self.motion.drives(),
-            still: STILL * self.frame.rate * self.scale,
+            still: self.still * self.frame.rate * self.scale,
             released: passage.released.map(|(c, force)| (row_of(c), force.signum())),
             returned: passage.returned.map(row_of),
         };
@@ -178,8 +189,8 @@ impl Loop<'_> {
                 continue;
             }
             let stick_time = self.rested(c);
+            let was = self.friction(c, 0.0);
             let contact = &mut self.contacts[c];
-            let was = contact.friction(self.laws[c], 0.0);
             contact.direction = direction;
             contact.sense = 0.0;
             contact.at_reversal = false;
@@ -190,7 +201,7 @@ impl Loop<'_> {
             }
             contact.piece = self.laws[c]
                 .toward(direction)
-                .leave(static_limit, &mut contact.memory);
+                .leave(toward(of_law[row], direction), &mut contact.memory);
             // Adhesion that broke at the force slip starts with, within rounding: the slip velocity leaves zero with no slope.
             let rounding =
                 ROUNDING * (static_limit + self.frame.rate * self.scale / self.frame.coupling(c, c));

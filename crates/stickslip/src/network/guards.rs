@@ -10,6 +10,10 @@ use crate::series::{derivative, first_root};
 pub(super) enum Cause {
     Release,
     End(End),
+    /// The bodies part, or meet again.
+    Normal,
+    /// A spring goes on to this piece.
+    Spring(usize),
 }
 
 impl Loop<'_> {
@@ -20,13 +24,33 @@ impl Loop<'_> {
         let mut reach = *horizon;
         let grazes = &mut Vec::new();
         for (c, contact) in self.contacts.iter().enumerate() {
+            let normal = self.frame.normals[c].is_some().then(|| &self.motion.normal[c]);
+            if let Some(normal) = normal {
+                let sign = if contact.apart { -1.0 } else { 1.0 };
+                let guard = normal.map(|term| sign * term);
+                if let Some(h) = first_root(&guard, self.faint(c), false, reach, grazes)
+                    && (h < reach || found.is_none())
+                {
+                    (found, reach) = (Some((h, c, Cause::Normal)), h);
+                }
+                if contact.apart {
+                    continue;
+                }
+            }
             if contact.direction == 0.0 {
                 if contact.pinned != 0.0 {
                     continue;
                 }
                 let rested = self.rested(c);
                 let still = STILL * self.frame.rate * self.scale / self.frame.coupling(c, c);
-                match end_of_adhesion(self.laws[c], &self.motion.force[c], rested, still, reach, grazes) {
+                match end_of_adhesion(
+                    self.laws[c],
+                    (&self.motion.force[c], normal),
+                    rested,
+                    still,
+                    reach,
+                    grazes,
+                ) {
                     Ok(Some(h)) if h < reach || found.is_none() => {
                         (found, reach) = (Some((h, c, Cause::Release)), h);
                     }
@@ -83,6 +107,23 @@ impl Loop<'_> {
                     && (h < reach || found.is_none())
                 {
                     (found, reach) = (Some((h, c, Cause::End(end))), h);
+                }
+            }
+        }
+        for (s, spring) in self.frame.springs.iter().enumerate() {
+            let (piece, along) = (self.motion.pieces[s], &self.motion.displacement[s]);
+            let [low, high] = spring.ends(piece);
+            for (end, sign, next) in [(low, 1.0, piece.wrapping_sub(1)), (high, -1.0, piece + 1)] {
+                if !end.is_finite() {
+                    continue;
+                }
+                let mut guard = along.map(|term| sign * term);
+                guard[0] -= sign * end;
+                let rounding = rounding / self.frame.rate + ROUNDING * end.abs();
+                if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
+                    && (h < reach || found.is_none())
+                {
+                    (found, reach) = (Some((h, s, Cause::Spring(next))), h);
                 }
             }
         }

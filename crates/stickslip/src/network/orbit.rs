@@ -27,6 +27,18 @@ pub struct States {
     pub stuck: Vec<bool>,
 }
 
+/// A branch in a row of [`Orbit::steps`]; negative where the step begins without slip acceleration.
+pub(super) fn marked(branch: u32, still: bool) -> f64 {
+    let branch = f64::from(branch);
+    if still { -1.0 - branch } else { branch }
+}
+
+/// The branch that a row of [`Orbit::steps`] tells of.
+#[must_use]
+pub fn branch_of(number: f64) -> f64 {
+    number.max(-1.0 - number)
+}
+
 /// A whole run.
 #[derive(Clone, Debug)]
 pub struct Orbit {
@@ -34,7 +46,8 @@ pub struct Orbit {
     pub system: System,
     /// From where and how long.
     pub run: Run,
-    /// One row a step: time (high, low), positions, velocities, and for each contact direction, offset, slope, branch.
+    /// One row a step: time (high, low), positions, velocities, and for each contact direction, offset, slope, branch. A slip
+    /// that begins without acceleration has −1 − branch: [`branch_of`].
     pub steps: Vec<f64>,
     /// The events, in time.
     pub events: Vec<Event>,
@@ -48,7 +61,7 @@ impl Orbit {
     /// Numbers in a row of [`Orbit::steps`].
     #[must_use]
     pub fn width(&self) -> usize {
-        2 + 2 * self.system.masses() + 4 * self.system.contacts.len()
+        2 + 2 * self.system.masses() + 4 * self.system.contacts.len() + self.system.springs.len()
     }
 
     /// The time up to which the orbit is known.
@@ -153,15 +166,24 @@ impl<'a> Expansion<'a> {
     /// Expand a step again; when it begins.
     pub(crate) fn expand(&mut self, index: usize) -> Clock {
         let (n, row, clock) = (self.frame.masses, self.rows[index], self.clock(index));
+        let pieces = row.len() - self.frame.springs.len();
         let force_line = |force_line: &[f64]| ForceLine {
             direction: force_line[0],
             offset: force_line[1],
             slope: force_line[2],
-            still: false,
+            still: force_line[3] < 0.0,
         };
         self.force_lines.clear();
         self.force_lines
-            .extend(row[2 + 2 * n..].chunks_exact(4).map(force_line));
+            .extend(row[2 + 2 * n..pieces].chunks_exact(4).map(force_line));
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a small whole number"
+        )]
+        for (piece, &number) in self.motion.pieces.iter_mut().zip(&row[pieces..]) {
+            *piece = number as usize;
+        }
         let held = (0..self.force_lines.len())
             .filter(|&c| self.force_lines[c].holds())
             .collect();

@@ -1,17 +1,65 @@
 //! When adhesion breaks: the first time its force is more than a limit that grows with rest and falls with the force rate.
 
+use super::ROUNDING;
+use crate::event::certified;
 use crate::law::{Friction, Hold, Law};
-use crate::series::{PASSED, Series, curvature_bound, first_root, free_time, slope_at};
+use crate::series::{CERTIFIED, PASSED, Series, at, curvature_bound, first_root, free_time, slope_at};
 
 /// A search of so many rounds gives up where it is: the motion goes on from there.
 const ROUNDS: u32 = 10_000;
 
-/// When adhesion under `force` breaks within `reach`, for a contact that has rested for `rested`; a force that starts beyond
+/// The force that a contact needs to stick, and its normal force where that varies.
+type Load<'a> = (&'a Series, Option<&'a Series>);
+
+/// When adhesion under a load breaks within `reach`, for a contact that has rested for `rested`; a force that starts beyond
 /// the limit by no more than `still` and is relieved from there does not break it. An error is the time up to which it holds,
 /// where the search gave up.
 pub(super) fn end_of_adhesion(
     law: &Law,
-    force: &Series,
+    load: Load,
+    rested: f64,
+    still: f64,
+    reach: f64,
+    grazes: &mut Vec<f64>,
+) -> Result<Option<f64>, f64> {
+    let found = first_end(law, load, rested, still, reach, grazes);
+    debug_assert!(
+        !matches!(found, Ok(Some(h)) if !breaks(law, load, rested, still, (h, reach))),
+        "{found:?} is no end of adhesion under {load:?}, {law:?}"
+    );
+    found
+}
+
+/// The certificate of a break-away, checked in a debug build.
+fn breaks(law: &Law, (force, normal): Load, rested: f64, still: f64, (h, reach): (f64, f64)) -> bool {
+    let margin = |t: f64| {
+        let (value, rate) = slope_at(force, t);
+        let hold = Hold {
+            stick_time: rested + t,
+            force_rate: rate.abs(),
+        };
+        let limit = pressed(normal, t) * law.toward(value.signum()).break_away(hold);
+        [
+            limit - value.abs(),
+            16.0 * rounding_of(limit + value.abs(), still),
+        ]
+    };
+    h == 0.0 || certified(h, CERTIFIED * reach, margin)
+}
+
+/// The share of the law's force that there is at a time: 1 where the normal force does not vary.
+fn pressed(normal: Option<&Series>, t: f64) -> f64 {
+    normal.map_or(1.0, |normal| at(normal, t).max(0.0))
+}
+
+/// How far from the limit a force may be by rounding and by the error with which an event was found.
+fn rounding_of(limit: f64, still: f64) -> f64 {
+    (ROUNDING * limit).max(2.0 * still / PASSED)
+}
+
+fn first_end(
+    law: &Law,
+    load: Load,
     rested: f64,
     still: f64,
     reach: f64,
@@ -19,11 +67,11 @@ pub(super) fn end_of_adhesion(
 ) -> Result<Option<f64>, f64> {
     let [backward, forward] = [-1.0, 1.0].map(|direction| law.toward(direction));
     if std::ptr::eq(backward, forward) {
-        return end_on(law, None, force, rested, still, reach, grazes);
+        return end_on(law, None, load, rested, still, reach, grazes);
     }
-    let first = end_on(forward, Some(1.0), force, rested, still, reach, grazes);
+    let first = end_on(forward, Some(1.0), load, rested, still, reach, grazes);
     let clear = first.map_or_else(|clear| clear, |found| found.unwrap_or(reach));
-    match end_on(backward, Some(-1.0), force, rested, still, clear, grazes) {
+    match end_on(backward, Some(-1.0), load, rested, still, clear, grazes) {
         Ok(None) => first,
         second => second,
     }
@@ -33,29 +81,36 @@ pub(super) fn end_of_adhesion(
 fn end_on(
     law: &Law,
     side: Option<f64>,
-    force: &Series,
+    (force, normal): Load,
     rested: f64,
     still: f64,
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Result<Option<f64>, f64> {
-    let limit = |t: f64, rate: f64| {
+    let of_law = |t: f64, rate: f64| {
         law.break_away(Hold {
             stick_time: rested + t,
             force_rate: rate.abs(),
         })
     };
+    let limit = |t: f64, rate: f64| pressed(normal, t) * of_law(t, rate);
     let feels_rate = law.feels_force_rate();
     let static_limit = limit(0.0, force[1]);
-    let rounding = (4.0 * f64::EPSILON * static_limit).max(2.0 * still / PASSED);
+    let rounding = rounding_of(static_limit, still);
     if !feels_rate && law.growth_bound(rested) == 0.0 {
-        let mut first = None;
+        let (mut first, constant) = (None, of_law(0.0, 0.0));
         for sign in [1.0, -1.0]
             .into_iter()
             .filter(|sign| side.is_none_or(|side| side == *sign))
         {
             let mut room = force.map(|term| -sign * term);
-            room[0] += static_limit;
+            match normal {
+                None => room[0] += constant,
+                Some(normal) => room
+                    .iter_mut()
+                    .zip(normal)
+                    .for_each(|(room, n)| *room += n * constant),
+            }
             first = first_root(&room, rounding, false, first.unwrap_or(reach), grazes).or(first);
         }
         return Ok(first);
@@ -70,7 +125,7 @@ fn end_on(
         static_limit
     };
     let outward_of = |value: f64| side.unwrap_or(value.signum()) * value;
-    if swing <= rounding && outward_of(force[0]) - least <= rounding {
+    if normal.is_none() && swing <= rounding && outward_of(force[0]) - least <= rounding {
         return Ok(None);
     }
     let tiny = f64::EPSILON * reach;
@@ -88,7 +143,12 @@ fn end_on(
             t += f64::EPSILON.sqrt() * reach;
             continue;
         }
-        let free = |sign: f64| free_time(static_limit - sign * value, -sign * rate, curvature);
+        // A normal force that varies takes the limit along.
+        let (rise, bend) = normal.map_or((0.0, 0.0), |normal| {
+            let law = of_law(t, rate);
+            (law * slope_at(normal, t).1, law * curvature_bound(normal, reach))
+        });
+        let free = |sign: f64| free_time(static_limit - sign * value, rise - sign * rate, curvature + bend);
         let mut step = side
             .map_or_else(|| free(1.0).min(free(-1.0)), free)
             .min(reach - t);
@@ -107,7 +167,10 @@ fn end_on(
                 }
             }
         }
-        if (!feels_rate || flat) && law.growth_bound(rested + t) < outward - 2.0 * curvature * step {
+        if normal.is_none()
+            && (!feels_rate || flat)
+            && law.growth_bound(rested + t) < outward - 2.0 * curvature * step
+        {
             // The margin falls from here on: one root, close it.
             let margin = |t: f64| {
                 let (value, rate) = slope_at(force, t);

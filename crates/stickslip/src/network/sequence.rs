@@ -23,6 +23,12 @@ fn admit(system: &System) -> Result<(), Error> {
             "contacts that close a loop share their load by a rule that has no derivative; take one of them out".into(),
         );
     }
+    if !system.springs.is_empty() {
+        return refused(
+            "no derivative is known through springs that are not linear; put what is linear into stiffness, or look at sections"
+                .into(),
+        );
+    }
     if system
         .contacts
         .iter()
@@ -168,7 +174,7 @@ impl Rows<'_> {
             .map(|force_line| {
                 if force_line[0] == 0.0 {
                     ContactState::Stick
-                } else if force_line[2].is_infinite() {
+                } else if force_line[2] == f64::INFINITY {
                     ContactState::Hold(force_line[0])
                 } else {
                     ContactState::Slip(force_line[0])
@@ -229,6 +235,12 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Er
             }),
             (Kind::Node, _) if rows.grows(c, from, t) => Ending::Line(End::High),
             (Kind::Capture | Kind::Crossing | Kind::Node, _) => Ending::Line(End::Low),
+            (Kind::Parting | Kind::Meeting | Kind::Spring, _) => {
+                return refused(format!(
+                    "the bodies of contact {c} part at t = {t}, for which no derivative is known: follow a motion along which \
+                     the normal force stays positive"
+                ));
+            }
         };
         let (one, other) = (rows.at(from), rows.at(t));
         phases.push(Phase {

@@ -14,7 +14,11 @@ impl Loop<'_> {
         let arrived: Vec<usize> = (0..self.contacts.len())
             .filter(|&other| {
                 let contact = &self.contacts[other];
-                if contact.direction == 0.0 || contact.between.is_some() || contact.piece.low > 0.0 {
+                if contact.direction == 0.0
+                    || contact.between.is_some()
+                    || contact.apart
+                    || contact.piece.low > 0.0
+                {
                     return false;
                 }
                 let (speed, slope) = slope_at(&self.motion.u[other], h);
@@ -34,10 +38,13 @@ impl Loop<'_> {
         if h == 0.0 {
             reached = f64::INFINITY.copysign(reached);
         }
-        let passage = Passage {
+        let mut passage = Passage {
             released: (cause == Cause::Release).then_some((c, reached)),
-            returned: (h == 0.0 && self.contacts[c].at_reversal && cause == Cause::End(End::Low))
-                .then_some(c),
+            returned: (h == 0.0
+                && self.contacts[c].at_reversal
+                && self.contacts[c].piece.low <= 0.0
+                && cause == Cause::End(End::Low))
+            .then_some(c),
             rates: self.rates(h),
             starting: false,
             arrived,
@@ -55,10 +62,11 @@ impl Loop<'_> {
                 contact.at_reversal = false;
             }
         }
-        if let Cause::End(end) = cause
-            && !passage.arrived.contains(&c)
-        {
-            self.leave(c, end, speed);
+        match cause {
+            Cause::End(end) if !passage.arrived.contains(&c) => self.leave(c, end, speed),
+            Cause::Normal if self.contacts[c].apart => passage.arrived.extend(self.meet(c)),
+            Cause::Normal => self.part(c),
+            _ => {}
         }
         self.set_contact_states(&passage);
     }
@@ -67,7 +75,7 @@ impl Loop<'_> {
     pub(super) fn leave(&mut self, c: usize, end: End, speed: f64) {
         let law = self.laws[c].toward(self.contacts[c].direction);
         let rate = self.rate_if_stuck(c);
-        let follows = self.follows(c);
+        let (follows, normal) = (self.follows(c), self.normal(c));
         let contact = &mut self.contacts[c];
         contact.memory.force_rate = rate;
         contact.sense = 0.0;
@@ -93,10 +101,36 @@ impl Loop<'_> {
             End::Low => contact.piece.low,
             End::High => contact.piece.high,
         };
-        let force = contact.direction * law.force(&contact.piece, speed);
+        let force = normal * contact.direction * law.force(&contact.piece, speed);
+        let left = contact.piece.slope.abs();
         contact.piece = law.next(&contact.piece, end, speed, &mut contact.memory);
-        contact.at_reversal = false;
+        // Where a steep line ends the slip acceleration may be rounding: which way it goes on, its rate then says.
+        contact.steep = normal * left.max(contact.piece.slope.abs());
+        contact.at_reversal = true;
         self.tell(Kind::Node, c, force);
+    }
+
+    /// The bodies of contact `c` part.
+    fn part(&mut self, c: usize) {
+        let w = self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]);
+        let contact = &mut self.contacts[c];
+        if contact.direction == 0.0 {
+            contact.direction = w.signum();
+        }
+        contact.apart = true;
+        self.tell(Kind::Parting, c, 0.0);
+    }
+
+    /// The bodies of contact `c` meet: they slip on, or it arrives at zero slip velocity.
+    fn meet(&mut self, c: usize) -> Option<usize> {
+        let w = self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]);
+        let contact = &mut self.contacts[c];
+        contact.apart = false;
+        contact.direction = w.signum();
+        let law = self.laws[c].toward(contact.direction);
+        contact.piece = law.begin(w.abs(), f64::INFINITY, &mut contact.memory);
+        self.tell(Kind::Meeting, c, 0.0);
+        (w.abs() <= ROUNDING * self.scale).then_some(c)
     }
 
     /// Friction of the two branches at slip speed `u` of a contact whose law has such, where the speed is held between them.

@@ -108,11 +108,7 @@ impl Course<'_> {
         expansion.h = h;
         match contact_state {
             ContactState::Slip(_) => expansion.slip_acceleration(c).value,
-            ContactState::Stick => {
-                let age = self.age(start, c, expansion.begin + h);
-                self.room(c, &age, &expansion.force_rate(c), expansion.force(c))
-                    .rates[0]
-            }
+            ContactState::Stick => self.margin(start, c, expansion.begin + h, expansion).rates[0],
             ContactState::Hold(_) => 1.0,
         }
     }
@@ -170,7 +166,8 @@ impl Course<'_> {
                 let [force, rate] = self.if_stuck(&end.moved, &phase.contact_states, c);
                 let detail = rate.value * force.value.signum();
                 let at_once = Dual::fixed(0.0, moves.rates.len());
-                let margin = self.room(c, &at_once, &rate, force);
+                let normal = self.normal(c, || end.moved.clone());
+                let margin = self.room((c, normal), &at_once, &rate, force);
                 if sticks {
                     push(Boundary::Entry, margin, detail);
                 } else {

@@ -1,11 +1,13 @@
 //! The jump of the derivative at an event: what vanishes there, and the state and memory that follow.
 
 use super::segment::{Course, Expansion};
-use super::state::{AGE, ContactState, Ending, Flags, HIGH, LOW, Moving, Phase, line_of};
-use super::varied::{LINE_STEP, RELATIVE_STEP};
+use super::state::{AGE, ContactState, Ending, Flags, HIGH, LOW, Layout, Moving, Phase, line_of};
+use super::varied::{LINE_STEP, RELATIVE_STEP, difference};
 use crate::drive::Clock;
 use crate::dual::Dual;
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
+use crate::series::ZERO;
+use crate::system::System;
 
 /// Where a phase of an event sequence ends.
 pub(super) struct PhaseEnd<'a> {
@@ -56,17 +58,67 @@ impl Course<'_> {
 
     /// What adhesion of a contact bears beyond the force that holds it.
     pub(super) fn margin(&self, start: &Moving, c: usize, tau: f64, expansion: &Expansion) -> Dual {
+        let normal = self.normal(c, || self.moved(start, tau, expansion));
         self.room(
-            c,
+            (c, normal),
             &self.age(start, c, tau),
             &expansion.force_rate(c),
             expansion.force(c),
         )
     }
 
-    /// The static limit beyond a force.
-    pub(super) fn room(&self, c: usize, stick_time: &Dual, rate: &Dual, force: Dual) -> Dual {
-        self.static_limit(c, force.value, stick_time, rate) - &force.abs()
+    /// The static limit beyond a force, under a normal force where that varies.
+    pub(super) fn room(
+        &self,
+        (c, normal): (usize, Option<Dual>),
+        stick_time: &Dual,
+        rate: &Dual,
+        force: Dual,
+    ) -> Dual {
+        let limit = self.static_limit(c, force.value, stick_time, rate);
+        let pressed = match normal {
+            Some(normal) => {
+                let mut pressed = limit.clone() * normal.value;
+                pressed.shift(limit.value, &normal);
+                pressed
+            }
+            None => limit,
+        };
+        pressed - &force.abs()
+    }
+
+    /// The normal force of a contact over that of its law, where that varies, in a state.
+    pub(super) fn normal(&self, c: usize, state: impl FnOnce() -> Moving) -> Option<Dual> {
+        let normal = self.frame.normals[c].as_ref()?;
+        let state = state();
+        let clock = Clock {
+            high: state.numbers[0].value,
+            low: 0.0,
+        };
+        let across = |of: fn(Layout, usize) -> usize| {
+            let contact = &self.varied.base.contacts[c];
+            let own = state.numbers[of(self.layout, contact.mass)].clone();
+            match contact.other {
+                Some(other) => own - &state.numbers[of(self.layout, other)],
+                None => own,
+            }
+        };
+        let (x, v) = (across(Layout::x), across(Layout::v));
+        let lanes = x.rates.len();
+        let mut number = Dual::fixed(normal.at(clock, x.value, v.value), lanes);
+        let mut series = ZERO;
+        normal.expand(clock, &mut series);
+        number.shift(series[1], &state.numbers[0]);
+        number.shift(normal.position, &x);
+        number.shift(normal.velocity, &v);
+        if let (Some(lane), Some((around, step))) = (self.parameter(lanes), &self.varied.around) {
+            let at = |system: &System| {
+                let normal = system.contacts[c].normal_force.as_ref();
+                normal.map_or(f64::NAN, |normal| normal.at(clock, x.value, v.value))
+            };
+            number.rates[lane] += difference(std::array::from_fn(|i| at(&around[i])), *step);
+        }
+        Some(number)
     }
 
     /// How long a stuck contact has stuck.

@@ -1,12 +1,10 @@
 //! A system that varies with one number of its document, and what its laws answer to numbers that carry derivatives.
 
-use serde::Deserialize;
 use serde_json::Value;
 
 use crate::dual::Dual;
 use crate::error::Error;
 use crate::law::{Checked, Law};
-use crate::structure::Oscillator;
 use crate::system::System;
 
 /// A system that varies with one number of its document.
@@ -46,12 +44,8 @@ fn refused(reason: &impl ToString) -> Error {
 
 /// The system of a document, of an oscillator or of masses.
 fn system_of(document: &Value) -> Result<System, Error> {
-    let system = if document.get("contacts").is_some() {
-        System::deserialize(document)
-    } else {
-        Oscillator::deserialize(document).map(|oscillator| System::from(&oscillator))
-    };
-    system.map_err(|error| refused(&error))
+    let read = System::read(document.clone());
+    read.map(|(system, _)| system).map_err(|error| refused(&error))
 }
 
 /// The systems around that of a document, and the size of a step.

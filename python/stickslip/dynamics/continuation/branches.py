@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.dynamics.continuation.birth import born
 from stickslip.dynamics.continuation.branch import COLUMNS, Branch, Branches, SpecialPoint, range_of
 from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.closed_orbit import Cycle
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit, periodic_orbit
+from stickslip.dynamics.periodic.cycles import periodic_orbit, unchecked
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
 from stickslip.dynamics.periodic.return_map import forcing_period
-from stickslip.dynamics.periodic.shooting import Family, axis, corrected
+from stickslip.dynamics.periodic.shooting import Family, Point, axis, corrected
 from stickslip.dynamics.periodic.state_cycles import StateCycle
 from stickslip.errors import InputError
 from stickslip.files.documents import number
@@ -41,8 +42,9 @@ def continuation(
 
     Pseudo-arclength continuation of the orbit held to its event sequence; test functions that vanish at the four sliding
     bifurcations, multipliers at +1, −1 and the unit circle, and zeros of the damping of steady slip are found by Newton's
-    method or a bracketed root. At a sliding bifurcation the event sequence is switched and the branch goes on, back in the
-    parameter where orbits on both sides of the boundary meet (a nonsmooth fold).
+    method or a bracketed root. At a sliding bifurcation the event sequence is switched; where the orbits on both sides have
+    one limit there the branch goes on, back in the parameter if that is where they lie (a nonsmooth fold), else it ends.
+    From every Hopf point of steady slip the cycle that is born there is followed as a branch of its own.
 
     Parameters
     ----------
@@ -67,8 +69,8 @@ def continuation(
     InputError
         for an unknown parameter, bounds that make no sense, or where no motion to start from is found.
 
-    Limits: a branch ends where its orbit leaves the neighbourhood of the boundary, as with f_s > f_k where a grazing orbit is
-    thrown far away; branches that no run from rest or `guess` reaches are not found.
+    Limits: a branch ends where the orbits on both sides of a boundary have no common limit, as with f_s > f_k where a grazing
+    orbit is thrown far away; branches that begin at no Hopf point and that no run from rest or `guess` reaches are not found.
 
     Source: Dercole & Kuznetsov, ACM TOMS 31 (2005) 95; Thota & Dankowicz, SIADS 7 (2008) 1283.
 
@@ -108,7 +110,14 @@ def continuation(
         if isinstance(cycle, StateCycle):
             branches.append(StateWalk(path, (low, high), most, progress).both_ways(cycle))
         else:
-            branches.append(_both_ways(cycle, value, family, most, progress))
+            sequence = cycle.closed.sequence
+            point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+            branches.append(both_ways(point, family, most, progress))
+    for point in [item for branch in branches if branch.kind == "steady_slip" for item in branch.special_points]:
+        assert isinstance(point.system, Oscillator)
+        new = born_branch(point.system, point.parameter, family, branches, most, progress)
+        if new is not None:
+            branches.append(new)
     if not branches:
         raise InputError("continuation: no periodic motion to start from: give a guess (x, v) near one")
     return Branches(system, parameter, (low, high), tuple(branches))
@@ -143,11 +152,25 @@ def _steady(system: Oscillator, path: str, family: Family) -> Branch:
     return branch
 
 
-def _both_ways(cycle: PeriodicOrbit, value: float, family: Family, most: int, progress: Any) -> Branch:
-    sequence = cycle.closed.sequence
-    start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+def both_ways(start: Point, family: Family, most: int, progress: Any = None) -> Branch:
+    """The branch of a cycle, from where the parameter falls to where it grows."""
     halves = []
     for sign in (-1.0, 1.0):
         way = start.direction * math.copysign(1.0, start.direction[_PARAMETER]) * sign
         halves.append(Walk(family, most, progress).go(replace(start, direction=way)))
     return halves[0].reversed().joined(halves[1])
+
+
+def born_branch(
+    system: Oscillator, value: float, family: Family, known: list[Branch], most: int, progress: Any = None
+) -> Branch | None:
+    """The branch that begins at a Hopf point; None where there is none or it is known."""
+    start = born(system, value, family)
+    if start is None or any(lies_on(branch, unchecked(start.here), float(start.values[0])) for branch in known):
+        return None
+    branch = both_ways(start, family, most, progress)
+    # Of a known branch only its smallest cycles may be larger than the start.
+    middle = len(branch.values) // 2
+    if any(lies_on(other, branch.orbit(middle), branch.values[middle]) for other in known):
+        return None
+    return branch

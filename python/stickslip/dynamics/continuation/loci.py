@@ -16,7 +16,7 @@ from stickslip.dynamics.periodic.cycles import PeriodicOrbit, one_period, unchec
 from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer, read, with_number
 from stickslip.dynamics.periodic.return_map import Lost
-from stickslip.dynamics.periodic.shooting import Family, Point, corrected, stepped
+from stickslip.dynamics.periodic.shooting import Family, Point, corrected, labels, stepped
 from stickslip.dynamics.periodic.switching_boundaries import name_of, worst
 from stickslip.errors import InputError
 from stickslip.files.documents import number
@@ -39,7 +39,7 @@ class CodimensionTwo:
     ``"fold_flip"``, ``"fold_neimark_sacker"``, ``"flip_neimark_sacker"``, ``"flip_flip"`` or the strong resonances
     ``"resonance_1_1"`` to ``"resonance_1_4"`` (the angle of the critical multipliers is 0, π, 2π/3, π/2); on a boundary of
     sticking, where a multiplier passes +1, −1 or the unit circle, its name with ``"_fold"``, ``"_flip"`` or
-    ``"_neimark_sacker"``; where a curve ends on a boundary of another kind, both names with ``"_and_"``.
+    ``"_neimark_sacker"``; where a curve ends on a boundary of another kind or becomes one, both names with ``"_and_"``.
     """
 
     kind: str
@@ -136,8 +136,9 @@ def locus(
     InputError
         for unknown parameters, bounds that make no sense or leave the point out, or a kind that is no curve to follow.
 
-    Limits: the event sequence is held; the curve ends where another boundary is met (a point of codimension two). A nonsmooth
-    Hopf point or a branch point is not followed.
+    Limits: the event sequence is held; the curve ends where another boundary is met (a point of codimension two). Where a
+    multiplier is 1 there, or a stick of no duration is followed, it ends beside that point without its name. A nonsmooth Hopf
+    point or a branch point is not followed.
 
     Source: Dercole & Kuznetsov, ACM TOMS 31 (2005) 95; Kuznetsov, Elements of Applied Bifurcation Theory, ch. 10.
 
@@ -233,6 +234,14 @@ def _half(
                 )
                 rows.append(_row(end))
             return rows, found
+        if _name(ahead) != _name(point):
+            # Where the boundary becomes another kind no motion follows the event sequence any more.
+            try:
+                end = _between(point, step, family, _detail, (_detail(point), _detail(ahead)))
+            except Lost:
+                step /= 2
+                continue
+            return [*rows, _row(end)], [*found, _codimension_two(f"{kind}_and_{_name(ahead)}", end)]
         found += _second(point, ahead, step, family, kind)
         ended, point = None, ahead
         rows.append(_row(point))
@@ -274,7 +283,7 @@ def _second(point: Point, ahead: Point, step: float, family: Family, kind: str) 
         with contextlib.suppress(Lost):
             there = _between(point, step, family, test, ends)
             if name != "cusp" or np.linalg.norm(there.direction[-2:]) < _STILL * np.linalg.norm(along):
-                found.append(CodimensionTwo(name, (float(there.values[0]), float(there.values[1])), there))
+                found.append(_codimension_two(name, there))
     return found
 
 
@@ -293,8 +302,22 @@ def _last(point: Point, beyond: Point, step: float, family: Family, kind: str) -
         there = _between(point, step, family, test, (before[label], after[label]))
     except Lost:
         return []
-    second = name_of(there.here, label)
-    return [CodimensionTwo(f"{kind}_and_{second}", (float(there.values[0]), float(there.values[1])), there)]
+    return [_codimension_two(f"{kind}_and_{name_of(there.here, label)}", there)]
+
+
+def _name(point: Point) -> str | None:
+    """The bifurcation of the boundary that vanishes on the curve; None on a curve of multipliers."""
+    return name_of(point.here, point.boundary) if isinstance(point.boundary, tuple) else None
+
+
+def _detail(point: Point) -> float:
+    """How the holding force moves on the boundary: its sign is what tells two bifurcations of one test function apart."""
+    assert isinstance(point.boundary, tuple)
+    return float(point.here.tests[labels(point.here)[point.boundary], 3])
+
+
+def _codimension_two(kind: str, there: Point) -> CodimensionTwo:
+    return CodimensionTwo(kind, (float(there.values[0]), float(there.values[1])), there)
 
 
 def _row(point: Point) -> _Row:

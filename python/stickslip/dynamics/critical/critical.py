@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint
-from stickslip.dynamics.continuation.branches import lies_on
+from stickslip.dynamics.continuation.branches import born_branch, lies_on
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.critical.confirmation import Shown, shown
 from stickslip.dynamics.periodic.cycles import event_cycle
@@ -53,7 +53,8 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
 
     `criticality` says whether the cycle born at a smooth Hopf point is stable. `neutral` has the ranges of the drive velocity
     in which small disturbances of steady slip neither grow nor decay. `special_points` are those of the cycles that were
-    followed, also of unstable ones, which no run shows.
+    followed; `not_shown` are those among them where runs on both sides end in the same motion, as on cycles that repel: there
+    it is the set of starts which lead to each motion that changes.
     """
 
     all: tuple[tuple[str, float], ...]
@@ -73,16 +74,31 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     def __len__(self) -> int:
         return len({kind for kind, _ in self.all})
 
+    @property
+    def not_shown(self) -> tuple[SpecialPoint, ...]:
+        """The special points that are no critical velocity by themselves."""
+        return tuple(
+            point
+            for point in self.special_points
+            if all(abs(point.parameter - value) > _SAME * abs(value) for _, value in self.all)
+        )
+
     def facts(self) -> dict[str, Any]:
         """What a notebook shows."""
         kinds = dict.fromkeys(kind for kind, _ in self.all)
         found: dict[str, Any] = {one: [value for kind, value in self.all if kind == one] for one in kinds}
         ranges = [f"{low:.6g} to {high:.6g}" for low, high in self.neutral]
-        return found | ({"neutral slip": ranges} if ranges else {})
+        hidden = [f"{point.kind} {point.parameter:.12g}" for point in self.not_shown]
+        return (
+            found
+            | ({"neutral slip": ranges} if ranges else {})
+            | ({"on cycles, not shown by runs": hidden} if hidden else {})
+        )
 
     def __repr__(self) -> str:
         said = [f"{kind} {value:.12g}" for kind, value in self.all] or ["none"]
         said += [f"neutral slip from {low:.12g} to {high:.12g}" for low, high in self.neutral]
+        said += [f"{point.kind} {point.parameter:.12g} on a cycle (not shown by runs)" for point in self.not_shown]
         return f"<CriticalVelocities {', '.join(said)}>"
 
 
@@ -290,8 +306,7 @@ def _branches(
     neutral: list[tuple[float, float]],
     sweeps: list[Sweep],
 ) -> list[Branch]:
-    """The branches of the cycles that the sweeps show, and of those beside Hopf points."""
-    low, high = bounds
+    """The branches of the cycles that the sweeps show, and of those born at Hopf points."""
     family = Family((_PATH,), (bounds,), relative=True)
     branches: list[Branch] = []
 
@@ -309,9 +324,9 @@ def _branches(
             if look.lasts and not centre and not any(_passes(branch, speed, look) for branch in branches):
                 follow(speed, bool(beside))
     for _, value in steady:
-        for speed in (0.97 * value, 1.01 * value):
-            if low < speed < high:
-                follow(speed, True)
+        new = born_branch(with_number(system, _PATH, value), value, family, branches, 200)
+        if new is not None:
+            branches.append(new)
     return branches
 
 

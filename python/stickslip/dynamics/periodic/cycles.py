@@ -25,7 +25,7 @@ from stickslip.dynamics.periodic.return_map import (
 )
 from stickslip.errors import InputError
 from stickslip.files.documents import number
-from stickslip.model.drive import Drive
+from stickslip.model.drive import Drive, NormalForce
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 
@@ -33,6 +33,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from stickslip.dynamics.periodic.state_cycles import StateCycle
+
+
+#: Lengths of the runs from a guess, in natural periods or those of the forcing.
+_FROM_GUESS = (2.5, 6, 15, 30)
+#: So near the returns of a short run, in sizes of the motion, is the orbit that they show.
+_NEAR = 0.1
 
 
 @dataclass(frozen=True, repr=False)
@@ -105,14 +111,20 @@ def from_section(system: Any, t0: float) -> Any:
     def later(harmonic: Any) -> Any:
         return replace(harmonic, phase=harmonic.phase + harmonic.frequency * t0)
 
+    def moved(contact: Any) -> Any:
+        varying = {name: getattr(contact, name) for name in ("drive_velocity", "normal_force")}
+        return replace(
+            contact,
+            **{
+                name: replace(value, harmonics=tuple(map(later, value.harmonics)))
+                for name, value in varying.items()
+                if isinstance(value, Drive | NormalForce)
+            },
+        )
+
     if isinstance(system, Oscillator):
-        return replace(system, forcing=tuple(later(harmonic) for harmonic in system.harmonics) or None)
-    contacts = [
-        replace(c, drive_velocity=replace(c.drive_velocity, harmonics=tuple(map(later, c.drive_velocity.harmonics))))
-        if isinstance(c.drive_velocity, Drive)
-        else c
-        for c in system.contacts
-    ]
+        return replace(moved(system), forcing=tuple(later(harmonic) for harmonic in system.harmonics) or None)
+    contacts = [moved(contact) for contact in system.contacts]
     return replace(system, forcing=tuple(map(later, system.forcing)), contacts=contacts)
 
 
@@ -269,7 +281,9 @@ def periodic_orbit(
     guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
         that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit`: its last state; a
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
-    t_end : length of the run that is looked at for a return; default 150 natural periods, 30 from a guess.
+    t_end : length of the run that is looked at for a return; default 150 natural periods and, where these are not
+        enough, 600. From a guess runs of 2.5, 6 and 15 periods are tried first, so that an orbit that repels is found
+        before the run has left it, then one of 30.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
 
     Returns
@@ -311,18 +325,46 @@ def event_cycle(
         raise InputError(f"periodic_orbit: periods must be a whole number of at least 1, got {periods!r}")
     if isinstance(guess, PeriodicOrbit):
         return moved_to(system, guess)
-    x0, v0 = _start(guess)
+    start, settles = _start(guess), guess is None
     slowest = max(system.natural_period, forcing_period(system) or 0.0)
-    length = number("t_end", t_end, "periodic_orbit") if t_end is not None else slowest * (150 if guess is None else 30)
-    sequence, kinds = _run(system, length, x0, v0, pieces=1 if guess is not None else 4)
-    part, forcing_periods = find(system, sequence, kinds, guess is None, periods)
+    counts = (150, 600) if settles else _FROM_GUESS
+    lengths = [slowest * count for count in counts]
+    if not settles:
+        lengths[:-1] = [length * (periods or 1) for length in lengths[:-1]]
+    if t_end is not None:
+        lengths = [number("t_end", t_end, "periodic_orbit")]
+    refusals = []
+    for length in lengths:
+        try:
+            cycle, moved = _closed(system, length, start, settles, periods)
+        except InputError as refusal:
+            # Where disturbances decay slowly a motion has not settled by the first length; a guess may need a longer one.
+            refusals.append(refusal)
+            continue
+        # A run leaves an orbit that repels: of a guess the first returns count that close near themselves.
+        if settles or length == lengths[-1] or moved < _NEAR:
+            return cycle
+    raise refusals[0 if settles else -1]
+
+
+def _closed(
+    system: Any, length: float, start: tuple[Any, Any], settles: bool, periods: int | None
+) -> tuple[PeriodicOrbit, float]:
+    """The orbit near the returns of a run, and how far from these its start is, in sizes of the motion.
+
+    The returns near the end of the run where it settles, else those near its start.
+    """
+    sequence, kinds = _run(system, length, *start, pieces=4 if settles else 1)
+    part, forcing_periods = find(system, sequence, kinds, settles, periods)
     closed, rounds = close(part, forcing_periods)
+    moved = np.abs(closed.sequence.start[closed.coordinates] - part.start[closed.coordinates])
+    sizes = size_of(system, part.start, closed.coordinates)
     if periods is None:
         closed = once(closed)
     cycle = finished(closed, rounds)
     if amplitude(cycle) < 1e-7 * size_of(system, cycle.closed.sequence.start, np.array([1]))[0]:
         raise InputError(STEADY)
-    return cycle
+    return cycle, float((moved / sizes).max(initial=0.0))
 
 
 def steady(system: Any, states: NDArray[np.float64]) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence, read, with_number
 from stickslip.errors import InputError
+from stickslip.model.drive import NormalForce
 from stickslip.model.system import Oscillator
 
 #: The damping, in units of √(k m), that rounding leaves where there is none.
@@ -34,7 +35,10 @@ class SteadySlip:
 
 
 def steady_slip(system: Oscillator) -> SteadySlip | None:
-    """The steady slip of an unforced oscillator; None where the drive rests or friction has branches by the sense of ẇ.
+    """The steady slip of an oscillator on which nothing swings.
+
+    None where the drive rests, where the spring does not hold the mass or the bodies are apart, and where friction has
+    branches by the sense of ẇ.
 
     The slope of friction is read off the fundamental matrix of the motion beside it: det Φ(τ) = exp(−(D + F′) τ/m).
 
@@ -43,10 +47,19 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
     >>> round(state.damping, 12) == round(0.1 - math.exp(-2.0), 12)
     True
     """
-    if system.drive_velocity == 0 or system.harmonics:
-        return None
     drive = system.drive_velocity
-    x = float(system.law.kinetic_force(drive)) / system.stiffness
+    if drive == 0 or not isinstance(drive, float) or system.swings or system.springs:
+        return None
+    friction = float(system.law.kinetic_force(drive))
+    pressed = system.normal_force or NormalForce()
+    # Friction that grows with x is a spring that pushes.
+    stiffness = system.stiffness - pressed.position * friction
+    n = pressed.constant + sum(item.amplitude * math.cos(item.phase) for item in pressed.harmonics)
+    x = (n * friction + sum(item.amplitude * math.cos(item.phase) for item in system.harmonics)) / (
+        stiffness or math.inf
+    )
+    if pressed.at(0.0, x) <= 0 or stiffness <= 0:
+        return None
     longest = 0.1 * system.natural_period
     rough = _damping(system, x, 1e-6 * longest)
     if math.isnan(rough):
@@ -54,7 +67,7 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
     # Over a long time heavy damping leaves a determinant that is the rounding of its two products.
     damping = _damping(system, x, min(longest, 0.3 * system.mass / max(abs(rough), 1e-300)))
     half = damping / (2 * system.mass)
-    square = half * half - system.stiffness / system.mass
+    square = half * half - stiffness / system.mass
     growth = -half + (math.sqrt(square) if square > 0 else 0.0)
     return SteadySlip(x, damping, growth, abs(damping) < _NEUTRAL * math.sqrt(system.stiffness * system.mass))
 

@@ -51,7 +51,10 @@ def check(system: Any, who: str) -> Any:
 def check_one(system: Any, who: str) -> Oscillator:
     """Refuse what is not one mass on one drive, too."""
     if not isinstance(system, Oscillator):
-        raise InputError(f"{who}: expected an Oscillator of one mass, got {type(system).__name__}")
+        raise InputError(
+            f"{who}: expected an Oscillator of one mass, got {type(system).__name__}; for several masses "
+            "call periodic_orbit or simulate(…).regime() at each value"
+        )
     checked: Oscillator = check(system, who)
     return checked
 
@@ -185,13 +188,13 @@ class EventSequence:
         )
 
     def from_event(
-        self, phase: int, duration: float, followed: Followed | None = None
+        self, phase: int, duration: float, followed: Followed | None = None, max_events: int = 100_000
     ) -> tuple[EventSequence, list[str], str]:
         """What the real motion does from the end of a phase on, for a duration."""
         states = (followed or self.follow()).states
         modes = self.modes[phase + 1] if phase + 1 < len(self.phases) else self.last
         start = EventSequence(self.system, states[phase], np.array([[*modes, TIME, 1.0]]), modes)
-        return start.continued(duration)
+        return start.continued(duration, max_events)
 
     @classmethod
     def _made(
@@ -239,7 +242,19 @@ class EventSequence:
 
     def with_sections(self) -> EventSequence:
         """The same with a phase ended at every greatest slip speed of contact 0 inside a phase."""
-        chopped = self._chopped(3.0 * self.system.natural_period / (2 * np.pi))
+        # A peak where a phase begins is not inside it: the cuts of one pass lie in the middle of the pieces of the other.
+        times = np.sort(np.concatenate([self._peaks(shifted=False), self._peaks(shifted=True)]))
+        times = times[np.append(True, np.diff(times) > 1e-6 * self.system.natural_period)[: len(times)]]
+        ends = np.cumsum(self.phases[:, -1])
+        durations: list[list[float]] = []
+        for begin, end in zip(np.concatenate([[0.0], ends[:-1]]), ends, strict=True):
+            inside = times[(times > begin) & (times < end)]
+            durations.append(np.diff([begin, *inside, end]).tolist())
+        return self.cut(durations, [[float(SECTION)] * (len(parts) - 1) for parts in durations])
+
+    def _peaks(self, *, shifted: bool) -> Floats:
+        """When the slip speed of contact 0 is greatest inside a phase, from the start."""
+        chopped = self._chopped(3.0 * self.system.natural_period / (2 * np.pi), shifted=shifted)
         tests = chopped.follow(tests=True).tests
         begins = np.concatenate([[0.0], np.cumsum(chopped.phases[:, -1])])
         # At a peak the high end is named first, at a trough the low one.
@@ -249,15 +264,11 @@ class EventSequence:
             else np.zeros(0, bool)
         )
         peaks = tests[first & (tests[:, 0] == BOUNDARIES.index("high"))]
-        times = np.sort(begins[peaks[:, 1].astype(int)] + peaks[:, 2])
-        ends = np.cumsum(self.phases[:, -1])
-        durations: list[list[float]] = []
-        for begin, end in zip(np.concatenate([[0.0], ends[:-1]]), ends, strict=True):
-            inside = times[(times > begin) & (times < end)]
-            durations.append(np.diff([begin, *inside, end]).tolist())
-        return self.cut(durations, [[float(SECTION)] * (len(parts) - 1) for parts in durations])
+        return np.asarray(begins[peaks[:, 1].astype(int)] + peaks[:, 2], float)
 
-    def _chopped(self, longest: float) -> EventSequence:
+    def _chopped(self, longest: float, *, shifted: bool) -> EventSequence:
+        """Phases in equal pieces; shifted: the first and the last are halves."""
         counts = np.maximum(1, np.ceil(self.phases[:, -1] / longest)).astype(int)
-        durations = [[duration / count] * count for duration, count in zip(self.phases[:, -1], counts, strict=True)]
-        return self.cut(durations, [[float(TIME)] * (count - 1) for count in counts])
+        shares = [np.r_[0.5, np.ones(count - 1), 0.5] if shifted else np.ones(count) for count in counts]
+        durations = [(d / n * share).tolist() for d, n, share in zip(self.phases[:, -1], counts, shares, strict=True)]
+        return self.cut(durations, [[float(TIME)] * (len(parts) - 1) for parts in durations])

@@ -20,6 +20,9 @@ from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.integration import integrate
 
+#: The derivatives held at one time are of no more numbers: each event of 100 masses has a million and a half.
+_MOST_NUMBERS = 20_000_000
+
 
 @dataclass(frozen=True)
 class LyapunovSpectrum(InNotebook):
@@ -34,6 +37,7 @@ class LyapunovSpectrum(InNotebook):
     events : events in it.
     times, running : what the averages were on the way: times, shape (n,), and the exponents found from the first of the run
         up to them, shape (n, number of exponents).
+    period : of the forcing, or the natural one.
     """
 
     exponents: NDArray[np.float64]
@@ -42,20 +46,35 @@ class LyapunovSpectrum(InNotebook):
     events: int
     times: NDArray[np.float64] = field(repr=False, compare=False)
     running: NDArray[np.float64] = field(repr=False, compare=False)
+    period: float = field(repr=False, compare=False)
 
     @property
     def errors(self) -> NDArray[np.float64]:
         """Standard error of each exponent, from its averages over 20 parts of the run; NaN for −inf."""
         edges = np.linspace(0.0, self.t, 21)
-        sums = self.running * self.times[:, None]
-        lost = ~np.isfinite(sums).all(axis=0)
-        parts = [
-            np.diff(np.interp(edges, np.append(0.0, self.times), np.append(0.0, column))) / np.diff(edges)
-            for column in np.where(np.isfinite(sums), sums, 0.0).T
-        ]
-        errors: NDArray[np.float64] = np.std(parts, axis=1, ddof=1) / math.sqrt(20)
-        errors[lost] = math.nan
+        parts = np.diff(self._sums(edges), axis=0) / np.diff(edges)[:, None]
+        errors: NDArray[np.float64] = np.std(parts, axis=0, ddof=1) / math.sqrt(20)
         return errors
+
+    def by_period(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The averages up to the end of each period: times, shape (n,), and values, shape (n, number of exponents).
+
+        Within a period stretching and contraction alternate, and the averages swing with them.
+        """
+        ends = self.period * np.arange(1, int(self.t / self.period * (1 + 1e-9)) + 1)
+        return ends, self._sums(ends) / ends[:, None]
+
+    def _sums(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Growth from the first of the run up to times, ln of its factor; NaN for an exponent of −inf."""
+        sums = self.running * self.times[:, None]
+        begin = np.append(0.0, self.times)
+        columns = [
+            np.interp(times, begin, np.append(0.0, column))
+            if np.isfinite(column).all()
+            else np.full(times.shape, math.nan)
+            for column in sums.T
+        ]
+        return np.stack(columns, axis=1)
 
     def facts(self) -> dict[str, Any]:
         """What a notebook shows."""
@@ -123,6 +142,8 @@ def lyapunov(
     basis[motion] = rng.standard_normal((len(motion), directions))
     if forced:
         basis[0] = rng.standard_normal(directions)
+    # What is not orthonormal at the start would count as growth.
+    basis = np.linalg.qr(basis)[0]
     begin = transient * end
     sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
     positions: list[float] = []
@@ -155,7 +176,8 @@ def lyapunov(
         running = np.concatenate([other, running], axis=1)
     running = running[:, np.argsort(running[-1])[::-1]]
     test = chaos_test(positions, seed) if len(positions) >= 200 else math.nan
-    return LyapunovSpectrum(running[-1], test, elapsed, counted, np.array(times), running)
+    period = forcing_period(system) or system.natural_period
+    return LyapunovSpectrum(running[-1], test, elapsed, counted, np.array(times), running, period)
 
 
 def _of_states(
@@ -184,7 +206,7 @@ def _of_states(
     running = np.array(course) / np.array(times)[:, None]
     running = running[:, np.argsort(running[-1])[::-1]]
     test = chaos_test(positions, seed) if len(positions) >= 200 else math.nan
-    return LyapunovSpectrum(running[-1], test, elapsed, 0, np.array(times), running)
+    return LyapunovSpectrum(running[-1], test, elapsed, 0, np.array(times), running, length)
 
 
 def _blocks(
@@ -196,7 +218,8 @@ def _blocks(
     events comes in parts short enough that no derivative underflows.
     """
     length = 20 * system.natural_period
-    sequence, kinds, stop = EventSequence.of_run(system, min(length, end), x0, v0)
+    most = max(2, _MOST_NUMBERS // layout_of(system).width ** 2)
+    sequence, kinds, stop = EventSequence.of_run(system, min(length, end), x0, v0, most)
     now = 0.0
     while True:
         if stop not in ("t_end", "max_events"):
@@ -205,9 +228,10 @@ def _blocks(
         if not over and not kinds and not sequence.directions[0].any():
             # Stuck beyond this part: a stick must be followed from its begin.
             length *= 2
-            sequence, kinds, stop = sequence.continued(min(length, end - now))
+            sequence, kinds, stop = sequence.continued(min(length, end - now), most)
             continue
-        count = len(sequence.phases) if over or not kinds else len(kinds)
+        # A run of the most events stops before what follows the last of them is known.
+        count = len(sequence.phases) if over or not kinds else len(kinds) - (stop == "max_events")
         modes = sequence.modes[count] if count < len(sequence.phases) else sequence.last
         part = replace(sequence, phases=sequence.phases[:count], last=modes)
         if part.endings[-1] == TIME:
@@ -220,7 +244,7 @@ def _blocks(
         followed = part.follow()
         now += float(followed.durations.sum())
         sequence, kinds, stop = part.from_event(
-            count - 1 if len(part.phases) == count else -1, min(length, end - now), followed
+            count - 1 if len(part.phases) == count else -1, min(length, end - now), followed, most
         )
 
 

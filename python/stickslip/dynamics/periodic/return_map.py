@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, layout_of, read
 from stickslip.errors import InputError
-from stickslip.model.drive import Drive, Harmonic
-from stickslip.model.system import Force, Oscillator, System
+from stickslip.model.drive import Drive
+from stickslip.model.system import Oscillator, System
 
 _T = 0
 _SPEEDS = ("low", "high", "anchor_w", "corner_w")
@@ -27,13 +27,6 @@ _RESOLUTION = 1e-12
 _DOUBLE, _SLOW = 4 * np.finfo(float).eps ** 0.5, 9
 
 
-def _harmonics(system: Oscillator | System) -> list[Harmonic | Force]:
-    if isinstance(system, Oscillator):
-        return list(system.harmonics)
-    drives = [c.drive_velocity for c in system.contacts if isinstance(c.drive_velocity, Drive)]
-    return [*system.forcing, *(harmonic for drive in drives for harmonic in drive.harmonics)]
-
-
 def forcing_period(system: Oscillator | System) -> float | None:
     """The period of the forcing; None without one.
 
@@ -42,7 +35,7 @@ def forcing_period(system: Oscillator | System) -> float | None:
     InputError
         where several frequencies have no common period of at most 100 of the slowest.
     """
-    frequencies = [harmonic.frequency for harmonic in _harmonics(system)]
+    frequencies = [harmonic.frequency for harmonic in system.swings]
     if not frequencies:
         return None
     slowest = min(frequencies)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit, event_cycle, from_section
+from stickslip.dynamics.periodic.cycles import PeriodicOrbit, event_cycle, finished, from_section
 from stickslip.dynamics.periodic.event_sequence import Floats, check_one, with_number
-from stickslip.dynamics.periodic.return_map import forcing_period
+from stickslip.dynamics.periodic.return_map import forcing_period, once
 from stickslip.errors import InputError
 from stickslip.files.documents import number, whole_number
 from stickslip.model.parameters import path_in
@@ -119,7 +119,10 @@ def _tried(system: Oscillator, t: float, x: float, v: float, time: float) -> Per
             # To where the clock of the forcing is zero.
             x, v = simulate(from_section(system, t), phase, x0=x, v0=v).at(phase)
         periods = max(1, round(time / force))
-        return event_cycle(system, (x, v), t_end=(2 * periods + 1.5) * force, periods=periods)
+        cycle = event_cycle(system, (x, v), t_end=(2 * periods + 1.5) * force, periods=periods)
+        # After twice its period an orbit comes back as well.
+        single = once(cycle.closed)
+        return cycle if single is cycle.closed else finished(single, cycle.rounds)
     except InputError:
         return None
 

@@ -20,6 +20,10 @@ from stickslip.errors import InputError
 #: Where in a direction the parameter stands.
 _PARAMETER = -1
 _STICK = BOUNDARIES.index("stick")
+#: The share of a period below which a slip between two sticks is about to vanish.
+_SHORT = 0.02
+#: Two boundaries are the same where neither the parameter, relative to its range, nor the period differs by more.
+_SAME = 1e-6
 
 
 def worst(here: Return) -> dict[Label, float]:
@@ -32,8 +36,8 @@ def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> t
     now = worst(point.here)
     then = worst(ahead.here) if ahead is not None else {}
     passed = [label for label, value in now.items() if then.get(label, 1.0) < 0 <= value]
-    # What was lost was lost over a test function that is small; the smallest first.
-    small = sorted(now, key=lambda label: now[label])[:4]
+    # What was lost was lost over a test function that is small.
+    small = _smallest(now)
     low, high = family.ranges[0]
     span = float(family.scales(point.values)[0])
     found: list[tuple[float, Point, Label]] = []
@@ -45,18 +49,45 @@ def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> t
             found.append((distance, boundary, label))
 
     # A short slip between two sticks is hard to follow to its end; the stick that takes over is not.
-    whole = _merged(point, family, 0.02)
+    whole = _merged(point, family, _SHORT)
     if whole is not None:
         consider(*whole)
-    for label in dict.fromkeys([*passed, *(small if ahead is None else [])]) if not found else ():
-        with contextlib.suppress(Lost):
-            boundary = on_boundary(point, family, label)
-            consider(boundary, boundary.boundary if isinstance(boundary.boundary, tuple) else label)
+    for boundary, label in _ends(point, family, [*passed, *(small if ahead is None else [])] if not found else []):
+        consider(boundary, label)
     if not found:
         return None
     # Of test functions that vanish together the tangency is named.
     _, boundary, label = min(found, key=lambda item: (round(item[0], 9), item[2][0]))
     return _merged(boundary, family, 1e-3) or (boundary, label)
+
+
+def _smallest(values: dict[Label, float]) -> list[Label]:
+    """The test functions an orbit is likely to end on, the smallest first."""
+    return sorted(values, key=lambda label: values[label])[:4]
+
+
+def _ends(point: Point, family: Family, tests: list[Label]) -> Iterator[tuple[Point, Label]]:
+    """The orbits of a curve on which one of some test functions vanishes, where there are."""
+    for label in dict.fromkeys(tests):
+        with contextlib.suppress(Lost):
+            boundary = on_boundary(point, family, label)
+            yield boundary, boundary.boundary if isinstance(boundary.boundary, tuple) else label
+
+
+def _meets(point: Point, boundary: Point, family: Family) -> bool:
+    """Whether the curve of a point ends on the orbit of a boundary, as two curves that go on in one another do there.
+
+    A test function of its own has to vanish at the same value of the parameter, on an orbit of the same period or a
+    multiple of it.
+    """
+    span = float(family.scales(boundary.values)[0])
+    whole = _merged(point, family, _SHORT)
+    ends = _ends(point, family, _smallest(worst(point.here)))
+    for end, _ in itertools.chain([] if whole is None else [whole], ends):
+        ratio = end.here.period / boundary.here.period
+        if abs(end.values[0] - boundary.values[0]) < _SAME * span and abs(ratio - max(1, round(ratio))) < _SAME:
+            return True
+    return False
 
 
 def on_boundary(point: Point, family: Family, boundary: Label) -> Point:
@@ -150,7 +181,8 @@ def name_of(here: Return, boundary: Label) -> str:
 def beyond(boundary: Point, old: Return, family: Family, ways: tuple[float, ...]) -> tuple[Point, float] | None:
     """The first point beside a boundary with another event sequence than the `old` one, and on which side of the parameter.
 
-    None where no motion goes on.
+    None where no motion goes on, or only one that has another limit there, as with f_s > f_k where a grazing orbit is thrown
+    far away.
     """
     span = float(family.scales(boundary.values)[0])
     try:
@@ -173,6 +205,8 @@ def beyond(boundary: Point, old: Return, family: Family, ways: tuple[float, ...]
             extent = _extent(point.here)
             reach = 0.02 + 4 * math.sqrt(offset)
             if max(abs(extent[0] - low_x), abs(extent[1] - high_x)) > reach * (high_x - low_x):
+                continue
+            if not _meets(point, boundary, family):
                 continue
             direction = point.direction * math.copysign(1.0, point.direction[_PARAMETER]) * sign
             return replace(point, direction=direction), sign

@@ -36,6 +36,7 @@ class Evidence:
     relative : whether friction drifts, so that break-aways are taken above the kinetic force of their own slip.
     pieces : number of linear pieces asked for.
     sense : 1 or -1 where only slip in that sense counts, None: either.
+    start : the law that was given as first guess; it says of which kinds the parts of a law are.
     """
 
     records: Sequence[FrictionRecord]
@@ -44,6 +45,7 @@ class Evidence:
     relative: bool
     pieces: int
     sense: float | None = None
+    start: Law | None = None
 
     def toward(self, sense: float) -> Evidence:
         """The evidence of one direction; the fits of static friction are of both."""
@@ -88,6 +90,7 @@ class Guess:
     notes : plain sentences.
     candidates : other first guesses, from which the one with the least misfit is taken.
     within : limits that come from the records.
+    guessed : numbers that are held at a guess, with its standard deviation.
     """
 
     law: Law
@@ -96,6 +99,7 @@ class Guess:
     notes: list[str] = field(default_factory=list)
     candidates: list[Law] = field(default_factory=list)
     within: dict[str, tuple[float, float]] = field(default_factory=dict)
+    guessed: dict[str, float] = field(default_factory=dict)
 
 
 def need_rows(evidence: Evidence, kind: str, fewest: int) -> None:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,13 +18,13 @@ from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of, ex
 from stickslip.identification.guesses.loops import bogacz_ryczek
 from stickslip.identification.guesses.state_laws import STATES
 from stickslip.identification.static.break_away import NARROW
+from stickslip.identification.static.forms import ONSET, OWN_LEVEL
 from stickslip.laws import (
     Asymmetric,
     BogaczRyczek,
     Combined,
     Coulomb,
     DwellTime,
-    ExponentialStribeck,
     ForceRate,
     Law,
     LogarithmicDwell,
@@ -31,9 +32,12 @@ from stickslip.laws import (
     PiecewisePolynomial,
     StaticKinetic,
 )
+from stickslip.laws.numbers import value, with_values
 
 Array = npt.NDArray[np.float64]
 
+LEVELLED: dict[type[Law], str] = {DwellTime: "limit", LogarithmicDwell: "growth", ForceRate: "limit"}
+"""Laws whose static friction grows from a level, their number `kinetic`, and the number that says by how much."""
 RATES = 1.5
 """Force rates (10th to 90th percentile) within this ratio say nothing about their effect."""
 LEAST_SAMPLES = 10
@@ -104,11 +108,10 @@ def _dwell_time(evidence: Evidence, kind: str = "DwellTime") -> Guess:
     laws: list[Law] = [
         DwellTime(kinetic=kinetic, limit=grown / (1 - math.exp(-c)), rate=c * rate) for c in (0.3, 1.0, 3.0)
     ]
-    if evidence.static is not None:
-        table = evidence.static.fits["exponential"].parameters["value"]
-        limit, found = float(table.loc["limit"]), float(table.loc["rate"])
-        if limit > 0 and 1e-3 * rate < found < 1e3 * rate:
-            laws.insert(0, DwellTime(kinetic=kinetic, limit=limit, rate=found))
+    for form in ("exponential", "exponential" + OWN_LEVEL):
+        found = _numbers(evidence, form)
+        if found and found["limit"] > 0 and 1e-3 * rate < found["rate"] < 1e3 * rate:
+            laws.insert(0, DwellTime(found.get("f0", kinetic), found["limit"], found["rate"]))
     return Guess(
         laws[0], ["kinetic", "limit", "rate"], candidates=laws[1:], notes=["The exponent of growth is held at 1."]
     )
@@ -120,7 +123,17 @@ def _logarithmic_dwell(evidence: Evidence) -> Guess:
         LogarithmicDwell(kinetic, growth=grown / math.log1p(1 / share), onset=share * usual)
         for share in (0.1, 1.0, 10.0)
     ]
+    found = _numbers(evidence, ONSET)
+    if found and found["growth"] > 0 and 1e-3 * usual < found["onset"] < 1e3 * usual:
+        laws.insert(0, LogarithmicDwell(found["f0"], found["growth"], found["onset"]))
     return Guess(laws[0], ["kinetic", "growth", "onset"], candidates=laws[1:])
+
+
+def _numbers(evidence: Evidence, form: str) -> dict[str, float]:
+    """The numbers of a form of static friction that was fitted to the break-aways; none where it was not."""
+    fits = {} if evidence.static is None else evidence.static.fits
+    found = fits[form].parameters["value"].to_dict() if form in fits else {}
+    return {str(name): float(number) for name, number in found.items() if found.get("f0", 0.0) >= 0}
 
 
 def _force_rate(evidence: Evidence) -> Guess:
@@ -205,26 +218,74 @@ def _asymmetric(evidence: Evidence) -> Guess:
 
 
 def _combined(evidence: Evidence) -> Guess:
-    curve = exponential(evidence)
-    grown = _dwell_time(evidence, "Combined")
+    """Parts as the law given says, else growth of the form that the break-aways show and a fall with the slip speed."""
+    static_kind, curve = _dwell_kind(evidence), None
+    if isinstance(evidence.start, Combined):
+        static_kind = type(evidence.start.static)
+        curve = first_guess(type(evidence.start.kinetic), replace(evidence, start=evidence.start.kinetic))
+    else:
+        try:
+            curve = exponential(evidence)
+        except InputError:  # hardly any range of slip speeds: no curve over them
+            curve = _coulomb(evidence)
+    grown = first_guess(static_kind, evidence)
+    slides = [name for name in curve.free if _acts(curve.law, name, lambda law: law.kinetic_force(_speeds(evidence)))]
+    own_level = evidence.static is not None and evidence.static.own_level
+    follows = next((name for name in slides if _acts(curve.law, name, lambda law: law.kinetic_force(0.0))), None)
+    names = [name for name in grown.free if name != "kinetic"]
+    constraints, free_level, notes = {}, [], []
+    parts = f"static friction grows as {static_kind.__name__}"
+    if static_kind in LEVELLED and (own_level or follows is None):
+        free_level = ["static.kinetic"]
+        notes.append(
+            f"static.kinetic, from which {parts}, is fitted as a number of its own, as the break-aways begin above the "
+            f"kinetic force; to set it to the kinetic force at w = 0 give ties: static.kinetic=kinetic.{follows}."
+        )
+    elif static_kind in LEVELLED:
+        constraints = {"static.kinetic": f"kinetic.{follows}"}
+        notes.append(
+            f"static.kinetic, from which {parts}, follows kinetic.{follows}, the kinetic force at w = 0 of "
+            f"{type(curve.law).__name__}; to fit it as a number of its own give empty ties."
+        )
     laws: list[Law] = []
     for kinetic in (curve.law, *curve.candidates):
-        assert isinstance(kinetic, ExponentialStribeck)
         for static in (grown.law, *grown.candidates):
-            assert isinstance(static, DwellTime)
-            # What grows does so from the kinetic force at w = 0.
-            limit = max(static.kinetic + static.limit - kinetic.break_away, 0.1 * static.limit)
-            laws.append(Combined(replace(static, kinetic=kinetic.break_away, limit=limit), kinetic))
+            laws += _joined(static, kinetic, own_level)
     return Guess(
         laws[0],
-        [*(f"kinetic.{name}" for name in curve.free), "static.limit", "static.rate"],
-        constraints={"static.kinetic": "kinetic.break_away"},
+        [*(f"kinetic.{name}" for name in slides), *free_level, *(f"static.{name}" for name in names)],
+        constraints=constraints,
         candidates=laws[1:],
-        notes=[
-            *grown.notes,
-            "Static friction grows as DwellTime from the kinetic force at w = 0, an ExponentialStribeck.",
-        ],
+        notes=[*grown.notes, *curve.notes, *notes],
     )
+
+
+def _dwell_kind(evidence: Evidence) -> type[Law]:
+    """The law of growth with rest whose form the break-aways show."""
+    bounded = evidence.static is None or evidence.static.chosen.startswith(("exponential", "Kato", "constant"))
+    return DwellTime if bounded else LogarithmicDwell
+
+
+def _speeds(evidence: Evidence) -> Array:
+    return np.linspace(0.0, float(evidence.curve[0].max()), 20)
+
+
+def _acts(law: Law, name: str, answer: Callable[[Law], Any]) -> bool:
+    """Whether a number of the law changes what it answers."""
+    return not np.array_equal(answer(law), answer(with_values(law, {name: 1.01 * value(law, name) + 1e-6})))
+
+
+def _joined(static: Law, kinetic: Law, own_level: bool) -> list[Law]:
+    """The law of these parts; what grows begins at the kinetic force at w = 0 unless it has a level of its own."""
+    if type(static) in LEVELLED and not own_level:
+        top, grows = float(kinetic.kinetic_force(0.0)), LEVELLED[type(static)]
+        grown = value(static, grows)
+        change = {"kinetic": top, grows: max(value(static, "kinetic") + grown - top, 0.1 * grown)}
+        static = with_values(static, change)
+    try:
+        return [Combined(static, kinetic)]
+    except InputError:
+        return []
 
 
 def _through_nodes(

@@ -94,10 +94,15 @@ def bogacz_ryczek(evidence: Evidence) -> Guess:
         loop for loop in climbing if loop.reversal is not None and loop.peak[0] - loop.reversal[0] > loop.least_climb
     ]
     starts = [loop.reversal[0] for loop in seen_climbs if loop.reversal is not None]
+    # At a turning point beyond D the climb is no longer D's; a climb too narrow to be seen says nothing of that.
+    beyond = max(starts, default=min(loop.reversal[0] for loop in climbing if loop.reversal is not None))
+    points, guessed = _climb_points(climbing, initial), {}
     if len(starts) >= 2 and max(starts) - min(starts) > 0.05 * width:
         free += ["D.w", "D.f"]
     else:
         free.append("D.f")
+        # it lies between the turning point and some way beyond
+        guessed["D.w"] = 0.5 * max(abs(points[0][0] - beyond), float(np.ptp([w for w, _ in points])))
         notes.append(
             "D is where climbs at different drive velocities meet, and only one climb is wide enough in w to be seen: D "
             "is known to lie on a line, its w is held at a guess. Add an almost-harmonic record close above the end of "
@@ -106,7 +111,7 @@ def bogacz_ryczek(evidence: Evidence) -> Guess:
     candidates: list[Law] = []
     for slope in slopes:
         for back in (0.3, 1.0, 3.0):
-            for ahead in _climb_points(climbing, initial):
+            for ahead in points:
                 try:
                     candidates.append(
                         BogaczRyczek(
@@ -127,10 +132,8 @@ def bogacz_ryczek(evidence: Evidence) -> Guess:
             "identify: the loops of friction over slip velocity do not look like those of BogaczRyczek (a falling upper and "
             "lower branch that meet, then a rising one): ask for PiecewiseLinear"
         )
-    # At a turning point beyond D the climb is no longer D's; a climb too narrow to be seen says nothing of that.
-    beyond = max(starts, default=min(loop.reversal[0] for loop in climbing if loop.reversal is not None))
     within = {"D.w": (beyond, 3 * width)}
-    return Guess(candidates[0], free, notes=notes, candidates=candidates[1:], within=within)
+    return Guess(candidates[0], free, notes=notes, candidates=candidates[1:], within=within, guessed=guessed)
 
 
 def _at_once(surface: StaticSurface, rate: Array) -> Array:

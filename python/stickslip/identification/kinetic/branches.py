@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
 
@@ -57,6 +57,7 @@ class BranchFit:
     groups : one row per group of residuals: record, kind, rows, independent rows, scale, record_scatter (standard
         deviation from record to record).
     rms : root mean square of measured minus predicted kinetic force over the samples of all slips.
+    shifts : by name of each number that is held at a guess, how far the fitted ones move with it by one standard deviation.
     """
 
     law: Law
@@ -65,10 +66,13 @@ class BranchFit:
     groups: pd.DataFrame
     rms: float
     offset: pd.Series | None = None
+    shifts: Mapping[str, pd.Series] = field(default_factory=dict)
 
 
 class Problem:
     """Records, a kind of law, and the numbers that are free: what residuals are made of.
+
+    Numbers that are held at a guess come with its standard deviation (`guessed`).
 
     Residuals come in groups (the kinetic force of each record, the break-aways of each record). A group has its own
     scale, found from its residuals, and its own correlation time τ: smoothed data are not independent, and each group
@@ -86,8 +90,10 @@ class Problem:
         within: Mapping[str, tuple[float, float]] | None = None,
         offset: bool = False,
         every_row: bool = False,
+        guessed: Mapping[str, float] | None = None,
     ) -> None:
         self.law = law
+        self.guessed = dict(guessed or {})
         # A constant in the measured force is no number of the law; it stands last.
         self.free = [*free, OFFSET] if offset else list(free)
         self.parameters = parameters_of_law(law, self.free, within, constraints)
@@ -232,6 +238,19 @@ class Problem:
             (above, up), (below, down) = sides[0], sides[1]
             columns.append((up - down) / (above - below) if above != below else np.zeros_like(up))
         return np.stack(columns, axis=1)
+
+    def slope(self, numbers: Array, name: str) -> Array:
+        """Derivative of all residuals by a number of the law that is not free, one-sided where one side makes no law."""
+        law, offset, error = self.at(numbers), self.offset(numbers), self.guessed[name]
+        sides = []
+        for step in (0.1 * error, -0.1 * error, 0.0):
+            try:
+                moved = with_values(law, {name: value(law, name) + step})
+                sides.append((step, np.concatenate(self.residuals(moved, offset))))
+            except InputError:
+                continue
+        (above, up), (below, down) = sides[:2]
+        return np.asarray((up - down) / (above - below))
 
 
 def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
@@ -405,6 +424,11 @@ def _result(
     repeats = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges)
     covariance = covariance * np.sqrt(np.outer(repeats, repeats))
     freedom_of = np.maximum(freedom_of / repeats, 1.0)
+    shifts = {
+        name: -(inner / length).T @ (factor * problem.slope(numbers, name)) * error
+        for name, error in problem.guessed.items()
+    }
+    covariance = covariance + sum(np.outer(shift, shift) for shift in shifts.values())
     table, whole = estimate(problem.parameters, numbers, covariance, freedom_of)
     rows = [
         {
@@ -425,6 +449,9 @@ def _result(
         groups=pd.DataFrame(rows),
         rms=problem.rms(law, problem.offset(numbers)),
         offset=table.T[OFFSET] if OFFSET in names else None,
+        shifts={
+            name: pd.Series(shift * problem.parameters.units(numbers), index=names) for name, shift in shifts.items()
+        },
     )
 
 

@@ -23,6 +23,7 @@ from stickslip.identification.estimator.uncertainty import (
     half_width,
     recurrence,
 )
+from stickslip.laws import ExponentialStribeck
 
 Array = npt.NDArray[np.float64]
 
@@ -89,8 +90,9 @@ class Rows:
 
     def take(self, which: Any) -> Rows:
         """Some of the rows."""
-        columns = {name: getattr(self, name) for name in COLUMNS}
-        return replace(self, **{name: None if values is None else values[which] for name, values in columns.items()})
+        columns: dict[str, Any] = {name: getattr(self, name) for name in COLUMNS}
+        taken: dict[str, Any] = {name: None if of is None else of[which] for name, of in columns.items()}
+        return replace(self, **taken)
 
     @cached_property
     def known(self) -> bool:
@@ -146,7 +148,12 @@ class Curve:
 
     def columns(self, rows: Rows) -> Array:
         """One column for each term, shape (rows, terms)."""
-        return np.stack([self._column(term, rows) for term in self.terms], axis=1)
+        columns: dict[str, Array] = {}
+        for term in self.terms:
+            plain = term.removesuffix(BY_SENSE)
+            column = columns[plain] if plain in columns else self._column(plain, rows)
+            columns[term] = column if term == plain else np.sign(rows.w) * column
+        return np.stack(list(columns.values()), axis=1)
 
     def _column(self, term: str, rows: Rows) -> Array:
         sense, speed = np.sign(rows.w), np.abs(rows.w)
@@ -158,7 +165,9 @@ class Curve:
             case "logarithm":
                 return np.asarray(sense * np.log(np.maximum(speed, 1e-300) / self.reference))
             case "weakening":
-                return np.asarray(sense * np.exp(-((speed / self.scale) ** self.exponent)))
+                return np.asarray(
+                    sense * ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(speed)
+                )
             case "offset":
                 return np.ones(len(rows))
             case "inertia":
@@ -169,8 +178,6 @@ class Curve:
                 return np.asarray(sense * (rows.load - self.middle[0]))
             case "drift":
                 return np.asarray(sense * (rows.position - self.middle[1]))
-            case _ if term.endswith(BY_SENSE):
-                return sense * self._column(term.removesuffix(BY_SENSE), rows)
         return sense  # kinetic
 
     def solve(self, rows: Rows) -> tuple[Curve, Array, Array]:

@@ -15,13 +15,12 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import linear, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameters
-from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
     OF_CONTACT,
+    OfSteps,
     path_of_decay,
-    save_rate_and_state,
     step_response,
     table_of_steps,
 )
@@ -60,7 +59,7 @@ class _Step:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class VelocityStepsFit(Result):
+class VelocityStepsFit(OfSteps):
     """Rate-and-state friction fitted to all steps of a record.
 
     Attributes
@@ -91,32 +90,15 @@ class VelocityStepsFit(Result):
         rms = ", ".join(f"{name} {value:.3g}" for name, value in self.rms.items())
         return [f"RateState, {self.law.law} law, from {len(self.steps)} steps (rms: {rms})"]
 
-    def estimates(self) -> pd.DataFrame:
-        """The parameters."""
-        return self.parameters
-
     def tables(self) -> list[str]:
         """The parameters, and those of each load where there are several."""
         shown = ["normal_force", "steps", *NAMES, "a_minus_b", "a_minus_b_low", "a_minus_b_high"]
-        tables = [self.parameters, *([self.loads[shown]] if len(self.loads) > 1 else [])]
-        return [table.to_string(float_format=lambda number: f"{number:.4g}") for table in tables]
+        loads = [self.loads[shown]] if len(self.loads) > 1 else []
+        return super().tables() + [table.to_string(float_format=lambda number: f"{number:.4g}") for table in loads]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words."""
-        return {
-            "law": self.law.to_dict(),
-            "parameters": self.parameters.to_dict("index"),
-            "loads": self.loads.to_dict("records"),
-            "steps": self.steps.to_dict("records"),
-            "rms": self.rms,
-            "notes": self.notes,
-        }
-
-    def save(self, path: str | Path) -> Path:
-        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
-        return save_rate_and_state(
-            path, self.law, self.parameters, self.covariance, {"rms": self.rms, "notes": self.notes}
-        )
+        return super().to_dict() | {name: getattr(self, name).to_dict("records") for name in ("loads", "steps")}
 
     def plot(self, ax: Any = None) -> Any:
         """Friction from before each step over the path since it, over ln(V₂/V₁), measured and fitted; returns the Axes."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import xarray as xr
-from scipy.integrate import solve_ivp
+from scipy.integrate import odeint
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.parameters import Parameter, Parameters
+from stickslip.identification.estimator.result import Result
 from stickslip.identification.records import opened
 from stickslip.laws.law import save_law
 from stickslip.laws.numbers import pointers, units_of
@@ -52,7 +52,7 @@ def step_response(path: Array, numbers: Array, jump: float, form: str) -> Array 
     """
     a, b, length, stiffness = (float(value) for value in Parameters(OF_CONTACT).plain(numbers))
 
-    def rates(_: float, state: Array) -> list[float]:
+    def rates(state: Array, _: float) -> list[float]:
         fast = min(max((state[0] - b * state[1]) / a, -60.0), 60.0)  # ln(w/V₁)
         w = math.exp(fast - jump)  # over V₂
         aging = math.exp(min(-state[1], 60.0) - jump) - w if form == "aging" else -w * (fast + state[1])
@@ -60,8 +60,11 @@ def step_response(path: Array, numbers: Array, jump: float, form: str) -> Array 
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # numbers at which the integration stalls are answered by None
-        found = solve_ivp(rates, (0.0, float(path[-1])), [0.0, 0.0], "LSODA", path, rtol=1e-5, atol=1e-8)
-    return np.asarray(found.y[0]) if found.success else None
+        # the same LSODA as behind solve_ivp, without a call of Python for each of its steps
+        found, told = odeint(
+            rates, [0.0, 0.0], np.append(0.0, path), rtol=1e-8, atol=1e-11, mxstep=10_000, full_output=True
+        )
+    return found[1:, 0] if told["message"] == "Integration successful." else None
 
 
 def table_of_steps(friction: Any) -> tuple[xr.DataTree, pd.DataFrame, str]:
@@ -91,10 +94,39 @@ def path_of_decay(path: Array, friction: Array, level: float) -> float:
     return max(float(path[later][end] - path[later][peak]), 1e-9)
 
 
-def save_rate_and_state(
-    path: str | Path, law: RateState, parameters: pd.DataFrame, covariance: pd.DataFrame, source: Mapping[str, Any]
-) -> Path:
-    """Write the law file of a fit to steps of the speed: what the law has not, the machine's stiffness, is in its source."""
-    of_law = [name for name in covariance.index if name in pointers(law)]
-    values = {"values": parameters["value"].to_dict(), "errors": parameters["error"].to_dict()}
-    return save_law(path, law, covariance.loc[of_law, of_law], {**values, **source}, units_of(law, "1"))
+class OfSteps(Result):
+    """What fits to steps of the drive's speed have in common: a law with numbers of the machine beside its own."""
+
+    law: RateState
+    parameters: pd.DataFrame
+    covariance: pd.DataFrame
+    rms: dict[str, float]
+
+    def estimates(self) -> pd.DataFrame:
+        """The parameters."""
+        return self.parameters
+
+    def tables(self) -> list[str]:
+        """The parameters."""
+        return [self.parameters.to_string(float_format=lambda number: f"{number:.4g}")]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words."""
+        return {
+            "law": self.law.to_dict(),
+            "parameters": self.parameters.to_dict("index"),
+            "rms": self.rms,
+            "notes": self.notes,
+        }
+
+    def save(self, path: str | Path) -> Path:
+        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
+        # what the law has not, the machine's stiffness, is in its source
+        of_law = [name for name in self.covariance.index if name in pointers(self.law)]
+        source = {
+            "values": self.parameters["value"].to_dict(),
+            "errors": self.parameters["error"].to_dict(),
+            "rms": self.rms,
+            "notes": self.notes,
+        }
+        return save_law(path, self.law, self.covariance.loc[of_law, of_law], source, units_of(self.law, "1"))

@@ -15,13 +15,12 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import Minimum, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
-from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
     OF_CONTACT,
+    OfSteps,
     path_of_decay,
-    save_rate_and_state,
     step_response,
     table_of_steps,
 )
@@ -38,7 +37,7 @@ BINS = (60, 240)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class VelocityStepFit(Result):
+class VelocityStepFit(OfSteps):
     """Rate-and-state friction fitted to one step of the drive's speed.
 
     Attributes
@@ -65,29 +64,6 @@ class VelocityStepFit(Result):
         return [
             f"RateState, {self.law.law} law (rms: {', '.join(f'{name} {value:.3g}' for name, value in self.rms.items())})"
         ]
-
-    def estimates(self) -> pd.DataFrame:
-        """The parameters."""
-        return self.parameters
-
-    def tables(self) -> list[str]:
-        """The parameters."""
-        return [self.parameters.to_string(float_format=lambda number: f"{number:.4g}")]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and words."""
-        return {
-            "law": self.law.to_dict(),
-            "parameters": self.parameters.to_dict("index"),
-            "rms": self.rms,
-            "notes": self.notes,
-        }
-
-    def save(self, path: str | Path) -> Path:
-        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
-        return save_rate_and_state(
-            path, self.law, self.parameters, self.covariance, {"rms": self.rms, "notes": self.notes}
-        )
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over displacement around the step, measured and fitted; returns the Axes."""

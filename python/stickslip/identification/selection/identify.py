@@ -20,12 +20,15 @@ from stickslip.identification.result import Identification
 from stickslip.identification.selection.pieces import choose_pieces
 from stickslip.identification.static.break_away import (
     FEWEST_ROWS,
+    OF_STICK_TIME,
     break_away_rows,
     fit_static_friction,
-    tied,
+    one_rate,
     unlike,
 )
+from stickslip.identification.static.forms import ONSET, OWN_LEVEL
 from stickslip.laws import (
+    Combined,
     Coulomb,
     DwellTime,
     ForceRate,
@@ -38,6 +41,7 @@ from stickslip.laws import (
 BY_FORM: dict[str, type[Law]] = {
     "constant": StaticKinetic,
     "logarithmic": LogarithmicDwell,
+    **{form: Combined for form in OF_STICK_TIME if form == ONSET or form.endswith(OWN_LEVEL)},
     "force rate": ForceRate,
     "stick time and force rate": ForceRate,
     "exponential over force rate": ForceRate,
@@ -106,6 +110,7 @@ def identify(
     pieces: int | Literal["auto"] | None = None,
     offset: bool = False,
     bounds: Mapping[str, tuple[float, float]] | None = None,
+    ties: Mapping[str, str] | None = None,
 ) -> Identification: ...
 @overload
 def identify(
@@ -116,6 +121,7 @@ def identify(
     pieces: int | Literal["auto"] | None = None,
     offset: bool = False,
     bounds: Mapping[str, tuple[float, float]] | None = None,
+    ties: Mapping[str, str] | None = None,
 ) -> Any: ...
 def identify(
     friction: Any,
@@ -125,6 +131,7 @@ def identify(
     pieces: int | Literal["auto"] | None = None,
     offset: bool = False,
     bounds: Mapping[str, tuple[float, float]] | None = None,
+    ties: Mapping[str, str] | None = None,
 ) -> Any:
     """Identify a friction law, with its uncertainty, from one or more friction records.
 
@@ -145,6 +152,8 @@ def identify(
     offset : whether a constant in the measured force is fitted too: the zero of an instrument, or friction that differs by
         the sense of the slip. The records must slip in both.
     bounds : lowest and highest value of numbers that are fitted, by name.
+    ties : numbers that follow another, such as ``{"static.kinetic": "kinetic.break_away"}`` of `Combined`; ``{}``: none does,
+        and all are fitted. Default: those of the first guess, said in `notes`; a number that is named in `free` follows none.
 
     Returns
     -------
@@ -192,13 +201,20 @@ def identify(
     path = fit_of(friction, law)
     if path != "motion":
         words, fit = FITS[path]
-        given = {"free": free, "fixed": fixed, "pieces": pieces, "offset": offset, "bounds": bounds}
+        given = {"free": free, "fixed": fixed, "pieces": pieces, "offset": offset, "bounds": bounds, "ties": ties}
         for name, value in given.items():
             if value:
                 raise InputError(f"identify: {name} does not go with {words}: leave {name} out")
         return fit_steady(friction, _name(law)) if path == "curve" else fit(friction)
     records = read_records(friction)
-    options = Options(None if free is None else list(free), dict(fixed or {}), pieces, offset, dict(bounds or {}))
+    options = Options(
+        None if free is None else list(free),
+        dict(fixed or {}),
+        pieces,
+        offset,
+        dict(bounds or {}),
+        None if ties is None else dict(ties),
+    )
     return _by_default(records, options) if law is None else _of_kind(records, law, options)
 
 
@@ -224,8 +240,9 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
         why = f"static friction over stick time has the {static.chosen} form"
         if unlike(static):
             why = "the records differ from any one law of stick time"
-        elif tied(static.rows) and static.chosen != "constant":
-            # Growth that may be an effect of the force rate predicts nothing at another one.
+        elif one_rate(static.rows) and static.chosen != "constant":
+            # What looks like growth within one record may be scatter along its loading line. Where several drive velocities
+            # tie stick time and force rate to each other, growth still predicts what comes at any of them.
             why = "growth with stick time cannot be told from an effect of the force rate in these records"
         else:
             kinds.insert(0, BY_FORM.get(static.chosen, DwellTime))

@@ -21,7 +21,7 @@ from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate, robust_scale
 from stickslip.identification.records import FrictionRecord, read_records
-from stickslip.identification.static.forms import BY_RATIO, Form, forms
+from stickslip.identification.static.forms import BY_RATIO, ONSET, OWN_LEVEL, Form, forms
 
 Array = npt.NDArray[np.float64]
 
@@ -34,10 +34,19 @@ EQUAL = 0.01
 """Stick times that scatter by less than that many decades within each record are of one length."""
 CROWDED = 1.25
 """Falls within this ratio of the smallest lie at the edge of what is seen."""
-OF_STICK_TIME = ("constant", "logarithmic", "exponential", "power", "Kato")
+OF_STICK_TIME = (
+    "constant",
+    "logarithmic",
+    ONSET,
+    *(form + level for form in ("exponential", "power", "Kato") for level in ("", OWN_LEVEL)),
+)
 """Forms in which the force rate does not stand."""
+UNDETERMINED = 1e-5
+"""Numbers of a form of which a combination changes the forces less than this part of what each does alone are not told."""
 NEAR = 4.0
 """Forms whose criterion is within this of the lowest do as well: the likelihoods differ by less than e² for one number."""
+EVALUATIONS = 150
+"""Most evaluations of a form in each of the four rounds of its fit, from each starting point."""
 NARROW = 1.25
 """Stick times (10th to 90th percentile) within this ratio say nothing about growth."""
 
@@ -49,7 +58,7 @@ class StaticFit:
     Attributes
     ----------
     form : its name; `formula` is written out.
-    parameters : value, error, low and high of the 95 % interval, by name.
+    parameters : value, error, low and high of the 95 % interval, by name; infinite errors where the rows do not determine it.
     covariance : of the fitted numbers (the rate of the exponential by its logarithm), in the order of `parameters`.
     scatter : robust standard deviation of the residuals.
     criterion : Akaike's, corrected for few rows; the lower the better.
@@ -66,6 +75,11 @@ class StaticFit:
     residuals: Array = field(repr=False)
     rate: float
     _at: Callable[[Array, Array], Array] = field(repr=False, compare=False)
+
+    @property
+    def undetermined(self) -> list[str]:
+        """Names of the numbers of which the rows tell no more than a combination."""
+        return [str(name) for name in self.parameters.index[np.isinf(self.parameters["error"])]]
 
     def __call__(self, stick_time: npt.ArrayLike, force_rate: npt.ArrayLike | None = None) -> Array:
         """The fitted force at these stick times and force rates, any shape; default the usual rate."""
@@ -99,6 +113,11 @@ class StaticFriction(Result):
     def best(self) -> StaticFit:
         """The chosen fit."""
         return self.fits[self.chosen]
+
+    @property
+    def own_level(self) -> bool:
+        """Whether the chosen form grows from a level of its own instead of from the kinetic force."""
+        return self.chosen == ONSET or self.chosen.endswith(OWN_LEVEL)
 
     def plot_residuals(self) -> Any:
         """Residuals of the chosen form over stick time, over force rate and over time; returns the Axes.
@@ -163,9 +182,9 @@ class StaticFriction(Result):
 def fit_static_friction(friction: Any) -> StaticFriction:
     """Fit static friction over stick time to the break-aways of one or more records.
 
-    The forms are those of :func:`stickslip.identification.static.forms.forms`: constant, logarithmic, exponential, power and
-    Kato's in t_s; and where the force rate varies freely one in δ, a fall of f_s(0, δ) with it, three in both, and a smooth
-    surface. Each is a robust
+    The forms are those of :func:`stickslip.identification.static.forms.forms`: constant, logarithmic (with an onset and
+    without), exponential, power and Kato's in t_s, which begin at the kinetic force or at a level f0 above it; and where the
+    force rate varies freely one in δ, a fall of f_s(0, δ) with it, three in both, and a smooth surface. Each is a robust
     least-squares fit; its covariance is scaled by the scatter of the rows and their correlation from one to the next. Of
     the forms whose Akaike criterion is within 4 of the lowest the one with the fewest numbers is chosen.
 
@@ -230,6 +249,12 @@ def fit_static_friction(friction: Any) -> StaticFriction:
         *loading_line(rows, fits),
         *drift(rows, fits),
         *threshold(rows),
+        *(
+            f"Not determined by these break-aways, but for a combination: {', '.join(fit.undetermined)} of the {fit.form} "
+            "form; that form was not chosen."
+            for fit in fits.values()
+            if fit.undetermined
+        ),
     ]
     return StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=notes)
 
@@ -295,6 +320,12 @@ def _unlike(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
     ]
 
 
+def one_rate(rows: pd.DataFrame) -> bool:
+    """Whether all break-aways with a force rate come at nearly one, as from one drive velocity."""
+    rate = np.log(rows["force_rate"].abs()[rows["force_rate"].abs() > 0].to_numpy())
+    return bool(rate.size and np.subtract(*np.quantile(rate, [0.9, 0.1])) < math.log(1.5))
+
+
 def tied(rows: pd.DataFrame) -> list[str]:
     """A sentence where stick time and force rate cannot be told apart, else nothing."""
     known = rows[rows["force_rate"].notna() & (rows["force_rate"].abs() > 0)]
@@ -307,8 +338,7 @@ def tied(rows: pd.DataFrame) -> list[str]:
         ]
     rate = np.log(known["force_rate"].abs().to_numpy())
     time = np.log(known["stick_time"].to_numpy())
-    low, high = np.quantile(rate, [0.1, 0.9])
-    if high - low < math.log(1.5):
+    if one_rate(known):
         return [
             f"All break-aways come at nearly one force rate ({math.exp(float(np.median(rate))):.3g}, one drive "
             "velocity): stick time and force rate cannot be told apart, and the growth holds at that rate only."
@@ -392,7 +422,7 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
         def misfit(numbers: Array, sigma: Array = sigma) -> Array:
             return (force - form.at(numbers, time, rate)) / sigma
 
-        found = minimize(misfit, starts, outlier=OUTLIER)
+        found = minimize(misfit, starts, outlier=OUTLIER, evaluations=EVALUATIONS)
         starts = [found.vector]
         residuals = force - form.at(found.vector, time, rate)
         inner = math.sqrt(max(robust_scale(residuals) ** 2 - float(np.median(stated**2)), 0.0))
@@ -401,6 +431,7 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     variance = robust_scale(residuals / sigma) ** 2 * count / max(count - free, 1)
     order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
     covariance, freedom = correlated_covariance(found.jacobian[order], (residuals / sigma)[order], max(variance, 1e-24))
+    covariance[np.diag_indices(free)] += np.where(_not_told(found.jacobian), math.inf, 0.0)
     numbers = Parameters([Parameter(name, logarithmic=name in BY_RATIO) for name in form.names])
     table, _ = estimate(numbers, found.vector, covariance, freedom)
     scatter = robust_scale(residuals)
@@ -413,9 +444,19 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     )
 
 
+def _not_told(jacobian: Array) -> npt.NDArray[np.bool_]:
+    """Which numbers the rows do not determine: those without effect, and those of a combination without effect."""
+    size = np.linalg.norm(jacobian, axis=0)
+    silent = size <= 1e-12 * float(size.max())
+    _, singular, right = np.linalg.svd(jacobian / np.where(silent, 1.0, size), full_matrices=False)
+    weak = right[singular < UNDETERMINED * singular[0]]
+    return np.asarray(silent | (np.abs(weak) > 0.1).any(axis=0))
+
+
 def _choose(fits: dict[str, StaticFit]) -> tuple[str, str]:
-    order = sorted(fits.values(), key=lambda fit: fit.criterion)
-    near = [fit for fit in order if fit.criterion - order[0].criterion < NEAR]
+    # A form whose numbers are not determined is one of fewer numbers that is among them too.
+    order = sorted(fits.values(), key=lambda fit: (len(fit.undetermined) > 0, fit.criterion))
+    near = [fit for fit in order if fit.criterion - order[0].criterion < NEAR and not fit.undetermined]
     best = min(near, key=lambda fit: (len(fit.parameters), fit.criterion))
     second = next(fit for fit in order if fit is not best)
     lead = second.criterion - best.criterion

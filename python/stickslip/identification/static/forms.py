@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,11 @@ from stickslip.laws.adhesion import static_surface
 Array = npt.NDArray[np.float64]
 
 #: Positive numbers, fitted by their logarithm.
-BY_RATIO = ("rate", "exponent", "scale")
+BY_RATIO = ("rate", "exponent", "scale", "onset")
+OWN_LEVEL = " above f0"
+"""Ends the name of a form that begins at a level f0 of its own instead of at the kinetic force."""
+ONSET = "logarithmic with onset"
+"""The form of :class:`stickslip.laws.LogarithmicDwell`, with a level of its own."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,8 @@ class Form:
 
     def at(self, numbers: Array, time: Array, rate: Array) -> Array:
         """Force from the numbers, t and δ."""
+        if self.name.endswith(OWN_LEVEL):
+            return np.asarray(numbers[0] + FORCE[self.name.removesuffix(OWN_LEVEL)](numbers[1:], time, rate))
         return FORCE[self.name](numbers, time, rate) + (self.level if self.from_level else 0.0)
 
 
@@ -50,8 +56,9 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
     Parameters
     ----------
     time, rate, force : stick time, force rate and force of each break-away, shape (n,); what is not known of the rate is NaN.
-    level : the kinetic force, where growth with rest begins; NaN where it is not known, which leaves out the forms that
-        begin there.
+    level : the kinetic force, where growth with rest may begin; NaN where it is not known, which leaves out the forms that
+        begin there. Each form of growth also comes with a level f0 of its own, as static friction may jump above the
+        kinetic force at once.
     rates_differ : whether stick time and force rate are free of each other.
 
     Sources: Kato, Sato & Matsubayashi, Wear 20 (1972) 315 (exponential, with an exponent); Dieterich, J. Geophys. Res. 77
@@ -83,6 +90,8 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
         ),
     ]
     if len(time) >= 8:
+        lowest, spread = float(force.min()), max(float(np.ptp(force)), 1e-6 * abs(middle))
+        decades = max(math.log(float(time.max() / time.min())), 1e-3)
         found += [
             Form(
                 "power",
@@ -99,6 +108,18 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
                 (1.3 * grown, start_rate, 0.0),
                 level,
                 from_level=True,
+            ),
+        ]
+        typical_time = math.log(typical)
+        found += [
+            *(_above_own_level(form, lowest, spread) for form in found if form.from_level),
+            Form(
+                ONSET,
+                "f0 + growth * ln(1 + t_s / onset)",
+                ("f0", "growth", "onset"),
+                (lowest, spread / decades, typical_time),
+                level,
+                ((lowest, spread / decades, typical_time - 3.0),),
             ),
         ]
     if not rates_differ or len(time) < 12:
@@ -137,6 +158,20 @@ def forms(time: Array, rate: Array, force: Array, level: float, rates_differ: bo
         ),
     ]
     return [form for form in found if known or not form.from_level]
+
+
+def _above_own_level(form: Form, lowest: float, spread: float) -> Form:
+    """The form that begins at a level f0 of its own; its fit begins where the form's does, and at the lowest force."""
+    ratios = form.start[1:]
+    return replace(
+        form,
+        name=form.name + OWN_LEVEL,
+        formula=form.formula.replace(f"{form.level:.6g}", "f0", 1),
+        names=("f0", *form.names),
+        start=(lowest, spread, *ratios),
+        others=((lowest, 5 * spread, ratios[0] - 2.0, *ratios[1:]),),
+        from_level=False,
+    )
 
 
 def _falls(level: float, rate: Array, grown: float, start_rate: float) -> list[Form]:
@@ -194,6 +229,7 @@ FORCE: dict[str, Callable[[Array, Array, Array], Array]] = {
     "constant": lambda p, t, _: np.full(len(t), p[0]),
     "logarithmic": lambda p, t, _: p[0] + p[1] * np.log10(t),
     "exponential": lambda p, t, d: _static(t, d, growth=p),
+    ONSET: lambda p, t, _: p[0] + p[1] * np.log1p(t / np.exp(np.clip(p[2], -50, 50))),
     "power": lambda p, t, _: p[0] * t ** np.exp(np.clip(p[1], -20, 3)),
     "Kato": lambda p, t, d: _static(t, d, growth=p),
     "force rate": lambda p, _, d: p[0] + p[1] * np.log10(d),

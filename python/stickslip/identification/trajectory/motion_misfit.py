@@ -37,6 +37,20 @@ STILL = 0.02
 """Of the drive velocity: a range of w below this is steady slip."""
 
 
+def moving(record: FrictionRecord) -> tuple[partial[Oscillator], Array]:
+    """The oscillator of a record for any law, and its displacement; an InputError where either is not known."""
+    if record.displacement is None:
+        raise InputError(
+            f"{record.name}: holds no displacement, so no motion can be compared with it; measure it again"
+        )
+    for name in CONSTANTS:
+        if name not in record.constants:
+            raise InputError(f"{record.name}: {name} is not known; measure it with a rig that says it")
+    mass, damping, stiffness, drive_velocity = (record.constants[name] for name in CONSTANTS)
+    make = partial(Oscillator, damping=damping, drive_velocity=drive_velocity, mass=mass, stiffness=stiffness)
+    return make, record.displacement
+
+
 @dataclass(frozen=True)
 class Landmarks:
     """What a steady motion is known by, whatever its phase.
@@ -82,26 +96,17 @@ class MotionMisfit:
     """
 
     def __init__(self, record: FrictionRecord, settled_after: float) -> None:
-        if record.displacement is None:
-            raise InputError(
-                f"{record.name}: holds no displacement, so no motion can be compared with it; measure it again"
-            )
-        for name in CONSTANTS:
-            if name not in record.constants:
-                raise InputError(f"{record.name}: {name} is not known; measure it with a rig that says it")
+        self.make, displacement = moving(record)
         self.name = record.name
         known = record.constants
-        self.make = partial(
-            Oscillator, known["damping"], known["drive_velocity"], mass=known["mass"], stiffness=known["stiffness"]
-        )
         self.drive_velocity = known["drive_velocity"]
         kept = record.time >= record.time[0] + settled_after * (record.time[-1] - record.time[0])
         origin = float(record.time[kept][0])
-        self._smooth = (record.time[kept] - origin, record.displacement[kept], record.stuck[kept])
+        self._smooth = (record.time[kept] - origin, displacement[kept], record.stuck[kept])
         self._velocity = self.drive_velocity - record.slip_velocity[kept]
         # The instrument's own samples have white noise, which can be told; those of a smoothed record do not.
         self.white = record.recorded is not None
-        signal = record.displacement if record.recorded is None else record.recorded
+        signal = displacement if record.recorded is None else record.recorded
         good = kept & np.isfinite(signal)
         if good.sum() < 50:
             raise InputError(f"{record.name}: {good.sum()} samples are too few to lay a motion over; take a longer one")
@@ -111,7 +116,7 @@ class MotionMisfit:
         self.spread = float(np.std(self.displacement))
         self.noise = noise_level(self.displacement) if self.white else math.nan
         self.seen = Landmarks.of(*self._smooth[:2], self._velocity, self._smooth[2], self.drive_velocity)
-        self._mean = float(np.mean(record.displacement[kept]))
+        self._mean = float(np.mean(displacement[kept]))
         self._natural = 2 * math.pi * math.sqrt(known["mass"] / known["stiffness"])
         if self.seen.kind != "stable_slip" and not CERTAIN * self.cycle < float(self.time[-1]):
             raise InputError(
@@ -119,7 +124,7 @@ class MotionMisfit:
                 "that the motion repeats; take a longer record"
             )
         # A state of the measured motion: the simulated one settles from there, on the same attractor.
-        start = int(np.argmax(record.displacement[kept]))
+        start = int(np.argmax(displacement[kept]))
         v0 = float(self._velocity[start])
         # A start that slips by less than the noise is a stick.
         still = abs(self.drive_velocity - v0) < STILL * abs(self.drive_velocity)

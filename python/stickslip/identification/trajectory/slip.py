@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.trajectory.motion_misfit import CONSTANTS
+from stickslip.identification.trajectory.motion_misfit import moving
 from stickslip.laws import Law
 from stickslip.model.system import Oscillator
 from stickslip.simulation.simulate import simulate
@@ -65,7 +65,7 @@ class Slip:
         The motion starts in the stick, so that the memory of the law is that of its end; `law` is one whose break-away ends
         this stick there. None where it makes no such motion.
         """
-        drive = self.make.args[1]
+        drive = self.make.keywords["drive_velocity"]
         clock = self.time + self.stick_time
         x0 = self.position + off - level - drive * (self.stick_time + late)
         try:
@@ -84,18 +84,8 @@ def slips_of(record: FrictionRecord, number: int, settled_after: float) -> Itera
     InputError
         where the record holds no displacement, or a constant of the oscillator is not known.
     """
-    if record.displacement is None:
-        raise InputError(
-            f"{record.name}: holds no displacement, so no motion can be compared with it; measure it again"
-        )
-    for name in CONSTANTS:
-        if name not in record.constants:
-            raise InputError(f"{record.name}: {name} is not known; measure it with a rig that says it")
-    known = record.constants
-    make = partial(
-        Oscillator, known["damping"], known["drive_velocity"], mass=known["mass"], stiffness=known["stiffness"]
-    )
-    signal = record.displacement if record.recorded is None else record.recorded
+    make, displacement = moving(record)
+    signal = displacement if record.recorded is None else record.recorded
     settled = record.time[0] + settled_after * (record.time[-1] - record.time[0])
     edges = [*(record.time[first] for first, _ in record.slips), record.time[-1]]
     for begin, stick_time, slip in zip(
@@ -111,7 +101,7 @@ def slips_of(record: FrictionRecord, number: int, settled_after: float) -> Itera
         if slip[1] - slip[0] < FEWEST or inside.sum() < FEWEST:
             continue
         thinned = np.flatnonzero(inside)[:: max(1, int(inside.sum()) // MOST)]
-        position = float(np.interp(begin, record.time, record.displacement))
+        position = float(np.interp(begin, record.time, displacement))
         x = signal[thinned] - position
         time = record.time[thinned] - begin
         yield Slip(

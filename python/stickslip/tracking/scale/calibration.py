@@ -96,14 +96,36 @@ class Calibration:
         polynomial = np.polynomial.Polynomial(self.coefficients)
         return np.asarray(polynomial(s)), np.asarray(n * polynomial.deriv()(s))
 
-    def errors(self, x: Array, y: Array, x_error: Array, y_error: Array) -> tuple[Array, Array]:
-        """Standard errors of the world coordinates from those of the pixels, to first order."""
+    def discs_to_world(self, x: Array, y: Array, diameter: Array) -> tuple[Array, Array]:
+        """World coordinates of the centres of flat discs whose images have their centroids at these pixels.
+
+        A lens and a tilted plane map a disc to something whose centroid is not the image of its centre: of a disc of 20 px
+        under k1 = 0.06 it is off by up to 0.02 px. The centre is the mean of the world coordinates over the image, by
+        world area; eight points on a ring of radius √½ of the disc's have its second moments.
+
+        Parameters
+        ----------
+        x, y, diameter : px, of one shape.
+        """
+        ring = 0.25 * math.pi * np.arange(8)
+        radius = (math.sqrt(0.5) * 0.5 * np.nan_to_num(diameter))[..., None]
+        around = x[..., None] + radius * np.cos(ring), y[..., None] + radius * np.sin(ring)
+        (xx, yx), (xy, yy) = self._slopes(*around)
+        area = np.abs(xx * yy - xy * yx)
+        area = area / area.sum(axis=-1, keepdims=True)
+        return tuple((area * part).sum(axis=-1) for part in self.to_world(*around))
+
+    def _slopes(self, x: Array, y: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        """Change of both world coordinates with a pixel to the right, and with one downwards."""
         step = 0.5
         right, left = self.to_world(x + step, y), self.to_world(x - step, y)
         down, up = self.to_world(x, y + step), self.to_world(x, y - step)
-        return tuple(  # type: ignore[return-value]
-            np.hypot((right[i] - left[i]) * x_error, (down[i] - up[i]) * y_error) for i in (0, 1)
-        )
+        return (right[0] - left[0], right[1] - left[1]), (down[0] - up[0], down[1] - up[1])
+
+    def errors(self, x: Array, y: Array, x_error: Array, y_error: Array) -> tuple[Array, Array]:
+        """Standard errors of the world coordinates from those of the pixels, to first order."""
+        right, down = self._slopes(x, y)
+        return tuple(np.hypot(right[i] * x_error, down[i] * y_error) for i in (0, 1))  # type: ignore[return-value]
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data; :meth:`from_dict` reads it back."""

@@ -28,6 +28,12 @@ PAGES = 32
 STACKS = (".tif", ".tiff")
 """Images that may hold several pictures, one after the other."""
 
+WHOLE = ("mjpg", "ffv1", "ffvh", "hfyu", "mpng", "png ", "dvsd", "apch", "apcn", "apcs", "apco", "ap4h")
+"""Codes of formats that give each picture by itself, in small letters."""
+
+NOISE_BITS = 1.0
+"""Bits that the noise of a pixel needs at least, that of one grey level two: where a file has fewer it is not in there."""
+
 IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".pgm", ".ppm")
 
 
@@ -110,6 +116,17 @@ class Film:
     def rate(self) -> float:
         """Pictures per second of the camera: as given, else as the file says, NaN where neither does."""
         return self.frame_rate if self.frame_rate is not None else self._file_rate
+
+    @property
+    def copied(self) -> bool:
+        """Whether a video gives its pictures as differences from others, in so few bits that noise is copied with them."""
+        if self._images is not None:
+            return False
+        cv2, path = vision(), Path(str(self.source))
+        capture = self._open(path)
+        code = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little", signed=True).decode("latin-1").lower()
+        pixels = capture.get(cv2.CAP_PROP_FRAME_WIDTH) * capture.get(cv2.CAP_PROP_FRAME_HEIGHT) * max(1, len(self))
+        return code not in WHOLE and 8 * path.stat().st_size < NOISE_BITS * pixels
 
     def __len__(self) -> int:
         """The number of pictures, as far as the file knows."""

@@ -54,6 +54,9 @@ pub(crate) struct Tangent {
     /// Of the slip speeds.
     pub(crate) u: Vec<Wide>,
     pub(crate) force: Vec<Wide>,
+    /// Of the normal forces that vary, and of friction under the normal forces of the laws.
+    normal: Vec<Wide>,
+    friction: Vec<Wide>,
     acceleration: Vec<Lanes>,
 }
 
@@ -109,21 +112,22 @@ impl Motion {
         motion: &Self,
         acceleration: &mut [Series],
     ) {
+        let mut free = std::mem::take(&mut self.acceleration);
         for k in 0..ORDER {
-            let given = &mut self.acceleration;
+            let given = &mut free;
             frame.freely(k, |i| self.input[i][k], (&motion.x, &motion.v), given);
             for (c, force_line) in force_lines.iter().enumerate() {
                 self.u[c][k] = force_line.sign() * (self.drive[c][k] - frame.across(c, |i| motion.v[i][k]));
-                if force_line.holds() {
+                if !force_line.slips() {
                     continue;
                 }
-                let size = if frame.is_smooth(c, force_line.direction) {
-                    laws[c]
-                        .toward(force_line.direction)
-                        .extend(&self.u[c], k, &mut self.grown[c])
-                } else {
-                    force_line.slope * self.u[c][k] + if k == 0 { force_line.offset } else { 0.0 }
-                };
+                let law = frame.is_smooth(c, force_line.direction).then_some(laws[c]);
+                let mut size = force_line.size(law, &self.u[c], k, &mut self.grown[c]);
+                if frame.normals[c].is_some() {
+                    self.normal[c][k] = self.pressed_along(frame, c, k, (&motion.x, &motion.v));
+                    self.friction[c][k] = size;
+                    size = product(&self.normal[c], &self.friction[c], k);
+                }
                 self.force[c][k] = force_line.direction * size;
                 frame.push(c, self.force[c][k], given);
             }
@@ -133,6 +137,7 @@ impl Motion {
                 series[k] = *given;
             }
         }
+        self.acceleration = free;
     }
 }
 
@@ -191,6 +196,8 @@ impl Tangent {
             v: vec![nothing; n],
             u: vec![nothing; c],
             force: vec![nothing; c],
+            normal: vec![nothing; c],
+            friction: vec![nothing; c],
             acceleration: vec![Lanes::NOTHING; n],
         }
     }
@@ -236,22 +243,36 @@ impl Tangent {
             );
             for (c, force_line) in force_lines.iter().enumerate() {
                 self.u[c][k] = slip(frame, force_line, c, later(&motion.drive[c], k), |i| self.v[i][k]);
-                if force_line.holds() {
+                if !force_line.slips() {
                     continue;
                 }
+                // Of the size of friction under the normal force of the law.
                 let mut force = Lanes::NOTHING;
                 if frame.is_smooth(c, force_line.direction) {
                     for (j, slope) in slopes[c][..=k].iter().enumerate() {
-                        force.add(force_line.direction * slope, self.u[c][k - j]);
+                        force.add(*slope, self.u[c][k - j]);
                     }
                 } else {
-                    force.add(force_line.direction * force_line.slope, self.u[c][k]);
+                    force.add(force_line.slope, self.u[c][k]);
                 }
                 let [offset, slope] = self.line[c];
-                force.add(force_line.direction * motion.u[c][k], slope);
+                force.add(motion.u[c][k], slope);
                 if k == 0 {
-                    force.add(force_line.direction, offset);
+                    force.add(1.0, offset);
                 }
+                if let Some(normal) = &frame.normals[c] {
+                    self.friction[c][k] = force;
+                    let mut pressed = later(&motion.pressed[c], k);
+                    pressed.add(normal.position, frame.across(c, |i| self.x[i][k]));
+                    pressed.add(normal.velocity, frame.across(c, |i| self.v[i][k]));
+                    self.normal[c][k] = pressed;
+                    force = Lanes::NOTHING;
+                    for j in 0..=k {
+                        force.add(motion.friction[c][k - j], self.normal[c][j]);
+                        force.add(motion.normal[c][k - j], self.friction[c][j]);
+                    }
+                }
+                let force = force.map(|force| force_line.direction * force);
                 self.force[c][k] = force;
                 frame.push(c, force, acceleration);
             }

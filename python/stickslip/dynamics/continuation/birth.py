@@ -1,0 +1,59 @@
+"""The cycle that is born at a Hopf point of steady slip, stable or not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stickslip.dynamics.periodic.cycles import amplitude, find, finished
+from stickslip.dynamics.periodic.equilibria import steady_slip
+from stickslip.dynamics.periodic.event_sequence import EventSequence
+from stickslip.dynamics.periodic.return_map import Lost
+from stickslip.dynamics.periodic.shooting import Family, Point, corrected
+from stickslip.errors import InputError
+from stickslip.model.system import Oscillator
+
+#: Largest velocities of the cycle that is looked for, as shares of the drive velocity: none of them reaches w = 0.
+_SHARES = (0.3, 0.1, 0.03)
+
+
+def born(system: Oscillator, value: float, family: Family) -> Point | None:
+    """A small cycle of the curve that begins at a Hopf point: of given velocity, at the parameter where it closes.
+
+    Beside the point steady slip and cycle are close together, and a cycle that repels is reached by no run; with its size
+    held and the parameter free it is as easy to close as one that attracts, also where the parameter turns with the size.
+
+    Parameters
+    ----------
+    system : at the Hopf point.
+    value : of the parameter there.
+    family : the parameter and its bounds.
+
+    Returns
+    -------
+    Point, None where no cycle is found or those at the Hopf point are a continuum, as around a centre.
+
+    Source: Kuznetsov, Elements of Applied Bifurcation Theory, ch. 10 (a cycle from a Hopf point).
+    """
+    state = steady_slip(system)
+    if state is None:
+        return None
+    low, high = family.ranges[0]
+    for share in _SHARES:
+        speed = share * abs(system.drive_velocity)
+        try:
+            run, kinds, _ = EventSequence.of_run(system, 4 * system.natural_period, state.x, speed)
+            cut, _ = find(system, run, kinds, False, None)
+            size = np.zeros(cut.layout.width + 1)
+            size[cut.layout.v] = 1.0
+            point = corrected(cut, 0, family, np.array([value]), size)
+            cycle = finished(point.here, 0)
+        except (InputError, Lost):
+            continue
+        if cycle.marginal:
+            return None
+        reach = amplitude(cycle) * 2 * math.pi / system.natural_period
+        if low <= point.values[0] <= high and 0.5 * speed < reach < 2 * speed:
+            return point
+    return None
