@@ -208,8 +208,10 @@ def _asymmetric(evidence: Evidence) -> Guess:
             )
         parts[name] = _one_way(one)
     kinds = " and ".join(type(part.law).__name__ for part in parts.values())
-    told = "its own break-aways tell" if len(evidence.rows) else "its kinetic friction tells (there are no break-aways)"
-    note = f"The law of each direction is {kinds}, as {told}; give a law of another kind with names to fit."
+    reason = (
+        "its own break-aways tell" if len(evidence.rows) else "its kinetic friction tells (there are no break-aways)"
+    )
+    note = f"The law of each direction is {kinds}, as {reason}; give a law of another kind with names to fit."
     free = [f"{name}.{number}" for name, part in parts.items() for number in part.free]
     ways = [[part.law, *part.candidates] for part in parts.values()]
     # both ways have one form

@@ -474,9 +474,9 @@ def inertia_error(rows: Rows, nodes: int) -> tuple[float, float]:
 
     It is the slope of the force over the acceleration, beside a free curve over the speed and a force of the place.
     """
-    place = [rows.position - rows.middle[1]] if np.isfinite(rows.position).all() else []
+    position = [rows.position - rows.middle[1]] if np.isfinite(rows.position).all() else []
     free = FreeCurve.of(rows, nodes, Curve((), rows.reference, rows.middle)).columns(rows)
-    columns = np.column_stack([free[:, (free != 0).any(axis=0)], *place, np.asarray(rows.acceleration)])
+    columns = np.column_stack([free[:, (free != 0).any(axis=0)], *position, np.asarray(rows.acceleration)])
     size = np.linalg.norm(columns, axis=0)
     scaled = columns / size
     numbers = linear(scaled, rows.force, np.ones(len(rows)))
