@@ -66,6 +66,7 @@ def test_a_law_asked_for_gets_the_numbers_that_friction_over_speed_gives(joint: 
     np.testing.assert_allclose(found.law.kinetic_force(w), steady(w), atol=2 * float(np.max(high - low)))
     assert found.rms == pytest.approx(by_hand(joint, found.law), rel=0.02)
     assert found.rms < 1.3 * NOISE
+    assert any(note.startswith("The break-away force comes from no stick: it is") for note in found.notes)
 
 
 def test_an_offset_of_a_reversing_record_is_found_beside_a_law() -> None:
@@ -160,5 +161,28 @@ def test_a_wrong_inertia_is_named_and_no_spring_is_invented(given: float) -> Non
 def test_a_right_inertia_is_not_contradicted_and_samples_left_out_are_counted(joint: xr.DataTree) -> None:
     notes = fit_steady(joint, law="ExponentialStribeck").notes
     assert not any("contradicts" in note for note in notes)
+    assert re.search(r"from no stick: it is the kinetic force extrapolated from w = 0\.00\d+ to w = 0", " ".join(notes))
     said = next(note for note in notes if "were left out" in note)
     assert re.search(r"of 4500 samples these were left out: \d+ up to w = 0\.00", said)
+
+
+def test_a_joint_without_sticks_gets_curves_each_way_by_the_name_of_the_law(joint: xr.DataTree) -> None:
+    found = ss.identify(joint, law="Asymmetric")
+    assert isinstance(found.law.forward, ss.laws.ExponentialStribeck)
+    assert sorted(found.parameters.index) == sorted(NAMES)
+    w = np.array([-1.0, -0.2, -0.03, 0.03, 0.2, 1.0])
+    np.testing.assert_allclose(found.law.kinetic_force(w), JOINT.kinetic_force(w), atol=0.01)
+    said = " ".join(found.notes)
+    assert (
+        "ExponentialStribeck and ExponentialStribeck, as its kinetic friction tells (there are no break-aways)" in said
+    )
+
+
+def test_numbers_of_a_given_law_that_are_not_fitted_are_named(joint: xr.DataTree) -> None:
+    start = ss.laws.PiecewiseLinear(
+        nodes=((0, 0.6), (0.1, 0.45), (0.2, 0.37), (1.0, 0.42), (1.9, 0.48)), break_away=0.6
+    )
+    found = ss.identify(joint, law=start)
+    said = next(note for note in found.notes if note.startswith("Held as in the law that was given: "))
+    assert "nodes[4].force = 0.48; name them in free" in said
+    assert "nodes[1].force" not in said

@@ -15,7 +15,7 @@ from stickslip.identification.guesses.evidence import Evidence, Guess, refuse_un
 from stickslip.identification.guesses.first_guess import GUESSES, first_guess
 from stickslip.identification.kinetic.branches import BranchFit, Problem, fit_branches
 from stickslip.identification.kinetic.lack_of_fit import lack_of_fit
-from stickslip.identification.kinetic.motion import WITH_MEMORY
+from stickslip.identification.kinetic.motion import WITH_MEMORY, extrapolated_note
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
 from stickslip.identification.static.break_away import (
@@ -32,7 +32,7 @@ from stickslip.laws import (
     Tabulated,
     TwoBranch,
 )
-from stickslip.laws.numbers import check_names, pointers, value, with_values
+from stickslip.laws.numbers import check_names, maybe, pointers, value, with_values
 
 CORRELATED = 0.98
 OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)
@@ -109,6 +109,7 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
     notes = [
         *lack_of_fit(problem, found.law, constant),
         *_bias(problem),
+        *_extrapolated(problem),
         *(static.notes if static is not None else drift),
         *guess.notes,
         *_held(found),
@@ -196,6 +197,11 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
     if not laws:
         raise InputError(f"identify: the values that are held fixed do not make a law: {reason}")
     notes = [*guess.notes]
+    tied = {*names, *fixed, *guess.constraints}
+    held = {name: maybe(guess.law, name) for name in pointers(guess.law) if name not in tied}
+    if start is not None and asked is None and any(number is not None for number in held.values()):
+        said = ", ".join(f"{name} = {number:g}" for name, number in held.items() if number is not None)
+        notes.append(f"Held as in the law that was given: {said}; name them in free to fit them.")
     if fixed:
         notes.append("Held fixed as asked: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".")
     guessed = {name: error for name, error in guess.guessed.items() if name not in [*names, *fixed]}
@@ -263,6 +269,16 @@ def _bias(problem: Problem) -> list[str]:
     ]
 
 
+def _extrapolated(problem: Problem) -> list[str]:
+    """That a break-away force was fitted to records without break-aways."""
+    if not any(name.endswith("break_away") for name in problem.free) or any(
+        kind == "break-away" for _, kind in problem.groups
+    ):
+        return []
+    speeds = [np.abs(motion.slip_velocity[a:b]).min() for motion in problem.motions for a, b in motion.stretches]
+    return [extrapolated_note(float(min(speeds)))]
+
+
 def _held(found: BranchFit) -> list[str]:
     """Which numbers are held at a guess, and what that does to the fitted ones."""
     said = []
@@ -280,8 +296,15 @@ def _held(found: BranchFit) -> list[str]:
 
 
 def _choices(law: Law) -> dict[str, float]:
-    """The numbers that choose the form of a law."""
-    return {name: getattr(law, name) for name, parameter in law.PARAMETERS.items() if parameter.choices}
+    """The numbers that choose the form of a law, and of those that it is made of."""
+    found: dict[str, float] = {}
+    for name, parameter in law.PARAMETERS.items():
+        part = getattr(law, name)
+        if isinstance(part, Law):
+            found |= {f"{name}.{inner}": number for inner, number in _choices(part).items()}
+        elif parameter.choices:
+            found[name] = part
+    return found
 
 
 def _forms(guess: Guess) -> list[Guess]:

@@ -208,11 +208,15 @@ class Law(Document):
         units : unit of each number by name, as :func:`stickslip.laws.numbers.units_of` gives it; default: not said.
 
         >>> from tempfile import TemporaryDirectory
-        >>> import stickslip as ss
-        >>> law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+        >>> from stickslip.laws import StaticKinetic
+        >>> law = StaticKinetic(break_away=1.0, kinetic=0.6)
         >>> with TemporaryDirectory() as folder:
-        ...     ss.load_law(law.save(f"{folder}/law.toml")) == law
-        True
+        ...     print(law.save(f"{folder}/law.toml").read_text())
+        [law]
+        type = "StaticKinetic"
+        break_away = 1.0
+        kinetic = 0.6
+        ...
         """
         return save_law(path, self, self.covariance, {}, units or {})
 

@@ -42,6 +42,8 @@ RATES = 1.5
 """Force rates (10th to 90th percentile) within this ratio say nothing about their effect."""
 LEAST_SAMPLES = 10
 """So many samples of slip in a direction say something of its friction."""
+CLOSER = 0.8
+"""A curve is taken for one direction where its sum of squares is less than this part of that of a constant."""
 DEGREE = 4
 """Degree of the polynomial that is first laid through a curve of any shape."""
 
@@ -179,6 +181,22 @@ def _piecewise_polynomial(evidence: Evidence) -> Guess:
     return guess
 
 
+def _one_way(evidence: Evidence) -> Guess:
+    """The law of one direction: by its sticks, else with a fall over the speed where that lies closer to the samples."""
+    if len(evidence.rows) >= 2 and evidence.break_away > evidence.kinetic:
+        return _static_kinetic(evidence)
+    flat = _coulomb(evidence)
+    try:
+        falling = exponential(evidence)
+    except InputError:
+        return flat
+    speed, force = evidence.curve
+    misfits = [
+        float(np.sum((force - law.kinetic_force(speed)) ** 2)) for law in (flat.law, falling.law, *falling.candidates)
+    ]
+    return falling if min(misfits[1:]) < CLOSER * misfits[0] else flat
+
+
 def _asymmetric(evidence: Evidence) -> Guess:
     parts: dict[str, Guess] = {}
     for name, sense in (("forward", 1.0), ("backward", -1.0)):
@@ -188,12 +206,17 @@ def _asymmetric(evidence: Evidence) -> Guess:
                 f"identify: Asymmetric needs slip in both directions, and the records hold {one.curve[0].size} samples "
                 f"of slip {name}: add a record that goes there, or ask for the law of one direction"
             )
-        sticks = len(one.rows) >= 2 and one.break_away > one.kinetic
-        parts[name] = _static_kinetic(one) if sticks else _coulomb(one)
-    note = "The law of each direction is {}, as its own break-aways tell; give a law of another kind with names to fit."
+        parts[name] = _one_way(one)
     kinds = " and ".join(type(part.law).__name__ for part in parts.values())
+    reason = (
+        "its own break-aways tell" if len(evidence.rows) else "its kinetic friction tells (there are no break-aways)"
+    )
+    note = f"The law of each direction is {kinds}, as {reason}; give a law of another kind with names to fit."
     free = [f"{name}.{number}" for name, part in parts.items() for number in part.free]
-    return Guess(Asymmetric(parts["forward"].law, parts["backward"].law), free, notes=[note.format(kinds)])
+    ways = [[part.law, *part.candidates] for part in parts.values()]
+    # both ways have one form
+    laws = [Asymmetric(*(way[min(i, len(way) - 1)] for way in ways)) for i in range(max(map(len, ways)))]
+    return Guess(laws[0], free, candidates=[*laws[1:]], notes=[note])
 
 
 def _combined(evidence: Evidence) -> Guess:

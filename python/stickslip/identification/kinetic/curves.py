@@ -90,8 +90,9 @@ class Rows:
 
     def take(self, which: Any) -> Rows:
         """Some of the rows."""
-        columns = {name: getattr(self, name) for name in COLUMNS}
-        return replace(self, **{name: None if values is None else values[which] for name, values in columns.items()})
+        columns: dict[str, Any] = {name: getattr(self, name) for name in COLUMNS}
+        taken: dict[str, Any] = {name: None if of is None else of[which] for name, of in columns.items()}
+        return replace(self, **taken)
 
     @cached_property
     def known(self) -> bool:
@@ -473,9 +474,9 @@ def inertia_error(rows: Rows, nodes: int) -> tuple[float, float]:
 
     It is the slope of the force over the acceleration, beside a free curve over the speed and a force of the place.
     """
-    place = [rows.position - rows.middle[1]] if np.isfinite(rows.position).all() else []
+    position = [rows.position - rows.middle[1]] if np.isfinite(rows.position).all() else []
     free = FreeCurve.of(rows, nodes, Curve((), rows.reference, rows.middle)).columns(rows)
-    columns = np.column_stack([free[:, (free != 0).any(axis=0)], *place, np.asarray(rows.acceleration)])
+    columns = np.column_stack([free[:, (free != 0).any(axis=0)], *position, np.asarray(rows.acceleration)])
     size = np.linalg.norm(columns, axis=0)
     scaled = columns / size
     numbers = linear(scaled, rows.force, np.ones(len(rows)))

@@ -235,6 +235,14 @@ def velocity_noise(record: FrictionRecord) -> float:
     return known["noise"] * 2 * math.pi * cutoff * math.sqrt(2 * cutoff * record.step / 3)
 
 
+def extrapolated_note(slowest: float) -> str:
+    """That a break-away force was not measured but goes on from the curve of kinetic friction."""
+    return (
+        f"The break-away force comes from no stick: it is the kinetic force extrapolated from w = {slowest:.3g} to w = 0, "
+        "and its error is that of the curve alone; measure break-aways to know it."
+    )
+
+
 def velocity_error(record: FrictionRecord) -> Array:
     """Standard error of the slip velocity of each sample: as stated, of the smoothing, or from its scatter."""
     if record.slip_velocity_error is not None:

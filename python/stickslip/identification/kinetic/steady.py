@@ -34,7 +34,7 @@ from stickslip.identification.kinetic.curves import (
     inertia_error,
     record_scatter_of,
 )
-from stickslip.identification.kinetic.motion import SENSE
+from stickslip.identification.kinetic.motion import SENSE, extrapolated_note
 from stickslip.identification.records import check_same_units, opened, stated_units
 from stickslip.laws import Asymmetric, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
@@ -487,7 +487,7 @@ def _with_inertia(
     unit = "kg m^2" if root["slip_velocity"].attrs.get("units") == "rad/s" else "kg"
     note = (
         f"{name} contradicts the inertia of its rig, {taken:.4g} {unit}, by {off:+.2g} +- {error:.1g} {unit}: what is left "
-        "of the force follows the acceleration. Measure the inertia again, or correct it in the rig; here it is fitted "
+        "of the force follows the acceleration. Measure the inertia again, or correct it in the rig; here it is fitted, "
         "where that predicts better."
     )
     return moved, off * acceleration, [note]
@@ -728,7 +728,7 @@ def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str]) -> l
     lowest, highest = min(low, *(end for _, end, _ in rest)), max(high, *(end for _, _, end in rest))
     here = fits[names[0]].at_rest(slow, slow)[0]
     if max(abs(value - here), highest - high, low - lowest) < APART * abs(here):
-        return []
+        return [] if _flat(names[0]) else [extrapolated_note(slow)]
     return [
         f"Nothing was measured below w = {slow:.3g}. Friction goes on to {value:.3g} at rest ({low:.3g} to {high:.3g}) by "
         f"the chosen form, and to anything from {lowest:.3g} to {highest:.3g} by those that predict as well: the "
