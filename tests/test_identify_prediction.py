@@ -55,6 +55,28 @@ def test_a_law_predicts_kind_and_stick_time_of_another_run(alike):
     assert name.replace("_", " ") not in " ".join(found.sentences)
 
 
+def test_sticks_and_the_highest_force_are_predicted_and_a_begin_that_is_not_steady_does_not_count(alike):
+    row = predict_motion(alike, run(0.2, seed=2), duration=100.0)
+    for name in ("stick_rate", "max_force"):
+        value, low, high = (row.table.iloc[0][f"{name}_{column}"] for column in ("predicted", "low", "high"))
+        assert low < row.table.iloc[0][name] < high
+        assert 0.8 * value < low < high < 1.2 * value
+    count = round(100.0 * float(row.table.iloc[0]["stick_rate_predicted"]))
+    assert any(
+        f": {count} sticks (" in sentence and "in 100 of steady motion" in sentence for sentence in row.sentences
+    )
+    with pytest.raises(InputError, match="duration must be positive"):
+        predict_motion(alike, run(0.2, seed=2), duration=-1.0)
+    # The springs begin wound up the other way, for a third of the record.
+    law = ss.laws.StaticKinetic(break_away=1.0, kinetic=KINETIC)
+    late = []
+    for seed, speed in enumerate((0.1, 0.12)):
+        orbit = ss.simulate(ss.Oscillator(damping=0.05, drive_velocity=speed, law=law), 200, x0=-5.0, v0=speed)
+        late.append(friction_of_orbit(orbit, np.arange(0, 200, 0.05), force_noise=0.01, seed=seed))
+    row = predict_motion(identify(late, "StaticKinetic"), run(0.11, seed=2)).table.iloc[0]
+    assert row["mean_force_high"] - row["mean_force_low"] < 0.3 * KINETIC
+
+
 def test_a_run_that_does_not_stick_is_predicted(alike):
     row = predict_motion(alike, run(1.5, damping=0.8, seed=3)).table.iloc[0]
     assert row["predicted_kind"] == "stable_slip"

@@ -240,6 +240,9 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     line = draft.line(friction.slip_acceleration)
     if alone:  # the pull of other masses has its own lines
         notes += inertia(friction, rig, slow, line)
+    ends = np.array([stick.end for stick in sticks])
+    if word == "stick_slip" and ends.size >= 3:
+        line = draft.line(friction.slip_acceleration, 1 / float(np.median(np.diff(ends))))
     return _Found(friction, sticks, rigid, slow, line, word, notes)
 
 

@@ -65,7 +65,7 @@ class Agreement(OfTable):
         from stickslip.show.canvas import ABOVE, OKABE_ITO, new_axes
 
         axes = new_axes()[0] if ax is None else ax
-        measured = _steady(_trace(self.record, self.system), self.record)
+        measured = steady_part(measured_trace_of(self.record, self.system), self.record)
         simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
         stride = max(len(measured) // POINTS, 1)
         measured = measured.iloc[::stride]
@@ -82,7 +82,7 @@ class Agreement(OfTable):
         from stickslip.show.canvas import ABOVE, OKABE_ITO, new_axes
 
         axes = new_axes()[0] if ax is None else ax
-        measured = _trace(self.record, self.system)
+        measured = measured_trace_of(self.record, self.system)
         simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
         cycle, length = cycle_of(self.record), float(np.ptp(self.record.time))
         span = cycles * cycle
@@ -160,7 +160,11 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     orbit = simulate(system, t_end)
     rows: dict[str, tuple[float, float, float]] = {}
     read = read_motion(record, orbit, TRANSIENT)
-    measured_trace, simulated_trace, releases = _steady(_trace(record, system), record), read.trace, read.sticks
+    measured_trace, simulated_trace, releases = (
+        steady_part(measured_trace_of(record, system), record),
+        read.trace,
+        read.sticks,
+    )
     table = record.break_away
     if len(table) >= 2:
         rows["slips per time"] = (*_rate(table["t"].to_numpy()), _rate(releases["t"].to_numpy())[0])
@@ -249,7 +253,7 @@ def cycle_of(record: FrictionRecord) -> float:
     return float(np.ptp(record.time)) / crossings
 
 
-def _trace(record: FrictionRecord, system: Oscillator) -> pd.DataFrame:
+def measured_trace_of(record: FrictionRecord, system: Oscillator) -> pd.DataFrame:
     """Time, velocity, spring force and stuck of the measured motion."""
     v = system.drive_velocity - record.slip_velocity
     acceleration = -np.gradient(record.slip_velocity, record.time)
@@ -259,7 +263,7 @@ def _trace(record: FrictionRecord, system: Oscillator) -> pd.DataFrame:
     return pd.DataFrame({"time": record.time, "v": v, "spring": spring, "stuck": record.stuck})
 
 
-def _steady(trace: pd.DataFrame, record: FrictionRecord) -> pd.DataFrame:
+def steady_part(trace: pd.DataFrame, record: FrictionRecord) -> pd.DataFrame:
     """Whole cycles from break-away to break-away, or the second half of a record that hardly sticks."""
     starts = record.break_away["t"].to_numpy()
     first, last = (starts[0], starts[-1]) if starts.size >= 3 else (float(np.mean(record.time[[0, -1]])), math.inf)
