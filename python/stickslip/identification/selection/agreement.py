@@ -27,6 +27,10 @@ Array = npt.NDArray[np.float64]
 
 CYCLES = 40
 """Measured cycles that the simulated motion covers, transient included."""
+DISAGREE = "they disagree"
+OTHER_LAW = "rank other laws (--compare, compare_laws), or check the rig's mass, damping and stiffness"
+NEXT_STEP = f"refine it by the motion (--trajectories, fit_trajectories); if that does not help, {OTHER_LAW}"
+"""What to do about a law whose motion is not that of its record."""
 TRANSIENT = 0.4
 """Part of the simulated motion that is left out."""
 LIKE = 0.05
@@ -190,7 +194,10 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     frame["ratio"] = frame["simulated"] / frame["measured"].where(frame["measured"] != 0)
     distance = _phase_distance(measured_trace, simulated_trace)
     frame.loc["phase distance (rms)"] = [0.0, math.nan, distance, math.nan]
+    refined = isinstance(law, Identification) and law.motions is not None
     sentences = _sentences(frame, regimes, record, releases, system)
+    if any(DISAGREE in sentence for sentence in sentences) or len(set(regimes)) > 1:
+        sentences.append(f"The law does not give the motion of this record: {OTHER_LAW if refined else NEXT_STEP}.")
     return Agreement(frame, regimes, sentences, record, orbit, system)
 
 
@@ -359,7 +366,7 @@ def _sentences(
         elif off <= LIKE * abs(measured):
             verdict = f"alike within {100 * LIKE:.0f} %"
         else:
-            verdict = "they disagree"
+            verdict = DISAGREE
         sentences.append(f"{about}: {verdict}.")
     table = record.break_away
     loaded = float((table["stick_time"] * table["force_rate"].abs()).mean())

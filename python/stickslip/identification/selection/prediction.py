@@ -53,6 +53,8 @@ RATIOS = ("stick_time", "stick_rate", "main_line")
 """Quantities whose errors are parts of them."""
 STATED = ("stiffness", "drive_velocity")
 """Constants that measuring may correct, and that are known of another run as its rig says them only."""
+FASTER = 1.05
+"""Slip faster than that many times the fastest of the records is beyond what they tell."""
 FAR = 0.1
 """Distance from the records of the law, in e-folds, that is worth a sentence."""
 
@@ -65,9 +67,9 @@ class Prediction(OfTable):
     ----------
     table : DataFrame over the runs: kind (as measured, missing for a run that is a rig alone), predicted_kind (the most
         probable), probability of each kind by its name, beyond (distance from the records of the law in e-folds of
-        stiffness, drive velocity and mass; 0 between them); then for `stick_time` (median, s), `stick_rate` (sticks per
-        second), `mean_force`, `max_force` (the highest spring force of the steady motion) and `main_line` (Hz, of the
-        acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and ``_high``.
+        stiffness, drive velocity and mass; 0 between them), fastest_slip (of the predicted motion); then for `stick_time`
+        (median, s), `stick_rate` (sticks per second), `mean_force`, `max_force` (the highest spring force of the steady
+        motion) and `main_line` (Hz, of the acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and ``_high``.
     sentences : what the numbers hold, and what was predicted wrongly.
     """
 
@@ -240,6 +242,7 @@ class _Law:
         self.covariance = law.covariance * (1 + len(law.records) if self.further else 1)
         self.constraints = law.constraints
         self.records = [record for record in law.records if {"mass", *STATED} <= set(record.constants)]
+        self.fastest = max((_fastest(record.slip_velocity) for record in law.records), default=0.0)
         stated = [_stated(record) for record in self.records]
         self.points = np.array(
             [_point({**record.constants, **said}) for record, said in zip(self.records, stated, strict=True)]
@@ -299,6 +302,11 @@ class _Law:
         return found
 
 
+def _fastest(slip_velocity: Array) -> float:
+    """The slip speed that a thousandth of the samples exceed."""
+    return float(np.quantile(np.abs(slip_velocity), 0.999))
+
+
 def _point(constants: Mapping[str, float]) -> Array:
     return np.log(np.abs([constants[name] for name in (*STATED, "mass")]))
 
@@ -314,6 +322,7 @@ def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
         "predicted_kind": max(probabilities, key=lambda kind: probabilities[kind]),
         **probabilities,
         "beyond": beyond,
+        "fastest_slip": _fastest(read.trace["v"].to_numpy() - run.constants["drive_velocity"]),
     }
     centre, others = _numbers_of(read), [_numbers_of(one) for one in drawn]
     measured = _measured(run, system) if _is_measured(run) else {}
@@ -442,6 +451,11 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
     for name, row in table.iterrows():
         odds = ", ".join(f"{kind} {row[kind]:.2f}" for kind in KINDS)
         found.append(f"{name}: probability of {odds}.")
+        if row["fastest_slip"] > FASTER * law.fastest > 0:
+            found.append(
+                f"{name} slips at up to {row['fastest_slip']:.3g}, the records of the law at no more than {law.fastest:.3g}: "
+                "between them friction is extrapolated by the form of the law."
+            )
         if row["beyond"] > FAR:
             found.append(
                 f"{name} lies {row['beyond']:.2g} e-folds of stiffness, drive velocity and mass beyond the records of the "
