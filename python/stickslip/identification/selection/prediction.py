@@ -69,7 +69,8 @@ class Prediction(OfTable):
         probable), probability of each kind by its name, beyond (distance from the records of the law in e-folds of
         stiffness, drive velocity and mass; 0 between them), fastest_slip (of the predicted motion); then for `stick_time`
         (median, s), `stick_rate` (sticks per second), `mean_force`, `max_force` (the highest spring force of the steady
-        motion) and `main_line` (Hz, of the acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and ``_high``.
+        motion) and `main_line` (Hz, of the acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and
+        ``_high``.
     sentences : what the numbers hold, and what was predicted wrongly.
     """
 
