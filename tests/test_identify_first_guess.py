@@ -8,8 +8,11 @@ import pytest
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import friction_of_orbit, identify
-from stickslip.identification.guesses.first_guess import GUESSES
+from stickslip.identification.guesses.evidence import Evidence
+from stickslip.identification.guesses.first_guess import GUESSES, first_guess
+from stickslip.identification.records import read_records
 from stickslip.identification.selection.comparison import BY_NAME_ONLY
+from stickslip.identification.static.break_away import break_away_rows
 from stickslip.laws import (
     BoucWen,
     Coulomb,
@@ -77,6 +80,18 @@ def test_a_table_has_static_friction_over_stick_time_where_that_differs():
     found = identify(records(law, (0.08, 0.12, 0.16), 0.05, 200.0), law="Tabulated").law
     times = [node[0] for node in found.break_away[1:]]
     np.testing.assert_allclose(found.break_away_force(times), law.break_away_force(times), rtol=0.02)
+
+
+def test_nodes_of_the_break_away_force_reach_the_longest_sticks_however_few_they_are():
+    # Many short sticks, few of forty seconds.
+    several = read_records(records(LogarithmicDwell(0.5, 0.05, 10.0), (0.01, 0.03, 0.16), 0.05, 150.0))
+    rows = break_away_rows(several)
+    nodes = first_guess(Tabulated, Evidence(several, rows, None, False, 3)).law.break_away
+    longest, shortest = rows["stick_time"].max(), rows["stick_time"].min()
+    assert 4 <= len(nodes) <= 6
+    assert nodes[-1][0] == pytest.approx(longest, rel=0.2)
+    assert nodes[1][0] == pytest.approx(shortest, rel=0.2)
+    assert nodes[2][0] > 2 * nodes[1][0]
 
 
 def test_a_fall_of_friction_is_guessed_with_numbers_that_make_a_law():

@@ -17,6 +17,7 @@ from stickslip.measurement import measure
 ROWS = np.linspace(1.0, 9.0, 9)
 VALUES = {
     "law": ["RateState"], "free": ["kinetic"], "fixed": ["kinetic=1"], "bounds": ["kinetic=0:1"], "pieces": ["2"],
+    "ties": ["kinetic=limit"], "duration": ["5"],
     "shooting": ["records"], "starts": ["1"], "zero_error": ["0.1"], "scale_error": ["0.1"], "compare": [],
     "predict": ["not-there.nc"], "output": ["law.toml"], "plot": ["law.png"], "report": ["law.html"],
 }  # fmt: skip

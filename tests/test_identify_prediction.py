@@ -11,7 +11,7 @@ import pytest
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
-from stickslip.identification import friction_of_orbit, identify, predict_motion
+from stickslip.identification import compare_motion, friction_of_orbit, identify, predict_motion
 from stickslip.measurement import Rig
 
 KINETIC = 0.6
@@ -53,6 +53,44 @@ def test_a_law_predicts_kind_and_stick_time_of_another_run(alike):
         assert low < row[name] < high
     assert "The kind of motion is predicted rightly for the run." in found.sentences
     assert name.replace("_", " ") not in " ".join(found.sentences)
+
+
+def test_sticks_and_the_highest_force_are_predicted_and_a_begin_that_is_not_steady_does_not_count(alike):
+    row = predict_motion(alike, run(0.2, seed=2), duration=100.0)
+    for name in ("stick_rate", "max_force"):
+        value, low, high = (row.table.iloc[0][f"{name}_{column}"] for column in ("predicted", "low", "high"))
+        assert low < row.table.iloc[0][name] < high
+        assert 0.8 * value < low < high < 1.2 * value
+    count = round(100.0 * float(row.table.iloc[0]["stick_rate_predicted"]))
+    assert any(
+        f": {count} sticks (" in sentence and "in 100 of steady motion" in sentence for sentence in row.sentences
+    )
+    with pytest.raises(InputError, match="duration must be positive"):
+        predict_motion(alike, run(0.2, seed=2), duration=-1.0)
+    # The springs begin wound up the other way, for a third of the record.
+    law = ss.laws.StaticKinetic(break_away=1.0, kinetic=KINETIC)
+    late = []
+    for seed, speed in enumerate((0.1, 0.12)):
+        orbit = ss.simulate(ss.Oscillator(damping=0.05, drive_velocity=speed, law=law), 200, x0=-5.0, v0=speed)
+        late.append(friction_of_orbit(orbit, np.arange(0, 200, 0.05), force_noise=0.01, seed=seed))
+    row = predict_motion(identify(late, "StaticKinetic"), run(0.11, seed=2)).table.iloc[0]
+    assert row["mean_force_high"] - row["mean_force_low"] < 0.3 * KINETIC
+
+
+def test_slip_beyond_the_fastest_of_the_records_is_called_an_extrapolation(alike):
+    assert not [one for one in predict_motion(alike, run(0.2, seed=2)).sentences if "extrapolated" in one]
+    fast = predict_motion(alike, run(0.9, seed=2)).sentences
+    assert any("between them friction is extrapolated by the form of the law" in one for one in fast)
+    # A law that does not depend on the slip speed is no extrapolation over it.
+    assert not [note for note in alike.notes if "hold slip up to" in note]
+    curve = identify([run(0.1), run(0.3, seed=1)], "PiecewiseLinear", pieces=1)
+    assert any(note.startswith("The records hold slip up to w = 0.") for note in curve.notes)
+
+
+def test_a_motion_that_is_not_that_of_its_record_says_what_to_do_next(alike):
+    wrong = compare_motion(run(0.2), ss.laws.StaticKinetic(break_away=1.5, kinetic=KINETIC)).sentences
+    assert "refine it by the motion (--trajectories, fit_trajectories)" in wrong[-1]
+    assert "refine it" not in " ".join(compare_motion(run(0.2), alike).sentences)
 
 
 def test_a_run_that_does_not_stick_is_predicted(alike):

@@ -78,3 +78,20 @@ def test_records_of_one_name_lie_in_folders_of_their_own(tmp_path):
         (tmp_path / name / "a.csv").write_text("")
     plan = Experiment((str(tmp_path / "*" / "a.csv"),), RIG)
     assert set(plan.sources()) == {"one-a.csv", "two-a.csv"}
+
+
+def test_what_differs_from_record_to_record_stands_in_each(tmp_path):
+    for name in ("pull-2.csv", "pull-8a.csv", "pull-8b.csv"):
+        (tmp_path / name).write_text("t,x\n")
+    (tmp_path / "rig.toml").write_text("\n".join(f"{key} = {json.dumps(value)}" for key, value in RIG.items()))
+    (tmp_path / "experiment.toml").write_text(
+        'records = ["pull-*.csv"]\nrig = "rig.toml"\n[each."pull-8*.csv"]\ndrive_velocity = 0.8\n'
+    )
+    plan = Experiment.of(tmp_path / "experiment.toml")
+    assert plan.rig_of(tmp_path / "pull-2.csv") == str(tmp_path / "rig.toml")
+    assert [plan.rig_of(tmp_path / f"pull-8{k}.csv") for k in "ab"] == [RIG | {"drive_velocity": 0.8}] * 2
+    assert Experiment.from_dict(plan.to_dict()).each == plan.each
+    with pytest.raises(InputError, match=r"each names 'pull-9\.csv', and no record has such a name"):
+        Experiment((str(tmp_path / "pull-*.csv"),), RIG, each={"pull-9.csv": {"mass": 2.0}}).sources()
+    with pytest.raises(InputError, match="each must be tables of rig keys"):
+        Experiment(("a.csv",), RIG, each={"a.csv": 2.0})

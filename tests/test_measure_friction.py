@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 import stickslip as ss
 from stickslip.measurement import Rig, measure
+from stickslip.measurement.signals.spectra import main_line
 
 
 @dataclass
@@ -294,3 +295,13 @@ def test_slow_slip_just_above_the_end_of_sticking_is_no_stick(noise: float) -> N
     assert friction.attrs["regime"] == "almost_harmonic"
     assert friction.attrs["slips"] == 0
     assert not friction["stuck"].values.any()
+
+
+def test_the_main_line_is_that_of_the_sticks_where_their_second_harmonic_is_hardly_stronger():
+    t = np.arange(8000) / 400
+    motion = 0.8 * np.sin(2 * np.pi * 2.32 * t) + np.sin(2 * np.pi * 4.64 * t)
+    assert main_line(motion, 1 / 400).frequency == pytest.approx(4.64, abs=0.01)
+    assert main_line(motion, 1 / 400, rate=2.32).frequency == pytest.approx(2.32, abs=0.02)
+    # Slips that ring between rare sticks have the line of the oscillator.
+    ringing = np.sin(2 * np.pi * 15.1 * t) + 0.1 * np.sin(2 * np.pi * 2.32 * t)
+    assert main_line(ringing, 1 / 400, rate=2.32).frequency == pytest.approx(15.1, abs=0.01)

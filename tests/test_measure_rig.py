@@ -25,6 +25,29 @@ def test_rig_survives_its_own_toml() -> None:
     assert rig.force_unit == pytest.approx(0.0307 * 9.81)
 
 
+@pytest.mark.parametrize(
+    ("lines", "newtons"),
+    [
+        ('unit = "cN"', 0.01),
+        ('unit = "mN"', 1e-3),
+        ('unit = "daN"', 10.0),
+        ('unit = "gf"', 9.80665e-3),
+        ('unit = "N"\nscale = -0.05', -0.05),
+        ('unit = "mg"\nscale = 2', 2 * 0.0307 * 9.81),
+    ],
+)
+def test_a_spring_force_may_be_in_any_unit_of_force_and_scaled(lines: str, newtons: float) -> None:
+    assert Rig.from_toml(GOOD.replace('unit = "mg"', lines)).force_unit == pytest.approx(newtons)
+
+
+def test_a_unit_of_another_size_is_never_proposed() -> None:
+    with pytest.raises(InputError, match="one of N, mg, 1, mN, cN") as refused:
+        Rig.from_toml(GOOD.replace('"mg"', '"uN"'))
+    assert "did you mean" not in str(refused.value)
+    with pytest.raises(InputError, match="scale must be the size of one reading in the unit, not 0"):
+        Rig.from_toml(GOOD + "scale = 0\n")
+
+
 def test_example_rigs_are_read() -> None:
     folder = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
     rigs = [load_rig(path) for path in sorted(folder.glob("*.toml"))]
@@ -49,7 +72,7 @@ def test_example_rigs_are_read() -> None:
         (('instrument = "spring_force"', 'instrument = "spring-force"'), "did you mean 'spring_force'"),
         (
             ('unit = "mg"', 'unit = "tonne"'),
-            "unit of a spring_force record must be one of N, mg, 1, mN, kN, lb, kip, kgf, got 'tonne'",
+            "unit of a spring_force record must be one of N, mg, 1, mN, cN, daN, kN, lb, kip, kgf, gf, got 'tonne'",
         ),
         (("mass = 0.0307", "mass = "), "not a TOML document"),
     ],

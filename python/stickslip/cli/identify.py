@@ -84,8 +84,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--predict",
         nargs="+",
         metavar="RUN.nc|RIG.toml",
-        help="predict kind of motion, stick time, mean force and main line of further runs by the law, beside what was "
-        "measured; a rig file (.toml) for a run of which there is no record",
+        help="predict kind of motion, sticks, mean and highest force and main line of further runs by the law, beside what "
+        "was measured; a rig file (.toml) for a run of which there is no record",
+    )
+    command.add_argument(
+        "--duration",
+        type=float,
+        metavar="TIME",
+        help="time of --predict in which sticks are counted; default that of each run",
     )
     command.add_argument(
         "--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one"
@@ -234,6 +240,7 @@ def _deliver_law(
     result: Identification,
     *,
     predict: list[str] | None = None,
+    duration: float | None = None,
     no_simulation: bool = False,
     output: str | None = None,
     plot: str | None = None,
@@ -247,7 +254,9 @@ def _deliver_law(
     if missing:
         result = replace(result, notes=[*result.notes, f"{missing}."])
     agreements = [] if no_simulation or missing else [compare_motion(result.records[0], result)]
-    prediction = predict_motion(result, predict) if predict else None
+    if duration is not None and not predict:
+        raise InputError("--duration belongs to --predict: add --predict, or leave --duration out")
+    prediction = predict_motion(result, predict, duration) if predict else None
     if output:
         result.save(output)
     if plot:

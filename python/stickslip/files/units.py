@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean, number
+from stickslip.files.documents import number
 
 FARTHEST = 1e100
 """Larger numbers overflow when they are squared; no instrument gives them in any unit, and no rig has them."""
@@ -20,7 +20,10 @@ UNITS: dict[str, dict[str, float]] = {
     "angle": {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi},
     "speed": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "um/s": 1e-6, "in/s": 0.0254},
     "angular_speed": {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30},
-    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lb": POUND, "kip": 1000 * POUND, "kgf": 9.80665},
+    "force": {
+        "N": 1.0, "mN": 1e-3, "cN": 1e-2, "daN": 10.0, "kN": 1e3, "lb": POUND, "kip": 1000 * POUND, "kgf": 9.80665,
+        "gf": 9.80665e-3,
+    },
     "torque": {"N m": 1.0, "mN m": 1e-3, "kN m": 1e3, "lb in": POUND * 0.0254, "lb ft": POUND * 0.3048},
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "psi": POUND / 0.0254**2},
     "current": {"A": 1.0, "mA": 1e-3},
@@ -38,7 +41,7 @@ UNITS: dict[str, dict[str, float]] = {
     "force_per_current": {"N/A": 1.0},
     "torque_per_current": {"N m/A": 1.0, "mN m/A": 1e-3},
     "ratio": {"1": 1.0, "%": 0.01},
-}
+}  # fmt: skip
 """Dimension -> unit -> its size in SI; the first of each is the SI unit."""
 
 SPELLINGS = {
@@ -129,9 +132,8 @@ def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, fl
         if unit in UNITS[dimension]:
             return dimension, UNITS[dimension][unit]
     known = [name for dimension in dimensions for name in UNITS[dimension]]
-    raise InputError(
-        f"{where}: the unit must be one of {', '.join(known)}, got {unit!r}{did_you_mean(str(unit), known)}"
-    )
+    # No unit is proposed for another: one letter more or less is a factor of a hundred.
+    raise InputError(f"{where}: the unit must be one of {', '.join(known)}, got {unit!r}")
 
 
 def quantity(name: str, value: object, dimensions: Sequence[str], where: str) -> float:

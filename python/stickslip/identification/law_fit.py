@@ -33,6 +33,7 @@ from stickslip.laws import (
     TwoBranch,
 )
 from stickslip.laws.numbers import check_names, maybe, pointers, value, with_values
+from stickslip.laws.state_law import StateLaw
 
 CORRELATED = 0.98
 OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)
@@ -116,6 +117,7 @@ def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: 
         *_chosen_form(found.law, guess),
         *_at_bounds(found, options.bounds),
         *_undecided(found),
+        *_measured_range(records, found.law),
     ]
     if kind is DwellTime and static is not None and static.chosen != "exponential":
         notes.append("The law asked for has the exponential form; the other form is named for comparison.")
@@ -337,6 +339,18 @@ def _best_start(problem: Problem, guess: Guess) -> Law:
         return guess.law
     usual = [np.full_like(rest, max(float(np.median(np.abs(rest))), 1e-300)) for rest in problem.residuals(guess.law)]
     return min([guess.law, *guess.candidates], key=lambda law: problem.cost(law, usual))
+
+
+def _measured_range(records: Sequence[FrictionRecord], law: Law) -> list[str]:
+    """Up to which slip speed the records tell a law whose friction depends on it."""
+    fastest = max(float(np.abs(record.slip_velocity[~record.stuck]).max()) for record in records)
+    unit = records[0].units.get("slip_velocity", "1")
+    if isinstance(law, StateLaw) or np.ptp(law.kinetic_force(np.array([0.5, 1.0, 1.5]) * fastest)) == 0:
+        return []
+    return [
+        f"The records hold slip up to w = {fastest:.3g}{'' if unit == '1' else ' ' + unit}: beyond it the form of the law is "
+        "extrapolated."
+    ]
 
 
 def _undecided(found: BranchFit) -> list[str]:

@@ -107,7 +107,7 @@ def unlike_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[st
     if not record.error:
         return []
     spring = rig.instrument == "spring_force"
-    stated = record.error * rig.force_unit / (friction.fit.oscillator.stiffness if spring else 1.0)
+    stated = record.error * abs(rig.force_unit) / (friction.fit.oscillator.stiffness if spring else 1.0)
     if 0.5 < friction.noise / max(stated, 1e-300) < 2:
         return []
     return [

@@ -182,7 +182,7 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     if float(np.ptp(x)) < 1e-100:
         raise InputError(f"{record.source}: column {rig.column!r} is constant; there is no motion in it to measure")
     check_sampling(record, rig)
-    known_noise = None if rig.noise is None else rig.noise * rig.force_unit / (o.stiffness if spring else 1.0)
+    known_noise = None if rig.noise is None else rig.noise * abs(rig.force_unit) / (o.stiffness if spring else 1.0)
     noise = known_noise or noise_level(x)
     if noise == 0.0:
         noise = 1e-9 * float(np.ptp(x))
@@ -240,6 +240,9 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     line = draft.line(friction.slip_acceleration)
     if alone:  # the pull of other masses has its own lines
         notes += inertia(friction, rig, slow, line)
+    ends = np.array([stick.end for stick in sticks])
+    if word == "stick_slip" and ends.size >= 3:
+        line = draft.line(friction.slip_acceleration, 1 / float(np.median(np.diff(ends))))
     return _Found(friction, sticks, rigid, slow, line, word, notes)
 
 

@@ -63,10 +63,10 @@ class Draft:
         """Sampling interval in s."""
         return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
 
-    def line(self, acceleration: Array) -> Line:
-        """Main line of an acceleration at the times of the record."""
+    def line(self, acceleration: Array, rate: float = 0.0) -> Line:
+        """Main line of an acceleration at the times of the record; `rate` as of :func:`main_line`."""
         even = np.linspace(self.time[0], self.time[-1], len(self.time))
-        return main_line(np.interp(even, self.time, acceleration), self.step)
+        return main_line(np.interp(even, self.time, acceleration), self.step, rate=rate)
 
     def with_stiffness(self, ratio: float) -> Draft:
         """The same spring forces by another stiffness."""

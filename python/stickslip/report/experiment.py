@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -39,6 +40,8 @@ class Experiment(Document):
     records : paths or patterns (``runs/*.csv``), from the folder of the document.
     rig : path of a rig file, or its table.
     track : path of a setup file, or its table, for films; needed for films only where the default finds nothing.
+    each : keys of the rig that differ from record to record, by the file name of the record or a pattern of names, such as
+        ``{"pull-8.csv": {"drive_velocity": "8 mm/s"}}``.
     output : folder of the results.
     law : name of the law that is identified from all records; ``"auto"``: what they tell; ``""``: none.
     workers : processes; default one a core.
@@ -54,6 +57,9 @@ class Experiment(Document):
     records: Annotated[tuple[FilePath, ...], FilePath | tuple[FilePath, ...]]
     rig: Annotated[FilePath | Mapping[str, Any], Says("the path of a rig file or its table")]
     track: Annotated[FilePath | Mapping[str, Any], Says("the path of a setup file or its table")] | None = None
+    each: Annotated[Mapping[str, Mapping[str, Any]], Says("tables of rig keys by the names of records")] = field(
+        default_factory=dict
+    )
     output: FilePath = "results"
     law: str = "auto"
     workers: Count | None = None
@@ -63,6 +69,9 @@ class Experiment(Document):
         super().__post_init__()
         if isinstance(self.records, str):
             object.__setattr__(self, "records", (self.records,))
+        for name, keys in self.each.items():
+            if not isinstance(keys, Mapping):
+                self.refuse(f"each must be tables of rig keys by the names of records, got {keys!r} for {name}")
         if not self.records:
             self.refuse('records must be a list of paths or patterns, ["runs/*.csv"], got none')
 
@@ -92,7 +101,20 @@ class Experiment(Document):
         names = [path.stem if stems.count(path.stem) == 1 else f"{path.parent.name}-{path.name}" for path in found]
         if len(set(names)) < len(names):
             raise InputError("run: two records would have one folder of results; rename one of them")
+        for pattern in self.each:
+            if found and not any(fnmatch(path.name, pattern) for path in found):
+                raise InputError(
+                    f"run: each names {pattern!r}, and no record has such a name; correct each, or records"
+                )
         return dict(zip(names, found, strict=True))
+
+    def rig_of(self, path: Path) -> Any:
+        """The rig of one record: its table, or the path of its file where nothing differs for this record."""
+        rig = self.said("rig")
+        for pattern, keys in self.each.items():
+            if fnmatch(path.name, pattern):
+                rig = {**(read_toml(rig, "rig file") if isinstance(rig, str) else rig), **keys}
+        return rig
 
     def said(self, key: str) -> Any:
         """What `rig` or `track` says: its table, or the path of its file."""
@@ -204,10 +226,8 @@ def _state_of(path: Path) -> str:
 
 def _mark(plan: Experiment, path: Path) -> str:
     """What the results of a record hang on."""
-    parts = [_state_of(path)]
-    for key in ("rig", "track"):
-        described = plan.said(key)
-        parts.append(Path(described).read_text() if isinstance(described, str) else repr(described))
+    described = (plan.rig_of(path), plan.said("track"))
+    parts = [_state_of(path), *(Path(one).read_text() if isinstance(one, str) else repr(one) for one in described)]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
@@ -230,7 +250,7 @@ def _rows(plan: Experiment, sources: Mapping[str, Path], again: bool) -> Iterato
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(plan.workers, mp_context=context) as pool:
             jobs = {
-                pool.submit(_measured, path, plan.said("rig"), plan.said("track"), plan.results / name, mark): name
+                pool.submit(_measured, path, plan.rig_of(path), plan.said("track"), plan.results / name, mark): name
                 for name, (path, mark) in waiting.items()
             }
             broken = []
@@ -253,7 +273,7 @@ def _alone(plan: Experiment, path: Path, name: str, mark: str) -> dict[str, Any]
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         try:
             return pool.submit(
-                _measured, path, plan.said("rig"), plan.said("track"), plan.results / name, mark
+                _measured, path, plan.rig_of(path), plan.said("track"), plan.results / name, mark
             ).result()
         except BrokenProcessPool:
             return {"state": "failed", "message": f"{path}: the process that measured it ended; is the memory full?"}

@@ -23,11 +23,14 @@ from stickslip.laws import (
 )
 
 Array = npt.NDArray[np.float64]
+Samples = npt.NDArray[np.int_]
 
 NARROW_RANGE = 0.1
 """A range of slip speeds (5th to 95th percentile) within this part of the highest shows no curve."""
 NARROW_TIMES = 1.25
 """Stick times (10th to 90th percentile) within this ratio are one."""
+STATIC_NODES = 5
+"""The most nodes of the break-away force beyond that at stick time 0."""
 LEAST_DROP = 0.01
 """Friction is first taken to fall with the speed by at least that part of the highest."""
 SHAPES = np.geomspace(0.02, 3.0, 25)
@@ -115,6 +118,19 @@ def _cubic(evidence: Evidence) -> Guess:
     return Guess(Cubic(max(static, 0.0), linear, cubic), ["static", "linear", "cubic"])
 
 
+def _spread(time: Array) -> list[Samples]:
+    """Rows at stick times that are spread over their range, both ends among them, however many sticks lie where."""
+    groups: list[list[int]] = []
+    for row in np.argsort(time):
+        if not groups or time[row] > NARROW_TIMES * time[groups[-1][0]]:
+            groups.append([])
+        groups[-1].append(int(row))
+    # Between the ends a single stick is no place for a node.
+    groups = [group for k, group in enumerate(groups) if k in (0, len(groups) - 1) or len(group) > 1]
+    chosen = dict.fromkeys(np.linspace(0, len(groups) - 1, STATIC_NODES).round().astype(int))
+    return [np.array(groups[k]) for k in chosen]
+
+
 def _tabulated(evidence: Evidence) -> Guess:
     w, force = curve_of(evidence, "Tabulated")
     nodes = np.linspace(0.0, float(np.quantile(w, 0.95)), evidence.pieces + 1)
@@ -132,12 +148,9 @@ def _tabulated(evidence: Evidence) -> Guess:
     if len(evidence.rows) < 5 or high < NARROW_TIMES * low:
         top = max(evidence.break_away, 1.001 * kinetic[0][1])
         return Guess(Tabulated(kinetic, top), [*free, "break_away"])
-    # A node at the middle of each third of the stick times, unless it is that of the one before; none below that.
     static = [(0.0, kinetic[0][1])]
-    for part in np.array_split(np.argsort(time), 3):
-        at, force_there = float(np.median(time[part])), float(np.median(limit[part]))
-        if at > NARROW_TIMES * static[-1][0]:
-            static.append((at, max(force_there, static[-1][1])))
+    for part in _spread(time):
+        static.append((float(np.median(time[part])), max(float(np.median(limit[part])), static[-1][1])))
     note = "The break-away force at stick time 0 was set to the kinetic force at w = 0, which is an extrapolation."
     return Guess(
         Tabulated(kinetic, tuple(static)),

@@ -27,6 +27,10 @@ Array = npt.NDArray[np.float64]
 
 CYCLES = 40
 """Measured cycles that the simulated motion covers, transient included."""
+DISAGREE = "they disagree"
+OTHER_LAW = "rank other laws (--compare, compare_laws), or check the rig's mass, damping and stiffness"
+NEXT_STEP = f"refine it by the motion (--trajectories, fit_trajectories); if that does not help, {OTHER_LAW}"
+"""What to do about a law whose motion is not that of its record."""
 TRANSIENT = 0.4
 """Part of the simulated motion that is left out."""
 LIKE = 0.05
@@ -65,7 +69,7 @@ class Agreement(OfTable):
         from stickslip.show.canvas import ABOVE, OKABE_ITO, new_axes
 
         axes = new_axes()[0] if ax is None else ax
-        measured = _steady(_trace(self.record, self.system), self.record)
+        measured = steady_part(measured_trace_of(self.record, self.system), self.record)
         simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
         stride = max(len(measured) // POINTS, 1)
         measured = measured.iloc[::stride]
@@ -82,7 +86,7 @@ class Agreement(OfTable):
         from stickslip.show.canvas import ABOVE, OKABE_ITO, new_axes
 
         axes = new_axes()[0] if ax is None else ax
-        measured = _trace(self.record, self.system)
+        measured = measured_trace_of(self.record, self.system)
         simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
         cycle, length = cycle_of(self.record), float(np.ptp(self.record.time))
         span = cycles * cycle
@@ -160,7 +164,11 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     orbit = simulate(system, t_end)
     rows: dict[str, tuple[float, float, float]] = {}
     read = read_motion(record, orbit, TRANSIENT)
-    measured_trace, simulated_trace, releases = _steady(_trace(record, system), record), read.trace, read.sticks
+    measured_trace, simulated_trace, releases = (
+        steady_part(measured_trace_of(record, system), record),
+        read.trace,
+        read.sticks,
+    )
     table = record.break_away
     if len(table) >= 2:
         rows["slips per time"] = (*_rate(table["t"].to_numpy()), _rate(releases["t"].to_numpy())[0])
@@ -186,7 +194,10 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     frame["ratio"] = frame["simulated"] / frame["measured"].where(frame["measured"] != 0)
     distance = _phase_distance(measured_trace, simulated_trace)
     frame.loc["phase distance (rms)"] = [0.0, math.nan, distance, math.nan]
+    refined = isinstance(law, Identification) and law.motions is not None
     sentences = _sentences(frame, regimes, record, releases, system)
+    if any(DISAGREE in sentence for sentence in sentences) or len(set(regimes)) > 1:
+        sentences.append(f"The law does not give the motion of this record: {OTHER_LAW if refined else NEXT_STEP}.")
     return Agreement(frame, regimes, sentences, record, orbit, system)
 
 
@@ -249,7 +260,7 @@ def cycle_of(record: FrictionRecord) -> float:
     return float(np.ptp(record.time)) / crossings
 
 
-def _trace(record: FrictionRecord, system: Oscillator) -> pd.DataFrame:
+def measured_trace_of(record: FrictionRecord, system: Oscillator) -> pd.DataFrame:
     """Time, velocity, spring force and stuck of the measured motion."""
     v = system.drive_velocity - record.slip_velocity
     acceleration = -np.gradient(record.slip_velocity, record.time)
@@ -259,7 +270,7 @@ def _trace(record: FrictionRecord, system: Oscillator) -> pd.DataFrame:
     return pd.DataFrame({"time": record.time, "v": v, "spring": spring, "stuck": record.stuck})
 
 
-def _steady(trace: pd.DataFrame, record: FrictionRecord) -> pd.DataFrame:
+def steady_part(trace: pd.DataFrame, record: FrictionRecord) -> pd.DataFrame:
     """Whole cycles from break-away to break-away, or the second half of a record that hardly sticks."""
     starts = record.break_away["t"].to_numpy()
     first, last = (starts[0], starts[-1]) if starts.size >= 3 else (float(np.mean(record.time[[0, -1]])), math.inf)
@@ -355,7 +366,7 @@ def _sentences(
         elif off <= LIKE * abs(measured):
             verdict = f"alike within {100 * LIKE:.0f} %"
         else:
-            verdict = "they disagree"
+            verdict = DISAGREE
         sentences.append(f"{about}: {verdict}.")
     table = record.break_away
     loaded = float((table["stick_time"] * table["force_rate"].abs()).mean())

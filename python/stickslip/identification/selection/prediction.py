@@ -15,11 +15,20 @@ from scipy.optimize import nnls
 from scipy.stats import norm, qmc, t
 
 from stickslip.errors import InputError
+from stickslip.files.documents import number
 from stickslip.files.notebook import OfTable
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
 from stickslip.identification.records import FrictionRecord, check_same_units, read_records
 from stickslip.identification.result import Identification
-from stickslip.identification.selection.agreement import CYCLES, TRANSIENT, cycle_of, measured_kind, oscillator_of
+from stickslip.identification.selection.agreement import (
+    CYCLES,
+    TRANSIENT,
+    cycle_of,
+    measured_kind,
+    measured_trace_of,
+    oscillator_of,
+    steady_part,
+)
 from stickslip.identification.selection.reading import Reading, read_motion
 from stickslip.laws import Law
 from stickslip.laws.numbers import Spread
@@ -27,6 +36,7 @@ from stickslip.measurement.instruments import Bench
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.spectra import main_line
+from stickslip.model.system import Oscillator
 from stickslip.simulation.simulate import simulate
 
 Array = npt.NDArray[np.float64]
@@ -38,11 +48,13 @@ DRAWS = 32
 KINDS = ("stick_slip", "almost_harmonic", "stable_slip")
 UNKNOWN = "unknown"
 """The kind of a record that cannot be told: it speaks neither for a law nor against it."""
-QUANTITIES = ("stick_time", "mean_force", "main_line")
-RATIOS = ("stick_time", "main_line")
+QUANTITIES = ("stick_time", "stick_rate", "mean_force", "max_force", "main_line")
+RATIOS = ("stick_time", "stick_rate", "main_line")
 """Quantities whose errors are parts of them."""
 STATED = ("stiffness", "drive_velocity")
 """Constants that measuring may correct, and that are known of another run as its rig says them only."""
+FASTER = 1.05
+"""Slip faster than that many times the fastest of the records is beyond what they tell."""
 FAR = 0.1
 """Distance from the records of the law, in e-folds, that is worth a sentence."""
 
@@ -55,8 +67,10 @@ class Prediction(OfTable):
     ----------
     table : DataFrame over the runs: kind (as measured, missing for a run that is a rig alone), predicted_kind (the most
         probable), probability of each kind by its name, beyond (distance from the records of the law in e-folds of
-        stiffness, drive velocity and mass; 0 between them); then for `stick_time` (median, s), `mean_force` and `main_line`
-        (Hz, of the acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and ``_high``.
+        stiffness, drive velocity and mass; 0 between them), fastest_slip (of the predicted motion); then for `stick_time`
+        (median, s), `stick_rate` (sticks per second), `mean_force`, `max_force` (the highest spring force of the steady
+        motion) and `main_line` (Hz, of the acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and
+        ``_high``.
     sentences : what the numbers hold, and what was predicted wrongly.
     """
 
@@ -89,7 +103,7 @@ def columns(quantity: str) -> list[str]:
     return [quantity, *(f"{quantity}_{column}" for column in COLUMNS[1:])]
 
 
-def predict_motion(law: Identification, friction: Any) -> Prediction:
+def predict_motion(law: Identification, friction: Any, duration: float | None = None) -> Prediction:
     """Predict runs by a law that was identified from other ones, beside what was measured of them.
 
     Laws are drawn from the covariance of the fitted numbers and simulated with mass, damping, stiffness and drive velocity of
@@ -101,6 +115,7 @@ def predict_motion(law: Identification, friction: Any) -> Prediction:
     law : from :func:`stickslip.identify`.
     friction : the runs, as for :func:`stickslip.identify`; a `Rig` of a spring, or the path of its TOML, for a run of
         which there is no record.
+    duration : time for which the sentences give the number of sticks, in their unit; default that of each record.
 
     Returns
     -------
@@ -140,6 +155,8 @@ def predict_motion(law: Identification, friction: Any) -> Prediction:
     >>> row["predicted_kind"], round(float(row["stick_slip"]), 2), round(float(row["beyond"]), 2)
     ('stick_slip', 0.6, 0.69)
     """
+    if duration is not None and number("duration", duration, "predict") <= 0:
+        raise InputError(f"predict: duration must be positive, got {duration}")
     if not isinstance(law, Identification):
         raise InputError(f"predict: expected an identification, got {law!r}; identify a law first")
     runs = [_run(one, law) for one in _items(friction)]
@@ -147,7 +164,8 @@ def predict_motion(law: Identification, friction: Any) -> Prediction:
     rows = [_row(run, found) for run in runs]
     names = pd.Index([run.name for run in runs], name="run")
     table = pd.DataFrame(rows, index=names)
-    return Prediction(table, _sentences(table, found))
+    lengths = [duration or (float(np.ptp(run.time)) if _is_measured(run) else math.nan) for run in runs]
+    return Prediction(table, [*_sentences(table, found), *_counts(table, lengths)])
 
 
 def _items(friction: Any) -> list[Any]:
@@ -225,6 +243,7 @@ class _Law:
         self.covariance = law.covariance * (1 + len(law.records) if self.further else 1)
         self.constraints = law.constraints
         self.records = [record for record in law.records if {"mass", *STATED} <= set(record.constants)]
+        self.fastest = max((_fastest(record.slip_velocity) for record in law.records), default=0.0)
         stated = [_stated(record) for record in self.records]
         self.points = np.array(
             [_point({**record.constants, **said}) for record, said in zip(self.records, stated, strict=True)]
@@ -237,7 +256,7 @@ class _Law:
         kinds, rests = [], []
         for record in self.records:
             read = _simulated(record, self.law)
-            here, there = _numbers_of(read), _measured(record)
+            here, there = _numbers_of(read), _measured(record, oscillator_of(record, self.law))
             if (kind := measured_kind(record)) != UNKNOWN:
                 kinds.append(read.kind == kind)
             rests.append([_off(name, here[name], there[name][0]) for name in QUANTITIES])
@@ -284,12 +303,17 @@ class _Law:
         return found
 
 
+def _fastest(slip_velocity: Array) -> float:
+    """The slip speed that a thousandth of the samples exceed."""
+    return float(np.quantile(np.abs(slip_velocity), 0.999))
+
+
 def _point(constants: Mapping[str, float]) -> Array:
     return np.log(np.abs([constants[name] for name in (*STATED, "mass")]))
 
 
 def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
-    oscillator_of(run, law.law)  # names the constant that is missing
+    system = oscillator_of(run, law.law)  # names the constant that is missing
     beyond = law.beyond(run)
     read, drawn = _simulated(run, law.law), law.draws(run, beyond)
     kinds = [one.kind for one in drawn] or [read.kind]
@@ -299,9 +323,10 @@ def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
         "predicted_kind": max(probabilities, key=lambda kind: probabilities[kind]),
         **probabilities,
         "beyond": beyond,
+        "fastest_slip": _fastest(read.trace["v"].to_numpy() - run.constants["drive_velocity"]),
     }
     centre, others = _numbers_of(read), [_numbers_of(one) for one in drawn]
-    measured = _measured(run) if _is_measured(run) else {}
+    measured = _measured(run, system) if _is_measured(run) else {}
     for name in QUANTITIES:
         value, rest = centre[name], np.array([_off(name, other[name], centre[name]) for other in others])
         rest = rest[np.isfinite(rest)]
@@ -344,27 +369,46 @@ def _usual_cycle(run: FrictionRecord, law: Law) -> float:
 
 
 def _numbers_of(read: Reading) -> dict[str, float]:
-    """Stick time, mean force and main line of a simulated motion, NaN where it has none."""
+    """The quantities of a simulated motion, NaN where it has none."""
     step = float(read.trace["time"].iloc[1] - read.trace["time"].iloc[0])
     swings = read.kind != "stable_slip"
+    rate = _rate(read.sticks["t"].to_numpy())[0]
     return {
+        "stick_rate": rate,
+        "max_force": float(read.trace["spring"].max()),
         "stick_time": float(read.sticks["stick_time"].median()) if len(read.sticks) else math.nan,
         "mean_force": float(read.trace["spring"].mean()),
-        "main_line": main_line(np.gradient(read.trace["v"].to_numpy()), step).frequency if swings else math.nan,
+        "main_line": main_line(np.gradient(read.trace["v"].to_numpy()), step, rate=rate).frequency
+        if swings
+        else math.nan,
     }
 
 
-def _measured(run: FrictionRecord) -> dict[str, tuple[float, float]]:
+def _rate(times: Array) -> tuple[float, float]:
+    """Sticks per time and its error, NaN for fewer than three."""
+    if times.size < 3:
+        return math.nan, math.nan
+    gaps = np.diff(times)
+    middle = float(np.median(gaps))
+    return 1 / middle, 1.2533 * robust_scale(gaps - middle) / math.sqrt(gaps.size) / middle**2
+
+
+def _measured(run: FrictionRecord, system: Oscillator) -> dict[str, tuple[float, float]]:
     """The same of a measured run, each with its error."""
     found = {"stick_time": (math.nan, math.nan)}
     stick = run.break_away["stick_time"].dropna().to_numpy()
     if stick.size >= 2:
         middle = float(np.median(stick))
         found["stick_time"] = (middle, 1.2533 * robust_scale(stick - middle) / math.sqrt(stick.size))
-    force = run.force[:: max(len(run.force) // 20_000, 1)]
+    found["stick_rate"] = _rate(run.break_away["t"].to_numpy())
+    # Whole cycles: over them the friction is that of the spring, and what came before the motion was steady is left out.
+    steady = steady_part(pd.DataFrame({"time": run.time, "force": run.force}), run)["force"].to_numpy()
+    force = steady[:: max(len(steady) // 20_000, 1)]
     mean = float(np.mean(force))
     found["mean_force"] = (mean, float(np.std(force)) * math.sqrt(correlation_time(force - mean) / force.size))
-    line = main_line(np.gradient(run.slip_velocity), run.step)
+    spring = steady_part(measured_trace_of(run, system), run)["spring"]
+    found["max_force"] = (float(spring.max()), math.nan)
+    line = main_line(np.gradient(run.slip_velocity), run.step, rate=found["stick_rate"][0])
     found["main_line"] = (line.frequency, line.error)
     return found
 
@@ -374,6 +418,20 @@ def _off(name: str, value: float, other: float) -> float:
     if name not in RATIOS:
         return value - other
     return math.log(value / other) if value > 0 and other > 0 else math.nan
+
+
+def _counts(table: pd.DataFrame, lengths: Sequence[float]) -> list[str]:
+    """How many sticks come in the time asked for, and the highest spring force."""
+    found = []
+    for (name, row), length in zip(table.iterrows(), lengths, strict=True):
+        rate, force = ([row[column] for column in columns(quantity)[2:]] for quantity in ("stick_rate", "max_force"))
+        if math.isfinite(length) and math.isfinite(rate[0]):
+            count, low, high = (length * value for value in rate)
+            found.append(
+                f"{name}: {count:.0f} sticks ({math.floor(low)} to {math.ceil(high)}) in {length:.4g} of steady motion, "
+                f"with a spring force of at most {force[0]:.4g} ({force[1]:.4g} to {force[2]:.4g})."
+            )
+    return found
 
 
 def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
@@ -394,6 +452,11 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
     for name, row in table.iterrows():
         odds = ", ".join(f"{kind} {row[kind]:.2f}" for kind in KINDS)
         found.append(f"{name}: probability of {odds}.")
+        if row["fastest_slip"] > FASTER * law.fastest > 0:
+            found.append(
+                f"{name} slips at up to {row['fastest_slip']:.3g}, the records of the law at no more than {law.fastest:.3g}: "
+                "between them friction is extrapolated by the form of the law."
+            )
         if row["beyond"] > FAR:
             found.append(
                 f"{name} lies {row['beyond']:.2g} e-folds of stiffness, drive velocity and mass beyond the records of the "

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from stickslip.files.documents import did_you_mean
 from stickslip.files.schema import Document, Limits, NotNegative, Positive, Says
 from stickslip.files.units import UNITS as SIZES
 from stickslip.files.units import find_unit
@@ -35,7 +34,9 @@ class Rig(Document):
     column : name of the recorded variable, or its number from 1.
     unit : of force (``"N"``, ``"kip"``, ..., or ``"mg"``, force over weight) for a spring force, of length (``"m"``,
         ``"mm"``, ...) for a displacement, ``"1"`` for either when the whole rig is dimensionless.
-    rest : the reading, in that unit, at which the spring is slack; default 0.
+    scale : the size of one reading in that unit, for a record that is not calibrated or in a unit of its own; negative where
+        the instrument counts the other way; default 1.
+    rest : the reading, as it stands in the record, at which the spring is slack; default 0.
     stiffness : k in N/m, > 0.
     mass : m in kg, > 0; it also gives the weight of the unit ``"mg"``.
     drive_velocity : V in m/s, > 0.
@@ -46,7 +47,7 @@ class Rig(Document):
     time_unit : of that variable; default s.
     sampling_rate : samples per second; checked against the time stamps where there are any.
     mains_frequency : line in Hz (50 or 60) to take out of the record.
-    noise : standard deviation of the record's white noise in its own unit; default: estimated from the record.
+    noise : standard deviation of the record's white noise, as it stands there; default: estimated from the record.
     gravity : m/s^2, used for the unit ``"mg"``.
     least_drop : where the mass creeps, a fall of the spring force counts as a slip if it is at least this fraction of
         the median fall; smaller ones are creep inside a stick. Their sizes have no gap, so this is a convention:
@@ -79,6 +80,7 @@ class Rig(Document):
     unit: str = ""
     damping: Annotated[float, Limits(least=0, dimensions=("damping",))] = 0.0
     effective_mass: Annotated[float, Limits(above=0, dimensions=("mass",))] | None = None
+    scale: float = 1.0
     rest: float = 0.0
     time_column: Annotated[str | int, Says("the name of the time variable, or its number from 1")] | None = "t"
     time_unit: str = "s"
@@ -97,9 +99,11 @@ class Rig(Document):
         known = list(dict.fromkeys([*UNITS[self.instrument], *SIZES[DIMENSIONS[self.instrument]]]))
         if self.unit not in known:
             self.refuse(
-                f"unit of a {self.instrument} record must be one of {', '.join(known)}, got {self.unit!r}"
-                f"{did_you_mean(self.unit, known)}"
+                f"unit of a {self.instrument} record must be one of {', '.join(known)}, got {self.unit!r}; for another one "
+                "give its size with scale"
             )
+        if self.scale == 0:
+            self.refuse("scale must be the size of one reading in the unit, not 0")
         find_unit(self.time_unit, ("time",), "rig: time_unit")
         if not self.column:
             self.refuse(f"column must be the name of the recorded variable, or its number from 1, got {self.column!r}")
@@ -111,10 +115,10 @@ class Rig(Document):
 
     @property
     def force_unit(self) -> float:
-        """SI units (N or m) per unit of the record."""
+        """SI units (N or m) per reading of the record."""
         if self.unit == "mg":
-            return self.mass * self.gravity
-        return 1.0 if self.unit == "1" else SIZES[DIMENSIONS[self.instrument]][self.unit]
+            return self.scale * self.mass * self.gravity
+        return self.scale * (1.0 if self.unit == "1" else SIZES[DIMENSIONS[self.instrument]][self.unit])
 
     @property
     def natural_frequency(self) -> float:

@@ -14,6 +14,10 @@ from stickslip.errors import InputError
 
 Array = npt.NDArray[np.float64]
 
+STRONG = 0.3
+"""A line with that part of the power of the highest is as good a main line."""
+NEAR = 0.2
+"""A line within that part of a rate is the line of it."""
 LEAST_PERIODS = 8
 """Periods of the line that a segment holds, where the record has as many."""
 
@@ -33,7 +37,7 @@ class Line:
     share: float
 
 
-def main_line(signal: Array, step: float, least: float = 0.0) -> Line:
+def main_line(signal: Array, step: float, least: float = 0.0, rate: float = 0.0) -> Line:
     """Highest peak of the spectrum by Welch's method, its top from a parabola through the logarithms of three bins.
 
     Parameters
@@ -41,6 +45,8 @@ def main_line(signal: Array, step: float, least: float = 0.0) -> Line:
     signal : (n,) evenly sampled.
     step : sampling interval in s.
     least : frequencies below are not looked at, Hz.
+    rate : how often the motion repeats itself, such as sticks per second, 0 where it is not known. Where the highest peak is
+        a harmonic of it and the peak at the rate itself nearly as strong, the line at the rate is the main one.
 
     Returns
     -------
@@ -59,6 +65,10 @@ def main_line(signal: Array, step: float, least: float = 0.0) -> Line:
     # Eight segments that overlap by half, but never so short that the line falls among the lowest frequencies.
     length = min(max(int(len(signal) * max(1 / 4.5, LEAST_PERIODS / max(periods, 1.0))), 8), len(signal))
     whole = _peak(signal, step, length, least)
+    if whole[0] > 1.5 * rate > 0:
+        lowest = _peak(signal, step, length, (1 - NEAR) * rate, (1 + NEAR) * rate)
+        if lowest[1] >= STRONG * whole[1]:
+            return Line(lowest[0], 0.25 / (length * step), lowest[1])
     error = 0.25 / (length * step)
     if periods >= 4 * LEAST_PERIODS:
         quarters = [_peak(part, step, len(part), least)[0] for part in np.array_split(signal, 4)]
@@ -66,13 +76,16 @@ def main_line(signal: Array, step: float, least: float = 0.0) -> Line:
     return Line(whole[0], error, whole[1])
 
 
-def _peak(signal: Array, step: float, length: int, least: float) -> tuple[float, float]:
+def _peak(signal: Array, step: float, length: int, least: float, most: float = np.inf) -> tuple[float, float]:
     frequency, power = welch(signal - np.mean(signal), 1 / step, window="hann", nperseg=length, detrend="constant")
     inside = np.flatnonzero(frequency >= max(least, 1.5 * frequency[1]))
     total = float(power[inside].sum())
     if len(inside) < 3 or total <= 0:
         return float("nan"), 0.0
-    i = int(inside[np.argmax(power[inside])])
+    looked = inside[frequency[inside] <= most]
+    if not len(looked):
+        return float("nan"), 0.0
+    i = int(looked[np.argmax(power[looked])])
     share = float(power[max(i - 2, 0) : i + 3].sum()) / total
     if i in (0, len(power) - 1):
         return float(frequency[i]), share
