@@ -337,9 +337,9 @@ def _shutter(motion: xr.Dataset, exposure: float, line_time: float) -> str:
                 positions = motion[name].to_numpy()[seen, mass]
                 way = CubicSpline(moments, positions)
                 speed = (positions[2:] - positions[:-2]) / (moments[2:] - moments[:-2])
-                bend = 2 * (speed[2:] - speed[:-2]) / (moments[4:] - moments[:-4])
-                bend = np.interp(moments, moments[2:-2], bend)
-                motion[name][seen, mass] = way(common[seen]) - bend * exposure**2 / 24
+                curvature = 2 * (speed[2:] - speed[:-2]) / (moments[4:] - moments[:-4])
+                curvature = np.interp(moments, moments[2:-2], curvature)
+                motion[name][seen, mass] = way(common[seen]) - curvature * exposure**2 / 24
     motion.coords["time"] = ("time", common, motion["time"].attrs)
     after = 1e3 * (0.5 * exposure + line_time * height)
     return f"Times are those of the middle of the exposure, {after:.4g} ms after the stamps, and of row {height:.0f}."

@@ -316,7 +316,7 @@ def _prefer_moving(chosen: list[Track], tracks: list[Track], film: list[Detectio
         return travel[id(track)] < RESTS * travel[id(other)] and other.score >= RIVAL * track.score
 
     for other in [*left]:
-        still = [place for place, track in enumerate(chosen) if rests_beside(track, other)]
+        still = [index for index, track in enumerate(chosen) if rests_beside(track, other)]
         if len(still) > resting:
             left[left.index(other)], chosen[still[-1]] = chosen[still[-1]], other
     for track in chosen:

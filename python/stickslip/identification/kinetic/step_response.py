@@ -61,10 +61,10 @@ def step_response(path: Array, numbers: Array, jump: float, form: str) -> Array 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # numbers at which the integration stalls are answered by None
         # the same LSODA as behind solve_ivp, without a call of Python for each of its steps
-        found, told = odeint(
+        found, report = odeint(
             rates, [0.0, 0.0], np.append(0.0, path), rtol=1e-8, atol=1e-11, mxstep=10_000, full_output=True
         )
-    return found[1:, 0] if told["message"] == "Integration successful." else None
+    return found[1:, 0] if report["message"] == "Integration successful." else None
 
 
 def table_of_steps(friction: Any) -> tuple[xr.DataTree, pd.DataFrame, str]:

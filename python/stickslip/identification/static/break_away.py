@@ -431,7 +431,7 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     variance = robust_scale(residuals / sigma) ** 2 * count / max(count - free, 1)
     order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
     covariance, freedom = correlated_covariance(found.jacobian[order], (residuals / sigma)[order], max(variance, 1e-24))
-    covariance[np.diag_indices(free)] += np.where(_not_told(found.jacobian), math.inf, 0.0)
+    covariance[np.diag_indices(free)] += np.where(_undetermined(found.jacobian), math.inf, 0.0)
     numbers = Parameters([Parameter(name, logarithmic=name in BY_RATIO) for name in form.names])
     table, _ = estimate(numbers, found.vector, covariance, freedom)
     scatter = robust_scale(residuals)
@@ -444,7 +444,7 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     )
 
 
-def _not_told(jacobian: Array) -> npt.NDArray[np.bool_]:
+def _undetermined(jacobian: Array) -> npt.NDArray[np.bool_]:
     """Which numbers the rows do not determine: those without effect, and those of a combination without effect."""
     size = np.linalg.norm(jacobian, axis=0)
     silent = size <= 1e-12 * float(size.max())
