@@ -84,7 +84,7 @@ def test_every_law_has_a_section_and_a_picture(kind):
         (lambda: ss.laws.BogaczRyczek(eta=90), "eta in .*, got 90"),
         (lambda: ss.laws.BogaczRyczek(alpha=5.0), "alpha must not exceed the break-away force"),
         (lambda: ss.laws.BogaczRyczek(beta=50.0), "beta must be smaller, got 50"),
-        (lambda: ss.laws.BogaczRyczek(A=[[1], 2]), r"A\[0\] must be a number, got \[1\]"),
+        (lambda: ss.laws.BogaczRyczek(A=[[1], 2]), r"A\[0\] must be a number or a text such as .*, got \[1\]"),
         (lambda: Law.from_dict({"type": [1]}), r"unknown law \[1\]"),
         (lambda: ss.laws.BogaczRyczek(D=3), "D must be a pair of numbers such as .*, got 3"),
         (lambda: Law.from_dict({"type": "Coulom", "kinetic": 1}), "unknown law 'Coulom' .did you mean 'Coulomb'"),

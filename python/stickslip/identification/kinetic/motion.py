@@ -42,7 +42,8 @@ NARROW_CLIMB = 0.045
 NUDGE = 1e-3
 """Part of the range of w by which w is moved to see the slope of a law."""
 REVERSAL = 0.1
-"""A reversal beside a stick whose path is less than this part of the longest run of its slip is noise."""
+"""A reversal beside a stick whose path is less than this part of the longest run of its slip is noise; the work of a run as
+short, beside the longest of the record, is not compared."""
 
 #: Laws whose kinetic force depends on what was before: nothing is compared until the memory is known.
 WITH_MEMORY = (BogaczRyczek,)
@@ -101,6 +102,10 @@ class Motion:
                 if issubclass(law, HOLDING):
                     unseen |= _near_turns(compact, w, turn, first, last)
                 stretches += [(a, b) for a, b in _runs(~unseen[start - first :], start) if b - a >= FEWEST]
+        if issubclass(law, WITHOUT_SHAPE):
+            # The work of a short run, such as where a record ends while the mass comes to rest, is that of its errors.
+            paths = [float(np.abs(w[a:b]).sum()) for a, b in stretches]
+            stretches = [part for part, path in zip(stretches, paths, strict=True) if path >= REVERSAL * max(paths)]
         rate = _force_rate(record, compact)
         return cls(compact, w, rate, slips, turns, stretches, law, _latent(compact))
 

@@ -208,7 +208,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     Source: Kato, Sato & Matsubayashi, Wear 20 (1972) 315; Dieterich, J. Geophys. Res. 77 (1972) 3690 (logarithm).
 
     >>> import xarray as xr
-    >>> rng, t_s = np.random.default_rng(0), np.geomspace(0.1, 10, 60)
+    >>> rng, t_s = np.random.default_rng(1), np.geomspace(0.1, 10, 60)
     >>> rows = {"t": np.arange(60.0) + 1, "stick_time": t_s, "force_rate": 1 / t_s}
     >>> rows["force"] = 0.6 + 0.05 * np.log10(t_s) + 0.002 * rng.standard_normal(60)
     >>> root = {"time": np.arange(700) / 10, "slip_velocity": np.ones(700), "force": np.full(700, 0.5)}
