@@ -38,7 +38,7 @@ PINNED = {
     "TwoBranch": "3f3bc0d072f3",
     "Asymmetric": "0ff871e017f4",
     "Combined": "39d70d011aa4",
-    "chain": "408ca343427a",
+    "chain": "3ee32c6adcbe",
 }
 
 

@@ -77,7 +77,8 @@ def test_a_block_slides_down_its_incline(shared_data, name, angle, acceleration,
     motion = track(film, marker="green", size=12, threshold=8, frame_rate=240, region=[12, 0, 308, 235])
     np.testing.assert_allclose(np.diff(motion["time"]), 1 / 240, rtol=1e-6)
     seen = np.flatnonzero(np.isfinite(motion["x"].values[:, 0]))
-    assert seen[0] == 0
+    # A hand holds the block at first, and may hide a part of it.
+    assert seen[0] < 20
     assert len(seen) >= 0.92 * (seen[-1] + 1)  # from first to last sight, but for where an edge cuts it off
     part = slice(*frames)
     time = motion["time"].values[part]
