@@ -19,6 +19,7 @@ import stickslip as ss
 from stickslip import show
 from stickslip.examples import copy_example
 from stickslip.laws.state_law import StateLaw
+from stickslip.show.canvas import ABOVE
 
 HERE = Path(__file__).parent
 
@@ -226,7 +227,7 @@ def loads() -> None:
     right.plot(t / period - 100, x, label="x")
     right.plot(t / period - 100, pressed.at(t, x, v), label="normal force")
     right.set(xlabel="periods of the forcing")
-    right.legend()
+    right.legend(**ABOVE, ncols=2)
     save(left, "loads.png")
 
 
