@@ -43,7 +43,7 @@ def branches_plot(result: Branches, ax: Axes | None = None, *, units: str | None
     ----------
     result : from :func:`stickslip.continuation`.
     ax : axes to draw into; default a new figure.
-    units : ``"dimensionless"`` or ``"SI"``; default by the system.
+    units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``; default by the system.
 
     Returns
     -------
@@ -131,7 +131,7 @@ def loci_plot(loci: Sequence[Locus], ax: Axes | None = None, *, units: str = "di
     ----------
     loci : from :func:`stickslip.locus`, over the same two parameters.
     ax : axes to draw into; default a new figure.
-    units : ``"dimensionless"`` or ``"SI"``.
+    units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``.
 
     Returns
     -------

@@ -127,7 +127,17 @@ _SI = {
     "mass": "kg",
     "stiffness": "N/m",
 }
-_UNITS = {"SI": _SI, "dimensionless": dict.fromkeys(_SI, "dimensionless")}
+#: Of a joint or a drill string, where position is an angle and force a torque.
+_TORSIONAL = _SI | {
+    "position": "rad",
+    "velocity": "rad/s",
+    "force": "N m",
+    "force rate": "N m/s",
+    "damping": "N m s/rad",
+    "mass": "kg m^2",
+    "stiffness": "N m/rad",
+}
+_UNITS = {"SI": _SI, "torsional": _TORSIONAL, "dimensionless": dict.fromkeys(_SI, "dimensionless")}
 
 
 def verbatim(name: str) -> str:
@@ -184,13 +194,13 @@ def label(quantity: str, kind: str, units: str) -> str:
     ----------
     quantity : name and symbol.
     kind : ``"position"``, ``"velocity"``, ``"force"``, ``"time"``, ``"frequency"`` and so on.
-    units : ``"dimensionless"`` or ``"SI"``.
+    units : ``"dimensionless"``, ``"SI"`` or, where position is an angle and force a torque, ``"torsional"``.
 
-    >>> label("slip velocity w", "velocity", "SI")
-    'slip velocity w (m/s)'
+    >>> label("slip velocity w", "velocity", "SI"), label("friction F", "force", "torsional")
+    ('slip velocity w (m/s)', 'friction F (N m)')
     """
     if units not in _UNITS:
-        raise InputError(f"show: units must be 'dimensionless' or 'SI', got {units!r}")
+        raise InputError(f"show: units must be one of {', '.join(map(repr, _UNITS))}, got {units!r}")
     return f"{quantity} ({_UNITS[units][kind]})"
 
 

@@ -51,7 +51,7 @@ def orbit_diagram_plot(
     ax : axes to draw into; default a new figure.
     quantity : ``"x"`` (position where ẋ = 0), ``"slip_velocity"`` (where ẇ = 0) or ``"section"`` (position at the returns).
     name_regimes : whether the regimes are written above their spans.
-    units : ``"dimensionless"`` or ``"SI"``; default what the diagram says.
+    units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``; default what the diagram says.
 
     Returns
     -------

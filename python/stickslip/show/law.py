@@ -43,7 +43,7 @@ def law_plot(
     climbs : where a law with branches is led from the falling back to the rising branch, as fractions of the slip
         velocity where they meet.
     legend : whether the curves are named.
-    units : ``"dimensionless"`` or ``"SI"``.
+    units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``.
 
     Returns
     -------
@@ -111,7 +111,7 @@ def break_away_plot(
     ax : axes to draw into; default a new figure.
     stick_times : default a grid over the time in which the law's break-away force grows.
     force_rates : default a few for a law that feels them, else one.
-    units : ``"dimensionless"`` or ``"SI"``.
+    units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``.
 
     Returns
     -------

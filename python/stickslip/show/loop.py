@@ -69,7 +69,7 @@ def friction_loop(
     legend : whether the branches are named.
     colour : one colour instead of one per branch, to tell several orbits apart.
     name : of the whole loop in the legend, where `colour` is given.
-    units : ``"dimensionless"`` or ``"SI"``; default by the system.
+    units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``; default by the system.
 
     Returns
     -------

@@ -30,7 +30,7 @@ def regime_map_plot(
     chart : from :func:`stickslip.regime_map`, over two parameters: the first goes across.
     ax : axes to draw into; default a new figure.
     quantity : ``"regime"``, ``"period"`` (returns to the section after which the motion repeats) or ``"amplitude"``.
-    units : ``"dimensionless"`` or ``"SI"``; default what the map says.
+    units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``; default what the map says.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def basins_plot(result: xr.Dataset, ax: Axes | None = None, *, most: int = 8, un
     result : from :func:`stickslip.basins`.
     ax : axes to draw into; default a new figure.
     most : attractors with a colour of their own, up to 8; the others are white.
-    units : ``"dimensionless"`` or ``"SI"``; default what the result says.
+    units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``; default what the result says.
 
     Returns
     -------

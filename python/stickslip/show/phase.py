@@ -35,7 +35,7 @@ def phase_plane(
     transient : the fraction of the orbit that counts as transient, in [0, 1).
     show_transient : whether it is drawn.
     colour, name : of the steady part, for a legend.
-    units : ``"dimensionless"`` or ``"SI"``; default by the system.
+    units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``; default by the system.
 
     Returns
     -------

@@ -31,7 +31,7 @@ def time_series(
     orbit : any orbit.
     ax : three axes, or one that all three curves share; default a new figure with three under each other.
     start, stop : the span of time; default the whole orbit.
-    units : ``"dimensionless"`` or ``"SI"``; default by the system.
+    units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``; default by the system.
 
     Returns
     -------
