@@ -576,7 +576,7 @@ def run(name: str, seed: int, count: int) -> tuple[collections.Counter[str], lis
 Row = tuple[int, int, int]
 
 
-def page(rows: dict[str, Row], seed: int) -> str:
+def page(rows: dict[str, Row], each: int, seed: int) -> str:
     """The table of a run: inputs, read and refused of each reader."""
     lines = [
         "# Readers of damaged files and documents",
@@ -586,7 +586,7 @@ def page(rows: dict[str, Row], seed: int) -> str:
         "one that was saved. *Read* counts what was accepted, *refused* an `InputError` of one line, *else* all others:",
         "another exception, a force that is no number, a process that ended, more than 4 GB, or more than 100 s.",
         "",
-        f"Made by `python docs/evidence/readers.py --each 45000 --seed {seed}`; with `--only` for some readers anew.",
+        f"Made by `python docs/evidence/readers.py --each {each} --seed {seed}`; with `--only` for some readers anew.",
         "",
         "| reader | inputs | read | refused | else |",
         "|---|---:|---:|---:|---:|",
@@ -636,7 +636,7 @@ def main() -> None:
             for failure in {" ".join(failure.split()[-12:]): failure for failure in failures}.values():
                 print("   ", failure, flush=True)
             kept = {reader: rows[reader] for reader in TARGETS if reader in rows}
-            options.output.write_text(page(kept, options.seed), encoding="utf-8")
+            options.output.write_text(page(kept, options.each, options.seed), encoding="utf-8")
 
 
 if __name__ == "__main__":
