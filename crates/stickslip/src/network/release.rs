@@ -22,7 +22,17 @@ pub(super) fn end_of_adhesion(
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Result<Option<f64>, f64> {
-    let found = first_end(law, load, rested, still, reach, grazes);
+    let [backward, forward] = [-1.0, 1.0].map(|direction| law.toward(direction));
+    let found = if std::ptr::eq(backward, forward) {
+        end_on(law, None, load, rested, still, reach, grazes)
+    } else {
+        let first = end_on(forward, Some(1.0), load, rested, still, reach, grazes);
+        let clear = first.map_or_else(|clear| clear, |found| found.unwrap_or(reach));
+        match end_on(backward, Some(-1.0), load, rested, still, clear, grazes) {
+            Ok(None) => first,
+            second => second,
+        }
+    };
     debug_assert!(
         !matches!(found, Ok(Some(h)) if !breaks(law, load, rested, still, (h, reach))),
         "{found:?} is no end of adhesion under {load:?}, {law:?}"
@@ -55,26 +65,6 @@ fn pressed(normal: Option<&Series>, t: f64) -> f64 {
 /// How far from the limit a force may be by rounding and by the error with which an event was found.
 fn rounding_of(limit: f64, still: f64) -> f64 {
     (ROUNDING * limit).max(2.0 * still / PASSED)
-}
-
-fn first_end(
-    law: &Law,
-    load: Load,
-    rested: f64,
-    still: f64,
-    reach: f64,
-    grazes: &mut Vec<f64>,
-) -> Result<Option<f64>, f64> {
-    let [backward, forward] = [-1.0, 1.0].map(|direction| law.toward(direction));
-    if std::ptr::eq(backward, forward) {
-        return end_on(law, None, load, rested, still, reach, grazes);
-    }
-    let first = end_on(forward, Some(1.0), load, rested, still, reach, grazes);
-    let clear = first.map_or_else(|clear| clear, |found| found.unwrap_or(reach));
-    match end_on(backward, Some(-1.0), load, rested, still, clear, grazes) {
-        Ok(None) => first,
-        second => second,
-    }
 }
 
 /// When adhesion breaks on one `side`, by the sign of its force, or on either.
