@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from stickslip.dynamics.periodic.state_cycles import StateCycle
 
 
-#: Lengths of the runs from a guess, in natural periods or those of the forcing.
-_FROM_GUESS = (2.5, 6, 15, 30)
+#: Lengths of the short runs from a guess, in natural periods or those of the forcing.
+_FROM_GUESS = (2.5, 6, 15)
 #: So near the returns of a short run, in sizes of the motion, is the orbit that they show.
 _NEAR = 0.1
 
@@ -327,12 +327,12 @@ def event_cycle(
         return moved_to(system, guess)
     start, settles = _start(guess), guess is None
     slowest = max(system.natural_period, forcing_period(system) or 0.0)
-    counts = (150, 600) if settles else _FROM_GUESS
-    lengths = [slowest * count for count in counts]
-    if not settles:
-        lengths[:-1] = [length * (periods or 1) for length in lengths[:-1]]
     if t_end is not None:
         lengths = [number("t_end", t_end, "periodic_orbit")]
+    elif settles:
+        lengths = [150 * slowest, 600 * slowest]
+    else:
+        lengths = [*(slowest * count * (periods or 1) for count in _FROM_GUESS), 30 * slowest]
     refusals = []
     for length in lengths:
         try:
