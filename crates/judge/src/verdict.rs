@@ -810,6 +810,10 @@ impl<'a> Judge<'a> {
                         slack,
                     );
                     let direction = if one { pull.signum() } else { after.directions[c] };
+                    // What slip begins with must not be known less well than the state it begins at.
+                    let known = (alone && !bends).then(|| self.held(c, after)).flatten();
+                    let rate = known.map_or(rate, |held| held.force[c][1]);
+                    let limit = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
                     self.modes[c] = self.leave(c, direction, limit);
                 }
                 (Kind::Capture | Kind::Crossing, Mode::Line(..) | Mode::Curve(_)) => {
