@@ -308,13 +308,29 @@ def test_law_is_recovered_from_films(law, options, tmp_path):
 def test_a_profile_ends_where_there_is_no_law_beyond():
     # no jump at the release: the break-away force lies on the edge of what makes a law, where trials lie on either side
     law = ss.laws.PiecewiseLinear(nodes=[(0, 1.0), (0.25, 0.6), (1.0, 0.8)], break_away=1.0)
-    orbit = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=0.2, law=law), 40.0)
-    friction = friction_of_orbit(orbit, np.arange(0, 40.0, 0.05), 0.005, seed=3)
     free = ["nodes[0].force", "nodes[1].force", "break_away"]
-    sharp = fit_trajectories(identify(friction, law=law, free=free), starts=1, profile=True)
+    sharp = fit_trajectories(identify(record(law), law=law, free=free), starts=1, profile=True)
     assert (sharp.parameters["low"] <= sharp.parameters["value"]).all()
     assert (sharp.parameters["value"] <= sharp.parameters["high"]).all()
     assert any("beyond it there is no law" in note for note in sharp.notes)
+
+
+def test_a_number_that_the_motion_does_not_tell_from_another_is_held():
+    # with one stick time a limit and a rate are one number
+    law = ss.laws.DwellTime(kinetic=0.6, limit=0.5, rate=0.3)
+    first = identify(record(law, 0.1, 0.02), law=law, free=["kinetic"])
+    sharp = fit_trajectories(first, ["kinetic", "limit", "rate"], starts=1)
+    assert list(sharp.parameters.index) == ["kinetic", "limit"]
+    assert sharp.law.rate == pytest.approx(0.3, rel=1e-3)
+    assert "limit and rate cannot be told apart by these motions: rate is held at 0.3" in " ".join(sharp.notes)
+
+
+def test_a_number_that_the_motion_hardly_tells_does_not_run_away():
+    # the motion never comes near w = 0, where the first node is
+    law = ss.laws.PiecewiseLinear(nodes=[(0, 1.0), (0.1, 0.8), (0.4, 0.7), (0.8, 0.9)], break_away=1.0)
+    free = LawParameters(law, ["nodes[0].force"])
+    assert free.values(free.low)[0] == pytest.approx(-99.0)
+    assert free.values(free.high)[0] == pytest.approx(101.0)
 
 
 def test_numbers_that_make_no_law_are_farther_than_any_motion():
@@ -323,6 +339,6 @@ def test_numbers_that_make_no_law_are_farther_than_any_motion():
     fit = SingleShooting([record_misfit], LawParameters(law, ["break_away", "nodes[1].slip_velocity"]))
     here, shift = np.zeros(2), record_misfit.first_shift(law, record_misfit.time.size)
     barred, wild = np.array([-50.0, 0.0, shift]), np.array([0.0, 100.0, shift])
-    assert fit.is_law(np.append(here, shift))
-    assert not fit.is_law(barred)
+    assert fit.moves(np.append(here, shift))
+    assert not fit.moves(barred)
     assert fit.cost(np.append(here, shift)) < fit.cost(wild) < fit.cost(barred) < np.inf

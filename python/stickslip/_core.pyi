@@ -175,7 +175,7 @@ def event_sequence_from(
 ) -> _EventSequence: ...
 def follow(
     system: System,
-    path: str | None,
+    paths: list[str],
     state: _Floats,
     phases: _Floats,
     last: _Floats,

@@ -170,7 +170,7 @@ pub(crate) fn event_sequence_from<'py>(
     Ok(columns(py, &event_sequence))
 }
 
-/// Follow an event sequence. Returns the states after the phases, their derivatives (numbers × (numbers + 1) each), the durations, and
+/// Follow an event sequence. Returns the states after the phases, their derivatives (numbers × (numbers + parameters, one at least) each), the durations, and
 /// the test functions (boundary and contact, phase, tau, detail, value, derivatives each).
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a thing")]
@@ -182,7 +182,7 @@ pub(crate) fn event_sequence_from<'py>(
 pub(crate) fn follow<'py>(
     py: Python<'py>,
     system: &System,
-    path: Option<&str>,
+    paths: Vec<String>,
     state: PyReadonlyArray1<'py, f64>,
     phases: PyReadonlyArray1<'py, f64>,
     last: PyReadonlyArray1<'py, f64>,
@@ -190,8 +190,7 @@ pub(crate) fn follow<'py>(
     tests: bool,
 ) -> PyResult<(Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, f64>)> {
     let (masses, _) = system.masses()?;
-    let along = path.map(|path| (system.document(), path));
-    let varied = Varied::new(masses, along).map_err(|error| refused(&error))?;
+    let varied = Varied::new(masses, system.document(), &paths).map_err(|error| refused(&error))?;
     let layout = Layout::of(masses);
     let start = state_from(layout, state.as_slice()?)?;
     let contacts = layout.contacts;
@@ -216,7 +215,7 @@ pub(crate) fn follow<'py>(
         variation::follow(&varied, &start, &phases, &last, reseed, tests, go_on)
     })?;
     let states = followed.states.iter().flat_map(row_of).collect::<Vec<_>>();
-    let lanes = layout.lanes();
+    let lanes = varied.lanes();
     let tests = followed.tests.iter().flat_map(|test| {
         let head = [
             (test.boundary as usize + BOUNDARY_NAMES.len() * test.contact) as f64,

@@ -3,12 +3,12 @@
 //! An *event sequence* is a motion with its event sequence held fixed: phase after phase, each ended by the event that ended it in the
 //! motion it was taken from. The state carries everything that what follows depends on, the time, the lines of friction and
 //! the memory of the contacts included, and every number in it is a [`Dual`]: the derivative with respect to the start and to
-//! one parameter comes along. At an event the time moves with the state by −h′/ḣ, which is the saltation matrix
+//! every parameter comes along. At an event the time moves with the state by −h′/ḣ, which is the saltation matrix
 //! S = D_xR + (F⁺ − D_xR F⁻ − D_tR) nᵀ/(nᵀF⁻ + h_t) in the augmented state (Aizerman & Gantmakher 1958; Müller, Chaos
 //! Solitons Fractals 5 (1995) 1671), sensitivities of memory included.
 //!
 //! Segments are differentiated by the variational equation, whose Taylor series go along with those of the motion. Only a
-//! law's own algebra (break-away force, next line) and the parameter of the system are differenced, to the fourth order.
+//! law's own algebra (break-away force, next line) and the parameters of the system are differenced, to the fourth order.
 //!
 //! Held to its sequence, a motion goes on smoothly where the real one would change it. What vanishes there are the *boundaries*,
 //! the test functions of the sliding bifurcations, and they carry their derivatives too.
@@ -37,7 +37,8 @@ use crate::simulate::MOST_BYTES;
 pub struct Followed {
     /// The state after each phase.
     pub states: Vec<State>,
-    /// The derivatives of its numbers, phase after phase, row after row: by those of the start, and by the parameter.
+    /// The derivatives of its numbers, phase after phase, row after row: by those of the start, and by the parameters (zero
+    /// where there is none).
     pub rates: Vec<f64>,
     /// How long each phase took.
     pub durations: Vec<f64>,
@@ -66,7 +67,7 @@ pub fn follow(
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Followed, Error> {
     let course = Course::new(varied);
-    let (width, lanes) = (course.layout.width(), course.layout.lanes());
+    let (width, lanes) = (course.layout.width(), varied.lanes());
     if phases.len().saturating_mul(width * lanes * size_of::<f64>()) > MOST_BYTES.saturating_mul(4) {
         return Err(Error::Document {
             reason: format!(
@@ -81,7 +82,7 @@ pub fn follow(
     };
     let mut state = start.clone();
     // The derivatives so far, row after row; what a phase adds is found by its own start.
-    let unit = identity(width);
+    let unit = identity(width, lanes);
     let mut expansion = course.expansion();
     for (index, phase) in phases.iter().enumerate() {
         if !go_on() {
@@ -124,12 +125,12 @@ pub fn follow(
             course.entry(&end, &moves, &mut followed.tests);
             for test in &mut followed.tests[first..] {
                 let mut row = vec![0.0; lanes];
-                chain(&test.value, rates, &mut row);
+                chain(&test.value, rates, width, &mut row);
                 test.value.rates[..lanes].copy_from_slice(&row);
             }
         }
         for (number, row) in after.numbers.iter().zip(rows.chunks_exact_mut(lanes)) {
-            chain(number, rates, row);
+            chain(number, rates, width, row);
         }
         followed.durations.push(tau);
         state = after.values();
@@ -139,18 +140,18 @@ pub fn follow(
 }
 
 /// Every number of a state moves with itself.
-fn identity(width: usize) -> Vec<f64> {
-    let mut rows = vec![0.0; width * (width + 1)];
+fn identity(width: usize, lanes: usize) -> Vec<f64> {
+    let mut rows = vec![0.0; width * lanes];
     for lane in 0..width {
-        rows[lane * (width + 1) + lane] = 1.0;
+        rows[lane * lanes + lane] = 1.0;
     }
     rows
 }
 
 /// The derivatives of a number by the start of the event sequence, from those by the start of the phase and of that by the event sequence's.
-fn chain(number: &Dual, rates: &[f64], row: &mut [f64]) {
-    let parameter = row.len() - 1;
-    row[parameter] = number.rates[parameter];
+fn chain(number: &Dual, rates: &[f64], width: usize, row: &mut [f64]) {
+    let lanes = row.len();
+    row[width..].copy_from_slice(&number.rates[width..lanes]);
     for (slope, from) in number.rates.iter().zip(rates.chunks_exact(row.len())) {
         if *slope != 0.0 {
             for (rate, from) in row.iter_mut().zip(from) {

@@ -19,6 +19,9 @@ from stickslip.laws.numbers import numbers, pointers, put, value
 
 Array = npt.NDArray[np.float64]
 
+FARTHEST = 5000.0
+"""In its units no number goes farther from its start: a hundred times its size. One that no motion tells would run away."""
+
 
 def parameters_of_law(
     law: Law,
@@ -61,7 +64,7 @@ class LawParameters:
         same_as: Mapping[str, str] | None = None,
         within: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
-        self.names, self.same_as = list(names), dict(same_as or {})
+        self.names, self.same_as, self.within = list(names), dict(same_as or {}), dict(within or {})
         self._kind, self._document, self._pointers = type(law), json.dumps(law.to_dict()), pointers(law)
         self._parameters = parameters_of_law(law, names, within, same_as)
         at = {name: value(law, name) for name in self.names}
@@ -74,7 +77,8 @@ class LawParameters:
         self._unit = np.where(self._parameters.logarithmic, 0.05, 0.02 * size)
         self._start = self._parameters.vector(at)
         low, high = self._parameters.bounds()
-        self.low, self.high = (low - self._start) / self._unit, (high - self._start) / self._unit
+        self.low = np.maximum((low - self._start) / self._unit, -FARTHEST)
+        self.high = np.minimum((high - self._start) / self._unit, FARTHEST)
 
     def law(self, numbers: Array) -> Law:
         """The law with these free numbers; an InputError where they make no law."""

@@ -2,7 +2,7 @@
 
 use super::segment::{Course, Expansion};
 use super::state::{AGE, ContactState, Ending, Flags, HIGH, LOW, Layout, Moving, Phase, line_of};
-use super::varied::{LINE_STEP, RELATIVE_STEP, difference};
+use super::varied::{LINE_STEP, RELATIVE_STEP};
 use crate::drive::Clock;
 use crate::dual::Dual;
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
@@ -32,10 +32,10 @@ impl Course<'_> {
             (Some(ContactState::Stick), Ending::Release) => self.margin(start, c, tau, expansion),
             (Some(ContactState::Hold(direction)), Ending::Line(end)) => {
                 let rising = usize::from(end == End::High);
-                let parameter = self.parameter(start.numbers[0].rates.len());
+                let parameters = self.parameters(start.numbers[0].rates.len());
                 let [between] = self
                     .varied
-                    .ask(c, [&expansion.u(c)], parameter, LINE_STEP, |law, [u]| {
+                    .ask(c, [&expansion.u(c)], parameters, LINE_STEP, |law, [u]| {
                         [law.toward(*direction)
                             .branches(u)
                             .map_or(f64::NAN, |pair| pair[rising])]
@@ -111,12 +111,12 @@ impl Course<'_> {
         number.shift(series[1], &state.numbers[0]);
         number.shift(normal.position, &x);
         number.shift(normal.velocity, &v);
-        if let (Some(lane), Some((around, step))) = (self.parameter(lanes), &self.varied.around) {
-            let at = |system: &System| {
-                let normal = system.contacts[c].normal_force.as_ref();
-                normal.map_or(f64::NAN, |normal| normal.at(clock, x.value, v.value))
-            };
-            number.rates[lane] += difference(std::array::from_fn(|i| at(&around[i])), *step);
+        let at = |system: &System| {
+            let normal = system.contacts[c].normal_force.as_ref();
+            normal.map_or(f64::NAN, |normal| normal.at(clock, x.value, v.value))
+        };
+        for (parameter, lane) in self.lanes_of(lanes) {
+            number.rates[lane] += parameter.rate(at);
         }
         Some(number)
     }
@@ -129,11 +129,11 @@ impl Course<'_> {
     /// The static limit against slip in a direction.
     fn static_limit(&self, c: usize, direction: f64, stick_time: &Dual, rate: &Dual) -> Dual {
         let rate = rate.clone().abs();
-        let parameter = self.parameter(rate.rates.len());
+        let parameters = self.parameters(rate.rates.len());
         let inputs = [stick_time, &rate];
         let [limit] = self
             .varied
-            .ask(c, inputs, parameter, RELATIVE_STEP, |law, [stick_time, rate]| {
+            .ask(c, inputs, parameters, RELATIVE_STEP, |law, [stick_time, rate]| {
                 [law.toward(direction).break_away(Hold {
                     stick_time: stick_time.max(0.0),
                     force_rate: rate.abs(),
@@ -197,8 +197,8 @@ impl Course<'_> {
             _ => &own[i],
         });
         let (piece, memory) = answer(self.laws[c], inputs.map(|input| input.value));
-        let parameter = self.parameter(u.rates.len());
-        let numbers = self.varied.ask(c, inputs, parameter, LINE_STEP, |law, z| {
+        let parameters = self.parameters(u.rates.len());
+        let numbers = self.varied.ask(c, inputs, parameters, LINE_STEP, |law, z| {
             let (piece, memory) = answer(law, z);
             line_of(&piece, &memory)
         });

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use super::state::{ContactState, Layout, Moving};
-use super::varied::{Varied, difference};
+use super::varied::{Parameter, Varied, difference};
 use crate::drive::Clock;
 use crate::dual::Dual;
 use crate::flow::taylor::tangent::{ABREAST, Given, Lanes, Linear, Tangent, Wide, stiffening, wide_at};
@@ -15,13 +15,17 @@ use crate::system::System;
 /// A phase of more steps has run away from the motion it was taken from, to where its law grows without bound.
 const MOST_STEPS: u32 = 10_000;
 
+/// The systems around one parameter.
+type Around<'a> = [(Frame, Vec<&'a Law>); 4];
+
 /// A system ready to be expanded, and those beside it.
 pub(super) struct Course<'a> {
     pub(super) varied: &'a Varied,
     pub(super) frame: Frame,
     pub(super) laws: Vec<&'a Law>,
     pub(super) layout: Layout,
-    beside: Vec<(Frame, Vec<&'a Law>)>,
+    /// The parameters that change the motion within a phase: which, and the systems around it.
+    acting: Vec<(usize, Around<'a>)>,
     /// Memory for a look at what would be.
     spare: RefCell<Expansion>,
 }
@@ -30,7 +34,7 @@ pub(super) struct Course<'a> {
 pub(super) struct Mode {
     force_lines: Vec<ForceLine>,
     held: Held,
-    beside: Vec<Held>,
+    beside: Vec<[Held; 4]>,
 }
 
 /// A Taylor expansion with its derivatives, and the time into it; its memory is used again for the next. The last lane is the
@@ -43,8 +47,8 @@ pub(super) struct Expansion {
     tangents: Vec<Tangent>,
     /// F′ along the motion, of smooth laws.
     slopes: Vec<Series>,
-    beside: Vec<Beside>,
-    given: Given,
+    /// What each acting parameter changes.
+    acting: Vec<([Beside; 4], Given)>,
     x: Vec<f64>,
     v: Vec<f64>,
     lanes: usize,
@@ -100,32 +104,45 @@ pub(super) fn force_lines(
 impl<'a> Course<'a> {
     pub(super) fn new(varied: &'a Varied) -> Self {
         let base = &varied.base;
-        let beside = varied.around.iter().flat_map(|(systems, _)| systems);
-        let beside: Vec<_> = beside.map(|system| (Frame::of(system), laws(system))).collect();
         let frame = Frame::of(base);
+        // Within a phase the force of a law of linear pieces is that of its line, which is part of the state.
+        let smooth = (0..base.contacts.len()).any(|c| frame.is_smooth(c, 1.0) || frame.is_smooth(c, -1.0));
+        let acting: Vec<_> = (varied.parameters.iter().enumerate())
+            .filter(|(_, parameter)| smooth || !parameter.of_law)
+            .map(|(which, parameter)| {
+                let beside = parameter.around.each_ref();
+                (which, beside.map(|system| (Frame::of(system), laws(system))))
+            })
+            .collect();
         Self {
             varied,
             laws: laws(base),
             layout: Layout::of(base),
-            spare: RefCell::new(Expansion::of(&frame, beside.iter().map(|(frame, _)| frame))),
+            spare: RefCell::new(Expansion::of(&frame, acting.len())),
             frame,
-            beside,
+            acting,
         }
     }
 
     /// Room for expansions.
     pub(super) fn expansion(&self) -> Expansion {
-        Expansion::of(&self.frame, self.beside.iter().map(|(frame, _)| frame))
+        Expansion::of(&self.frame, self.acting.len())
     }
 
-    /// Lanes of a state that carries all derivatives: its numbers, the parameter, the time along the phase.
+    /// The directions of differentiation, and the time along the phase.
     pub(super) fn all_lanes(&self) -> usize {
-        self.layout.lanes() + 1
+        self.varied.lanes() + 1
     }
 
-    /// The lane of the parameter among `lanes`; none where only time counts.
-    pub(super) fn parameter(&self, lanes: usize) -> Option<usize> {
+    /// The lane of the first parameter among `lanes`; none where only time counts.
+    pub(super) fn parameters(&self, lanes: usize) -> Option<usize> {
         (lanes > 1).then(|| self.layout.width())
+    }
+
+    /// The parameters and their lanes among `lanes`.
+    pub(super) fn lanes_of(&self, lanes: usize) -> impl Iterator<Item = (&Parameter, usize)> {
+        let lanes = self.parameters(lanes).into_iter().flat_map(|first| first..);
+        self.varied.parameters.iter().zip(lanes)
     }
 
     /// What the contacts do along a phase from a state.
@@ -140,10 +157,12 @@ impl<'a> Course<'a> {
                 .collect(),
         );
         Mode {
-            beside: self
-                .beside
-                .iter()
-                .map(|(frame, _)| frame.held(held.contacts.clone()))
+            beside: (self.acting.iter())
+                .map(|(_, beside)| {
+                    beside
+                        .each_ref()
+                        .map(|(frame, _)| frame.held(held.contacts.clone()))
+                })
                 .collect(),
             force_lines,
             held,
@@ -275,16 +294,24 @@ impl<'a> Course<'a> {
                 self.frame.drives[c].expand(clock, &mut series);
                 let mut drive = Dual::fixed(series[0], lanes);
                 drive.shift(series[1], t);
-                if let (Some(lane), Some((_, step))) = (self.parameter(lanes), &self.varied.around) {
-                    let around = std::array::from_fn(|i| {
-                        self.beside[i].0.drives[c].expand(clock, &mut series);
+                for (parameter, beside, lane) in self.acting_on(lanes) {
+                    let around = beside.each_ref().map(|(frame, _)| {
+                        frame.drives[c].expand(clock, &mut series);
                         series[0]
                     });
-                    drive.rates[lane] += difference(around, *step);
+                    drive.rates[lane] += difference(around, parameter.step);
                 }
                 drive
             })
             .collect()
+    }
+
+    /// The parameters that change the motion within a phase, the systems around each, and their lanes among `lanes`.
+    fn acting_on(&self, lanes: usize) -> impl Iterator<Item = (&Parameter, &Around<'a>, usize)> {
+        let first = self.parameters(lanes);
+        (self.acting.iter()).filter_map(move |(which, beside)| {
+            Some((&self.varied.parameters[*which], beside, first? + which))
+        })
     }
 
     /// The expansion from a state, with a tangent for every lane along which it moves, up to the `order`.
@@ -338,9 +365,7 @@ impl<'a> Course<'a> {
             }
         }
         self.give(mode, clock, expansion);
-        let parameter = self
-            .parameter(expansion.lanes)
-            .filter(|_| !self.beside.is_empty());
+        let acting: Vec<usize> = self.acting_on(expansion.lanes).map(|(_, _, lane)| lane).collect();
         let line = |c: usize| {
             let counts = matches!(contact_states[c], ContactState::Slip(_)) && !smooth(c);
             let at = layout.contact(c);
@@ -349,7 +374,7 @@ impl<'a> Course<'a> {
         let lines = (0..layout.contacts).filter_map(line).flatten();
         let counts: Vec<&Dual> = state.numbers[..layout.contact(0)].iter().chain(lines).collect();
         let moves =
-            |lane: usize| parameter == Some(lane) || counts.iter().any(|number| number.rates[lane] != 0.0);
+            |lane: usize| acting.contains(&lane) || counts.iter().any(|number| number.rates[lane] != 0.0);
         expansion
             .moving
             .extend((0..expansion.lanes).filter(|&lane| moves(lane)));
@@ -367,10 +392,6 @@ impl<'a> Course<'a> {
                 std::array::from_fn(|lane| moving.get(lane).map_or(0.0, |&lane| rates[lane]))
             };
             tangent.clock = along(number(0));
-            tangent.parameter = Lanes::NOTHING;
-            for (own, &lane) in tangent.parameter.iter_mut().zip(moving) {
-                *own = f64::from(u8::from(parameter == Some(lane)));
-            }
             for i in 0..layout.masses {
                 tangent.x[i][0] = along(number(layout.x(i)));
                 tangent.v[i][0] = along(number(layout.v(i)));
@@ -378,14 +399,20 @@ impl<'a> Course<'a> {
             for (c, own) in tangent.line.iter_mut().enumerate() {
                 *own = line(c).map_or([Lanes::NOTHING; 2], |line| line.map(along));
             }
-            let given = parameter.map(|_| &expansion.given);
+            let given = acting
+                .iter()
+                .zip(&expansion.acting)
+                .filter_map(|(lane, (_, given))| {
+                    let along = moving.iter().position(|moving| moving == lane)?;
+                    Some((along, given))
+                });
             tangent.expand(
                 order,
                 &self.frame,
                 &expansion.motion,
                 (force_lines, held),
                 &expansion.slopes,
-                given,
+                &given.collect::<Vec<_>>(),
             );
             // Those of its tangents need not be.
             if expansion.reach.is_infinite() && !tangent.ended() {
@@ -394,35 +421,30 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// What the parameter changes while the motion is held.
+    /// What the parameters change while the motion is held.
     fn give(&self, mode: &Mode, clock: Clock, expansion: &mut Expansion) {
-        let Some((_, step)) = self.varied.around else {
-            return;
-        };
-        for (((frame, laws), held), Beside { motion, acceleration }) in
-            self.beside.iter().zip(&mode.beside).zip(&mut expansion.beside)
+        let own = &expansion.motion;
+        for (((which, systems), helds), (beside, given)) in
+            self.acting.iter().zip(&mode.beside).zip(&mut expansion.acting)
         {
-            motion.aim(frame, clock);
-            motion.give(
-                frame,
-                laws,
-                &mode.force_lines,
-                held,
-                &expansion.motion,
-                acceleration,
-            );
-        }
-        let beside = &expansion.beside;
-        let differ = |rows: &mut [Series], of: fn(&Beside) -> &[Series]| {
-            for (row, series) in rows.iter_mut().enumerate() {
-                for (k, term) in series.iter_mut().enumerate() {
-                    *term = difference(std::array::from_fn(|i| of(&beside[i])[row][k]), step);
-                }
+            for (((frame, laws), held), Beside { motion, acceleration }) in
+                systems.iter().zip(helds).zip(beside.iter_mut())
+            {
+                motion.aim(frame, clock);
+                motion.give(frame, laws, &mode.force_lines, held, own, acceleration);
             }
-        };
-        differ(&mut expansion.given.acceleration, |beside| &beside.acceleration);
-        differ(&mut expansion.given.force, |beside| &beside.motion.force);
-        differ(&mut expansion.given.drive, |beside| beside.motion.drives());
+            let step = self.varied.parameters[*which].step;
+            let differ = |rows: &mut [Series], of: fn(&Beside) -> &[Series]| {
+                for (row, series) in rows.iter_mut().enumerate() {
+                    for (k, term) in series.iter_mut().enumerate() {
+                        *term = difference(beside.each_ref().map(|beside| of(beside)[row][k]), step);
+                    }
+                }
+            };
+            differ(&mut given.acceleration, |beside| &beside.acceleration);
+            differ(&mut given.force, |beside| &beside.motion.force);
+            differ(&mut given.drive, |beside| beside.motion.drives());
+        }
     }
 
     /// The force of a contact and its rate at the start of a phase on which it would stick.
@@ -445,24 +467,24 @@ impl<'a> Course<'a> {
 }
 
 impl Expansion {
-    fn of<'a>(frame: &Frame, beside: impl Iterator<Item = &'a Frame>) -> Self {
+    fn of(frame: &Frame, acting: usize) -> Self {
         let motion = Motion::of(frame);
         let (x, u) = (motion.x.clone(), motion.u.clone());
-        let beside = beside.map(|frame| Beside {
-            motion: Motion::of(frame),
+        let beside = std::array::from_fn(|_| Beside {
+            motion: motion.clone(),
             acceleration: x.clone(),
         });
+        let given = Given {
+            acceleration: x.clone(),
+            force: u.clone(),
+            drive: u.clone(),
+        };
         Self {
-            beside: beside.collect(),
+            acting: vec![(beside, given); acting],
             motion,
             moving: Vec::new(),
             tangents: Vec::new(),
-            slopes: u.clone(),
-            given: Given {
-                acceleration: x.clone(),
-                force: u.clone(),
-                drive: u,
-            },
+            slopes: u,
             x: vec![0.0; x.len()],
             v: vec![0.0; x.len()],
             lanes: 0,

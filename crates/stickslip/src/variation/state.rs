@@ -153,12 +153,6 @@ impl Layout {
     pub fn width(self) -> usize {
         self.contact(self.contacts)
     }
-
-    /// Those, and a parameter.
-    #[must_use]
-    pub fn lanes(self) -> usize {
-        self.width() + 1
-    }
 }
 
 /// A state whose numbers carry derivatives.

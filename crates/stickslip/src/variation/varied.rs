@@ -1,19 +1,48 @@
-//! A system that varies with one number of its document, and what its laws answer to numbers that carry derivatives.
+//! A system that varies with numbers of its document, and what its laws answer to numbers that carry derivatives.
 
 use serde_json::Value;
 
+use super::state::Layout;
 use crate::dual::Dual;
 use crate::error::Error;
 use crate::law::{Checked, Law};
 use crate::system::System;
 
-/// A system that varies with one number of its document.
+/// A system that varies with numbers of its document, each a parameter.
 #[derive(Clone, Debug)]
 pub struct Varied {
     /// The system.
     pub base: System,
-    /// The same two steps and one step down, one and two steps up, and the size of a step.
-    pub(super) around: Option<([System; 4], f64)>,
+    /// What each parameter does to it.
+    pub(super) parameters: Vec<Parameter>,
+}
+
+/// What one number of a document does to its system.
+#[derive(Clone, Debug)]
+pub(super) struct Parameter {
+    /// The system two steps and one step down, one and two steps up.
+    pub(super) around: [System; 4],
+    /// The size of a step.
+    pub(super) step: f64,
+    /// Whether it changes nothing but laws of friction.
+    pub(super) of_law: bool,
+}
+
+impl Parameter {
+    fn new(base: &System, document: &Value, path: &str) -> Result<Self, Error> {
+        let (around, step) = around(document, path)?;
+        let mut beside = around[0].clone();
+        for (contact, own) in beside.contacts.iter_mut().zip(&base.contacts) {
+            contact.law = own.law.clone();
+        }
+        let of_law = beside == *base;
+        Ok(Self { around, step, of_law })
+    }
+
+    /// The derivative of what the systems around it answer.
+    pub(super) fn rate(&self, answer: impl Fn(&System) -> f64) -> f64 {
+        difference(self.around.each_ref().map(answer), self.step)
+    }
 }
 
 /// A fourth-order difference: the value two steps and one step down, one and two steps up.
@@ -89,23 +118,31 @@ fn admit(system: &System) -> Result<(), Error> {
 }
 
 impl Varied {
-    /// A system, and the number of its document that varies, such as `/law/kinetic` of an oscillator's.
+    /// A system, and the numbers of its document that vary, such as `/law/kinetic` of an oscillator's.
     ///
     /// # Errors
-    /// What is wrong with the path, or with the systems beside this one.
-    pub fn new(base: &System, along: Option<(&Value, &str)>) -> Result<Self, Error> {
-        let around = along.map(|(document, path)| around(document, path)).transpose()?;
-        let base = base.clone();
-        Ok(Self { base, around })
+    /// What is wrong with a path, or with the systems beside this one.
+    pub fn new(base: &System, document: &Value, paths: &[String]) -> Result<Self, Error> {
+        let parameters = paths.iter().map(|path| Parameter::new(base, document, path));
+        Ok(Self {
+            parameters: parameters.collect::<Result<_, _>>()?,
+            base: base.clone(),
+        })
     }
 
-    /// What the law of a contact answers to numbers, with the derivatives of its answers; `parameter` is the lane of the
-    /// parameter.
+    /// Directions of differentiation: the numbers of a state and the parameters, one at least.
+    #[must_use]
+    pub fn lanes(&self) -> usize {
+        Layout::of(&self.base).width() + self.parameters.len().max(1)
+    }
+
+    /// What the law of a contact answers to numbers, with the derivatives of its answers; `parameters` is the lane of the
+    /// first parameter.
     pub(super) fn ask<const I: usize, const O: usize>(
         &self,
         contact: usize,
         inputs: [&Dual; I],
-        parameter: Option<usize>,
+        parameters: Option<usize>,
         relative: f64,
         answer: impl Fn(&Law, [f64; I]) -> [f64; O],
     ) -> [Dual; O] {
@@ -134,8 +171,14 @@ impl Varied {
                 spread(&mut outputs, around, step, input);
             }
         }
-        if let (Some((around, step)), Some(lane)) = (&self.around, parameter) {
-            let around = std::array::from_fn(|i| answer(&around[i].contacts[contact].law, values));
+        for (Parameter { around, step, .. }, lane) in self
+            .parameters
+            .iter()
+            .zip(parameters.into_iter().flat_map(|first| first..))
+        {
+            let around = around
+                .each_ref()
+                .map(|system| answer(&system.contacts[contact].law, values));
             spread(&mut outputs, around, *step, &Dual::along(0.0, lane, lanes));
         }
         outputs

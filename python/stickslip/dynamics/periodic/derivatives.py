@@ -83,8 +83,9 @@ def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
     check(orbit.system, "sensitivities")
     names = list(parameters)
     sequence, kinds, _ = _sequence(orbit, orbit.t_end)
-    columns = [sequence.follow(pointer(orbit.system, name, "sensitivities")).rates[:, :, -1] for name in names]
-    rates = np.stack(columns, axis=-1)
+    followed = sequence.follow(*(pointer(orbit.system, name, "sensitivities") for name in names))
+    first = sequence.layout.width
+    rates = followed.rates[:, :, first : first + len(names)]
     events = rates[: len(kinds)]
     several = isinstance(orbit.system, System)
     data: dict[str, Any] = {"t": (("event", "parameter"), events[:, 0])}

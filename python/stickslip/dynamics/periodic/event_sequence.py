@@ -123,7 +123,10 @@ def with_number(system: Any, path: str, value: float) -> Any:
 
 @dataclass(frozen=True)
 class Followed:
-    """A sequence followed; with w numbers a state, shapes (n, w + flags), (n, w, w + 1), (n,) and (tests, w + 6)."""
+    """A sequence followed.
+
+    With w numbers a state and p ≥ 1 parameters the shapes are (n, w + flags), (n, w, w + p), (n,) and (tests, w + p + 5).
+    """
 
     states: Floats
     rates: Floats
@@ -207,21 +210,24 @@ class EventSequence:
         rows = phases.reshape(-1, 2 * layout_of(system).contacts + 2)
         return cls(system, start, rows, rows[-1, :-2].copy()), kinds, stop
 
-    def follow(self, path: str | None = None, *, reseed: bool = False, tests: bool = False) -> Followed:
-        """States, derivatives (the last column with respect to the number at `path`) and test functions.
+    def follow(self, *paths: str, reseed: bool = False, tests: bool = False) -> Followed:
+        """States, derivatives (the last columns with respect to the numbers at `paths`, zero without) and test functions.
 
         With `reseed` the derivatives are those of each phase alone.
         """
         phases, last = np.ascontiguousarray(self.phases.ravel()), np.ascontiguousarray(self.last)
         try:
             states, rates, durations, boundaries = _core.follow(
-                self.system.core, path, self.start, phases, last, reseed, tests
+                self.system.core, list(paths), self.start, phases, last, reseed, tests
             )
         except ValueError as error:
             raise InputError(f"event sequence: {error}") from None
         n, width = len(self.phases), self.layout.width
         return Followed(
-            states.reshape(n, -1), rates.reshape(n, width, -1), durations, boundaries.reshape(-1, _HEAD + width + 1)
+            states.reshape(n, -1),
+            rates.reshape(n, width, -1),
+            durations,
+            boundaries.reshape(-1, _HEAD + width + max(1, len(paths))),
         )
 
     def part(self, followed: Followed, first: int, last: int) -> EventSequence:

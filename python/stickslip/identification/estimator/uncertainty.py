@@ -22,6 +22,17 @@ RECURRENT = 0.8
 """Correlation of a motion with itself, some time later, from which on it is said to repeat itself."""
 
 
+class Inseparable(InputError):
+    """Numbers of which the records tell a combination alone; `names` may be empty where it is made of many."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self.names = list(names)
+        super().__init__(
+            f"identify: {' and '.join(names) or 'the free numbers'} cannot be told apart by these motions: hold one of them "
+            "fixed, or add records at other drive velocities"
+        )
+
+
 def robust_scale(residuals: Array) -> float:
     """Standard deviation of normal residuals from their median absolute value; outliers do not count.
 
@@ -196,22 +207,18 @@ def inverse(information: Array, names: Sequence[str]) -> Array:
 
     Raises
     ------
-    InputError
+    Inseparable
         where a combination of them is not told, with the names in it.
 
     >>> inverse(np.array([[1.0, 1.0], [1.0, 1.0]]), ["limit", "rate"])
     Traceback (most recent call last):
-    stickslip.errors.InputError: identify: limit and rate cannot be told apart by these motions: hold one of them ...
+    stickslip.identification.estimator.uncertainty.Inseparable: identify: limit and rate cannot be told apart ...
     """
     length = np.sqrt(np.abs(np.diag(information)))
     scaled = information / np.outer(length, length)
     if np.linalg.cond(scaled) > 1e13:
         weak = np.linalg.svd(scaled)[2][-1, : len(names)]
-        mixed = [name for name, part in zip(names, weak, strict=True) if abs(part) > 0.3]
-        raise InputError(
-            f"identify: {' and '.join(mixed) or 'the free numbers'} cannot be told apart by these motions: hold one of them "
-            "fixed, or add records at other drive velocities"
-        )
+        raise Inseparable([name for name, part in zip(names, weak, strict=True) if abs(part) > 0.3])
     return np.asarray(np.linalg.inv(scaled) / np.outer(length, length))
 
 

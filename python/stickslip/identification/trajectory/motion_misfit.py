@@ -174,7 +174,6 @@ class MotionMisfit:
         v = np.asarray(orbit.at(times)[1])
         if not names or why_differences(type(law)) is not None:
             return v, {}
-        found = {}
         try:
             window = (min(times[0], rise), max(times[-1], rise))
             tangent = Tangent(orbit, self._start, (float(window[0]), float(window[1])))
@@ -183,13 +182,9 @@ class MotionMisfit:
         x, speed = (float(part) for part in orbit.at(rise))
         # The clock starts at the rise, which moves too; where there is none it is a fixed time.
         moves = speed != 0 and abs(x - self._mean) < 1e-6 * self.spread
-        for name in names:
-            try:
-                by = tangent.by(name)
-            except InputError:
-                continue
-            found[name] = by(times) - v * (float(by(rise)) / speed if moves else 0.0)
-        return v, found
+        return v, {
+            name: by(times) - v * (float(by(rise)) / speed if moves else 0.0) for name, by in tangent.by(names).items()
+        }
 
     def _clock(self, law: Law, shift: float, count: int) -> tuple[Orbit, float, Array]:
         """An orbit, the rise from which it is counted, and its times that belong to the first `count` samples."""

@@ -55,7 +55,7 @@ def profile_intervals(
             reach, closed, inner, outer = want, False, 0.0, math.inf
             limit = (fit.free.low if sign < 0 else fit.free.high)[j]
             for _ in range(TRIALS):
-                # beyond the outer there is no law, as friction of it would rise from rest to slip, for example
+                # beyond the outer there is no law, as friction of it would rise from rest to slip, or no motion of it
                 reach = reach if reach < outer else 0.5 * (inner + outer)
                 at = unknowns[j] + sign * reach * error
                 if (at - limit) * sign >= 0:
@@ -63,7 +63,7 @@ def profile_intervals(
                 alone = np.arange(unknowns.size) == j
                 along = np.where(alone, 1.0, covariance[:, j] / covariance[j, j])
                 trials = [unknowns + way * (at - unknowns[j]) for way in (along, alone)]
-                lawful = [trial for trial in trials if fit.is_law(trial)]
+                lawful = [trial for trial in trials if fit.moves(trial)]
                 if not lawful:
                     outer = reach
                     continue
@@ -81,7 +81,7 @@ def profile_intervals(
                 at = unknowns[j] + sign * inner * error
             ends.append(at)
             if lawless or (not closed and at == limit):
-                why = "beyond it there is no law" if lawless else "it ends at a limit"
+                why = "beyond it there is no law with a motion" if lawless else "it ends at a limit"
                 open_ends.append(f"The interval of {name} is open {'below' if sign < 0 else 'above'}: {why}.")
         rows.append(ends)
     progress("profiles", fit.count, fit.count)

@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.files.notebook import waiting_by_stage
+from stickslip.identification.estimator.uncertainty import Inseparable
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Checkpoint
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
@@ -116,12 +117,33 @@ def fit_trajectories(
     memory = Checkpoint(checkpoint, first, about)
     progress = waiting_by_stage(progress)
     search(shots, first, starts, np.random.default_rng(seed), memory, progress)
-    laid = shots.finish()
-    result = _result(first, shots, laid, [] if why is None else [f"Shot by slips: {why}."])
+    shots, laid, notes = _finished(shots)
+    result = _result(first, shots, laid, [*notes, *([] if why is None else [f"Shot by slips: {why}."])])
     if profile and isinstance(shots, SingleShooting):
         result = _profiled(result, shots, laid, progress)
     memory.remove()
     return result
+
+
+def _finished(
+    shots: SingleShooting | MultipleShooting,
+) -> tuple[SingleShooting | MultipleShooting, Refined, list[str]]:
+    """The search ended, with sentences on numbers that the motions do not tell: after a long search they are held."""
+    notes: list[str] = []
+    while True:
+        try:
+            return shots, shots.finish(), notes
+        except Inseparable as error:
+            if isinstance(shots, MultipleShooting) or len(error.names) < 2:
+                raise
+            name = error.names[-1]
+            at = dict(zip(shots.free.names, shots.free.values(shots.best[1][: shots.count]), strict=True))[name]
+            shots = shots.holding(name)
+            notes.append(
+                f"{' and '.join(error.names)} cannot be told apart by these motions: {name} is held at {at:.4g}, where the "
+                "search ended, and the intervals of the others are for that value; a record at another drive velocity may "
+                "tell them."
+            )
 
 
 def _checked(bounds: Mapping[str, tuple[float, float]], names: Iterable[str]) -> dict[str, tuple[float, float]]:

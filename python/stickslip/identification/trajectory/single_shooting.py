@@ -40,7 +40,10 @@ class SingleShooting:
     """
 
     def __init__(
-        self, misfits: Sequence[MotionMisfit], free: LawParameters, instrument_error: tuple[float, float] = (0.0, 0.0)
+        self,
+        misfits: Sequence[MotionMisfit],
+        free: LawParameters,
+        instrument_error: Sequence[float] | Array = (0.0, 0.0),
     ) -> None:
         self.misfits, self.free, self.instrument_error = list(misfits), free, np.array(instrument_error)
         self.count = len(free.names)
@@ -78,13 +81,9 @@ class SingleShooting:
             return None
         return [np.clip(np.nan_to_num(rest, nan=far), -far, far) / s for rest, far, s in motions]
 
-    def is_law(self, unknowns: Array) -> bool:
-        """Whether there is a law with these numbers."""
-        try:
-            self.free.law(unknowns[: self.count])
-        except InputError:
-            return False
-        return True
+    def moves(self, unknowns: Array) -> bool:
+        """Whether there is a law with these numbers, and its motions go on to the ends of the records."""
+        return self._parts(unknowns, 1.0) is not None
 
     def slopes(self, unknowns: Array, share: float = 1.0) -> Array:
         """Derivatives of the residuals, shape (samples, unknowns).
@@ -215,11 +214,24 @@ class SingleShooting:
         moved = covariance @ scores
         return np.asarray(covariance + moved @ moved.T)
 
+    def holding(self, name: str) -> SingleShooting:
+        """The same at its best, with one number held there."""
+        best, unknowns = self.best
+        free, law = self.free, self.free.law(unknowns[: self.count])
+        names = [other for other in free.names if other != name]
+        ties = {tied: source for tied, source in free.same_as.items() if source != name}
+        within = {key: ends for key, ends in free.within.items() if key != name}
+        held = SingleShooting(self.misfits, LawParameters(law, names, ties, within), self.instrument_error)
+        held.best = (best, np.concatenate([np.zeros(held.count), unknowns[self.count :]]))
+        return held
+
     def finish(self) -> Refined:
         """The best motions with each record weighed by the scatter that is left, and how well the numbers are known.
 
         Raises
         ------
+        Inseparable
+            where two numbers act alike.
         InputError
             where no motion lies near a record.
         """

@@ -41,7 +41,7 @@ def why_differences(kind: type[Law]) -> str | None:
 
 
 class Tangent:
-    """The event sequence of an orbit with knots in a window of time, and what each number of the law does to it there.
+    """The event sequence of an orbit with knots in a window of time, and what numbers of the law do to it there.
 
     Parameters
     ----------
@@ -57,19 +57,19 @@ class Tangent:
         period = system.natural_period
         self._sequence, self._knots, self.times = _with_knots(sequence, window, period / KNOTS, BESIDE * period)
 
-    def by(self, name: str) -> CubicHermiteSpline:
-        """The derivative of x by a number of the law at fixed time, as a function of time inside the window.
+    def by(self, names: Sequence[str]) -> dict[str, CubicHermiteSpline]:
+        """The derivatives of x by numbers of the law at fixed time, as functions of time inside the window.
 
-        Raises
-        ------
-        InputError
-            where the law does not exist on both sides of the number, or the motion beside it takes other events.
+        A number is left out where the law does not exist on both sides of it, or the motion beside takes other events.
         """
-        rates = self._sequence.follow(_pointer(self._pointers[name])).rates[self._knots][:, :, -1]
-        x, v = rates[:, STATE.index("x")], rates[:, STATE.index("v")]
-        if not (np.isfinite(x).all() and np.isfinite(v).all()):
-            raise InputError(f"{name}: the motion beside this one takes other events")
-        return CubicHermiteSpline(self.times, x, v)
+        try:
+            followed = self._sequence.follow(*(_pointer(self._pointers[name]) for name in names))
+        except InputError:
+            # One of them has none: which?
+            return {} if len(names) < 2 else {name: by for one in names for name, by in self.by([one]).items()}
+        x, v = (followed.rates[self._knots, STATE.index(of), -len(names) :] for of in ("x", "v"))
+        smooth = np.all(np.isfinite(x + v), axis=0).tolist()
+        return {name: CubicHermiteSpline(self.times, x[:, j], v[:, j]) for j, name in enumerate(names) if smooth[j]}
 
 
 def _pointer(pointer: Pointer) -> str:

@@ -1,4 +1,4 @@
-//! The derivative of a Taylor expansion: by where it starts, by the clock, by the lines of friction, and by one parameter.
+//! The derivative of a Taylor expansion: by where it starts, by the clock, by the lines of friction, and by parameters.
 //!
 //! With y' = f(y, t, p) the derivative obeys the variational equation δy' = f_y δy + f_t δt + f_p δp, whose coefficients follow
 //! from those of the motion. F′ along the motion is the composition of its own series with that of the slip speed; f_p is a
@@ -39,7 +39,7 @@ impl Linear for Lanes {
     }
 }
 
-/// Directions of differentiation: how the clock, the lines of friction and the parameter move along each, and what becomes of
+/// Directions of differentiation: how the clock and the lines of friction move along each, and what becomes of
 /// the motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent {
@@ -47,8 +47,6 @@ pub(crate) struct Tangent {
     pub(crate) clock: Lanes,
     /// How far offset and slope of the line of friction of each contact move.
     pub(crate) line: Vec<[Lanes; 2]>,
-    /// How far the parameter moves.
-    pub(crate) parameter: Lanes,
     pub(crate) x: Vec<Wide>,
     pub(crate) v: Vec<Wide>,
     /// Of the slip speeds.
@@ -191,7 +189,6 @@ impl Tangent {
         Self {
             clock: Lanes::NOTHING,
             line: vec![[Lanes::NOTHING; 2]; c],
-            parameter: Lanes::NOTHING,
             x: vec![nothing; n],
             v: vec![nothing; n],
             u: vec![nothing; c],
@@ -213,7 +210,7 @@ impl Tangent {
     }
 
     /// Expand along an expanded motion from the coefficients 0 of x and v up to the `order`; `slopes` are F′ of the slipping
-    /// contacts, `given` what the parameter changes while the motion is held.
+    /// contacts, `given` what a parameter changes along its direction while the motion is held.
     pub(crate) fn expand(
         &mut self,
         order: usize,
@@ -221,7 +218,7 @@ impl Tangent {
         motion: &Motion,
         (force_lines, held): (&[ForceLine], &Held),
         slopes: &[Series],
-        given: Option<&Given>,
+        given: &[(usize, &Given)],
     ) {
         let clock = self.clock;
         // What the clock changes in a series that comes from outside: its derivative.
@@ -278,9 +275,9 @@ impl Tangent {
             }
             let drive = |c: usize| later(&motion.drive[c], k + 1).map(|rate| (k + 1) as f64 * rate);
             frame.hold(held, k, drive, &mut self.force, acceleration);
-            if let Some(given) = given {
+            for (along, given) in given {
                 for (a, series) in acceleration.iter_mut().zip(&given.acceleration) {
-                    a.add(series[k], self.parameter);
+                    a[*along] += series[k];
                 }
             }
             for (i, a) in acceleration.iter().enumerate() {
@@ -292,11 +289,11 @@ impl Tangent {
             self.u[c][order] = slip(frame, force_line, c, later(&motion.drive[c], order), |i| {
                 self.v[i][order]
             });
-            if let Some(given) = given {
+            for (along, given) in given {
                 // The law has answered for these in what is given.
                 for k in 0..=order {
-                    self.u[c][k].add(force_line.sign() * given.drive[c][k], self.parameter);
-                    self.force[c][k].add(given.force[c][k], self.parameter);
+                    self.u[c][k][*along] += force_line.sign() * given.drive[c][k];
+                    self.force[c][k][*along] += given.force[c][k];
                 }
             }
         }
