@@ -754,7 +754,9 @@ impl<'a> Judge<'a> {
                     Kind::Release => self.leave(c, event.force.signum(), event.force.abs()),
                     Kind::Crossing => self.leave(c, -mode.direction(), event.force.abs()),
                     Kind::Reversal => self.turned(c, mode, after, sample),
-                    Kind::Hold => Mode::Hold(mode.direction(), mode.direction() * sample.w[c][0]),
+                    Kind::Hold => {
+                        Mode::Hold(mode.direction(), mode.direction() * self.slip_velocity(c, after))
+                    }
                     Kind::Node => mode,
                     Kind::Parting | Kind::Meeting | Kind::Spring => {
                         // No normal force of a problem varies, and no spring bends.
@@ -808,6 +810,10 @@ impl<'a> Judge<'a> {
                         slack,
                     );
                     let direction = if one { pull.signum() } else { after.directions[c] };
+                    // What slip begins with must not be known less well than the state it begins at.
+                    let known = (alone && !bends).then(|| self.held(c, after)).flatten();
+                    let rate = known.map_or(rate, |held| held.force[c][1]);
+                    let limit = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
                     self.modes[c] = self.leave(c, direction, limit);
                 }
                 (Kind::Capture | Kind::Crossing, Mode::Line(..) | Mode::Curve(_)) => {
@@ -890,7 +896,7 @@ impl<'a> Judge<'a> {
                         );
                     }
                     self.modes[c] = if event.kind == Kind::Hold {
-                        Mode::Hold(direction, direction * w)
+                        Mode::Hold(direction, direction * self.slip_velocity(c, after))
                     } else {
                         self.turned(c, mode, after, sample)
                     };
@@ -952,12 +958,13 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// The mode after a turn of the slip acceleration along a line.
+    /// The mode after a turn of the slip acceleration along a line: it begins at the state that was reported, not at one that is
+    /// the same within rounding, which a steep line would make more of.
     fn turned(&self, c: usize, mode: Mode, after: &Mark, sample: &Sample) -> Mode {
         let Mode::Line(direction, line) = mode else {
             return mode;
         };
-        let u = direction * sample.w[c][0];
+        let u = direction * self.slip_velocity(c, after);
         let next = match &self.problem.contacts[c].law.kinetic {
             Kinetic::Paper(paper) => {
                 let rising = line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;

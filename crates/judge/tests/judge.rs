@@ -120,6 +120,31 @@ fn every_law_slips_on_either_engine_as_its_formula_says() {
     }
 }
 
+/// The next branch is laid through the state that is reported at a turn: whether that is right is asked before.
+#[test]
+fn a_wrong_turn_is_found() {
+    let case = json!({
+        "sys": {"mass": 1.0, "stiffness": 1.0, "damping": 0.05, "drive_velocity": 0.3,
+                "law": {"type": "BogaczRyczek", "A": null, "B": [-0.41, 1.33], "C": null, "D": [0.33, 2.4], "l": [3.41, -0.28],
+                        "alpha": 0.04, "beta": 0.01, "phi": -58.0, "psi": 39.0, "eta": 89.0,
+                        "static_friction": {"initial": 1.03, "limit": 0.3, "rate": 0.6, "force_rate_scale": 1.4}}},
+        "x0": -0.7, "v0": 0.1, "t_end": 60.0,
+    });
+    let problem = Problem::read(&case).unwrap();
+    assert_eq!(finding(&case, |_| ()), "");
+    let marks = run(&case, &problem).unwrap().marks;
+    let turns =
+        |mark: &stickslip_judge::report::Mark| mark.events.iter().any(|event| event.kind == Kind::Reversal);
+    let turns: Vec<usize> = (0..marks.len()).filter(|&index| turns(&marks[index])).collect();
+    assert!(turns.len() > 10, "{} turns", turns.len());
+    for index in turns {
+        for part in 0..2 {
+            let what = finding(&case, |report| report.marks[index].state[part] += 2e-11);
+            assert!(!what.is_empty(), "turn {index}, {part}");
+        }
+    }
+}
+
 /// No failure among random documents of one seed.
 fn clean(count: u64, draw: impl Fn(u64) -> Value) {
     let (mut events, mut left) = (0, 0);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::elementary::{product, sin_cos, whole_turns_less};
+use crate::elementary::{add, product, sin_cos, whole_turns_less};
 use crate::error::{Error, finite, not_negative};
 
 /// The most harmonics one oscillator carries; each is a compile-time slot of the closed-form flow.
@@ -51,18 +51,11 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// This time plus `step`, rounded only in the low part (Knuth's two-sum).
+    /// This time plus `step`, rounded only in the low part.
     #[must_use]
     pub fn after(self, step: f64) -> Self {
-        let sum = self.high + step;
-        let shift = sum - self.high;
-        let lost = (self.high - (sum - shift)) + (step - shift);
-        let low = self.low + lost;
-        let high = sum + low;
-        Self {
-            high,
-            low: low - (high - sum),
-        }
+        let (high, low) = add((self.high, self.low), (step, 0.0));
+        Self { high, low }
     }
 
     /// `t` minus this time.

@@ -30,7 +30,8 @@ pub(crate) const fn product(a: f64, b: f64) -> Double {
     (high, ((a1 * b1 - high) + a1 * b2 + a2 * b1) + a2 * b2)
 }
 
-const fn add(a: Double, b: Double) -> Double {
+/// The sum of two unevaluated sums, rounded in its low part alone.
+pub(crate) const fn add(a: Double, b: Double) -> Double {
     let (high, low) = sum(a.0, b.0);
     sum(high, low + (a.1 + b.1))
 }

@@ -84,9 +84,10 @@ trait Motion<const H: usize> {
         0.0
     }
 
-    /// The size of the terms that its rate is the sum of; they may cancel but for rounding.
-    fn terms_of_rate(&self) -> f64 {
-        0.0
+    /// The size of the terms that its rate is the sum of at a sample; they may cancel but for rounding.
+    fn terms_of_rate(&self, sample: &Sample<H>) -> f64 {
+        let [size, sixth, seventh] = sample.bound;
+        size * (seventh / sixth)
     }
 
     /// Its derivatives, two from two of each part.
@@ -175,13 +176,12 @@ impl Guard {
         ]
     }
 
-    /// How large a margin may come from rounding; `rate` is the size of the terms that the rate is the sum of.
-    fn rounding<const H: usize>(&self, sample: &Sample<H>, rate: f64) -> f64 {
-        let [size, sixth, seventh] = sample.bound;
+    /// How large a margin may come from rounding.
+    fn rounding<const H: usize>(&self, sample: &Sample<H>, motion: &impl Motion<H>) -> f64 {
         let terms = if self.order == 0 {
-            size + self.target.abs()
+            sample.bound[0] + self.target.abs()
         } else {
-            (size * (seventh / sixth)).max(rate)
+            motion.terms_of_rate(sample)
         };
         ROUNDING * terms
     }
@@ -300,8 +300,6 @@ struct Search<'a, 'w, M, const H: usize> {
     guards: [Guard; 2],
     /// The end that is met after a turn only: where it is met, a turn was less than rounding.
     behind: Option<Guard>,
-    /// The terms of the rate of the motion.
-    rate: f64,
     work: &'a mut Watched<'w>,
 }
 
@@ -350,12 +348,12 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
             let n = guard.order;
             let bound = left.bound[1 + n].max(right.bound[1 + n]);
             let (from, to) = (guard.margin(left), guard.margin(right));
-            if to[0] <= 0.0 && root != Some(guard.end) && beyond(to, guard.rounding(right, self.rate)) {
+            if to[0] <= 0.0 && root != Some(guard.end) && beyond(to, guard.rounding(right, self.motion)) {
                 return Verdict::Crossed(*guard);
             }
             let low = span.least(from, to, bound);
             if low < 0.0 {
-                if low < -guard.rounding(left, self.rate) {
+                if low < -guard.rounding(left, self.motion) {
                     verdict = Verdict::Doubtful(*guard);
                 } else if matches!(verdict, Verdict::Clear) {
                     verdict = Verdict::Grazed;
@@ -434,7 +432,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
             return None;
         }
         let (rounding, [left_over, slope, curvature]) =
-            (guard.rounding(sample, self.rate), guard.margin(&end));
+            (guard.rounding(sample, self.motion), guard.margin(&end));
         if left_over.is_nan() || left_over.abs().max(guard.remainder(sample, step)) > rounding {
             self.work.fallbacks += 1;
             return None;
@@ -635,7 +633,6 @@ fn first_exit<const H: usize>(
         ends,
         guards,
         behind: None,
-        rate: motion.terms_of_rate(),
         work,
     };
     search.first(start, horizon).filter(|exit| exit.t < horizon)

@@ -199,8 +199,12 @@ pub(crate) struct Loop<'a> {
     contacts: Vec<Contact>,
     force_lines: Vec<ForceLine>,
     held: Held,
+    /// What rounding took of x and v along the steps so far.
+    lost: Vec<[f64; 2]>,
     /// The largest speed so far.
     scale: f64,
+    /// The largest acceleration so far, or that of the largest speed at the rate of the masses.
+    acceleration: f64,
     /// A slip acceleration below this share of the largest one is none where a slip begins without one.
     still: f64,
     steps: Vec<f64>,
@@ -247,7 +251,9 @@ impl<'a> Loop<'a> {
             v: run.v0.clone().unwrap_or_else(|| system.driven_velocities()),
             contacts: vec![still; system.contacts.len()],
             force_lines: Vec::new(),
+            lost: vec![[0.0; 2]; n],
             scale: 0.0,
+            acceleration: 0.0,
             still: STILL,
             steps: Vec::new(),
             events: Vec::new(),
@@ -426,6 +432,7 @@ impl<'a> Loop<'a> {
         }
         // Nothing moves yet: what is pushed will, and what is not has no size.
         self.scale = if scale > 0.0 { scale } else { f64::MIN_POSITIVE };
+        self.acceleration = self.acceleration.max(self.frame.rate * self.scale);
     }
 
     /// The Taylor series from here on; laws that follow the sense of the slip acceleration are told where it jumped.
@@ -439,10 +446,10 @@ impl<'a> Loop<'a> {
             let kept = |c: usize| self.contacts[c].kept;
             self.frame.keep(&self.held, kept, self.clock, &mut self.v);
             self.series();
-            self.scale = self
-                .scale
-                .max(self.motion.size(self.frame.rate, 1) / self.frame.rate);
-            let size = self.frame.rate * self.scale;
+            let rate = self.frame.rate;
+            self.scale = self.scale.max(self.motion.speed(&self.frame, &self.force_lines));
+            self.acceleration = self.acceleration.max(self.motion.size(rate, 1));
+            let size = self.acceleration;
             // A start that has no slope is expanded without one: what follows may be less than what rounding makes of it.
             for (c, contact) in self.contacts.iter_mut().enumerate() {
                 if contact.direction != 0.0 && contact.between.is_none() && !contact.apart {
@@ -553,7 +560,7 @@ impl<'a> Loop<'a> {
     }
 
     fn advance(&mut self, h: f64) {
-        self.motion.state(h, &mut self.x, &mut self.v);
+        self.motion.advance(h, &mut self.x, &mut self.v, &mut self.lost);
         self.clock = self.clock.after(h);
         self.still = STILL;
     }

@@ -119,6 +119,13 @@ pub fn at(series: &Series, h: f64) -> f64 {
     series.iter().rev().fold(0.0, |sum, term| sum * h + term)
 }
 
+/// By how much the polynomial is more at `h` than at 0.
+#[inline]
+#[must_use]
+pub fn gain(series: &Series, h: f64) -> f64 {
+    h * series[1..].iter().rev().fold(0.0, |sum, term| sum * h + term)
+}
+
 /// The polynomial and its derivative at `h`.
 #[inline]
 #[must_use]

@@ -160,6 +160,21 @@ fn one_mass_agrees_with_the_closed_form() {
 }
 
 /// The paper's law with f_s(0) the same at every force rate: its motions are steady or repeat, so no rounding grows.
+/// Heavy damping takes 25,000 Taylor steps along a motion that hardly moves: position and speed add up without a rounding each.
+#[test]
+fn many_short_steps_lose_no_digits() {
+    let oscillator = Oscillator {
+        mass: 1.0,
+        stiffness: 1.0,
+        damping: 1000.0,
+        drive_velocity: 0.3,
+        law: Coulomb { kinetic: 0.6 }.into(),
+        forcing: vec![],
+    };
+    let worst = difference(&oscillator, -1.7, Some(0.0));
+    assert!(worst < 2e-15, "{worst:.1e}");
+}
+
 fn with_one_static_friction() -> BogaczRyczek {
     let mut law = BogaczRyczek::default();
     law.static_friction.initial = 1.084;

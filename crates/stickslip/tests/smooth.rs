@@ -104,6 +104,54 @@ fn a_start_beyond_the_limit_by_roundings_leaves_and_its_orbit_does_too() {
     }
 }
 
+/// Slip begins far up the cube of friction, which changes the speed at once: its acceleration over the natural frequency, which a
+/// weak spring makes small, is no speed that any motion has, and not what its digits count against. Unforced slip, crossings
+/// and captures from the same equation in 40 digits (Taylor series of order 40).
+#[test]
+fn steep_friction_at_the_start_takes_no_digits_from_what_follows() {
+    let check = |[m, k, s]: [f64; 3], law: Cubic, [x0, v0]: [f64; 2], times: &[f64]| {
+        let mut system = belt(law, 0.0, s);
+        (system.mass, system.stiffness) = (vec![vec![m]], vec![vec![k]]);
+        let run = Run {
+            x0: Some(vec![x0]),
+            v0: Some(vec![v0]),
+            ..Run::driven(60.0)
+        };
+        let orbit = simulate(&system, run).unwrap();
+        for (event, &t) in orbit.events.iter().zip(times) {
+            assert!((event.t - t).abs() < 1e-13 * t.max(10.0), "{} for {t}", event.t);
+        }
+    };
+    check(
+        [
+            0.502_627_286_474_174_5,
+            4.450_968_601_046_775e-7,
+            -12.622_681_641_085_55,
+        ],
+        Cubic {
+            at_rest: 0.851_386_818_005_526,
+            linear: 0.862_626_305_039_009_7,
+            cubic: 0.798_123_386_850_963,
+        },
+        [-1.674_923_287_700_966_3, -1.546_520_330_264_058],
+        &[1.184_727_651_847_211_5],
+    );
+    check(
+        [
+            2.770_598_350_112_575_5,
+            0.000_404_711_861_966_379_9,
+            34.577_461_927_788_03,
+        ],
+        Cubic {
+            at_rest: 0.268_806_638_197_808_5,
+            linear: 0.462_624_395_912_226_1,
+            cubic: 2.183_622_576_700_131_4,
+        },
+        [-1_834.604_544_650_802_2, -16.837_988_019_719_63],
+        &[2.974_516_929_610_86, 50.591_038_669_148_45],
+    );
+}
+
 #[test]
 fn s5_leine1998() {
     let law = Rational {

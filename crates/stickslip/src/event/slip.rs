@@ -68,14 +68,13 @@ fn is_end<const H: usize>(
             target: 0.0,
         },
     };
-    let (rate, first) = (speed.terms_of_rate(), speed.at(0.0));
     // Rounding of the start grows as the motion does.
-    let grown = guard.rounding(&first, rate) * slip.decay.growth(arrival.t);
+    let grown = guard.rounding(&speed.at(0.0), &speed) * slip.decay.growth(arrival.t);
     certified(arrival.t, BESIDE / speed.fastest, |t| {
         let sample = speed.at(t);
         [
             guard.margin(&sample)[0],
-            ANEW * (guard.rounding(&sample, rate) + grown),
+            ANEW * (guard.rounding(&sample, &speed) + grown),
         ]
     })
 }
@@ -270,12 +269,22 @@ impl<const H: usize> Motion<H> for Speed<H> {
     }
 
     /// The slip acceleration is what springs, damping, friction and forcing leave of each other: near steady slip, rounding.
-    fn terms_of_rate(&self) -> f64 {
+    fn terms_of_rate(&self, sample: &Sample<H>) -> f64 {
+        let (decay, [value, rate]) = (&self.slip.decay, sample.free);
         let (spring, damper) = (
             self.natural * self.slip.x.constant,
-            2.0 * self.slip.decay.gamma * self.u.constant,
+            2.0 * decay.gamma * self.u.constant,
         );
-        spring.abs() + damper.abs()
+        let free = decay.amplitudes(value, rate).into_iter().zip(decay.exponents());
+        let waves = self.u.p.iter().zip(&self.u.q).zip(&self.slip.frequency);
+        spring.abs()
+            + damper.abs()
+            + free
+                .map(|(amplitude, exponent)| amplitude * exponent)
+                .sum::<f64>()
+            + waves
+                .map(|((p, q), frequency)| (p.abs() + q.abs()) * frequency)
+                .sum::<f64>()
     }
 
     fn derivatives(&self, sample: &Sample<H>) -> [f64; DEGREE + 1] {

@@ -9,11 +9,13 @@
 pub(crate) mod tangent;
 
 use crate::drive::Clock;
-use crate::elementary::power;
+use crate::elementary::{add, power};
 use crate::law::{Friction, Law, Piece};
 use crate::matrix::{Matrix, Rows, filled};
 use crate::normal_force::NormalForce;
-use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, product, slope_at};
+use crate::series::{
+    Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, gain, product, slope_at,
+};
 use crate::spring::Spring;
 use crate::system::{Drive, System, add_wave};
 use tangent::Linear;
@@ -650,12 +652,13 @@ impl Motion {
         })
     }
 
-    /// How far the polynomials are good to rounding, for a motion of size `scale`.
-    pub(crate) fn reach(&self, frame: &Frame, force_lines: &[ForceLine], scale: f64) -> f64 {
+    /// L of the motion at the start, friction included.
+    fn pace(&self, frame: &Frame, force_lines: &[ForceLine]) -> f64 {
         let mut rate = frame.rate;
         for (c, force_line) in force_lines.iter().enumerate() {
             if force_line.slips() {
-                rate += force_line.slope.abs() * frame.coupling(c, c) * self.pressure(frame, c);
+                rate +=
+                    self.slope(frame, c, force_line).abs() * frame.coupling(c, c) * self.pressure(frame, c);
                 if let Some(normal) = &frame.normals[c] {
                     let varies = normal.position.abs() / frame.rate + normal.velocity.abs();
                     rate += varies * self.friction[c][0].abs() * frame.coupling(c, c);
@@ -666,6 +669,33 @@ impl Motion {
             let slope = 3.0 * spring.cubic.abs() * self.displacement[s][0] * self.displacement[s][0];
             rate += (slope * frame.inverse.at(spring.mass, spring.mass)).sqrt();
         }
+        rate
+    }
+
+    /// The slope of friction over the slip speed at the start, under the normal force of the law.
+    fn slope(&self, frame: &Frame, c: usize, force_line: &ForceLine) -> f64 {
+        if !frame.is_smooth(c, force_line.direction) {
+            return force_line.slope;
+        }
+        let along = if frame.normals[c].is_some() {
+            &self.friction[c]
+        } else {
+            &self.force[c]
+        };
+        let slope = along[1] / self.u[c][1];
+        // Where the slip speed stays what it is, nothing is made of it.
+        if slope.is_finite() { slope } else { 0.0 }
+    }
+
+    /// The speed at the start, or that which the acceleration gives before friction and springs have taken it away.
+    pub(crate) fn speed(&self, frame: &Frame, force_lines: &[ForceLine]) -> f64 {
+        let pace = self.pace(frame, force_lines);
+        self.size(pace, 1) / pace
+    }
+
+    /// How far the polynomials are good to rounding, for a motion of size `scale`.
+    pub(crate) fn reach(&self, frame: &Frame, force_lines: &[ForceLine], scale: f64) -> f64 {
+        let mut rate = self.pace(frame, force_lines);
         let bound = NEGLIGIBLE * scale;
         let reach = |k: usize| {
             #[expect(
@@ -790,11 +820,11 @@ impl Motion {
         }
     }
 
-    /// Positions and velocities at `h`.
-    pub(crate) fn state(&self, h: f64, x: &mut [f64], v: &mut [f64]) {
-        for i in 0..x.len() {
-            x[i] = at(&self.x[i], h);
-            v[i] = at(&self.v[i], h);
+    /// Move positions and velocities on by `h`, and what rounding took of both: many short steps add up to what one long step is.
+    pub(crate) fn advance(&self, h: f64, x: &mut [f64], v: &mut [f64], lost: &mut [[f64; 2]]) {
+        for (i, [of_x, of_v]) in lost.iter_mut().enumerate() {
+            (x[i], *of_x) = add((x[i], *of_x), (gain(&self.x[i], h), 0.0));
+            (v[i], *of_v) = add((v[i], *of_v), (gain(&self.v[i], h), 0.0));
         }
     }
 }

@@ -174,7 +174,7 @@ impl Loop<'_> {
             kinetic: &kinetic,
             required,
             drives: self.motion.drives(),
-            still: self.still * self.frame.rate * self.scale,
+            still: self.still * self.acceleration,
             released: passage.released.map(|(c, force)| (row_of(c), force.signum())),
             returned: passage.returned.map(row_of),
         };
@@ -203,8 +203,7 @@ impl Loop<'_> {
                 .toward(direction)
                 .leave(toward(of_law[row], direction), &mut contact.memory);
             // Adhesion that broke at the force slip starts with, within rounding: the slip velocity leaves zero with no slope.
-            let rounding =
-                ROUNDING * (static_limit + self.frame.rate * self.scale / self.frame.coupling(c, c));
+            let rounding = ROUNDING * (static_limit + self.acceleration / self.frame.coupling(c, c));
             contact.at_reversal = toward(kinetic[row], direction) >= static_limit - rounding;
             if is_new(c) {
                 self.tell(Kind::Crossing, c, was);

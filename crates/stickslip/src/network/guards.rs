@@ -42,7 +42,7 @@ impl Loop<'_> {
                     continue;
                 }
                 let rested = self.rested(c);
-                let still = STILL * self.frame.rate * self.scale / self.frame.coupling(c, c);
+                let still = STILL * self.acceleration / self.frame.coupling(c, c);
                 match end_of_adhesion(
                     self.laws[c],
                     (&self.motion.force[c], normal),
@@ -60,7 +60,7 @@ impl Loop<'_> {
                 continue;
             }
             if let Some([falling, rising]) = contact.between {
-                let rounding = ROUNDING * rising + self.frame.rate * rounding / self.frame.coupling(c, c);
+                let rounding = ROUNDING * (rising + self.acceleration / self.frame.coupling(c, c));
                 for (end, sign, bound) in [(End::Low, 1.0, -falling), (End::High, -1.0, rising)] {
                     let mut guard = self.motion.force[c].map(|term| sign * contact.direction * term);
                     guard[0] += bound;
@@ -95,8 +95,8 @@ impl Loop<'_> {
                 if contact.at_reversal {
                     guard[0] = 0.0;
                 }
-                let rounding = self.frame.rate * rounding;
-                if guard[0].abs() <= rounding {
+                let rounding = ROUNDING * self.acceleration;
+                if guard[0].abs() <= rounding && guard[1] * reach <= rounding {
                     // Beneath rounding a slip acceleration has no sense: it turns where it is more than that.
                     guard[0] += 2.0 * rounding;
                 }

@@ -340,7 +340,7 @@ impl<'a> Course<'a> {
         let sizes = x.iter().map(|x| rate * x.abs()).chain(v.iter().map(|v| v.abs()));
         let scale = sizes
             .fold(self.frame.push, f64::max)
-            .max(motion.size(rate, 1) / rate)
+            .max(motion.speed(&self.frame, force_lines))
             .max(f64::MIN_POSITIVE);
         let step = motion.reach(&self.frame, force_lines, scale);
         // The series of a motion that stands still is good for ever.
