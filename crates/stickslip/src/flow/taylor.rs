@@ -374,8 +374,6 @@ pub(crate) struct Motion {
     pressed: Vec<Series>,
     input: Vec<Series>,
     grown: Vec<Grown>,
-    /// Of every mass the coefficients of x and v that come next: side by side, as neighbours need them.
-    now: Vec<[f64; 2]>,
     acceleration: Vec<f64>,
     wanted: Vec<f64>,
 }
@@ -398,7 +396,6 @@ impl Motion {
             pressed: vec![ZERO; c],
             input: vec![ZERO; n],
             grown: vec![Grown::default(); c],
-            now: vec![[0.0; 2]; n],
             acceleration: vec![0.0; n],
             wanted: vec![0.0; c],
         }
@@ -446,9 +443,7 @@ impl Motion {
 
     /// Coefficient k of the normal force of a contact, where that varies, along positions and velocities.
     fn press(&mut self, frame: &Frame, c: usize, k: usize) {
-        if frame.normals[c].is_some() {
-            self.normal[c][k] = self.pressed_along(frame, c, k, (&self.x, &self.v));
-        }
+        self.normal[c][k] = self.pressed_along(frame, c, k, (&self.x, &self.v));
     }
 
     fn pressed_along(&self, frame: &Frame, c: usize, k: usize, (x, v): (&[Series], &[Series])) -> f64 {
@@ -460,16 +455,12 @@ impl Motion {
 
     /// Coefficients k of the accelerations without any friction, from those of x and v.
     fn free(&mut self, frame: &Frame, k: usize) {
-        for (now, (x, v)) in self.now.iter_mut().zip(self.x.iter().zip(&self.v)) {
-            *now = [x[k], v[k]];
-        }
-        for (i, (sum, input)) in self.acceleration.iter_mut().zip(&self.input).enumerate() {
-            let mut free = input[k];
+        for i in 0..frame.masses {
+            let mut sum = self.input[i][k];
             for &(j, [spring, damper]) in frame.near.row(i) {
-                let [x, v] = self.now[j];
-                free -= spring * x + damper * v;
+                sum -= spring * self.x[j][k] + damper * self.v[j][k];
             }
-            *sum = free;
+            self.acceleration[i] = sum;
         }
         for (s, spring) in frame.springs.iter().enumerate() {
             let at = spring.other.map_or(0.0, |other| self.x[other][k]);
@@ -526,13 +517,15 @@ impl Motion {
         for k in 0..ORDER {
             self.free(frame, k);
             for (c, force_line) in force_lines.iter().enumerate() {
-                let w = self.drive[c][k] - frame.across(c, |i| self.now[i][1]);
-                self.u[c][k] = force_line.sign() * w;
+                let w = self.drive[c][k] - frame.across(c, |i| self.v[i][k]);
                 self.press(frame, c, k);
+                if force_line.apart() {
+                    (self.u[c][k], self.force[c][k]) = (force_line.sign() * w, 0.0);
+                    continue;
+                }
                 if !force_line.slips() {
-                    if force_line.apart() {
-                        self.force[c][k] = 0.0;
-                    } else if force_line.offset != 0.0 {
+                    self.u[c][k] = force_line.sign() * w;
+                    if force_line.offset != 0.0 {
                         self.force[c][k] = if k == 0 { force_line.offset } else { 0.0 };
                         if k == 0 {
                             frame.push(c, force_line.offset, &mut self.acceleration);
@@ -540,6 +533,7 @@ impl Motion {
                     }
                     continue;
                 }
+                self.u[c][k] = force_line.direction * w;
                 let law = frame.is_smooth(c, force_line.direction).then_some(laws[c]);
                 let mut size = force_line.size(law, &self.u[c], k, &mut self.grown[c]);
                 if frame.normals[c].is_some() {
@@ -576,10 +570,9 @@ impl Motion {
                 }
             }
             let share = INVERSE[k + 1];
-            let next = self.now.iter().zip(&self.acceleration);
-            for ((x, v), ([_, rate], acceleration)) in self.x.iter_mut().zip(&mut self.v).zip(next) {
-                x[k + 1] = rate * share;
-                v[k + 1] = acceleration * share;
+            for i in 0..frame.masses {
+                self.x[i][k + 1] = self.v[i][k] * share;
+                self.v[i][k + 1] = self.acceleration[i] * share;
             }
         }
         for (c, force_line) in force_lines.iter().enumerate() {
