@@ -9,6 +9,7 @@ import stickslip as ss
 from stickslip.identification import identify
 from stickslip.identification.coverage import CASES, Case
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
+from stickslip.identification.kinetic.displacement_error import DisplacementError, without
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import read_records
 from stickslip.laws.numbers import value, with_values
@@ -38,6 +39,35 @@ def test_the_true_law_leaves_white_noise_of_the_gauge(case):
     # A law that is wrong by a tenth at w = 0 shows.
     name = "nodes[0].force" if "nodes" in case.law.to_dict() else "rising[0].force"
     assert correlation_time(motion.misfit(with_values(case.law, {name: 0.9}))) > 4
+
+
+@pytest.mark.parametrize("prior", [[np.inf, np.inf], [np.inf, np.inf, 0.3]], ids=["free", "one bounded"])
+def test_stretches_at_once_are_what_each_is_alone(prior):
+    random = np.random.default_rng(5)
+    lengths, prior = (12, 40, 25), np.array(prior)
+    latent = DisplacementError(step=0.05, mass=1.0, damping=0.1, stiffness=1.0)
+    difference, slope, carried, measured = random.normal(size=(4, sum(lengths)))
+    measured[[3, 30, 60]] = np.nan
+    carried = carried if prior.size == 3 else None
+    parts = []
+    for part in np.split(np.arange(sum(lengths)), np.cumsum(lengths)[:-1]):
+        found, free = latent.solve(difference[part], slope[part], None if carried is None else carried[part])
+        # By the orthonormal basis of numpy, with a row for what is known of the bounded motion beforehand.
+        bound = np.eye(prior.size)[np.isfinite(prior)] / prior
+        rest = np.append(measured[part] + found, np.zeros(len(bound)))
+        known = np.isfinite(rest)
+        basis = np.linalg.qr(np.concatenate([free, bound])[known])[0]
+        rest[~known] = 0.0
+        rest[known] -= basis @ (basis.T @ rest[known])
+        parts.append(rest)
+    found, free = latent.solve(difference, slope, carried, lengths)
+    assert without(free, measured + found, prior, lengths) == pytest.approx(np.concatenate(parts), abs=1e-12)
+
+
+def test_a_motion_that_another_makes_up_explains_nothing_more():
+    line = np.arange(6.0)
+    rest = without(np.stack([line, 2 * line], axis=1), line**2, np.full(2, np.inf))
+    assert rest == pytest.approx(line**2 - line * (line**3).sum() / (line**2).sum(), abs=1e-12)
 
 
 @pytest.mark.slow

@@ -179,7 +179,7 @@ pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
         while let Some(event) = events.next_if(|event| event.t == first.t) {
             group.events.push(Event {
                 kind: event.kind,
-                contact: event.contact,
+                contact: event.contact as usize,
                 force: event.force,
                 stick_time: event.stick_time,
                 force_rate: event.force_rate,

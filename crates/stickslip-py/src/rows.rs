@@ -108,7 +108,7 @@ impl Row<8> for orbit::Segment {
 impl Row<8> for orbit::Event {
     fn row(&self) -> [f64; 8] {
         let kind = f64::from(self.kind as u8);
-        let contact = self.contact as f64;
+        let contact = f64::from(self.contact);
         [
             self.t,
             kind,
@@ -125,7 +125,7 @@ impl Row<8> for orbit::Event {
         Some(Self {
             t,
             kind: *Kind::ALL.get(index(kind))?,
-            contact: index(contact),
+            contact: u32::try_from(index(contact)).ok()?,
             x,
             v,
             force,

@@ -242,7 +242,7 @@ pub(crate) fn orbit(desk: &mut Desk) -> Result<Value, String> {
         }
         Orbit::Taylor(orbit) => {
             for event in &orbit.events {
-                let contact = event.contact as f64;
+                let contact = f64::from(event.contact);
                 out.extend([event.t, kind(event.kind), contact, event.x, event.v, event.force]);
                 out.extend([event.stick_time, event.force_rate]);
             }

@@ -600,12 +600,13 @@ impl<'a> Loop<'a> {
         self.tell_of(kind, contact, self.mass_of[contact], force);
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "the number of a contact")]
     fn tell_of(&mut self, kind: Kind, contact: usize, mass: usize, force: f64) {
         self.work.events += 1;
         self.events.push(Event {
             t: self.clock.high,
             kind,
-            contact,
+            contact: contact as u32,
             x: self.x[mass],
             v: self.v[mass],
             force,

@@ -18,7 +18,7 @@ pub struct Event {
     /// What happened.
     pub kind: Kind,
     /// At which contact.
-    pub contact: usize,
+    pub contact: u32,
     /// Position of its mass.
     pub x: f64,
     /// Velocity of its mass.
@@ -205,13 +205,24 @@ pub struct Orbit {
     pub work: Work,
 }
 
+/// Rows up to which room is made for four times as many: to double it each time copies every row once more.
+const FEW: usize = 1024;
+
+#[inline]
+fn push<T>(rows: &mut Vec<T>, row: T) {
+    if rows.len() == rows.capacity() {
+        rows.reserve(3 * rows.len().clamp(1, FEW));
+    }
+    rows.push(row);
+}
+
 impl Record for Orbit {
     fn segment(&mut self, segment: Segment) {
-        self.segments.push(segment);
+        push(&mut self.segments, segment);
     }
 
     fn event(&mut self, event: Event) {
-        self.events.push(event);
+        push(&mut self.events, event);
     }
 
     fn full(&self) -> bool {

@@ -282,7 +282,7 @@ impl Passing {
 
     /// Whether the section has a point at an event of the contact.
     pub(crate) fn takes(&self, contact: usize, event: &Event) -> bool {
-        matches!(self, Self::Event(kind) if *kind == event.kind) && event.contact == contact
+        matches!(self, Self::Event(kind) if *kind == event.kind) && event.contact as usize == contact
     }
 }
 

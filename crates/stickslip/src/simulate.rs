@@ -230,8 +230,11 @@ pub(crate) fn next_event(
         let mut state = Loop::<H>::new(oscillator, run, hybrid.clock);
         state.memory = hybrid.memory;
         let horizon = state.clock.until(run.t_end);
-        let mode = state.end_of(&hybrid.mode, horizon, record).ok()?.ok()??;
-        Some((state.x, state.v, state.hybrid(mode)))
+        let mut mode = hybrid.mode;
+        match state.end_of(&mut mode, horizon, record) {
+            Ok(Passed::Event) => Some((state.x, state.v, state.hybrid(mode))),
+            _ => None,
+        }
     }
     let run = Run {
         x0: x,
@@ -258,6 +261,17 @@ pub(crate) fn lost(state: &[f64]) -> Option<Stop> {
         let far = state.iter().any(|number| number.abs() >= HUGE);
         far.then_some(Stop::Diverged)
     }
+}
+
+/// How far a run came in one mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Passed {
+    /// To its end: an event.
+    Event,
+    /// To where it was to go, or where it was stopped.
+    Horizon,
+    /// It cannot go on.
+    Stop(Stop),
 }
 
 /// So many pieces, between which a motion goes to and fro, are not worked out anew.
@@ -325,13 +339,14 @@ impl<'a, const H: usize> Loop<'a, H> {
 
     fn go_from(mut self, mut mode: Mode, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
         let short = 1e-6 * (self.frame.mass / self.frame.stiffness).sqrt();
-        let mut mark = self.clock;
+        let (mut mark, mut asked) = (self.clock, self.work.events);
         loop {
             record.segment(Segment::new(self.clock, self.x, self.v, &mode));
             if !(self.x.abs() < HUGE && self.v.abs() < HUGE) {
                 return Ok((lost(&[self.x, self.v]).unwrap_or(Stop::Diverged), self.work));
             }
-            if self.work.events.is_multiple_of(ASKED) {
+            if self.work.events >= asked {
+                asked = self.work.events + ASKED;
                 if self.work.events > 0 && mark.until(self.clock.high) < short {
                     return Ok((Stop::Accumulation, self.work));
                 }
@@ -344,11 +359,11 @@ impl<'a, const H: usize> Loop<'a, H> {
                 }
             }
             let horizon = self.clock.until(run.t_end);
-            let next = match self.end_of(&mode, horizon, record)? {
-                Ok(next) => next,
-                Err(stop) => return Ok((stop, self.work)),
-            };
-            let Some(next) = next else {
+            let passed = self.end_of(&mut mode, horizon, record)?;
+            if let Passed::Stop(stop) = passed {
+                return Ok((stop, self.work));
+            }
+            if passed == Passed::Horizon {
                 let segment = Segment::new(self.clock, self.x, self.v, &mode);
                 let reached = self.stopped.unwrap_or(horizon);
                 let state = segment.state(&self.frame, reached);
@@ -366,8 +381,7 @@ impl<'a, const H: usize> Loop<'a, H> {
                 }
                 record.arrived(HybridState::inside(self.clock, horizon, mode, self.memory));
                 return Ok((Stop::End, self.work));
-            };
-            mode = next;
+            }
             self.work.events += 1;
             if self.work.events >= run.max_events {
                 return Ok((Stop::MaxEvents, self.work));
@@ -375,45 +389,50 @@ impl<'a, const H: usize> Loop<'a, H> {
         }
     }
 
-    /// The mode after the present one, if it ends within `horizon`; or why the motion cannot go on.
-    fn end_of(
-        &mut self,
-        mode: &Mode,
-        horizon: f64,
-        record: &mut impl Record,
-    ) -> Result<Result<Option<Mode>, Stop>, Error> {
-        let next = match *mode {
-            Mode::Stick => self.stick(horizon, record),
+    /// Go to the end of the mode, if it ends within `horizon`: then it is the next one.
+    #[inline]
+    fn end_of(&mut self, mode: &mut Mode, horizon: f64, record: &mut impl Record) -> Result<Passed, Error> {
+        // Each mode writes the next one where it is kept: it is too large to be handed on.
+        match *mode {
+            Mode::Stick => match self.stick(horizon, record) {
+                Some(next) => *mode = next,
+                None => return Ok(Passed::Horizon),
+            },
             Mode::Slip {
                 direction,
                 piece,
                 start,
             } => {
-                let slip = self.slip(direction, &piece)?;
+                self.respond(&piece)?;
+                let slip = self.slip(direction, &piece);
                 if !slip.is_finite() {
-                    return Ok(Err(Stop::NotANumber));
+                    return Ok(Passed::Stop(Stop::NotANumber));
                 }
                 let drive_velocity = self.frame.drive_velocity;
                 let arrival = self.search(record, |work| {
                     end_of_slip(&slip, direction, drive_velocity, &piece, start, horizon, work)
                 });
-                if arrival.is_some_and(|Arrival { t, x, v, .. }| (t + x + v).is_nan()) {
-                    return Ok(Err(Stop::NotANumber));
+                let Some(Arrival { t, end, x, v }) = arrival else {
+                    return Ok(Passed::Horizon);
+                };
+                if (t + x + v).is_nan() {
+                    return Ok(Passed::Stop(Stop::NotANumber));
                 }
-                arrival.map(|arrival| {
-                    (self.x, self.v) = (arrival.x, arrival.v);
-                    self.wait(arrival.t);
-                    self.slipped(direction, &piece, arrival.end, record)
-                })
+                (self.x, self.v) = (x, v);
+                self.wait(t);
+                *mode = self.slipped(direction, &piece, end, record);
             }
             Mode::Hold {
                 direction,
                 u,
                 between,
                 start,
-            } => self.hold(direction, u, between, start, horizon, record),
-        };
-        Ok(Ok(next))
+            } => match self.hold(direction, u, between, start, horizon, record) {
+                Some(next) => *mode = next,
+                None => return Ok(Passed::Horizon),
+            },
+        }
+        Ok(Passed::Event)
     }
 
     /// Adhesion from the present state.
@@ -431,7 +450,9 @@ impl<'a, const H: usize> Loop<'a, H> {
         let mut go_on = || record.go_on();
         let mut watched = Watched::new(&mut self.work, &mut go_on);
         let found = find(&mut watched);
-        self.stopped = watched.stopped;
+        if watched.stopped.is_some() {
+            self.stopped = watched.stopped;
+        }
         found
     }
 
@@ -440,14 +461,22 @@ impl<'a, const H: usize> Loop<'a, H> {
         self.forces = self.frame.forces(self.clock);
     }
 
-    /// Slip from the present state.
-    fn slip(&mut self, direction: f64, piece: &Piece) -> Result<Slip<H>, Error> {
+    /// Work out how the oscillator answers along a piece of friction, if that is not kept.
+    #[inline]
+    fn respond(&mut self, piece: &Piece) -> Result<(), Error> {
         let response = &mut self.responses[piece.branch as usize % KEPT];
         if response.slope != piece.slope {
             self.frame.bounded(piece.slope)?;
             *response = self.frame.response(piece.slope);
         }
-        Ok(response.from(&self.frame, &self.forces, (self.x, self.v), direction, piece))
+        Ok(())
+    }
+
+    /// Slip from the present state along a piece of which the response is kept.
+    #[inline]
+    fn slip(&self, direction: f64, piece: &Piece) -> Slip<H> {
+        let response = &self.responses[piece.branch as usize % KEPT];
+        response.from(&self.frame, &self.forces, (self.x, self.v), direction, piece)
     }
 
     /// Adhesion until it breaks; the mode after that.

@@ -331,7 +331,7 @@ impl Observer for Watch<'_> {
     }
 
     fn event(&mut self, event: &Event) {
-        if event.contact == self.contact {
+        if event.contact as usize == self.contact {
             self.sticks |= matches!(event.kind, Kind::Release | Kind::Capture);
         }
         if self.passing.takes(self.contact, event) {

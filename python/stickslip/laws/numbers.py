@@ -29,7 +29,7 @@ def pointers(law: Law) -> dict[str, Pointer]:
     >>> list(pointers(PiecewiseLinear(nodes=[(0, 1), (1, 0.5)], break_away=1)))[:3]
     ['nodes[0].slip_velocity', 'nodes[0].force', 'nodes[1].slip_velocity']
     """
-    return {name: pointer for name, (pointer, _) in _numbers(law).items()}
+    return {name: pointer for name, (pointer, _) in _numbers(law, law.to_dict()).items()}
 
 
 def numbers(law: Law) -> dict[str, Number]:
@@ -39,17 +39,17 @@ def numbers(law: Law) -> dict[str, Number]:
     >>> numbers(BogaczRyczek())["static_friction.initial"].low
     0.0
     """
-    return {name: number for name, (_, number) in _numbers(law).items()}
+    return {name: number for name, (_, number) in _numbers(law, law.to_dict()).items()}
 
 
-def _numbers(law: Law) -> dict[str, tuple[Pointer, Number]]:
+def _numbers(law: Law, document: Mapping[str, Any]) -> dict[str, tuple[Pointer, Number]]:
     found: dict[str, tuple[Pointer, Number]] = {}
-    for key, value in law.to_dict().items():
+    for key, value in document.items():
         if key == "type" or isinstance(value, str) or law.PARAMETERS[key].choices:
             continue
         pair = law.PARAMETERS[key].numbers
         if isinstance(value, dict) and "type" in value:
-            inner = _numbers(getattr(law, key))
+            inner = _numbers(getattr(law, key), value)
             found |= {f"{key}.{name}": ((key, *pointer), number) for name, (pointer, number) in inner.items()}
         elif isinstance(value, dict):
             # What a table inside the law leaves out, such as the scale of the force rate, has a name all the same.
@@ -89,7 +89,8 @@ def value(law: Law, name: str) -> float:
 def maybe(law: Law, name: str) -> float | None:
     """One number of a law, None where it is not set."""
     here: Any = law.to_dict()
-    for key in _pointer(law, name):
+    (pointer,) = _pointers_to(law, here, [name])
+    for key in pointer:
         here = None if isinstance(here, dict) and key not in here else here[key]
     return None if here is None or isinstance(here, str) else float(here)
 
@@ -107,8 +108,8 @@ def with_values(law: Law, values: Mapping[str, float]) -> Law:
     StaticKinetic(break_away=1.0, kinetic=0.5)
     """
     document = law.to_dict()
-    for name, number in values.items():
-        put(document, _pointer(law, name), float(number))
+    for pointer, number in zip(_pointers_to(law, document, values), values.values(), strict=True):
+        put(document, pointer, float(number))
     return type(law).from_dict(document, type(law).__name__)
 
 
@@ -123,18 +124,19 @@ def put(document: Any, pointer: Pointer, number: float) -> None:
 def check_names(law: Law, names: Iterable[str]) -> list[str]:
     """The names, each once and each a number of the law."""
     checked = list(dict.fromkeys(names))
-    for name in checked:
-        _pointer(law, name)
+    _pointers_to(law, law.to_dict(), checked)
     return checked
 
 
-def _pointer(law: Law, name: str) -> Pointer:
-    known = pointers(law)
-    if name not in known:
-        raise InputError(
-            f"{type(law).__name__} has no parameter {name!r}{did_you_mean(name, known)}; it has {', '.join(known)}"
-        )
-    return known[name]
+def _pointers_to(law: Law, document: Mapping[str, Any], names: Iterable[str]) -> list[Pointer]:
+    """Where numbers of a law stand in its document."""
+    known = _numbers(law, document)
+    for name in names:
+        if name not in known:
+            raise InputError(
+                f"{type(law).__name__} has no parameter {name!r}{did_you_mean(name, known)}; it has {', '.join(known)}"
+            )
+    return [known[name][0] for name in names]
 
 
 def units_of(law: Law, force: str = "N", length: str = "m", time: str = "s") -> dict[str, str]:

@@ -159,28 +159,31 @@ fn changing_limit<const H: usize>(
     }
     let [backward, forward] = [-1.0, 1.0].map(|direction| law.toward(direction));
     if std::ptr::eq(backward, forward) {
-        return growing_limit(stick, law, None, horizon, work);
+        return growing_limit::<H, 0>(stick, law, horizon, work);
     }
-    let first = growing_limit(stick, forward, Some(1.0), horizon, work);
-    growing_limit(stick, backward, Some(-1.0), first.unwrap_or(horizon), work).or(first)
+    let first = growing_limit::<H, 1>(stick, forward, horizon, work);
+    growing_limit::<H, -1>(stick, backward, first.unwrap_or(horizon), work).or(first)
 }
 
-/// How far a force has gone to the side on which adhesion is watched, and the sign of that side; none: either.
-fn outward_of(force: f64, side: Option<f64>) -> (f64, f64) {
-    let sign = side.unwrap_or(force.signum());
+/// How far a force has gone to the side on which adhesion is watched, and the sign of that side; 0: either.
+fn outward_of<const SIDE: i32>(force: f64) -> (f64, f64) {
+    let sign = if SIDE == 0 {
+        force.signum()
+    } else {
+        f64::from(SIDE)
+    };
     (sign * force, sign)
 }
 
-/// When adhesion breaks under a limit that changes with the hold, on one `side` or on either.
-fn growing_limit<const H: usize>(
+/// When adhesion breaks under a limit that changes with the hold, on one side or on either.
+fn growing_limit<const H: usize, const SIDE: i32>(
     stick: &Stick<H>,
     law: &Law,
-    side: Option<f64>,
     horizon: f64,
     work: &mut Watched,
 ) -> Option<f64> {
     let mut t = 0.0;
-    let feels_rate = law.feels_force_rate() && H > 0;
+    let feels_rate = H > 0 && law.feels_force_rate();
     let curvature_bound = stick.derivative_bound(2);
     let reach = if H == 0 {
         f64::INFINITY
@@ -200,7 +203,7 @@ fn growing_limit<const H: usize>(
         work.evaluations += 1;
         let (force, rate, curvature) = stick.at(t);
         let static_limit = limit(t, rate);
-        let (size, sign) = outward_of(force, side);
+        let (size, sign) = outward_of::<SIDE>(force);
         let margin = static_limit - size;
         let outward = rate * sign;
         let rounding = stick.rounding(t, static_limit);
@@ -216,7 +219,7 @@ fn growing_limit<const H: usize>(
             continue;
         }
         // As the limit does not fall while the contact rests, its value now, at the worst force rate ahead, is a lower bound.
-        let mut step = margin_time(static_limit, force, rate, curvature_bound, side).min(reach);
+        let mut step = margin_time::<SIDE>(static_limit, force, rate, curvature_bound).min(reach);
         let mut growth = law.growth_bound(t);
         if feels_rate {
             while step > 0.0
@@ -245,14 +248,14 @@ fn growing_limit<const H: usize>(
         }
         if force != 0.0 && growth < outward - curvature_bound * (2.0 * step) {
             // The margin falls from here to twice the step: at most one root, close it.
-            match close(stick, law, side, (t, t + 2.0 * step), work) {
+            match close::<H, SIDE>(stick, law, (t, t + 2.0 * step), work) {
                 Ok(root) => return (root < horizon).then_some(root),
                 Err(free) => step = free - t,
             }
         }
         // However small the step that the bounds allow, only the margin itself says whether adhesion breaks: the force changes
         // by no more than rounding in the least one.
-        let least = margin_time(rounding, 0.0, rate, curvature_bound, side).min(f64::EPSILON * reach);
+        let least = margin_time::<SIDE>(rounding, 0.0, rate, curvature_bound).min(f64::EPSILON * reach);
         t += step.max(least).max(2.0 * f64::EPSILON * t);
         if t >= horizon {
             return None;
@@ -261,17 +264,20 @@ fn growing_limit<const H: usize>(
 }
 
 /// The largest step in which |force + rate τ| + curvature_bound τ²/2 stays within `static_limit`, on one side or on both.
-fn margin_time(static_limit: f64, force: f64, rate: f64, curvature_bound: f64, side: Option<f64>) -> f64 {
+fn margin_time<const SIDE: i32>(static_limit: f64, force: f64, rate: f64, curvature_bound: f64) -> f64 {
     let to = |sign: f64| free_time(static_limit - sign * force, -sign * rate, curvature_bound);
-    side.map_or_else(|| to(1.0).min(to(-1.0)), to)
+    if SIDE == 0 {
+        to(1.0).min(to(-1.0))
+    } else {
+        to(f64::from(SIDE))
+    }
 }
 
 /// The root of the falling margin in (low, high], or `high` where it is still positive there: Halley inside the bracket. A
 /// root is a time at which the margin was evaluated: it is zero within rounding there, or has changed its sign within that of t.
-fn close<const H: usize>(
+fn close<const H: usize, const SIDE: i32>(
     stick: &Stick<H>,
     law: &Law,
-    side: Option<f64>,
     (mut low, high): (f64, f64),
     work: &mut Watched,
 ) -> Result<f64, f64> {
@@ -279,7 +285,7 @@ fn close<const H: usize>(
     let (mut last, mut polished) = (f64::INFINITY, false);
     // From a step this short the next one is below rounding: Halley's error is cubic, Newton's, which it is where the change
     // of the force rate counts, quadratic.
-    let moves = law.feels_force_rate() && H > 0;
+    let moves = H > 0 && law.feels_force_rate();
     let settled = if moves { 1e-9 } else { 1e-5 } * (high - low);
     loop {
         if work.ends(t) {
@@ -291,7 +297,7 @@ fn close<const H: usize>(
             stick_time: t,
             force_rate: rate.abs(),
         });
-        let (size, sign) = outward_of(force, side);
+        let (size, sign) = outward_of::<SIDE>(force);
         let margin = limit.force - size;
         let rounding = stick.rounding(t, limit.force);
         if margin.abs()

@@ -146,9 +146,12 @@ impl<'a, const H: usize> Direct<'a, H> {
             let start = self.slip.start;
             return Some(self.arrive(t, end, start - self.direction * integral(&polynomial, t), target));
         }
-        let (arrival, slope) = self.beside(t, target, end, work)?;
-        let reversed = self.decay.oscillates() && arrival.t * self.decay.omega >= PI;
-        (slope * sense > 0.0 && !reversed).then_some(arrival)
+        let turns = if self.decay.oscillates() {
+            PI
+        } else {
+            f64::INFINITY
+        };
+        self.beside(t, target, end, (sense, turns), work)
     }
 
     /// The other end, after the slip speed turned once at a distance from the first.
@@ -181,12 +184,23 @@ impl<'a, const H: usize> Direct<'a, H> {
         let newton = value / first;
         let second = (slow * slow - 1.0) * share + 2.0 * slow * height;
         turn -= newton / (1.0 - 0.5 * newton * second / first);
-        let (arrival, slope) = self.beside(turn * decay.per_omega, target, end, work)?;
-        (slope * sense < 0.0 && arrival.t * decay.omega < 2.0 * PI).then_some(arrival)
+        self.beside(turn * decay.per_omega, target, end, (-sense, 2.0 * PI), work)
     }
 
-    /// The root beside `t` and the slope there.
-    fn beside(&self, mut t: f64, target: f64, end: End, work: &mut Watched) -> Option<(Arrival, f64)> {
+    /// The root beside `t`, if the motion goes in this sense there and its angle is below `angle`.
+    #[expect(
+        clippy::inline_always,
+        reason = "a fiftieth of what an event costs: every slip goes through here once"
+    )]
+    #[inline(always)]
+    fn beside(
+        &self,
+        mut t: f64,
+        target: f64,
+        end: End,
+        (sense, angle): (f64, f64),
+        work: &mut Watched,
+    ) -> Option<Arrival> {
         let decay = self.decay;
         let fastest = decay.fastest();
         for _ in 0..3 {
@@ -211,30 +225,26 @@ impl<'a, const H: usize> Direct<'a, H> {
             if t + step <= 0.0 {
                 return None;
             }
-            let short = far < NEXT;
-            work.fallbacks += u64::from(short && left.abs() > rounding);
-            if short && left.abs() <= rounding {
+            let (step, slope, travel) = if far < NEXT && left.abs() <= rounding {
                 let travel = step * (value + step * (0.5 * rate + step * (1.0 / 6.0) * curvature));
-                let slope = rate + step * curvature;
-                return Some((
-                    self.arrive(t + step, end, x - self.direction * travel, target),
-                    slope,
-                ));
-            }
-            if far < NEAR {
+                (step, rate + step * curvature, travel)
+            } else {
+                work.fallbacks += u64::from(far < NEXT);
+                if far >= NEAR {
+                    t += step;
+                    continue;
+                }
                 let polynomial: [f64; BESIDE + 1] = coefficients(decay, value, rate);
                 let guess = step;
                 let (step, slope) = root(&polynomial, target, guess, 1e-8 * guess.abs())?;
                 if t + step <= 0.0 || step.abs() > 2.0 * guess.abs() {
                     return None;
                 }
-                let travel = integral(&polynomial, step);
-                return Some((
-                    self.arrive(t + step, end, x - self.direction * travel, target),
-                    slope,
-                ));
-            }
+                (step, slope, integral(&polynomial, step))
+            };
             t += step;
+            return (slope * sense > 0.0 && t * decay.omega < angle)
+                .then(|| self.arrive(t, end, x - self.direction * travel, target));
         }
         None
     }

@@ -50,12 +50,14 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
         }
     }
 
+    #[inline]
     fn basis(&mut self, t: f64) -> Basis<H> {
         self.work.evaluations += 1;
         self.slip.basis(t)
     }
 
     /// The state a step `h` from where `basis` was taken; for a step so short that its fourth power is below rounding.
+    #[inline]
     fn arrive(&self, t: f64, basis: &Basis<H>, h: f64, end: End) -> Arrival {
         let (x, v) = (self.slip.position(t, basis), self.slip.v.at(basis));
         let (a, jerk) = (

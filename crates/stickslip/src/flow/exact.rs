@@ -18,6 +18,8 @@ pub struct Decay {
     pub(crate) per_omega: f64,
     /// k/m.
     pub(crate) natural_squared: f64,
+    separates: bool,
+    steep: bool,
 }
 
 /// Below this ratio of ω to γ the two exponents count as one.
@@ -39,6 +41,8 @@ impl Decay {
             omega,
             per_omega: 1.0 / omega,
             natural_squared,
+            separates: kappa > 0.0 && omega > SEPARATE * gamma.abs(),
+            steep: kappa > 1e2 * natural_squared,
         }
     }
 
@@ -55,7 +59,7 @@ impl Decay {
 
     /// Whether it is so heavily damped that the position follows from the slip speed with a digit less.
     pub(crate) fn steep(&self) -> bool {
-        self.kappa > 1e2 * self.natural_squared
+        self.steep
     }
 
     /// No exponent of the free motion is larger in size.
@@ -116,7 +120,7 @@ impl Decay {
     /// of e^{−γτ} (a C + b S) would be a small difference of large terms.
     #[inline]
     pub(crate) fn separates(&self) -> bool {
-        self.kappa > 0.0 && self.omega > SEPARATE * self.gamma.abs()
+        self.separates
     }
 
     /// The two functions a free motion is made of, at τ = t: e^{−γτ} C and e^{−γτ} S, where C, S = cos ωτ, sin(ωτ)/ω or their
@@ -480,9 +484,15 @@ impl<const H: usize> Slip<H> {
     #[inline]
     #[must_use]
     pub fn position(&self, t: f64, basis: &Basis<H>) -> f64 {
-        if !self.decay.steep() {
-            return self.x.at(basis);
+        if self.decay.steep() {
+            self.position_from_start(t, basis)
+        } else {
+            self.x.at(basis)
         }
+    }
+
+    #[cold]
+    fn position_from_start(&self, t: f64, basis: &Basis<H>) -> f64 {
         let ((slow, fast), [a, b]) = (self.decay.roots(), self.x.free);
         let mut x = self.start + (a * exp_m1(slow * t) + b * exp_m1(fast * t));
         for j in 0..H {

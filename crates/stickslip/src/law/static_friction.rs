@@ -71,13 +71,17 @@ impl StaticFriction {
 
     /// The force and its derivatives.
     pub(super) fn at(&self, hold: Hold) -> Adhesion {
-        let [share, falls] = fall(hold.force_rate, self.drop_scale, self.drop_exponent);
         let mut at = Adhesion {
-            force: self.initial + self.drop * share,
+            force: self.initial,
             growth: 0.0,
             curvature: 0.0,
-            softening: self.drop * falls,
+            softening: 0.0,
         };
+        if self.drop > 0.0 {
+            let [share, falls] = fall(hold.force_rate, self.drop_scale, self.drop_exponent);
+            at.force += self.drop * share;
+            at.softening = self.drop * falls;
+        }
         if self.limit > 0.0 && hold.stick_time > 0.0 {
             let [share, falls] = self.softened(hold.force_rate);
             let (m, t) = (self.exponent, hold.stick_time);

@@ -205,10 +205,10 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Er
             .iter()
             .find(|event| event.kind == Kind::Release)
             .unwrap_or(&at_once[0]);
-        let (c, t) = (main.contact, main.t);
+        let (c, t) = (main.contact as usize, main.t);
         for other in at_once.iter().filter(|event| !std::ptr::eq(*event, main)) {
             let follows = matches!(other.kind, Kind::Release | Kind::Capture | Kind::Crossing);
-            if !follows || frame.coupling(other.contact, c) == 0.0 {
+            if !follows || frame.coupling(other.contact as usize, c) == 0.0 {
                 return refused(format!(
                     "contacts {c} and {} have events at one time, {t}, which a disturbance would part: start from \
                      another state",

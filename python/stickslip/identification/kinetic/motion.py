@@ -185,11 +185,9 @@ class Motion:
         own, carried, prior = self._slopes(law, predicted)
         # The law was replayed along a slip velocity without wiggles, the force has the measured one.
         difference = difference - own * (self.record.slip_velocity - self.slip_velocity)
-        parts = []
-        for a, b in self.stretches:
-            found, free = self.latent.solve(difference[a:b], own[a:b], None if carried is None else carried[a:b])
-            parts.append(without(free, self._smoothed[a:b] + found, prior))
-        return np.concatenate(parts)
+        at, lengths = self._compared
+        found, free = self.latent.solve(difference[at], own[at], None if carried is None else carried[at], lengths)
+        return without(free, self._smoothed[at] + found, prior, lengths)
 
     def shares(self, misfit: Array) -> tuple[npt.NDArray[np.int_], Array]:
         """Of every sample of a force that was measured directly: the row of the misfit that it is in, and its part of it.
@@ -218,6 +216,12 @@ class Motion:
         )
         own = np.interp(np.arange(w.size), plain + 0.5, rise[plain] / run[plain]) if plain.size else moved
         return own, moved - own, np.append(free, velocity_noise(self.record) / self.record.constants["noise"])
+
+    @cached_property
+    def _compared(self) -> tuple[Samples, tuple[int, ...]]:
+        """The samples of all stretches, one after the other, and how many each has."""
+        samples = [np.arange(a, b) for a, b in self.stretches]
+        return np.concatenate(samples), tuple(part.size for part in samples)
 
     @cached_property
     def _smoothed(self) -> Array:
