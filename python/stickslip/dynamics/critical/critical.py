@@ -321,13 +321,26 @@ def _branches(
         for speed, look in looks:
             # Around a centre there is a cycle of any size: none of them is a branch.
             centre = look.stick_time == 0 and any(first <= speed <= last for first, last in neutral)
-            if look.lasts and not centre and not any(_passes(branch, speed, look) for branch in branches):
+            if (
+                look.lasts
+                and not centre
+                and not _decays(system, speed, look)
+                and not any(_passes(branch, speed, look) for branch in branches)
+            ):
                 follow(speed, bool(beside))
     for _, value in steady:
         new = born_branch(with_number(system, _PATH, value), value, family, branches, 200)
         if new is not None:
             branches.append(new)
     return branches
+
+
+def _decays(system: Oscillator, speed: float, look: Shown) -> bool:
+    """Whether a motion without sticks decays as small disturbances of steady slip do, however slowly."""
+    state = steady_slip(with_number(system, _PATH, speed))
+    if state is None or state.neutral or state.growth >= 0 or look.stick_time > 0:
+        return False
+    return abs(look.growth - state.growth) < 0.05 * abs(state.growth)
 
 
 def _passes(branch: Branch, speed: float, look: Shown) -> bool:
