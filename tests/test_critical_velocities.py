@@ -12,7 +12,9 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.dynamics.critical import critical
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
+from stickslip.errors import UnfinishedWarning
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "critical_velocities.py"
 _spec = importlib.util.spec_from_file_location("critical_velocities_evidence", SCRIPT)
@@ -144,6 +146,42 @@ def test_what_is_reported_is_what_runs_show(seed):
 def test_the_table_of_random_oscillators_finds_none_wrong(tmp_path):
     cases = evidence.cases(range(evidence.COUNT), tmp_path / "results.jsonl")
     assert [case.seed for case in cases if case.wrong] == []
+
+
+def test_a_search_says_how_far_it_is():
+    said = []
+    ss.critical_velocities(
+        ss.Oscillator(0.0, 0.3, DWELL), (0.3, 0.5), progress=lambda what, done, n: said.append((what, done, n))
+    )
+    assert list(dict.fromkeys(what for what, _, _ in said)) == ["runs", "cycles", "confirmation"]
+    for stage in ("runs", "cycles", "confirmation"):
+        counts = [(done, n) for what, done, n in said if what == stage]
+        assert [done for done, _ in counts] == sorted({done for done, _ in counts})
+        assert counts[0][0] == 0
+        assert counts[-1] == (counts[0][1], counts[0][1])
+
+
+def test_a_search_ends_after_max_seconds_with_what_it_has_confirmed(monkeypatch):
+    system = ss.Oscillator(0.0, 0.3, ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (0.6, 0.6), (1.2, 0.7)], 1.0))
+    # A clock that stops after the first of several velocities is confirmed.
+    monkeypatch.setattr(critical.time, "monotonic", lambda: 0.0)
+    whole = ss.critical_velocities(system, (0.1, 0.8), max_seconds=1.0)
+    assert whole.finished
+    assert len(whole.all) > 1
+
+    def stop(what, done, _):
+        if (what, done) == ("confirmation", 1):
+            monkeypatch.setattr(critical.time, "monotonic", lambda: 2.0)
+
+    with pytest.warns(
+        UnfinishedWarning, match="critical_velocities: the search ended after max_seconds and is unfinished"
+    ):
+        found = ss.critical_velocities(system, (0.1, 0.8), max_seconds=1.0, progress=stop)
+    assert found.all == whole.all[:1]
+    assert not found.finished
+    assert repr(found).endswith("unfinished>")
+    with pytest.raises(ss.InputError, match="max_seconds must be greater than 0"):
+        ss.critical_velocities(system, max_seconds=0)
 
 
 def test_a_chain_is_refused_with_what_to_do_instead():

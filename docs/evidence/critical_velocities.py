@@ -33,8 +33,10 @@ GROWS = 0.05
 SHORT, LONG = 30, 150
 #: A stick of a smaller share of a natural period is none.
 LEAST_STICK = 1e-5
-#: Starts beside steady slip, velocities over the drive's, where runs look for what attracts.
-FEW_STARTS, MANY_STARTS = (1e-4, 0.3, 1.0), (1e-4, *np.linspace(0.05, 1.0, 20).tolist())
+#: Starts where runs look for what attracts: beside steady slip, velocities over the drive's, and on the drive, positions over
+#: what adhesion holds.
+FEW_STARTS = ((1e-4, 0.3, 1.0), ())
+MANY_STARTS = ((1e-4, *np.linspace(0.05, 1.0, 20).tolist()), tuple(np.linspace(-1.0, 1.0, 21).tolist()))
 #: Seconds of the processor after which an oscillator is given up.
 LONGEST = 100
 
@@ -204,7 +206,8 @@ def confirmed(system: ss.Oscillator, kind: str, value: float, gap: float) -> boo
     That a start leads elsewhere is no change by itself, except from rest: it may have left the basin of one motion for that
     of another, which both go on. So all settled ends are asked whether there is one like it on the other side.
     """
-    for width, cycles, shares in (
+    reach = system.law.break_away_force() / system.stiffness
+    for width, cycles, (shares, places) in (
         (1e-3, 300, FEW_STARTS),
         (1e-3, 2000, FEW_STARTS),
         (1e-3, 500, MANY_STARTS),
@@ -225,6 +228,9 @@ def confirmed(system: ss.Oscillator, kind: str, value: float, gap: float) -> boo
         for share in (*shares, 1e-2 * step / value):
             for found, speed in zip(ends, speeds, strict=True):
                 found.append(look(system, speed, slow, *aside(system, speed, share)))
+        for place in places:
+            for found, speed in zip(ends, speeds, strict=True):
+                found.append(look(system, speed, slow, place * reach))
         # Each end goes on on the other side too, so that what attracts on both is seen on both.
         crossed = [[look(system, speed, slow, *one.end) for one in ends[1 - i]] for i, speed in enumerate(speeds)]
         below, above = ([one for one in [*a, *b] if one.settled] for a, b in zip(ends, crossed, strict=True))

@@ -20,6 +20,9 @@ from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
+#: Where the next cycle is lost that repels more strongly than by this multiplier a branch ends: smaller steps only creep
+#: towards a tangency at which it grows beyond all bounds.
+_REPELS = 1e3
 #: Values of the parameter that differ by less, relative to its scale, are the same.
 _SAME = 1e-10
 #: A cycle of less than this share of the largest on the branch is about to be a point.
@@ -80,7 +83,7 @@ class Walk:
                     point, step = past, 0.003
                     continue
                 step /= 2
-                if step < _SMALLEST:
+                if step < _SMALLEST or self.branch.multiplier[-1] > _REPELS:
                     break
                 continue
             known = (point.direction != 0) | (ahead.direction != 0)
