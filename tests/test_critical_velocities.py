@@ -145,7 +145,45 @@ def test_what_is_reported_is_what_runs_show(seed):
 @pytest.mark.slow
 def test_the_table_of_random_oscillators_finds_none_wrong(tmp_path):
     cases = evidence.cases(range(evidence.COUNT), tmp_path / "results.jsonl")
+    assert len(cases) == evidence.COUNT
     assert [case.seed for case in cases if case.wrong] == []
+
+
+def test_rounding_in_the_return_map_makes_no_branch_creep():
+    # A stick forgets all: the derivative of the return map is zero, of which rounding leaves some 1e-17, or nothing.
+    system, bounds = evidence.oscillator(26)
+    (branch,) = (
+        item for item in ss.continuation(system, "drive_velocity", bounds, seeds=1).branches if item.kind == "cycle"
+    )
+    assert min(branch.values) == pytest.approx(bounds[0])
+    assert max(branch.values) == pytest.approx(bounds[1])
+    assert len(branch.values) < 100
+
+
+def test_a_fold_is_found_once_where_the_parameter_stands_still_along_the_branch():
+    system, _ = evidence.oscillator(6)
+    start = ss.periodic_orbit(system.with_number("drive_velocity", 0.2))
+    found = ss.continuation(start.system, "drive_velocity", (0.18, 0.3), guess=start, seeds=0)
+    assert [point.kind for point in found.special_points] == ["fold"]
+    assert found.special_points[0].parameter == pytest.approx(0.274884517637, abs=1e-10)
+
+
+def test_no_cycle_is_looked_for_where_a_motion_decays_slowly(monkeypatch):
+    system, _ = evidence.oscillator(50)
+    tried = []
+    event_cycle = critical.event_cycle
+    monkeypatch.setattr(critical, "event_cycle", lambda *run, **how: tried.append(1) or event_cycle(*run, **how))
+    assert dict(ss.critical_velocities(system, (0.04, 1.0))) == pytest.approx(
+        {"fold": 0.054037256492, "end_of_stick_slip": 0.054037256492}, abs=1e-9
+    )
+    assert len(tried) < 4  # one for the stick-slip; a try at every speed beyond would be 20 more
+
+
+@pytest.mark.slow
+def test_the_judge_finds_a_motion_that_only_starts_on_the_drive_reach():
+    system, _ = evidence.oscillator(582)
+    assert evidence.confirmed(system, "adding_sliding", 0.0392662028948521, 0.0027)
+    assert not evidence.confirmed(system, "adding_sliding", 0.0388, 0.0005)
 
 
 def test_a_search_says_how_far_it_is():

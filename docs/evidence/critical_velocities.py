@@ -305,7 +305,7 @@ def bounded(seed: int) -> Case:
 
 
 def cases(seeds: range, keep: Path) -> list[Case]:
-    """Many oscillators, those that are not yet in the file."""
+    """All that are in the file, after those that are not yet there were looked at."""
     lines = keep.read_text(encoding="utf-8").splitlines() if keep.exists() else []
     found = {item["seed"]: Case(**item) for item in map(json.loads, lines)}
     with keep.open("a", encoding="utf-8") as file:
@@ -315,7 +315,18 @@ def cases(seeds: range, keep: Path) -> list[Case]:
                 file.write(json.dumps(asdict(found[seed])) + "\n")
                 file.flush()
                 print(seed, found[seed], flush=True)
-    return [found[seed] for seed in seeds]
+    return [found[seed] for seed in sorted(found)]
+
+
+def ranges(seeds: list[int]) -> str:
+    """Numbers in order as ranges.
+
+    >>> ranges([0, 1, 2, 5, 6, 9])
+    '0 to 2, 5 to 6, 9'
+    """
+    starts = [i for i, seed in enumerate(seeds) if i == 0 or seed != seeds[i - 1] + 1]
+    parts = [seeds[i:j] for i, j in itertools.pairwise([*starts, len(seeds)])]
+    return ", ".join(str(part[0]) if len(part) == 1 else f"{part[0]} to {part[-1]}" for part in parts)
 
 
 def page(found: list[Case]) -> str:
@@ -323,10 +334,12 @@ def page(found: list[Case]) -> str:
     lines = [
         "# Critical velocities of random oscillators",
         "",
-        f"Oscillators of the seeds 0 to {len(found) - 1}, half of them undamped, the others with 0.03 to 10 % of critical",
-        "damping (more with the paper's law). Each reported velocity is looked at by plain runs on both sides of it; each",
+        f"{len(found)} oscillators (seeds {ranges([item.seed for item in found])}), half of them undamped, the others with",
+        "0.03 to 10 % of critical damping (more with the paper's law).",
+        "Each reported velocity is looked at by plain runs on both sides of it; each",
         "change that runs at 200 speeds between the bounds show has to be reported: of stick-slip from rest, and of the",
-        "growth of a small motion beside steady slip. Written by `python docs/evidence/critical_velocities.py`.",
+        "growth of a small motion beside steady slip. Neutral: slip around which small disturbances neither grow nor decay.",
+        "Written by `python docs/evidence/critical_velocities.py`.",
         "",
         "| law | oscillators | undamped | neutral | reported | not shown by runs | changes in runs | not reported |",
         "|---|---|---|---|---|---|---|---|",

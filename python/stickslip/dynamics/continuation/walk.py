@@ -24,7 +24,7 @@ _SMALLEST, _LARGEST = 1e-5, 0.04
 #: towards a tangency at which it grows beyond all bounds.
 _REPELS = 1e3
 #: Values of the parameter that differ by less, relative to its scale, are the same.
-_SAME = 1e-10
+_SAME = 1e-8
 #: A cycle of less than this share of the largest on the branch is about to be a point.
 _POINT = 0.02
 
