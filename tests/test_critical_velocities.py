@@ -135,6 +135,17 @@ def test_the_command_names_neutral_slip(tmp_path, capsys):
     ]
 
 
+def test_the_command_ends_after_max_seconds_with_one_line(tmp_path, capsys):
+    system = tmp_path / "system.toml"
+    system.write_text(ss.Oscillator(0.0, 0.3, DWELL).to_toml())
+    assert main(["critical", str(system), "--between", "0.2:0.8", "--max-seconds", "1e-6"]) == 0
+    out, err = capsys.readouterr()
+    assert out.splitlines()[0] == "none confirmed so far"
+    assert err == (
+        "stickslip: critical_velocities: the search ended after max_seconds and is unfinished; raise max_seconds to go on\n"
+    )
+
+
 @pytest.mark.parametrize("seed", evidence.FEW)
 def test_what_is_reported_is_what_runs_show(seed):
     case = evidence.case(seed, 25)
