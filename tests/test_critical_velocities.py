@@ -5,15 +5,19 @@ from __future__ import annotations
 import importlib.util
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.dynamics.critical import critical
+from stickslip.dynamics.critical.vanishing import vanishing
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
+from stickslip.dynamics.periodic.shooting import Family, axis, corrected
 from stickslip.errors import UnfinishedWarning
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "critical_velocities.py"
@@ -158,6 +162,17 @@ def test_the_table_of_random_oscillators_finds_none_wrong(tmp_path):
     cases = evidence.cases(range(evidence.COUNT), tmp_path / "results.jsonl")
     assert len(cases) == evidence.COUNT
     assert [case.seed for case in cases if case.wrong] == []
+
+
+def test_a_small_cycle_is_followed_down_to_the_hopf_point():
+    # A step too far ends on steady slip, whose size is rounding: no cycle of half the size.
+    belt, bounds = ss.Oscillator(0.1, 1.152, ss.laws.ExponentialStribeck(1.0, 0.5, 0.5)), (1.1, 1.25)
+    cycle = ss.periodic_orbit(belt, guess=(float(belt.law.kinetic_force(1.152)), 0.055))
+    family = Family(("/drive_velocity",), (bounds,), relative=True)
+    point = corrected(cycle.closed.sequence, 0, family, np.array([1.152]), axis(cycle.closed.sequence))
+    kind, value, _ = vanishing(replace(point, direction=-point.direction), family)
+    assert kind == "hopf"
+    assert value == pytest.approx(belt.law.scale * math.log(0.5 / 0.5 / 0.1), abs=1e-10)
 
 
 def test_rounding_in_the_return_map_makes_no_branch_creep():
