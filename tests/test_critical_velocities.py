@@ -5,14 +5,20 @@ from __future__ import annotations
 import importlib.util
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.dynamics.critical import critical
+from stickslip.dynamics.critical.vanishing import vanishing
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
+from stickslip.dynamics.periodic.shooting import Family, axis, corrected
+from stickslip.errors import UnfinishedWarning
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "critical_velocities.py"
 _spec = importlib.util.spec_from_file_location("critical_velocities_evidence", SCRIPT)
@@ -133,6 +139,17 @@ def test_the_command_names_neutral_slip(tmp_path, capsys):
     ]
 
 
+def test_the_command_ends_after_max_seconds_with_one_line(tmp_path, capsys):
+    system = tmp_path / "system.toml"
+    system.write_text(ss.Oscillator(0.0, 0.3, DWELL).to_toml())
+    assert main(["critical", str(system), "--between", "0.2:0.8", "--max-seconds", "1e-6"]) == 0
+    out, err = capsys.readouterr()
+    assert out.splitlines()[0] == "none confirmed so far"
+    assert err == (
+        "stickslip: critical_velocities: the search ended after max_seconds and is unfinished; raise max_seconds to go on\n"
+    )
+
+
 @pytest.mark.parametrize("seed", evidence.FEW)
 def test_what_is_reported_is_what_runs_show(seed):
     case = evidence.case(seed, 25)
@@ -143,7 +160,92 @@ def test_what_is_reported_is_what_runs_show(seed):
 @pytest.mark.slow
 def test_the_table_of_random_oscillators_finds_none_wrong(tmp_path):
     cases = evidence.cases(range(evidence.COUNT), tmp_path / "results.jsonl")
+    assert len(cases) == evidence.COUNT
     assert [case.seed for case in cases if case.wrong] == []
+
+
+def test_a_small_cycle_is_followed_down_to_the_hopf_point():
+    # A step too far ends on steady slip, whose size is rounding: no cycle of half the size.
+    belt, bounds = ss.Oscillator(0.1, 1.152, ss.laws.ExponentialStribeck(1.0, 0.5, 0.5)), (1.1, 1.25)
+    cycle = ss.periodic_orbit(belt, guess=(float(belt.law.kinetic_force(1.152)), 0.055))
+    family = Family(("/drive_velocity",), (bounds,), relative=True)
+    point = corrected(cycle.closed.sequence, 0, family, np.array([1.152]), axis(cycle.closed.sequence))
+    kind, value, _ = vanishing(replace(point, direction=-point.direction), family)
+    assert kind == "hopf"
+    assert value == pytest.approx(belt.law.scale * math.log(0.5 / 0.5 / 0.1), abs=1e-10)
+
+
+def test_rounding_in_the_return_map_makes_no_branch_creep():
+    # A stick forgets all: the derivative of the return map is zero, of which rounding leaves some 1e-17, or nothing.
+    system, bounds = evidence.oscillator(26)
+    (branch,) = (
+        item for item in ss.continuation(system, "drive_velocity", bounds, seeds=1).branches if item.kind == "cycle"
+    )
+    assert min(branch.values) == pytest.approx(bounds[0])
+    assert max(branch.values) == pytest.approx(bounds[1])
+    assert len(branch.values) < 100
+
+
+def test_a_fold_is_found_once_where_the_parameter_stands_still_along_the_branch():
+    system, _ = evidence.oscillator(6)
+    start = ss.periodic_orbit(system.with_number("drive_velocity", 0.2))
+    found = ss.continuation(start.system, "drive_velocity", (0.18, 0.3), guess=start, seeds=0)
+    assert [point.kind for point in found.special_points] == ["fold"]
+    assert found.special_points[0].parameter == pytest.approx(0.274884517637, abs=1e-10)
+
+
+def test_no_cycle_is_looked_for_where_a_motion_decays_slowly(monkeypatch):
+    system, _ = evidence.oscillator(50)
+    tried = []
+    event_cycle = critical.event_cycle
+    monkeypatch.setattr(critical, "event_cycle", lambda *run, **how: tried.append(1) or event_cycle(*run, **how))
+    assert dict(ss.critical_velocities(system, (0.04, 1.0))) == pytest.approx(
+        {"fold": 0.054037256492, "end_of_stick_slip": 0.054037256492}, abs=1e-9
+    )
+    assert len(tried) < 4  # one for the stick-slip; a try at every speed beyond would be 20 more
+
+
+@pytest.mark.slow
+def test_the_judge_finds_a_motion_that_only_starts_on_the_drive_reach():
+    system, _ = evidence.oscillator(582)
+    assert evidence.confirmed(system, "adding_sliding", 0.0392662028948521, 0.0027)
+    assert not evidence.confirmed(system, "adding_sliding", 0.0388, 0.0005)
+
+
+def test_a_search_says_how_far_it_is():
+    said = []
+    ss.critical_velocities(
+        ss.Oscillator(0.0, 0.3, DWELL), (0.3, 0.5), progress=lambda what, done, n: said.append((what, done, n))
+    )
+    assert list(dict.fromkeys(what for what, _, _ in said)) == ["runs", "cycles", "confirmation"]
+    for stage in ("runs", "cycles", "confirmation"):
+        counts = [(done, n) for what, done, n in said if what == stage]
+        assert [done for done, _ in counts] == sorted({done for done, _ in counts})
+        assert counts[0][0] == 0
+        assert counts[-1] == (counts[0][1], counts[0][1])
+
+
+def test_a_search_ends_after_max_seconds_with_what_it_has_confirmed(monkeypatch):
+    system = ss.Oscillator(0.0, 0.3, ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (0.6, 0.6), (1.2, 0.7)], 1.0))
+    # A clock that stops after the first of several velocities is confirmed.
+    monkeypatch.setattr(critical.time, "monotonic", lambda: 0.0)
+    whole = ss.critical_velocities(system, (0.1, 0.8), max_seconds=1.0)
+    assert whole.finished
+    assert len(whole.all) > 1
+
+    def stop(what, done, _):
+        if (what, done) == ("confirmation", 1):
+            monkeypatch.setattr(critical.time, "monotonic", lambda: 2.0)
+
+    with pytest.warns(
+        UnfinishedWarning, match="critical_velocities: the search ended after max_seconds and is unfinished"
+    ):
+        found = ss.critical_velocities(system, (0.1, 0.8), max_seconds=1.0, progress=stop)
+    assert found.all == whole.all[:1]
+    assert not found.finished
+    assert repr(found).endswith("unfinished>")
+    with pytest.raises(ss.InputError, match="max_seconds must be greater than 0"):
+        ss.critical_velocities(system, max_seconds=0)
 
 
 def test_a_chain_is_refused_with_what_to_do_instead():

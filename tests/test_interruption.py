@@ -229,7 +229,15 @@ _spec.loader.exec_module(evidence)
 
 @pytest.mark.parametrize(
     "name",
-    ["regime_map", "basins", "lyapunov, closed form", "periodic_orbit, closed form", "continuation", "sensitivities"],
+    [
+        "regime_map",
+        "basins",
+        "lyapunov, closed form",
+        "periodic_orbit, closed form",
+        "continuation",
+        "critical_velocities",
+        "sensitivities",
+    ],
 )
 def test_ctrl_c_ends_what_is_made_of_many_runs(name):
     _, run = evidence.runs()[name]

@@ -27,12 +27,16 @@ PAGE = Path(__file__).with_name("critical-velocities.md")
 COUNT, SPEEDS = 1000, 200
 #: Seeds for a short look.
 FEW = (3,)
-#: How much a small motion beside steady slip changes over a run, as a logarithm, to grow or to decay.
+#: How much a small motion beside steady slip changes over 150 cycles, as a logarithm, to grow or to decay.
 GROWS = 0.05
+#: Cycles of a run at each of the speeds, and where the motion does not repeat or die away by then.
+SHORT, LONG = 30, 150
 #: A stick of a smaller share of a natural period is none.
 LEAST_STICK = 1e-5
-#: Starts beside steady slip, velocities over the drive's, where runs look for what attracts.
-FEW_STARTS, MANY_STARTS = (1e-4, 0.3, 1.0), (1e-4, *np.linspace(0.05, 1.0, 20).tolist())
+#: Starts where runs look for what attracts: beside steady slip, velocities over the drive's, and on the drive, positions over
+#: what adhesion holds.
+FEW_STARTS = ((1e-4, 0.3, 1.0), ())
+MANY_STARTS = ((1e-4, *np.linspace(0.05, 1.0, 20).tolist()), tuple(np.linspace(-1.0, 1.0, 21).tolist()))
 #: Seconds of the processor after which an oscillator is given up.
 LONGEST = 100
 
@@ -93,6 +97,9 @@ class Look:
     ----------
     sticks : whether it sticks, and `crossings` whether the slip velocity changes its sign without a stick.
     size : the range of the position, and `settled` whether it was the same before.
+    decided : whether a longer run shows the same: sticks of one length follow each other, or a motion without sticks does not
+        grow. Under a law without memory of slip such a motion never comes back to them, as its curves in the plane of x and v
+        do not cross.
     held : the mean stick time over a period, and `captures` their number in a period.
     end : where it ends; of a motion that sticks at the last capture, as nothing before that is remembered.
     """
@@ -101,6 +108,7 @@ class Look:
     crossings: bool
     size: float
     settled: bool
+    decided: bool
     held: float
     captures: float
     end: tuple[float, float]
@@ -126,15 +134,18 @@ def look(system: ss.Oscillator, speed: float, cycles: float, x0: float | None = 
     sticks = means[-1] > LEAST_STICK * period and not fades
     crossings = bool((crossed > 0.8 * orbit.t_end).any())
     count = int(30 * np.clip(0.2 * t_end / period, 2, 40))
-    before, size = (
-        max(float(np.ptp(orbit.at(np.linspace(begin, begin + 0.2, count) * orbit.t_end)[0])), 1e-300)
-        for begin in (0.6, 0.8)
-    )
+    windows = np.add.outer((0.6, 0.8), np.linspace(0.0, 0.2, count)) * orbit.t_end
+    before, size = np.maximum(np.ptp(orbit.at(np.minimum(windows, orbit.t_end))[0], axis=1), 1e-300).tolist()
+    late = held[released > 0.6 * orbit.t_end]
+    if late.size:
+        decided = late.size > 3 and bool(np.ptp(late) < 1e-9 * late.max())
+    else:
+        decided = size < (1 + 1e-9) * before and not remembers_slip(system.law)
     captures = when[(kinds == "capture") & (when > 0.8 * orbit.t_end)]
     end = orbit.at(captures[-1] if captures.size else orbit.t_end)
     settled = abs(size - before) <= 0.02 * size
     often = captures.size * period / (0.2 * orbit.t_end) if sticks else 0.0
-    return Look(sticks, crossings, size, settled, means[-1] / period, often, end)
+    return Look(sticks, crossings, size, settled, decided, means[-1] / period, often, end)
 
 
 def aside(system: ss.Oscillator, speed: float, share: float = 1e-4) -> tuple[float, float]:
@@ -142,10 +153,19 @@ def aside(system: ss.Oscillator, speed: float, share: float = 1e-4) -> tuple[flo
     return float(system.law.kinetic_force(speed)) / system.stiffness, share * speed
 
 
-def growth(system: ss.Oscillator, speed: float, cycles: float = 150) -> float:
-    """The logarithm of what becomes of a small motion beside steady slip, whose undamped range is 2 v/ω."""
-    start = aside(system, speed)
-    return math.log(look(system, speed, cycles, *start).size * math.pi / (start[1] * system.natural_period))
+def remembers_slip(law: ss.laws.Law) -> bool:
+    """Whether what a law says in slip depends on more than the slip velocity."""
+    return type(law).__name__ in ("BogaczRyczek", "TwoBranch")
+
+
+def growth(system: ss.Oscillator, speed: float, cycles: float = SHORT) -> float:
+    """The logarithm of what becomes of a small motion beside steady slip over 150 cycles, from a run of so many."""
+    system = replace(system, drive_velocity=speed)
+    orbit = ss.simulate(system, cycles * system.natural_period, *aside(system, speed), max_events=int(200 * cycles))
+    # Many samples: the ranges of the first and of the last cycle are compared.
+    cycle = np.linspace(0.0, system.natural_period, 400)
+    first, last = (float(np.ptp(orbit.at(cycle + begin)[0])) for begin in (0.0, orbit.t_end - cycle[-1]))
+    return math.log(max(last, 1e-300) / first) * LONG / (cycles - 1)
 
 
 def nature(found: float) -> int:
@@ -156,14 +176,15 @@ def nature(found: float) -> int:
 def changes(system: ss.Oscillator, low: float, high: float, count: int = SPEEDS) -> Iterator[tuple[str, float, float]]:
     """Between which speeds runs change: from rest in whether they stick, beside steady slip in whether they grow."""
     speeds = np.linspace(low, high, count).tolist()
-    rest = [look(system, speed, 150) for speed in speeds]
-    beside = [growth(system, speed) for speed in speeds]
+    rest = [look(system, speed, SHORT) for speed in speeds]
+    rest = [one if one.decided else look(system, speed, LONG) for one, speed in zip(rest, speeds, strict=True)]
     for (a, one), (b, other) in itertools.pairwise(zip(speeds, rest, strict=True)):
         # Sticks that go below what counts as one, at no speed in particular, do not end there.
         if one.sticks != other.sticks and max(one.held, other.held) > 10 * LEAST_STICK:
             yield "stick-slip from rest", a, b
-    if type(system.law).__name__ in ("BogaczRyczek", "TwoBranch"):
+    if remembers_slip(system.law):
         return
+    beside = [growth(system, speed) for speed in speeds]
     # Where growth fades away there is no speed at which it ends: it must be well above what counts as growth.
     kinds = [nature(found) for found in beside]
     marks = [i for i, found in enumerate(beside) if kinds[i] == 0 or abs(found) > 4 * GROWS]
@@ -185,7 +206,8 @@ def confirmed(system: ss.Oscillator, kind: str, value: float, gap: float) -> boo
     That a start leads elsewhere is no change by itself, except from rest: it may have left the basin of one motion for that
     of another, which both go on. So all settled ends are asked whether there is one like it on the other side.
     """
-    for width, cycles, shares in (
+    reach = system.law.break_away_force() / system.stiffness
+    for width, cycles, (shares, places) in (
         (1e-3, 300, FEW_STARTS),
         (1e-3, 2000, FEW_STARTS),
         (1e-3, 500, MANY_STARTS),
@@ -196,7 +218,7 @@ def confirmed(system: ss.Oscillator, kind: str, value: float, gap: float) -> boo
         speeds = (value - step, value + step)
         slow = cycles * (1 if system.law.SMOOTH else 3)
         if "hopf" in kind:
-            decays, grows = sorted(growth(system, speed, slow) for speed in speeds)
+            decays, grows = sorted(growth(system, speed, slow) * slow / LONG for speed in speeds)
             if decays < -0.01 and grows > 0.01:
                 return True
         rest = [look(system, speed, slow) for speed in speeds]
@@ -206,6 +228,9 @@ def confirmed(system: ss.Oscillator, kind: str, value: float, gap: float) -> boo
         for share in (*shares, 1e-2 * step / value):
             for found, speed in zip(ends, speeds, strict=True):
                 found.append(look(system, speed, slow, *aside(system, speed, share)))
+        for place in places:
+            for found, speed in zip(ends, speeds, strict=True):
+                found.append(look(system, speed, slow, place * reach))
         # Each end goes on on the other side too, so that what attracts on both is seen on both.
         crossed = [[look(system, speed, slow, *one.end) for one in ends[1 - i]] for i, speed in enumerate(speeds)]
         below, above = ([one for one in [*a, *b] if one.settled] for a, b in zip(ends, crossed, strict=True))
@@ -280,7 +305,7 @@ def bounded(seed: int) -> Case:
 
 
 def cases(seeds: range, keep: Path) -> list[Case]:
-    """Many oscillators, those that are not yet in the file."""
+    """All that are in the file, after those that are not yet there were looked at."""
     lines = keep.read_text(encoding="utf-8").splitlines() if keep.exists() else []
     found = {item["seed"]: Case(**item) for item in map(json.loads, lines)}
     with keep.open("a", encoding="utf-8") as file:
@@ -290,7 +315,18 @@ def cases(seeds: range, keep: Path) -> list[Case]:
                 file.write(json.dumps(asdict(found[seed])) + "\n")
                 file.flush()
                 print(seed, found[seed], flush=True)
-    return [found[seed] for seed in seeds]
+    return [found[seed] for seed in sorted(found)]
+
+
+def ranges(seeds: list[int]) -> str:
+    """Numbers in order as ranges.
+
+    >>> ranges([0, 1, 2, 5, 6, 9])
+    '0 to 2, 5 to 6, 9'
+    """
+    starts = [i for i, seed in enumerate(seeds) if i == 0 or seed != seeds[i - 1] + 1]
+    parts = [seeds[i:j] for i, j in itertools.pairwise([*starts, len(seeds)])]
+    return ", ".join(str(part[0]) if len(part) == 1 else f"{part[0]} to {part[-1]}" for part in parts)
 
 
 def page(found: list[Case]) -> str:
@@ -298,10 +334,12 @@ def page(found: list[Case]) -> str:
     lines = [
         "# Critical velocities of random oscillators",
         "",
-        f"Oscillators of the seeds 0 to {len(found) - 1}, half of them undamped, the others with 0.03 to 10 % of critical",
-        "damping (more with the paper's law). Each reported velocity is looked at by plain runs on both sides of it; each",
+        f"{len(found)} oscillators (seeds {ranges([item.seed for item in found])}), half of them undamped, the others with",
+        "0.03 to 10 % of critical damping (more with the paper's law).",
+        "Each reported velocity is looked at by plain runs on both sides of it; each",
         "change that runs at 200 speeds between the bounds show has to be reported: of stick-slip from rest, and of the",
-        "growth of a small motion beside steady slip. Written by `python docs/evidence/critical_velocities.py`.",
+        "growth of a small motion beside steady slip. Neutral: slip around which small disturbances neither grow nor decay.",
+        "Written by `python docs/evidence/critical_velocities.py`.",
         "",
         "| law | oscillators | undamped | neutral | reported | not shown by runs | changes in runs | not reported |",
         "|---|---|---|---|---|---|---|---|",

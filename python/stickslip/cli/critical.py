@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from stickslip.cli.terminal import Commands, say, say_json
+from stickslip.cli.terminal import Bar, Commands, say, say_json
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -12,6 +12,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("critical", help="drive velocities at which steady slip and cycles change their kind")
     command.add_argument("system", metavar="SYSTEM.toml")
     command.add_argument("--between", metavar="LO:HI", help="drive velocities that are searched")
+    command.add_argument(
+        "--max-seconds", type=float, metavar="S", help="end the search after so long, with what is confirmed"
+    )
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(run=run)
 
@@ -24,17 +27,20 @@ def run(options: argparse.Namespace) -> None:
     from stickslip.model.system import load_system
 
     bounds = parse_bounds("--between", options.between) if options.between else None
-    found = critical_velocities(check_one(load_system(options.system), "critical"), bounds)
+    system = check_one(load_system(options.system), "critical")
+    with Bar() as bar:
+        found = critical_velocities(system, bounds, progress=bar, max_seconds=options.max_seconds)
     if options.json:
         all_of_them = {"critical_velocities": [list(item) for item in found.all], "criticality": found.criticality}
         hidden = [[point.kind, point.parameter] for point in found.not_shown]
-        say_json(all_of_them | {"not_shown": hidden, "neutral": [list(item) for item in found.neutral]})
+        neutral = [list(item) for item in found.neutral]
+        say_json(all_of_them | {"not_shown": hidden, "neutral": neutral, "finished": found.finished})
         return
     for kind, value in found.all:
         nature = f", {found.criticality}" if kind == "hopf" and found.criticality else ""
         say(f"{kind.replace('_', ' '):20s}{value:.12g}{nature}")
     if not found:
-        say("none in this range")
+        say("none in this range" if found.finished else "none confirmed so far")
     for point in found.not_shown:
         say(f"{point.kind.replace('_', ' '):20s}{point.parameter:.12g}, on a cycle (not shown by runs)")
     for low, high in found.neutral:

@@ -13,15 +13,24 @@ from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_o
 from stickslip.dynamics.continuation.conditions import TESTS, root
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic import switching_boundaries
-from stickslip.dynamics.periodic.cycles import finished
-from stickslip.dynamics.periodic.return_map import Lost
+from stickslip.dynamics.periodic.cycles import finished, unchecked
+from stickslip.dynamics.periodic.return_map import Lost, size_of
 from stickslip.dynamics.periodic.shooting import Family, Label, Point, axis, consistent, corrected, stepped
 from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
+#: Where the next cycle is lost that repels more strongly than by this multiplier a branch ends: smaller steps only creep
+#: towards a tangency at which it grows beyond all bounds.
+_REPELS = 1e3
+#: Values of the parameter that differ by less, relative to its scale, are the same.
+_SAME = 1e-8
 #: A cycle of less than this share of the largest on the branch is about to be a point.
 _POINT = 0.02
+
+
+class _Vanished(Exception):
+    """A cycle is a point on the way."""
 
 
 @dataclass
@@ -74,7 +83,7 @@ class Walk:
                     point, step = past, 0.003
                     continue
                 step /= 2
-                if step < _SMALLEST:
+                if step < _SMALLEST or self.branch.multiplier[-1] > _REPELS:
                     break
                 continue
             known = (point.direction != 0) | (ahead.direction != 0)
@@ -82,6 +91,10 @@ class Walk:
                 step /= 2
                 continue
             if self._between(point, ahead, step):
+                if self._size() > _POINT * largest and step > 20 * _SMALLEST:
+                    # Closer first, so that the branch reaches to its end.
+                    step /= 4
+                    continue
                 self._shrunk(point)
                 break
             if not low <= ahead.values[0] <= high:
@@ -102,6 +115,10 @@ class Walk:
             largest = max(largest, self._size())
             step = min(step * 1.4, _LARGEST)
         return self.branch
+
+    def _same(self, value: float, point: Point) -> bool:
+        """Whether a value of the parameter is that of a point."""
+        return abs(value - float(point.values[0])) < _SAME * float(self.family.scales(point.values)[0])
 
     def _add(self, point: Point) -> None:
         self.branch.add(finished(point.here, 0), float(point.values[0]))
@@ -144,22 +161,34 @@ class Walk:
         """
         if switching_boundaries.signature(point.here) != switching_boundaries.signature(ahead.here):
             return False
+        largest, known = max(np.subtract(self.branch.x_max, self.branch.x_min)), tuple(self.branch.special_points)
+        start = point.here.sequence.start
+        length = size_of(point.here.sequence.system, start, point.here.sequence.layout.x).max()
+        # No cycle much larger than the step vanishes within it.
+        small = not point.here.forcing_periods and self._size() < 10 * step * length
 
         def at(fraction: float) -> Point:
-            return stepped(point, point.here.forcing_periods, self.family, fraction * step)
+            found = stepped(point, point.here.forcing_periods, self.family, fraction * step)
+            if small and np.subtract(*range_of(unchecked(found.here))) > -_POINT * self._size():
+                raise _Vanished
+            return found
 
         for kind, test in TESTS.items():
             before, after = test(point), test(ahead)
             if not (np.isfinite([before, after]).all() and before * after < 0):
+                continue
+            # Where the parameter stands still along the curve, the sign of its direction is rounding.
+            if any(item.kind == kind == "fold" and self._same(item.parameter, ahead) for item in known):
                 continue
             if kind == "branch_point" and TESTS["fold"](point) * TESTS["fold"](ahead) < 0:
                 continue
             try:
                 found = _located(at, kind, before, after)
                 low, high = range_of(finished(found.here, 0))
+            except _Vanished:
+                return True
             except (Lost, InputError):
                 continue
-            largest = max(np.subtract(self.branch.x_max, self.branch.x_min))
             if not found.here.forcing_periods and high - low < _POINT * largest:
                 return True
             self._special(kind, found)

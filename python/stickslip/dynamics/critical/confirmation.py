@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,7 @@ class Shown:
     ----------
     speed : the drive velocity.
     stop : why it ended.
-    size : half the range of x in the last tenth, and `size_before` some time earlier.
+    size : half the range of x in the last tenth, and `size_before` some time earlier; `growth` its logarithmic rate between.
     stick_time : mean duration of the sticks in the last tenth, 0 without any, and `stick_before` some time earlier.
     events : captures, crossings and holds in the last tenth, those of a natural period.
     short : whether its sticks are hardly longer than what counts as one.
@@ -36,6 +37,7 @@ class Shown:
     stop: str
     size: float
     size_before: float
+    growth: float
     stick_time: float
     stick_before: float
     events: float
@@ -110,6 +112,7 @@ def shown(system: Oscillator, cycles: float, x0: float | None = None, v0: float 
         orbit.stop,
         sizes[1],
         sizes[0],
+        math.log(sizes[1] / sizes[0]) / ((1 - _BEFORE) * t_end) if all(sizes) else -math.inf,
         means[1],
         means[0],
         counts[1] * period / (_WINDOW * t_end),

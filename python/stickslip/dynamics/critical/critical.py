@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,9 +21,9 @@ from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, 
 from stickslip.dynamics.periodic.event_sequence import check_one, with_number
 from stickslip.dynamics.periodic.return_map import Lost, forcing_period
 from stickslip.dynamics.periodic.shooting import Family, Point, axis, corrected
-from stickslip.errors import InputError
-from stickslip.files.documents import number
-from stickslip.files.notebook import InNotebook
+from stickslip.errors import InputError, UnfinishedWarning
+from stickslip.files.documents import number, time_limit
+from stickslip.files.notebook import InNotebook, waiting_by_stage
 from stickslip.model.system import Oscillator
 
 _PATH = "/drive_velocity"
@@ -54,13 +56,15 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     `criticality` says whether the cycle born at a smooth Hopf point is stable. `neutral` has the ranges of the drive velocity
     in which small disturbances of steady slip neither grow nor decay. `special_points` are those of the cycles that were
     followed; `not_shown` are those among them where runs on both sides end in the same motion, as on cycles that repel: there
-    it is the set of starts which lead to each motion that changes.
+    it is the set of starts which lead to each motion that changes. Not `finished` is a search that ended after its limit of
+    time, with what it had confirmed.
     """
 
     all: tuple[tuple[str, float], ...]
     criticality: str | None = None
     special_points: tuple[SpecialPoint, ...] = field(default=(), repr=False)
     neutral: tuple[tuple[float, float], ...] = ()
+    finished: bool = True
 
     def __getitem__(self, name: str) -> float:
         values = [value for kind, value in self.all if kind == name]
@@ -93,16 +97,50 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
             found
             | ({"neutral slip": ranges} if ranges else {})
             | ({"on cycles, not shown by runs": hidden} if hidden else {})
+            | ({} if self.finished else {"finished": False})
         )
 
     def __repr__(self) -> str:
         said = [f"{kind} {value:.12g}" for kind, value in self.all] or ["none"]
         said += [f"neutral slip from {low:.12g} to {high:.12g}" for low, high in self.neutral]
         said += [f"{point.kind} {point.parameter:.12g} on a cycle (not shown by runs)" for point in self.not_shown]
+        said += [] if self.finished else ["unfinished"]
         return f"<CriticalVelocities {', '.join(said)}>"
 
 
-def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None = None) -> CriticalVelocities:
+class _TimeIsUp(Exception):
+    """The limit of time is reached."""
+
+
+class _Watch:
+    """Says how far a search is, and ends it at a limit of time."""
+
+    def __init__(self, progress: Callable[[str, int, int], Any] | None, max_seconds: float | None) -> None:
+        self.say = waiting_by_stage(progress)
+        self.until = math.inf if max_seconds is None else time.monotonic() + max_seconds
+
+    def __call__(self, what: str, done: int, n: int) -> None:
+        self.go_on()
+        self.say(what, done, n)
+
+    def go_on(self, *_: int) -> None:
+        """Nothing, before the limit."""
+        if time.monotonic() > self.until:
+            raise _TimeIsUp
+
+    def shown(self, *run: Any) -> Shown:
+        """A run, before the limit."""
+        self.go_on()
+        return shown(*run)
+
+
+def critical_velocities(
+    system: Oscillator,
+    bounds: tuple[float, float] | None = None,
+    *,
+    progress: Callable[[str, int, int], Any] | None = None,
+    max_seconds: float | None = None,
+) -> CriticalVelocities:
     """The drive velocities at which steady slip loses its stability and at which stick-slip and slip cycles end.
 
     Steady slip: the zeros of D + F′(s), and the corners of a piecewise-linear law at which that changes its sign by a jump.
@@ -115,6 +153,11 @@ def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None =
     ----------
     system : an oscillator of one mass without forcing; its own drive velocity does not matter.
     bounds : (low, high) of the drive velocity that is searched; default from a hundredth of F_s/√(k m) to three times that.
+    progress : called as ``progress(what, done, n)`` through three stages: ``"runs"`` over the drive velocity, ``"cycles"`` of
+        those runs that are followed, ``"confirmation"`` of what was found.
+    max_seconds : time on the clock > 0 after which the search ends, asked between runs and between points of a cycle, with a
+        warning and with what it has confirmed by then (without ``"end_of_stick_slip"``, the greatest of several);
+        default none.
 
     Returns
     -------
@@ -151,9 +194,37 @@ def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None =
     steady, neutral = steady_changes(system, _PATH, (low, high))
     smooth = [value for kind, value in steady if kind == "hopf"]
     nature = criticality(system, _PATH, smooth[-1], high - low) if smooth else None
-    sweeps = _sweeps(system, low, high)
+    time_limit(max_seconds, "critical_velocities")
+    found: list[tuple[str, float]] = []
     points: list[SpecialPoint] = []
-    for branch in _branches(system, (low, high), steady, neutral, sweeps):
+    watch = _Watch(progress, max_seconds)
+    try:
+        ends = _search(system, (low, high), steady, neutral, watch, found, points)
+    except _TimeIsUp:
+        warnings.warn(
+            "critical_velocities: the search ended after max_seconds and is unfinished; raise max_seconds to go on",
+            UnfinishedWarning,
+            stacklevel=2,
+        )
+        return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral), finished=False)
+    if ends:
+        found.append(("end_of_stick_slip", max(ends)))
+    return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral))
+
+
+def _search(
+    system: Oscillator,
+    bounds: tuple[float, float],
+    steady: list[tuple[str, float]],
+    neutral: list[tuple[float, float]],
+    watch: _Watch,
+    found: list[tuple[str, float]],
+    points: list[SpecialPoint],
+) -> list[float]:
+    """Add the special points of cycles and what runs confirm of them to the lists; the speeds at which stick-slip ends."""
+    low, high = bounds
+    sweeps = _sweeps(system, low, high, watch)
+    for branch in _branches(system, (low, high), steady, neutral, sweeps, watch):
         for point in branch.special_points:
             if all(abs(point.parameter - other.parameter) > _SAME * (high - low) for other in points):
                 points.append(point)
@@ -162,13 +233,13 @@ def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None =
         same = [value for kind, value in steady if kind == point.kind]
         if point.kind in _KINDS and all(abs(point.parameter - value) > _SAME * (high - low) for value in same):
             candidates.append((point.kind, point.parameter, point))
-    found: list[tuple[str, float]] = []
     ends: list[float] = []
-    for kind, value, special in candidates:
+    for done, (kind, value, special) in enumerate(candidates):
+        watch("confirmation", done, len(candidates) + 1)
         others = [abs(other - value) for _, other, _ in candidates if abs(other - value) > _SAME * (high - low)]
-        run = _beside(system, value) if special is None else _from_orbit(system, special)
+        run = _beside(system, watch, value) if special is None else _from_orbit(system, watch, special)
         sides = _sides(run, value, min(others, default=math.inf))
-        if sides is None or (special is not None and not _attracts(system, value, *sides)):
+        if sides is None or (special is not None and not _attracts(system, watch, value, *sides)):
             continue
         if kind != "vanishing_stick":
             found.append((kind, value))
@@ -177,15 +248,14 @@ def critical_velocities(system: Oscillator, bounds: tuple[float, float] | None =
     for run, looks in sweeps:
         for value, sides in _changes_of_sticking(run, looks, [*ends, *(value for _, value in found)]):
             # From rest a change is one whatever it comes from; beside steady slip it may be that of a basin.
-            if run is not sweeps[0][0] and not _attracts(system, value, *sides):
+            if run is not sweeps[0][0] and not _attracts(system, watch, value, *sides):
                 continue
             if sides[0].sticks:
                 ends.append(value)
             elif value not in (other for _, other in found):
                 found.append(("onset_of_stick_slip", value))
-    if ends:
-        found.append(("end_of_stick_slip", max(ends)))
-    return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral))
+    watch("confirmation", len(candidates) + 1, len(candidates) + 1)
+    return ends
 
 
 def _sides(run: Run, value: float, gap: float) -> Sides | None:
@@ -201,14 +271,14 @@ def _sides(run: Run, value: float, gap: float) -> Sides | None:
     return first
 
 
-def _attracts(system: Oscillator, value: float, below: Shown, above: Shown) -> bool:
+def _attracts(system: Oscillator, watch: _Watch, value: float, below: Shown, above: Shown) -> bool:
     """Whether a motion that attracts on one side does not on the other: from where it ended it goes on on both sides.
 
     Where neither motion changes, the start of the runs left the basin of one for that of the other.
     """
 
     def goes_on(side: Shown, speed: float, cycles: float) -> Shown:
-        return shown(with_number(system, _PATH, speed), cycles, *side.end)
+        return watch.shown(with_number(system, _PATH, speed), cycles, *side.end)
 
     sides = [below, above]
     for i, side in enumerate(sides):
@@ -221,16 +291,16 @@ def _attracts(system: Oscillator, value: float, below: Shown, above: Shown) -> b
     )
 
 
-def _from_rest(system: Oscillator) -> Run:
-    return lambda speed, cycles: shown(with_number(system, _PATH, speed), cycles)
+def _from_rest(system: Oscillator, watch: _Watch) -> Run:
+    return lambda speed, cycles: watch.shown(with_number(system, _PATH, speed), cycles)
 
 
-def _beside(system: Oscillator, value: float | None = None) -> Run:
+def _beside(system: Oscillator, watch: _Watch, value: float | None = None) -> Run:
     """Runs from a small disturbance of steady slip; near a corner of the law at a speed one that does not reach it."""
 
     def run(speed: float, cycles: float) -> Shown:
         size = 0.1 * (speed if value is None else abs(speed - value))
-        return shown(with_number(system, _PATH, speed), cycles, _steady(system, speed), size)
+        return watch.shown(with_number(system, _PATH, speed), cycles, _steady(system, speed), size)
 
     return run
 
@@ -240,7 +310,7 @@ def _steady(system: Oscillator, speed: float) -> float:
     return float(system.law.kinetic_force(speed)) / system.stiffness
 
 
-def _from_orbit(system: Oscillator, special: SpecialPoint) -> Run:
+def _from_orbit(system: Oscillator, watch: _Watch, special: SpecialPoint) -> Run:
     """Runs from the orbit at a special point: from where it begins to stick, as nothing before is remembered there."""
     assert special.point is not None
     here = special.point.here
@@ -249,20 +319,23 @@ def _from_orbit(system: Oscillator, special: SpecialPoint) -> Run:
     if captures.size and captures[0] > 0:
         state = here.sequence.follow().states[captures[0] - 1]
     x, v = float(state[1]), None if captures.size else float(state[2])
-    return lambda speed, cycles: shown(with_number(system, _PATH, speed), cycles, x, v)
+    return lambda speed, cycles: watch.shown(with_number(system, _PATH, speed), cycles, x, v)
 
 
-def _sweeps(system: Oscillator, low: float, high: float) -> list[Sweep]:
+def _sweeps(system: Oscillator, low: float, high: float, watch: _Watch) -> list[Sweep]:
     """What runs from rest, and from beside steady slip where that is unstable, show over the speeds."""
     speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
     states = [steady_slip(with_number(system, _PATH, speed)) for speed in speeds]
     pairs = zip(speeds, states, strict=True)
     unstable = [speed for speed, state in pairs if state is None or (state.growth > 0 and not state.neutral)]
-    rest, beside = _from_rest(system), _beside(system)
-    return [
-        (rest, [(speed, rest(speed, _CYCLES)) for speed in speeds]),
-        (beside, [(speed, beside(speed, _CYCLES)) for speed in unstable]),
-    ]
+    sweeps: list[Sweep] = [(_from_rest(system, watch), []), (_beside(system, watch), [])]
+    count = len(speeds) + len(unstable)
+    for (run, looks), some in zip(sweeps, (speeds, unstable), strict=True):
+        for speed in some:
+            watch("runs", sum(len(known) for _, known in sweeps), count)
+            looks.append((speed, run(speed, _CYCLES)))
+    watch("runs", count, count)
+    return sweeps
 
 
 def _changes_of_sticking(
@@ -305,6 +378,7 @@ def _branches(
     steady: list[tuple[str, float]],
     neutral: list[tuple[float, float]],
     sweeps: list[Sweep],
+    watch: _Watch,
 ) -> list[Branch]:
     """The branches of the cycles that the sweeps show, and of those born at Hopf points."""
     family = Family((_PATH,), (bounds,), relative=True)
@@ -313,31 +387,56 @@ def _branches(
     def follow(speed: float, beside: bool) -> None:
         there = with_number(system, _PATH, speed)
         guess = (_steady(system, speed), 0.1 * speed) if beside else None
-        branch = _branch(there, speed, guess, family, branches)
+        branch = _branch(there, speed, guess, family, branches, watch)
         if branch is not None:
             branches.append(branch)
 
+    count, done = sum(len(looks) for _, looks in sweeps) + len(steady), 0
     for beside, (_, looks) in enumerate(sweeps):
         for speed, look in looks:
+            watch("cycles", done, count)
+            done += 1
             # Around a centre there is a cycle of any size: none of them is a branch.
             centre = look.stick_time == 0 and any(first <= speed <= last for first, last in neutral)
-            if look.lasts and not centre and not any(_passes(branch, speed, look) for branch in branches):
+            if (
+                look.lasts
+                and not centre
+                and not _decays(system, speed, look)
+                and not any(_passes(branch, speed, look) for branch in branches)
+            ):
                 follow(speed, bool(beside))
     for _, value in steady:
-        new = born_branch(with_number(system, _PATH, value), value, family, branches, 200)
+        watch("cycles", done, count)
+        done += 1
+        new = born_branch(with_number(system, _PATH, value), value, family, branches, 200, watch.go_on)
         if new is not None:
             branches.append(new)
+    watch("cycles", count, count)
     return branches
+
+
+def _decays(system: Oscillator, speed: float, look: Shown) -> bool:
+    """Whether a motion without sticks decays as small disturbances of steady slip do, however slowly."""
+    state = steady_slip(with_number(system, _PATH, speed))
+    if state is None or state.neutral or state.growth >= 0 or look.stick_time > 0:
+        return False
+    return abs(look.growth - state.growth) < 0.05 * abs(state.growth)
 
 
 def _passes(branch: Branch, speed: float, look: Shown) -> bool:
     """Whether a branch has a cycle as large as that of a run."""
     values, sizes = np.asarray(branch.values), np.subtract(branch.x_max, branch.x_min)
     near = np.flatnonzero((values[:-1] - speed) * (values[1:] - speed) <= 0)
-    return bool((np.abs(sizes[near] - 2 * look.size) < 0.1 * sizes[near]).any())
+    # Near a Hopf point neighbours differ much.
+    gaps = values[near + 1] - values[near]
+    shares = np.divide(speed - values[near], gaps, out=np.zeros(len(near)), where=gaps != 0)
+    there = sizes[near] + shares * (sizes[near + 1] - sizes[near])
+    return bool((np.abs(there - 2 * look.size) < 0.1 * there).any())
 
 
-def _branch(system: Oscillator, value: float, guess: Any, family: Family, known: list[Branch]) -> Branch | None:
+def _branch(
+    system: Oscillator, value: float, guess: Any, family: Family, known: list[Branch], watch: _Watch
+) -> Branch | None:
     try:
         cycle = event_cycle(system, guess, t_end=None if guess is None else 150 * system.natural_period)
         if (cycle.marginal and not cycle.sticks) or any(lies_on(branch, cycle, value) for branch in known):
@@ -345,8 +444,8 @@ def _branch(system: Oscillator, value: float, guess: Any, family: Family, known:
         sequence = cycle.closed.sequence
         start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
         way = start.direction * (1.0 if start.direction[-1] > 0 else -1.0)
-        up = Walk(family, 200).go(Point(start.here, start.values, way))
-        down = Walk(family, 60).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
+        up = Walk(family, 200, watch.go_on).go(Point(start.here, start.values, way))
+        down = Walk(family, 60, watch.go_on).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
     except (InputError, Lost):
         return None
     return up if down is None else down.reversed().joined(up)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ from stickslip.errors import InputError
 _PARAMETER = -1
 #: Cycles that are followed on the way, each of half the size, and how many of them are extrapolated.
 _MOST, _USED = 16, 7
+#: A cycle of less than this share of the one before it has vanished on the way.
+_GONE = 1e-2
 #: The share of a period that the longest of them sticks at least.
 _LEAST = 0.02
 
@@ -32,6 +35,8 @@ def vanishing(point: Point, family: Family) -> tuple[str, float, Point] | None:
     return None if found is None else ("nonsmooth_hopf" if found[0] else "hopf", *found[1:])
 
 
+# Kept for the shorter steps from the same point that follow.
+@lru_cache(maxsize=4)
 def vanishing_stick(point: Point, family: Family) -> tuple[float, Point] | None:
     """Where the stick of a cycle, made ever shorter, is none any more: parameter, and the cycle of the shortest stick.
 
@@ -80,12 +85,17 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
     for _ in range(_MOST):
         try:
             sequence = _towards(point, target, family)
-            point = corrected(sequence, point.here.forcing_periods, family, np.array([target]), axis(sequence))
-            size = measure(point)
+            smaller = corrected(sequence, point.here.forcing_periods, family, np.array([target]), axis(sequence))
+            size = measure(smaller)
         except (Lost, InputError):
             break
-        if not 0.0 < size < sizes[-1]:
+        if size < _GONE * sizes[-1]:
+            # Beyond the end Newton's method finds steady slip, or the stick that has vanished.
+            target = (target + parameters[-1]) / 2
+            continue
+        if size >= sizes[-1]:
             break
+        point = smaller
         parameters.append(float(point.values[0]))
         sizes.append(size)
         followed.append(point)

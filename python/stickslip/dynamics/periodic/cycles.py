@@ -107,6 +107,8 @@ class PeriodicOrbit(Cycle):
 
 def from_section(system: Any, t0: float) -> Any:
     """The system whose clock is 0 where that of `system` is `t0`."""
+    if not system.swings:
+        return system
 
     def later(harmonic: Any) -> Any:
         return replace(harmonic, phase=harmonic.phase + harmonic.frequency * t0)

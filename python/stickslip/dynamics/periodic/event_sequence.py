@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -71,12 +72,12 @@ class Layout:
         """How many numbers."""
         return 1 + 2 * self.masses + len(CONTACT) * self.contacts
 
-    @property
+    @cached_property
     def x(self) -> NDArray[np.int64]:
         """Of the positions."""
         return np.arange(1, 1 + self.masses)
 
-    @property
+    @cached_property
     def v(self) -> NDArray[np.int64]:
         """Of the velocities."""
         return self.x + self.masses
@@ -86,15 +87,28 @@ class Layout:
         first = 1 + 2 * self.masses + len(CONTACT) * np.arange(self.contacts)
         return np.add.outer(first, [CONTACT.index(name) for name in names]).astype(np.int64)
 
-    @property
+    @cached_property
     def ages(self) -> NDArray[np.int64]:
         """Of the times of adhesion."""
         return self.contact_coordinates(["age"])[:, 0]
 
+    @cached_property
+    def speeds(self) -> NDArray[np.int64]:
+        """Of the slip speeds of the contacts."""
+        return self.contact_coordinates(["low", "high", "anchor_w", "corner_w"])
+
+    @cached_property
+    def forces(self) -> NDArray[np.int64]:
+        """Of the forces of the contacts."""
+        return self.contact_coordinates(["offset", "anchor_f", "corner_f", "released_at"])
+
+
+_layout = lru_cache(maxsize=64)(Layout)
+
 
 def layout_of(system: Any) -> Layout:
     """Of the states of a system."""
-    return Layout(system.masses, len(system.contacts)) if isinstance(system, System) else Layout(1, 1)
+    return _layout(system.masses, len(system.contacts)) if isinstance(system, System) else _layout(1, 1)
 
 
 def as_list(value: Any) -> list[float] | None:

@@ -15,10 +15,10 @@ from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 
 _T = 0
-_SPEEDS = ("low", "high", "anchor_w", "corner_w")
-_FORCES = ("offset", "anchor_f", "corner_f", "released_at")
 #: Below this share of the largest a multiplier is the zero that an event brings.
 _NOTHING = 1e-11
+#: What rounding leaves of a derivative of the return map that is zero, in sizes of the numbers of the state.
+_ROUNDING = 1e-13
 #: Below this share of the period there is no stick: one that has vanished closes to rounding where slip is neutral.
 _NO_STICK = 1e-7
 #: A step of Newton's method is not halved below this.
@@ -101,10 +101,12 @@ def return_of(sequence: EventSequence, forcing_periods: int, path: str | None = 
     end, rates = followed.states[-1], followed.rates[-1]
     # What nothing along the orbit reads or writes is no part of the map, and what it writes whatever the start was is known.
     within = rates[np.ix_(coordinates, coordinates)]
+    sizes = size_of(sequence.system, sequence.start, coordinates)
+    depends = np.abs(within) * sizes > _ROUNDING * sizes[:, None]
     unit = np.eye(len(coordinates), dtype=bool)
-    alone = ~(np.where(unit, 0.0, within) != 0).any(axis=1) & ~(np.where(unit, 0.0, within) != 0).any(axis=0)
+    alone = ~(depends & ~unit).any(axis=1) & ~(depends & ~unit).any(axis=0)
     idle = alone & (np.diag(within) == 1)
-    written = ~(within != 0).any(axis=1)
+    written = ~depends.any(axis=1)
     fixed, coordinates = coordinates[written], coordinates[~idle & ~written]
     defect = end[coordinates] - sequence.start[coordinates]
     # They move with the parameter, and what depends on them with them.
@@ -154,10 +156,9 @@ def size_of(system: Oscillator | System, start: Floats, coordinates: NDArray[np.
     sizes[_T], sizes[layout.x], sizes[layout.v] = time, length, length / time
     sizes[layout.ages] = np.maximum(sizes[layout.ages], time)
     # A number of the line or the memory that passes zero is no smaller a part of the law than the others of its dimension.
-    for alike in (_SPEEDS, _FORCES):
-        columns = layout.contact_coordinates(alike)
-        known = np.where(np.isfinite(sizes[columns]), sizes[columns], np.nan)
-        sizes[columns] = np.nanmax(known, axis=1, keepdims=True)
+    for columns in (layout.speeds, layout.forces):
+        alike = sizes[columns]
+        sizes[columns] = np.where(np.isfinite(alike), alike, 0.0).max(axis=1, keepdims=True)
     return np.asarray(sizes[coordinates], float)
 
 

@@ -35,7 +35,8 @@ class Family:
         return np.maximum(np.abs(values), 1e-3 * spans) if self.relative else spans
 
 
-@dataclass(frozen=True)
+# Known by itself, so that what was found from it can be kept.
+@dataclass(frozen=True, eq=False)
 class Point:
     """A closed orbit of a family, the values of its parameters, and the direction in which the curve goes on.
 

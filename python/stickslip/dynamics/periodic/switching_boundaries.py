@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -69,9 +69,18 @@ def _smallest(values: dict[Label, float]) -> list[Label]:
 def _ends(point: Point, family: Family, tests: list[Label]) -> Iterator[tuple[Point, Label]]:
     """The orbits of a curve on which one of some test functions vanishes, where there are."""
     for label in dict.fromkeys(tests):
-        with contextlib.suppress(Lost):
-            boundary = on_boundary(point, family, label)
+        boundary = _end(point, family, label)
+        if boundary is not None:
             yield boundary, boundary.boundary if isinstance(boundary.boundary, tuple) else label
+
+
+@lru_cache(maxsize=32)
+def _end(point: Point, family: Family, label: Label) -> Point | None:
+    """The orbit on a boundary, kept for the shorter steps from the same point that follow; None where there is none."""
+    try:
+        return on_boundary(point, family, label)
+    except Lost:
+        return None
 
 
 def _meets(point: Point, boundary: Point, family: Family) -> bool:
@@ -192,6 +201,7 @@ def beyond(boundary: Point, old: Return, family: Family, ways: tuple[float, ...]
         low_x, high_x = _extent(old)
     for offset, sign in itertools.product((1e-3, 3e-3, 1e-2), ways):
         value = float(boundary.values[0]) + sign * offset * span
+        tried: list[float] = []
         for sequence, kinds in _probes(boundary, family, value, offset):
             try:
                 cut, forcing_periods = find(
@@ -200,6 +210,10 @@ def beyond(boundary: Point, old: Return, family: Family, ways: tuple[float, ...]
                 point = corrected(cut, forcing_periods, family, np.array([value]), axis(cut))
             except (InputError, Lost, IndexError):
                 continue
+            period = point.here.period
+            if any(abs(period - before) < 1e-9 * before for before in tried):
+                continue
+            tried.append(period)
             if not consistent(point.here) or signature(point.here) == signature(old):
                 continue
             extent = _extent(point.here)
