@@ -142,7 +142,7 @@ class _Seen:
 
 def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progress | None) -> xr.Dataset:
     times = setup.folder / setup.times if setup.times is not None else None
-    film = Film(source, setup.frame_rate, times)
+    film = Film(source, setup.frame_rate, times, grey=setup.grey)
     seen = _look(film, setup, progress)
     if not any(len(detections) for detections in seen.pictures):
         raise InputError(

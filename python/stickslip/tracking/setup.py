@@ -126,6 +126,11 @@ class Setup(Document):
         """How many markers are followed."""
         return self.masses or 1
 
+    @property
+    def grey(self) -> bool:
+        """Whether the colours of a picture are not needed."""
+        return self.channel == "grey" and (self.finder != "blob" or self.marker in ("dark", "bright"))
+
     @classmethod
     def of(cls, given: Setup | Mapping[str, Any] | str | Path | None, **options: Any) -> Setup:
         """A setup from one, a table, the path of a TOML file or nothing; `options` come last and win."""

@@ -411,7 +411,7 @@ def _result(
     leverage = np.array([np.sum(left[a:b] ** 2) for a, b in pairwise(edges)])
     alone = [float(np.mean(s**2 / whole)) for s, whole in zip(sigma, together, strict=True)]
     independent = np.array([max(len(s) * part, 1.0) for s, part in zip(sigma, alone, strict=True)])
-    few = [len(s) < FEWEST_ROWS and stated.any() for s, stated in zip(sigma, problem.stated, strict=True)]
+    few = [len(s) < FEWEST_ROWS and bool(stated.any()) for s, stated in zip(sigma, problem.stated, strict=True)]
     scatter_of = independent + np.where(few, STATED, 0.0)
     freedom = np.maximum(scatter_of - leverage, 1.0)
     swell = np.sqrt(np.sum(share * (scatter_of / freedom)[:, None], axis=0))

@@ -52,6 +52,7 @@ class Film:
     frame_rate : pictures per second of the camera. A video says its own; this overrides it, for slow motion: its time
         stamps are then scaled by (rate the file says) / `frame_rate`. Images need it, or `times`.
     times : a text file with one time in s a line, or the times themselves; for images or instead of a video's stamps.
+    grey : the pictures are (height, width) of luma.
 
     Attributes
     ----------
@@ -68,6 +69,7 @@ class Film:
     frame_rate: float | None = None
     times: str | Path | npt.ArrayLike | None = None
     notes: list[str] = field(default_factory=list)
+    grey: bool = False
 
     def __post_init__(self) -> None:
         rate = self.frame_rate
@@ -172,12 +174,12 @@ class Film:
         for path, pages in zip(self._images or [], self._pages, strict=True):
             if pages == 1:
                 try:
-                    yield path, 0, _read_image(path)
+                    yield path, 0, _read_image(path, self.grey)
                 except InputError as error:
                     yield path, 0, error
                 continue
             for first in range(0, pages, PAGES):
-                found = _read_pages(path, first, min(PAGES, pages - first))
+                found = _read_pages(path, first, min(PAGES, pages - first), self.grey)
                 for page, picture in enumerate(found, start=first + 1):
                     yield path, page, picture
 
@@ -209,7 +211,7 @@ class Film:
             for number in range(damaged):  # its stamp is lost with it
                 yield last + (time - last) * (number + 1) / (damaged + 1), None
             index, last, damaged, damaged_in_all = index + damaged + 1, time, 0, damaged_in_all + damaged
-            yield time, picture
+            yield time, cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) if self.grey else picture
         capture.release()
         if index == 0:
             raise InputError(f"{path}: no picture could be decoded, the file seems damaged; copy it again")
@@ -277,14 +279,14 @@ def read_picture(path: str | Path) -> Picture:
     return _eight_bits(_read_image(input_file(path, "picture")))
 
 
-def _read_image(path: Path) -> npt.NDArray[Any]:
+def _read_image(path: Path, grey: bool = False) -> npt.NDArray[Any]:
     cv2 = vision()
     if _pixels(path) > MOST_PIXELS:
         raise InputError(
             f"{path}: a picture of at most {MOST_PIXELS / 1e6:.0f} million pixels was expected; is it damaged?"
         )
     try:
-        picture: npt.NDArray[Any] | None = cv2.imread(str(path), cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH)
+        picture: npt.NDArray[Any] | None = cv2.imread(str(path), _kind(grey))
     except cv2.error:
         picture = None
     if picture is None:
@@ -294,6 +296,11 @@ def _read_image(path: Path) -> npt.NDArray[Any]:
     return picture
 
 
+def _kind(grey: bool) -> int:
+    cv2 = vision()
+    return int((cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR_BGR) | cv2.IMREAD_ANYDEPTH)
+
+
 def _count_pages(path: Path) -> int:
     """How many pictures an image file holds, as far as it says."""
     if path.suffix.lower() not in STACKS or not path.is_file():
@@ -301,20 +308,19 @@ def _count_pages(path: Path) -> int:
     return max(1, int(vision().imcount(str(path))))
 
 
-def _read_pages(path: Path, first: int, count: int) -> list[npt.NDArray[Any] | InputError]:
+def _read_pages(path: Path, first: int, count: int, grey: bool = False) -> list[npt.NDArray[Any] | InputError]:
     """Pages `first` to `first + count` (from 0), or why one cannot be read."""
     cv2 = vision()
-    kind = cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH
     damaged = InputError(f"{path}: a page is no whole picture; copy it again")
     if _pixels(path) > MOST_PIXELS:
         return [damaged] * count
     try:
-        seen, found = cv2.imreadmulti(str(path), start=first, count=count, flags=kind)
+        seen, found = cv2.imreadmulti(str(path), start=first, count=count, flags=_kind(grey))
     except cv2.error:
         seen, found = False, ()
     pages = [*found] if seen else []
     if len(pages) < count and count > 1:  # a damaged page takes the others with it
-        return [one for page in range(first, first + count) for one in _read_pages(path, page, 1)]
+        return [one for page in range(first, first + count) for one in _read_pages(path, page, 1, grey)]
     return [page if page.dtype.kind == "u" else damaged for page in pages] or [damaged]
 
 
