@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.documents import input_file, read_text
+from stickslip.tracking.video.raw import Raw
 from stickslip.tracking.video.vision import MOST_PIXELS, vision
 
 Picture = npt.NDArray[np.uint8]
@@ -53,6 +54,7 @@ class Film:
         stamps are then scaled by (rate the file says) / `frame_rate`. Images need it, or `times`.
     times : a text file with one time in s a line, or the times themselves; for images or instead of a video's stamps.
     grey : the pictures are (height, width) of luma.
+    raw : how bare grey levels lie in the files, which may then have any name.
 
     Attributes
     ----------
@@ -70,6 +72,7 @@ class Film:
     times: str | Path | npt.ArrayLike | None = None
     notes: list[str] = field(default_factory=list)
     grey: bool = False
+    raw: Raw | None = None
 
     def __post_init__(self) -> None:
         rate = self.frame_rate
@@ -89,17 +92,21 @@ class Film:
             path = Path(self.source)
             if path.is_dir():
                 self._images = natural_order(
-                    [file for file in path.iterdir() if file.suffix.lower() in IMAGES and not file.name.startswith(".")]
+                    [
+                        file
+                        for file in path.iterdir()
+                        if (self.raw is not None or file.suffix.lower() in IMAGES) and not file.name.startswith(".")
+                    ]
                 )
                 if not self._images:
                     raise InputError(
                         f"{path}: the folder holds no images; expected files ending in {', '.join(IMAGES[:3])}"
                     )
-            elif input_file(path, "film or folder of images").suffix.lower() in IMAGES:
+            elif input_file(path, "film or folder of images").suffix.lower() in IMAGES or self.raw is not None:
                 self._images = [path]
             else:
                 self._file_rate = self._open(path).get(vision().CAP_PROP_FPS)
-        self._pages = [_count_pages(path) for path in self._images or []]
+        self._pages = [(self.raw.count if self.raw else _count_pages)(path) for path in self._images or []]
         if self._images is not None and self._times is None and rate is None:
             if len(self) > 1:
                 raise InputError(
@@ -150,7 +157,7 @@ class Film:
                 if isinstance(deep, InputError):
                     raise deep
                 if deep.dtype != np.uint8 and white is None:
-                    white = white_level(deep)
+                    white = white_level(deep) if self.raw is None else self.raw.white
                     self.notes.append(f"Pictures of more than 8 bits are read with white at {white}.")
                 picture = _eight_bits(deep, white)
             except InputError:
@@ -172,6 +179,11 @@ class Film:
     def _read_images(self) -> Iterator[tuple[Path, int, npt.NDArray[Any] | InputError]]:
         """Each picture with its file and page (from 1; 0 of a file with one), or why it cannot be read."""
         for path, pages in zip(self._images or [], self._pages, strict=True):
+            if self.raw is not None:
+                for number in range(pages):
+                    levels = self.raw.read(path, number)
+                    yield path, number + 1, levels if self.grey else np.repeat(levels[..., None], 3, axis=2)
+                continue
             if pages == 1:
                 try:
                     yield path, 0, _read_image(path, self.grey)
