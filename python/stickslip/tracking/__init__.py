@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stickslip.tracking.batch import track_films
+    from stickslip.tracking.bodies import rigid_body
     from stickslip.tracking.check_film import draw_tracks, tracks_over_film, write_check_film
     from stickslip.tracking.follow import track
-    from stickslip.tracking.rigid_body import rigid_body
     from stickslip.tracking.scale.calibration import Calibration, Lens, read_calibration
     from stickslip.tracking.scale.scale_check import FreeFall, free_fall
     from stickslip.tracking.setup import Setup
@@ -30,7 +30,7 @@ _HOME = {
     "free_fall": "scale.scale_check",
     "read_calibration": "scale.calibration",
     "read_osp": "video.osp",
-    "rigid_body": "rigid_body",
+    "rigid_body": "bodies",
     "track": "follow",
     "track_films": "batch",
     "tracks_over_film": "check_film",

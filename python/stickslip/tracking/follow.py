@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_writable
+from stickslip.tracking.bodies import rigid_body
 from stickslip.tracking.doubts import FEWEST, TEXTURE, clearness, hidden, remarks, scatter
 from stickslip.tracking.finding.blobs import ALIKE
 from stickslip.tracking.finding.detections import Array, Detections
@@ -21,7 +22,6 @@ from stickslip.tracking.finding.subset import Subset
 from stickslip.tracking.finding.template import find_templates
 from stickslip.tracking.linking import CLEAR, Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
-from stickslip.tracking.rigid_body import rigid_body
 from stickslip.tracking.scale.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.setup import Setup
 from stickslip.tracking.video.osp import PROJECTS, TEXTS, read_osp

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.tracking.finding.detections import Detections, Row
 
-Sightings = list[list[Row]]
+Rows = list[list[Row]]
 """The detections of each picture."""
 
 SURE = 2.0
@@ -78,7 +78,7 @@ class Track:
         self.frames.append(frame)
         self.indices.append(index)
 
-    def rows(self, film: Sightings) -> list[Row]:
+    def rows(self, film: Rows) -> list[Row]:
         """Where it was seen."""
         return [film[frame][index] for frame, index in zip(self.frames, self.indices, strict=True)]
 
@@ -98,7 +98,7 @@ class Limits:
     contrast: float = math.log(2.5)
 
     @classmethod
-    def of(cls, tracks: list[Track], film: Sightings, reach: float) -> Limits:
+    def of(cls, tracks: list[Track], film: Rows, reach: float) -> Limits:
         """Those of these tracks: what they did in all but one step of a hundred, and as much again.
 
         `reach` is the one with which they were followed.
@@ -181,7 +181,7 @@ def _reaches(pictures: list[Detections]) -> list[float]:
     return list(np.geomspace(first, last, 1 + math.ceil(math.log(last / first, 1.6))))
 
 
-def link(film: Sightings, limits: Limits) -> list[Track]:
+def link(film: Rows, limits: Limits) -> list[Track]:
     """Follow everything that was seen through the film.
 
     In each picture tracks and detections are paired so that the sum of the distances, over the reach and weighed by how
@@ -271,7 +271,7 @@ def _least(possible: list[tuple[int, int, float]], alone: list[float], count: in
 
 def choose(
     tracks: list[Track],
-    film: Sightings,
+    film: Rows,
     count: int,
     *,
     start: tuple[tuple[float, float], ...] | None = None,
@@ -316,7 +316,7 @@ def choose(
     return chosen
 
 
-def _prefer_moving(chosen: list[Track], tracks: list[Track], film: Sightings, resting: int) -> None:
+def _prefer_moving(chosen: list[Track], tracks: list[Track], film: Rows, resting: int) -> None:
     """Take tracks that move for chosen ones that rest and look hardly more like a marker, down to `resting` of these."""
     left = [track for track in tracks if track not in chosen and track.score >= RIVAL * chosen[-1].score]
     left = [track for track in left if not any(_same_thing(track, other, film) for other in chosen)]
@@ -335,14 +335,14 @@ def _prefer_moving(chosen: list[Track], tracks: list[Track], film: Sightings, re
         track.at_rest = [other for other in left if rests_beside(other, track)]
 
 
-def _travel(track: Track, film: Sightings) -> float:
+def _travel(track: Track, film: Rows) -> float:
     """How far apart its places lie, in px; of a coordinate that an edge cuts off nothing is known."""
     rows = track.rows(film)
     known = [row.x for row in rows if not row.cut_x], [row.y for row in rows if not row.cut_y]
     return math.hypot(*(float(np.ptp(np.percentile(whole, [5, 95]))) for whole in known if whole))
 
 
-def _continues(piece: Track, track: Track, chosen: list[Track], film: Sightings) -> bool:
+def _continues(piece: Track, track: Track, chosen: list[Track], film: Rows) -> bool:
     """Whether a piece is the same marker before or after a gap: like it, in reach and nobody else's."""
     before, after = (piece, track) if piece.frames[-1] < track.frames[0] else (track, piece)
     if before.frames[-1] >= after.frames[0] or len(piece.frames) < PATIENCE:
@@ -365,11 +365,11 @@ def _join(track: Track, piece: Track) -> None:
     piece.frames, piece.indices = [], []
 
 
-def _first_distance(track: Track, film: Sightings, x: float, y: float) -> float:
+def _first_distance(track: Track, film: Rows, x: float, y: float) -> float:
     return math.dist(track.rows(film)[0][:2], (x, y))
 
 
-def _same_thing(one: Track, other: Track, film: Sightings) -> bool:
+def _same_thing(one: Track, other: Track, film: Rows) -> bool:
     """Whether one is a part of the other: they are nearer to each other than half a diameter."""
     indices = dict(zip(other.frames, other.indices, strict=True))
     apart = [

@@ -57,23 +57,23 @@ def rigid_body(motion: xr.Dataset, points: Sequence[int] | None = None) -> xr.Da
     if len(set(chosen)) < max(2, len(chosen)) or not set(chosen) <= set(range(masses)):
         raise InputError(f"rigid_body: expected two or more of the masses 0 to {masses - 1} as points, got {chosen}")
     square = _variance(motion, chosen)
-    places = motion["x"].to_numpy()[:, chosen] + 1j * motion["y"].to_numpy()[:, chosen]
-    known = np.isfinite(places)
+    positions = motion["x"].to_numpy()[:, chosen] + 1j * motion["y"].to_numpy()[:, chosen]
+    known = np.isfinite(positions)
     whole = np.flatnonzero(known.all(axis=1))
     if not whole.size:
         raise InputError("rigid_body: no picture shows all points; leave those out that are seen least")
-    weight, places = np.where(known, 1 / square, 0.0), np.where(known, places, 0)
-    shape = places[whole[0]] - places[whole[0]].mean()
+    weight, positions = np.where(known, 1 / square, 0.0), np.where(known, positions, 0)
+    shape = positions[whole[0]] - positions[whole[0]].mean()
     if np.abs(shape).max() == 0:
         raise InputError("rigid_body: the points lie at one place; name points that are apart")
     enough = known.sum(axis=1) >= 2
     for _ in range(ROUNDS):
-        centre, turn, _ = _pose(places, weight, shape)
-        own = np.where(known & enough[:, None], (places - centre[:, None]) / turn[:, None], 0).sum(axis=0)
+        centre, turn, _ = _pose(positions, weight, shape)
+        own = np.where(known & enough[:, None], (positions - centre[:, None]) / turn[:, None], 0).sum(axis=0)
         shape = own / (known & enough[:, None]).sum(axis=0)
         shape = (shape - shape.mean()) * turn[whole[0]]
-    centre, turn, error = _pose(places, weight, shape)
-    off = np.where(known, places - centre[:, None] - turn[:, None] * shape, 0)[enough]
+    centre, turn, error = _pose(positions, weight, shape)
+    off = np.where(known, positions - centre[:, None] - turn[:, None] * shape, 0)[enough]
     free = 2 * known[enough].sum() - 3 * enough.sum()
     scale = max(1.0, math.sqrt(float((weight[enough] * np.abs(off) ** 2).sum()) / max(int(free), 1)))
     total = np.maximum(weight.sum(axis=1), 1e-300)
@@ -107,12 +107,12 @@ def _variance(motion: xr.Dataset, chosen: list[int]) -> Array:
     return np.maximum(np.nan_to_num(both, nan=1.0), 1e-6 * least if least > 0 else 1.0)
 
 
-def _pose(places: np.ndarray, weight: Array, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray, Array]:
+def _pose(positions: np.ndarray, weight: Array, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray, Array]:
     """Centre, turn exp(iθ) and error of θ in each picture, from points as complex numbers."""
     total = np.maximum(weight.sum(axis=1), 1e-300)
-    middle, of_shape = (weight * places).sum(axis=1) / total, weight @ shape / total
+    middle, of_shape = (weight * positions).sum(axis=1) / total, weight @ shape / total
     arms = shape - of_shape[:, None]
-    product = (weight * arms.conj() * (places - middle[:, None])).sum(axis=1)
+    product = (weight * arms.conj() * (positions - middle[:, None])).sum(axis=1)
     turn = np.where(np.abs(product) > 0, product / np.maximum(np.abs(product), 1e-300), 1)
     lever = (weight * np.abs(arms) ** 2).sum(axis=1)
     return middle - turn * of_shape, turn, 1 / np.sqrt(np.maximum(lever, 1e-300))
