@@ -54,7 +54,7 @@ def response_map(picture: Picture, marker: str, channel: str = "grey") -> Respon
     if marker in ("dark", "bright"):
         if picture.ndim == 3:
             cv2, number = vision(), CHANNELS.get(channel)
-            picture = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) if number is None else picture[..., number]
+            picture = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) if number is None else picture[..., number])
         return picture if marker == "bright" else np.asarray(255 - picture, np.uint8)
     rgb = COLOURS.get(marker) or tuple(int(marker[i : i + 2], 16) for i in (1, 3, 5))
     colour = np.array(rgb[::-1], np.float32)
