@@ -7,6 +7,8 @@ import pytest
 
 import stickslip as ss
 from stickslip.identification import identify
+from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.records import read_records
 from stickslip.measurement import Rig, measure
 
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
@@ -70,3 +72,22 @@ def test_the_work_of_whole_slips_is_known_far_better_than_the_force_at_their_end
     found = identify(friction, law="StaticKinetic").parameters.loc["kinetic"]
     assert found["low"] < LAW.kinetic < found["high"]
     assert found["high"] - found["low"] < 4 * noise / np.sqrt(slips)
+
+
+@pytest.fixture(scope="module")
+def three_slips():
+    """Cut within the first slip, so that one of them is open."""
+    return record(events("release")[1] + 0.4, events("capture")[3] + 0.5)
+
+
+def test_the_stated_error_of_the_work_of_a_slip_is_what_the_work_is_off(three_slips):
+    friction = [three_slips, record(events("release")[1] - 4.0, events("capture")[7] + 0.5)]
+    motions = [Motion.of(one, ss.laws.StaticKinetic) for one in read_records(friction)]
+    off = np.concatenate([motion.misfit(LAW) / motion.misfit_error() for motion in motions])
+    assert 0.6 < np.sqrt(np.mean(off**2)) < 1.5
+
+
+def test_three_slips_tell_the_kinetic_force_as_well_as_their_errors_say(three_slips):
+    found = identify(three_slips, law="StaticKinetic").parameters.loc["kinetic"]
+    assert found["low"] < LAW.kinetic < found["high"]
+    assert found["high"] - found["low"] < 0.5 * 3e-3  # of the noise

@@ -108,6 +108,44 @@ def test_a_leap_is_said(tmp_path):
     assert any("another spot may have been taken" in note for note in motion.attrs["notes"])
 
 
+def dots(folder, sizes, frames=40, grey=60):
+    """Dots of these diameters side by side on rows that swing together, on a belt with texture."""
+    folder.mkdir()
+    rng = np.random.default_rng(4)
+    grain = cv2.GaussianBlur(rng.standard_normal((100, 700)).astype(np.float32), (0, 0), 2.5)
+    for index in range(frames):
+        picture = 170 + 6 * grain[:, 2 * index : 2 * index + 600] / grain.std() + rng.normal(0, 2, (100, 600))
+        for number, size in enumerate(sizes):
+            x, y = (50 + 90 * number + 25 * np.sin(index / 5)) * 16, 50 * 16
+            level = grey - 50 if size > 20 else grey
+            cv2.circle(picture, (round(x), y), round(8 * size), level, -1, cv2.LINE_AA, 4)
+        cv2.imwrite(
+            str(folder / f"{index:03d}.png"), np.clip(cv2.GaussianBlur(picture, (0, 0), 0.8), 0, 255).astype(np.uint8)
+        )
+
+
+def test_a_darker_dot_of_another_size_is_not_taken_for_one_of_the_markers(tmp_path):
+    dots(tmp_path / "film", (14, 14, 32, 14, 14, 14))
+    motion = track(tmp_path / "film", frame_rate=20.0, masses=5)
+    np.testing.assert_allclose(motion["x_px"].to_numpy()[0], [50, 140, 320, 410, 500], atol=1)
+    assert any("about 14" in note and "give size if that is wrong" in note for note in motion.attrs["notes"])
+
+
+def test_texture_that_is_darker_for_some_pictures_is_not_taken_for_the_marker(tmp_path):
+    dots(tmp_path / "film", (14,), grey=110)
+    for index in range(14, 22):  # the marker is hidden, and a larger patch shows
+        path = tmp_path / "film" / f"{index:03d}.png"
+        picture = cv2.imread(str(path))
+        picture[30:70, :120] = 170
+        cv2.circle(picture, (140 + index, 50), 14, (60, 60, 60), -1, cv2.LINE_AA)
+        cv2.imwrite(str(path), picture)
+    motion = track(tmp_path / "film", frame_rate=20.0)
+    seen = motion["lost"].to_numpy()[:, 0] == ""
+    true = 50 + 25 * np.sin(np.arange(40) / 5)
+    assert seen.sum() >= 30
+    assert np.abs(motion["x_px"].to_numpy()[seen, 0] - true[seen]).max() < 0.5
+
+
 def test_a_fixed_mark_takes_out_the_shake_of_the_camera(tmp_path):
     truth = filmed(tmp_path / "film", width=400, scale=40.0)
     shake = 1.5 * np.random.default_rng(2).standard_normal((60, 2))

@@ -77,7 +77,7 @@ def test_a_blob_is_found_to_a_hundredth_of_a_pixel():
     errors = []
     for _ in range(60):
         x, y = 60 + random.uniform(-1, 1), 40 + random.uniform(-1, 1)
-        found = find_blobs(255 - np.rint(disc(x, y)))
+        found = find_blobs((255 - np.rint(disc(x, y))).astype(np.uint8))
         assert len(found) == 1
         errors += [found.x[0] - x, found.y[0] - y]
         assert found.size[0] == pytest.approx(20, rel=0.05)
@@ -87,12 +87,12 @@ def test_a_blob_is_found_to_a_hundredth_of_a_pixel():
 
 def test_uneven_light_does_not_hide_a_blob():
     picture = np.minimum(disc(30, 40), disc(90, 40)) * np.linspace(1.0, 0.25, 120)
-    found = find_blobs((255 - picture).astype(np.float32), size=20).best(2)
+    found = find_blobs((255 - picture).astype(np.uint8), size=20).best(2)
     np.testing.assert_allclose(np.sort(found.x), [30, 90], atol=0.5)
 
 
 def test_a_blob_at_the_edge_is_known_to_be_cut_off():
-    found = find_blobs(255 - disc(4, 40))
+    found = find_blobs((255 - disc(4, 40)).astype(np.uint8))
     assert found.cut_x[0]
     assert not found.cut_y[0]
 
@@ -292,7 +292,7 @@ def test_windows_find_what_whole_pictures_show_and_look_at_few_of_them():
 
     def response(picture):
         looks.append(picture.size)
-        return 255 - picture[..., 0].astype(np.float32)
+        return 255 - picture[..., 0]
 
     def followed(windows):
         looks.clear()
@@ -305,10 +305,24 @@ def test_windows_find_what_whole_pictures_show_and_look_at_few_of_them():
     assert few < 0.5 * many
 
 
+def test_a_rival_that_comes_later_is_seen_from_its_first_picture_on():
+    alone = [np.clip(disc(40 + 20 * np.sin(i / 9), 40), 0, 255).astype(np.uint8) for i in range(270)]
+    both = [
+        np.minimum(picture, disc(100, 40).astype(np.uint8)) if i >= 150 else picture for i, picture in enumerate(alone)
+    ]
+    counts = {}
+    for name, pictures in (("alone", alone), ("both", both)):
+        found = list(Watch(lambda picture: 255 - picture, 1, size=20)(iter(pictures)))
+        counts[name] = [len(rows) for rows, _ in found]
+        assert sum(whole for _, whole in found) < 5 or name == "both"
+    assert counts["alone"] == 270 * [1]
+    assert counts["both"] == 150 * [1] + 120 * [2]
+
+
 def test_where_a_marker_is_lost_whole_pictures_are_looked_at_until_it_is_back():
     pictures = [np.repeat(disc(40 + i, 40).astype(np.uint8)[..., None], 3, axis=2) for i in range(40)]
     pictures[25] = np.full_like(pictures[0], 255)
-    found = list(Watch(lambda picture: 255 - picture[..., 0].astype(np.float32), 1, size=20)(iter(pictures)))
+    found = list(Watch(lambda picture: 255 - picture[..., 0], 1, size=20)(iter(pictures)))
     assert [i for i, (rows, _) in enumerate(found) if not len(rows)] == [25]
     assert all(whole for _, whole in found[:28])
     assert not any(whole for _, whole in found[30:])

@@ -37,3 +37,35 @@ def test_many_films_are_drawn_each(tmp_path):
     assert main(["track", *films, "-o", str(tmp_path / "out"), "--plot", str(tmp_path / "tracks.png")]) == 0
     assert (tmp_path / "tracks-a.png").stat().st_size > 1000
     assert (tmp_path / "tracks-b.png").exists()
+
+
+@pytest.mark.parametrize(("bits", "packed"), [(8, False), (12, False), (12, True), (10, True)])
+def test_bare_grey_levels_of_a_machine_camera(tmp_path, bits, packed):
+    from stickslip.tracking.video.raw import Raw
+
+    rows, columns = np.mgrid[:60, :120]
+    levels = [np.clip(np.hypot(columns - 30 - 4.0 * i, rows - 30) - 7.5, 0, 1) for i in range(12)]
+    levels = [np.rint((0.2 + 0.7 * level) * (2**bits - 1)).astype("<u2") for level in levels]
+    if packed:
+        bit = [(level.ravel()[:, None] >> np.arange(bits)) & 1 for level in levels]
+        data = [np.packbits(one.astype(np.uint8).ravel(), bitorder="little").tobytes() for one in bit]
+    else:
+        data = [level.astype(np.uint8 if bits == 8 else "<u2").tobytes() for level in levels]
+    path = tmp_path / "camera.bin"
+    path.write_bytes(b"head" + b"".join(data))
+    raw = {"width": 120, "height": 60, "bits": bits, "packed": packed, "header": 4}
+    assert (Raw(**raw).read(path, 3) == levels[3]).all()
+    motion = track(path, raw=raw, frame_rate=100.0, check=tmp_path / "check")
+    np.testing.assert_allclose(motion["x_px"][:, 0], 30 + 4.0 * np.arange(12), atol=0.02)
+    with pytest.raises(InputError, match=r"expected whole pictures of \d+ bytes \(119 x 60 px of"):
+        track(path, raw=raw | {"width": 119, "packed": False}, frame_rate=100.0)
+    with pytest.raises(InputError, match="images carry no time"):
+        track(path, raw=raw)
+    with pytest.raises(InputError, match="raw: bits must"):
+        track(path, raw=raw | {"bits": 32}, frame_rate=100.0)
+
+
+def test_grey_levels_of_more_bits_than_was_said_are_refused(tmp_path):
+    (tmp_path / "a.raw").write_bytes(np.full(200, 5000, "<u2").tobytes())
+    with pytest.raises(InputError, match="holds the grey level 5000, more than 12 bits can say"):
+        track(tmp_path / "a.raw", raw={"width": 20, "height": 10, "bits": 12}, frame_rate=1.0)

@@ -176,8 +176,8 @@ class Film:
         return not self.scene.contrast or bool(self.scene.shake or self.scene.tilt)
 
     @property
-    def scale_is_free(self) -> bool:
-        """Whether a change in proportion to x is no error of places: clicked marks leave a doubt in the scale."""
+    def plane_is_free(self) -> bool:
+        """Whether a change with x and x² is no error of places: clicked marks leave a doubt in the plane."""
         return bool(self.scene.tilt)
 
     @property
@@ -329,9 +329,9 @@ def with_stickslip(path: Path, film: Film) -> Line:
     off = x - SCALE * place(START + motion["time"].to_numpy())
     if film.zero_is_free:
         off -= np.nanmean(off)
-    if film.scale_is_free:
+    if film.plane_is_free:
         seen = np.isfinite(off)
-        off -= np.polyval(np.polyfit(x[seen], off[seen], 1), x)
+        off -= np.polyval(np.polyfit(x[seen], off[seen], 2), x)
     rig = Rig(
         instrument="displacement", column="x", unit="m", stiffness=600.0, mass=1.2, damping=1.0,
         drive_velocity=OSCILLATOR.drive_velocity, read={"missing": "drop"},
@@ -446,7 +446,8 @@ Made by `films.py`, which draws the films with code of its own and encodes them 
 The film is that of a mass of 1.2 kg on a spring of 600 N/m that sticks and slips (f_s = 6 N, f_k = 3 N) on a belt of
 0.05 m/s; 480 x 200 px, 240 pictures a second and 3 s where nothing else is said; a marker of 20 px, noise of 2 grey levels,
 light that falls by a quarter across the picture, a belt with texture. Scale and zero are given, no region, no size. Where
-four marks were clicked to the pixel, zero and scale are fitted to the truth: what marks do to them the calibration says.
+four marks were clicked to the pixel, zero, scale and perspective are fitted to the truth: what marks do to them the
+calibration says.
 
 Error: rms off the truth in px. Stated: median of the stated errors. Held: share of the pictures whose 95 % interval holds the
 truth. Lost: pictures without a place, or more than 5 px off. Friction: rms error in % of f_s, pictures beside an event left

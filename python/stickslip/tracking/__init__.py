@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stickslip.tracking.batch import track_films
+    from stickslip.tracking.bodies import rigid_body
     from stickslip.tracking.check_film import draw_tracks, tracks_over_film, write_check_film
     from stickslip.tracking.follow import track
     from stickslip.tracking.scale.calibration import Calibration, Lens, read_calibration
@@ -29,6 +30,7 @@ _HOME = {
     "free_fall": "scale.scale_check",
     "read_calibration": "scale.calibration",
     "read_osp": "video.osp",
+    "rigid_body": "bodies",
     "track": "follow",
     "track_films": "batch",
     "tracks_over_film": "check_film",
@@ -47,6 +49,7 @@ __all__ = [
     "free_fall",
     "read_calibration",
     "read_osp",
+    "rigid_body",
     "track",
     "track_films",
     "tracks_over_film",

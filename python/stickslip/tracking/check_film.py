@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.errors import InputError
+from stickslip.tracking.setup import Setup
 from stickslip.tracking.video.source import Film, Picture
 from stickslip.tracking.video.vision import vision
 from stickslip.tracking.video.writing import write_pictures
@@ -41,7 +42,7 @@ def write_check_film(
     progress : called with (what, pictures done, pictures in all).
     """
     rate = float(motion.attrs["frame_rate"]) or 25.0
-    film = Film(source, times=motion["time"].to_numpy())
+    film = Film(source, times=motion["time"].to_numpy(), raw=Setup.from_toml(motion.attrs.get("setup", "")).raw)
 
     def drawn() -> Iterator[Picture]:
         for index, (_, picture) in enumerate(film):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,9 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import check_writable
-from stickslip.tracking.doubts import TEXTURE, clearness, hidden, remarks, scatter
+from stickslip.tracking.bodies import rigid_body
+from stickslip.tracking.doubts import FEWEST, TEXTURE, clearness, hidden, remarks, scatter
+from stickslip.tracking.finding.blobs import ALIKE
 from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.finding.response_map import response_map
@@ -45,6 +47,9 @@ PERSISTS = 1.15
 
 COPIED = 1.6
 """The same where pictures are coded as differences: what rests or moves on is copied from one to the next, errors too."""
+
+STRANGERS = 0.05
+"""A track of which so many sightings are of another size than the markers usually have is doubtful."""
 
 CROWD = 60
 """More candidates than this (and three a mass) are not looked at in one picture."""
@@ -142,7 +147,36 @@ class _Seen:
 
 def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progress | None) -> xr.Dataset:
     times = setup.folder / setup.times if setup.times is not None else None
-    film = Film(source, setup.frame_rate, times)
+    film = Film(source, setup.frame_rate, times, grey=setup.grey, raw=setup.raw)
+    seen, tracks = _followed(film, setup, progress)
+    doubts = _unclear(film, setup, seen, tracks)
+    if (size := _doubted_size(setup, seen, tracks, bool(doubts))) is not None:
+        try:
+            seen, tracks = _followed(film, replace(setup, size=size), progress)
+            doubts = [
+                *_unclear(film, setup, seen, tracks),
+                f"The markers are about {size:.3g} px wide where they were seen first: they were looked for again as such, "
+                "as other spots may be taken for them; give size if that is wrong.",
+            ]
+        except InputError:  # nothing of one size goes through the film
+            pass
+    doubts += [
+        f"At ({still.x:.0f}, {still.y:.0f}) px rests a spot that looks like a {_describe(setup)} too; mass {mass} is the one "
+        "that moves: give start or region if that is wrong."
+        for mass, track in enumerate(tracks)
+        for still in track.at_rest
+    ]
+    return _motion(film, setup, seen, tracks, doubts)
+
+
+def _followed(film: Film, setup: Setup, progress: Progress | None) -> tuple[_Seen, list[Track]]:
+    """What was seen in the film, and the tracks of the markers.
+
+    Raises
+    ------
+    InputError
+        where one of them cannot be followed.
+    """
     seen = _look(film, setup, progress)
     if not any(len(detections) for detections in seen.pictures):
         raise InputError(
@@ -164,14 +198,18 @@ def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progres
             f"{film.name}: {setup.count} times a {_describe(setup)} is wanted, but only {len(tracks)} can be followed; "
             "correct masses, size, threshold or region"
         )
-    unclear = _unclear(film, setup, seen, tracks)
-    unclear += [
-        f"At ({still.x:.0f}, {still.y:.0f}) px rests a spot that looks like a {_describe(setup)} too; mass {mass} is the one "
-        "that moves: give start or region if that is wrong."
-        for mass, track in enumerate(tracks)
-        for still in track.at_rest
-    ]
-    return _motion(film, setup, seen, tracks, unclear)
+    return seen, tracks
+
+
+def _doubted_size(setup: Setup, seen: _Seen, tracks: list[Track], unclear: bool) -> float | None:
+    """The usual diameter of the markers, where none was given and what was taken for them is `unclear` or not of one size."""
+    if setup.finder != "blob" or setup.size is not None or setup.level is not None:
+        return None
+    film = [detections.rows() for detections in seen.pictures]
+    sizes = [np.array([row.size for row in track.rows(film)]) for track in tracks]
+    usual = float(np.median(np.concatenate(sizes)))
+    unlike = any(np.mean(np.abs(np.log(one / usual)) > math.log(ALIKE)) > STRANGERS for one in sizes)
+    return usual if unlike or unclear else None
 
 
 def _unclear(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> list[str]:
@@ -311,9 +349,22 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
     if setup.reference:
         kept = [mass for mass in range(setup.count) if mass not in setup.reference]
         motion, size = motion.isel(mass=kept).assign_coords(mass=np.arange(len(kept))), size[:, kept]
-    motion.attrs["setup"] = setup.to_toml()
     motion.attrs["notes"] = [*film.notes, *calibration.notes, *_remarks(motion, calibration, size), *doubts]
+    if setup.bodies:
+        motion = _bodies(motion, setup)
+    motion.attrs["setup"] = setup.to_toml()
     return motion
+
+
+def _bodies(motion: xr.Dataset, setup: Setup) -> xr.Dataset:
+    """The motion of the bodies of the setup, for that of their points."""
+    import xarray as xr
+
+    numbers = [mass for mass in range(setup.count) if mass not in (setup.reference or ())]
+    found = [rigid_body(motion, [numbers.index(point) for point in body]) for body in setup.bodies or ()]
+    joined = xr.concat(found, "mass", combine_attrs="override").assign_coords(mass=np.arange(len(found)))
+    joined.attrs["notes"] = [*motion.attrs["notes"], *(one.attrs["notes"][-1] for one in found)]
+    return joined
 
 
 def _shutter(motion: xr.Dataset, exposure: float, line_time: float) -> str:
@@ -355,7 +406,8 @@ def _hide(lost: np.ndarray, x: Array, y: Array, size: Array) -> None:
 def _steady(reference: tuple[int, ...], x: Array, y: Array, x_error: Array, y_error: Array, lost: np.ndarray) -> str:
     """Take the motion of the camera, as its resting markers show it, from all places; the sentence says how large it is.
 
-    The shift of a picture is the mean of what the markers seen in it are off their own median places.
+    The shift of a picture is the mean of what the markers seen in it are off their own median places. Its error is that of
+    the scatter of several markers about it: their stated ones hold what lies beside a marker, too, which rests with it.
     """
     fixed = list(reference)
     unseen = (lost[:, fixed] != "").all(axis=1)
@@ -364,9 +416,14 @@ def _steady(reference: tuple[int, ...], x: Array, y: Array, x_error: Array, y_er
         known = np.where(lost[:, fixed] == "", position[:, fixed], np.nan)
         off = np.ma.masked_invalid(known - np.nanmedian(known, axis=0))
         shift = off.mean(axis=1).filled(np.nan)
-        of_shift = np.ma.masked_invalid(np.where(np.isfinite(known), error[:, fixed], np.nan) ** 2).sum(axis=1)
+        own = np.where(np.isfinite(known), error[:, fixed], np.nan) ** 2
+        free = int(np.maximum(off.count(axis=1) - 1, 0).sum())
+        if free >= FEWEST:
+            own = np.full_like(own, float(((off - off.mean(axis=1)[:, None]) ** 2).sum()) / free)
         position -= shift[:, None]
-        error[:] = np.hypot(error, (np.sqrt(of_shift) / np.maximum(off.count(axis=1), 1)).filled(np.nan)[:, None])
+        seen = off.count(axis=1)
+        of_shift = np.sqrt(np.where(off.mask, 0, own).sum(axis=1)) / np.maximum(seen, 1)
+        error[:] = np.hypot(error, np.where(seen > 0, of_shift, np.nan)[:, None])
         size.append(float(np.nanstd(shift)))
     lost[unseen[:, None] & (lost == "")] = "no reference seen"
     rms = math.hypot(*size)

@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import Array, Detections
+from stickslip.tracking.finding.detections import Detections, Row
+
+Rows = list[list[Row]]
+"""The detections of each picture."""
 
 SURE = 2.0
 """What is measured on the clearest tracks may be exceeded by this factor."""
@@ -59,24 +61,26 @@ class Track:
         """Its score, or that of a clearer spot that rests."""
         return max(track.score for track in (self, *self.at_rest))
 
-    def add(self, frame: int, index: int, detections: Detections) -> None:
-        """Take detection `place` of picture `frame`."""
-        x, y = float(detections.x[index]), float(detections.y[index])
+    def add(self, frame: int, index: int, row: Row) -> None:
+        """Take a row, number `index` of picture `frame`."""
         if self.frames:
             gap = frame - self.frames[-1]
-            ahead = math.hypot(x - self.x - gap * self.vx, y - self.y - gap * self.vy)
-            self.flies = ahead < math.hypot(x - self.x, y - self.y)
-            self.vx, self.vy = (x - self.x) / gap, (y - self.y) / gap
+            ahead = math.hypot(row.x - self.x - gap * self.vx, row.y - self.y - gap * self.vy)
+            self.flies = ahead < math.hypot(row.x - self.x, row.y - self.y)
+            self.vx, self.vy = (row.x - self.x) / gap, (row.y - self.y) / gap
         share = 1.0 if not self.frames else 0.2  # marks change slowly: light, blur, distance
-        whole = not (detections.cut_x[index] or detections.cut_y[index])
-        if whole or not self.frames:
-            self.size += share * (float(detections.size[index]) - self.size)
-            self.contrast += share * (float(detections.contrast[index]) - self.contrast)
-        self.x, self.y = x, y
-        self.label = int(detections.label[index])
-        self.score += float(detections.score[index])
+        if not (row.cut_x or row.cut_y) or not self.frames:
+            self.size += share * (row.size - self.size)
+            self.contrast += share * (row.contrast - self.contrast)
+        self.x, self.y = row.x, row.y
+        self.label = row.label
+        self.score += row.score
         self.frames.append(frame)
         self.indices.append(index)
+
+    def rows(self, film: Rows) -> list[Row]:
+        """Where it was seen."""
+        return [film[frame][index] for frame, index in zip(self.frames, self.indices, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -94,7 +98,7 @@ class Limits:
     contrast: float = math.log(2.5)
 
     @classmethod
-    def of(cls, tracks: list[Track], film: list[Detections], reach: float) -> Limits:
+    def of(cls, tracks: list[Track], film: Rows, reach: float) -> Limits:
         """Those of these tracks: what they did in all but one step of a hundred, and as much again.
 
         `reach` is the one with which they were followed.
@@ -102,15 +106,9 @@ class Limits:
         rows = []
         for track in tracks:
             walker = Track()
-            for frame, index in zip(track.frames, track.indices, strict=True):
-                seen = film[frame]
-                if walker.frames and not (seen.cut_x[index] or seen.cut_y[index]):
-                    rows.append(
-                        (
-                            abs(math.log(seen.size[index] / walker.size)),
-                            abs(math.log(seen.contrast[index] / walker.contrast)),
-                        )
-                    )
+            for frame, index, seen in zip(track.frames, track.indices, track.rows(film), strict=True):
+                if walker.frames and not (seen.cut_x or seen.cut_y):
+                    rows.append((_apart(seen.size, walker.size), _apart(seen.contrast, walker.contrast)))
                 walker.add(frame, index, seen)
         if len(rows) < 10:
             return cls(reach)
@@ -118,8 +116,13 @@ class Limits:
         return cls(reach, *(min(float(one), most) for one, most in zip(found, (cls.size, cls.contrast), strict=True)))
 
 
+def _apart(one: float, other: float) -> float:
+    """Distance of two logarithms."""
+    return abs(math.log(one / other)) if one > 0 and other > 0 else math.inf
+
+
 def find_markers(
-    film: list[Detections],
+    pictures: list[Detections],
     count: int,
     *,
     max_jump: float | None = None,
@@ -135,7 +138,7 @@ def find_markers(
 
     Parameters
     ----------
-    film : the detections of each picture.
+    pictures : the detections of each picture.
     count, start, moving, resting : as for :func:`choose`.
     max_jump : the reach in px, where it is known.
 
@@ -146,6 +149,7 @@ def find_markers(
     Limits: markers that look alike must not jump by more than a third of their distance from one picture to the next
     without having moved that way before; of markers that cross while one of them is hidden the identities are a guess.
     """
+    film = [detections.rows() for detections in pictures]
 
     def markers(limits: Limits) -> list[Track]:
         return choose(link(film, limits), film, count, start=start, moving=moving, resting=resting)
@@ -153,9 +157,9 @@ def find_markers(
     if max_jump is not None:
         return markers(Limits(max_jump))
     # no tracks can score higher than the best detections of every picture: a reach that does is not beaten by longer ones
-    most = sum(float(np.sort(detections.score)[-count:].sum()) for detections in film)
+    most = sum(float(np.sort(detections.score)[-count:].sum()) for detections in pictures)
     tried = []
-    for reach in _reaches(film):
+    for reach in _reaches(pictures):
         tried.append((reach, markers(Limits(reach))))
         if start is None and not moving and sum(track.rank for track in tried[-1][1]) >= WHOLE * most:
             break
@@ -166,9 +170,9 @@ def find_markers(
     return []
 
 
-def _reaches(film: list[Detections]) -> list[float]:
+def _reaches(pictures: list[Detections]) -> list[float]:
     """From two diameters of what is seen to the whole field in which anything is seen."""
-    seen = [detections for detections in film if len(detections)]
+    seen = [detections for detections in pictures if len(detections)]
     if not seen:
         return []
     indices = np.concatenate([np.stack([detections.x, detections.y], axis=1) for detections in seen])
@@ -177,7 +181,7 @@ def _reaches(film: list[Detections]) -> list[float]:
     return list(np.geomspace(first, last, 1 + math.ceil(math.log(last / first, 1.6))))
 
 
-def link(film: list[Detections], limits: Limits) -> list[Track]:
+def link(film: Rows, limits: Limits) -> list[Track]:
     """Follow everything that was seen through the film.
 
     In each picture tracks and detections are paired so that the sum of the distances, over the reach and weighed by how
@@ -192,74 +196,82 @@ def link(film: list[Detections], limits: Limits) -> list[Track]:
     -------
     All tracks; :func:`choose` picks the wanted ones.
     """
-    from scipy.optimize import linear_sum_assignment
-
     alive: list[Track] = []
     gone: list[Track] = []
-    for frame, detections in enumerate(film):
+    for frame, rows in enumerate(film):
         taken: set[int] = set()
-        if alive and len(detections):
-            cost, allowed, gain = _distances(alive, detections, frame, limits)
-            # a column more for each track: what it costs to leave it waiting
-            alone = np.where(np.eye(len(alive), dtype=bool), gain, np.inf)
-            whole = np.hstack([np.where(allowed, cost, np.inf), alone])
-            for row, column in zip(*linear_sum_assignment(whole), strict=True):
-                if column < len(detections):
-                    alive[row].add(frame, int(column), detections)
-                    taken.add(int(column))
-        for index in range(len(detections)):
+        for number, index in _pairs(alive, rows, frame, limits):
+            alive[number].add(frame, index, rows[index])
+            taken.add(index)
+        for index, row in enumerate(rows):
             if index not in taken:
                 track = Track()
-                track.add(frame, index, detections)
+                track.add(frame, index, row)
                 alive.append(track)
-        for track in [track for track in alive if len(track.frames) < PATIENCE and frame - track.frames[-1] >= 3]:
-            alive.remove(track)
-            gone.append(track)
+        over = [len(track.frames) < PATIENCE and frame - track.frames[-1] >= 3 for track in alive]
+        gone += [track for track, ended in zip(alive, over, strict=True) if ended]
+        alive = [track for track, ended in zip(alive, over, strict=True) if not ended]
     return gone + alive
 
 
-def _distances(
-    tracks: list[Track], detections: Detections, frame: int, limits: Limits
-) -> tuple[Array, npt.NDArray[np.bool_], Array]:
-    column = {name: np.array([getattr(track, name) for track in tracks])[:, None] for name in _TRAITS}
-    gap = frame - np.array([track.frames[-1] for track in tracks])[:, None]
-    here = np.hypot(detections.x - column["x"], detections.y - column["y"])
-    # after a few missed pictures the last velocity says nothing any more
-    ahead = np.where(gap <= 3, gap, 0)
-    there = np.hypot(
-        detections.x - column["x"] - ahead * column["vx"], detections.y - column["y"] - ahead * column["vy"]
-    )
-    # what flies is expected ahead, what jumps back and forth where it was; the other costs half the last step more
-    step = 0.5 * ahead * np.hypot(column["vx"], column["vy"])
-    cost = np.minimum(here + np.where(column["flies"], step, 0), there + np.where(column["flies"], 0, step))
-    reach = limits.reach * np.minimum(1 + 0.25 * (gap - 1), 2.0)
-    near = cost <= reach
-    cut = detections.cut_x | detections.cut_y
-    with np.errstate(divide="ignore"):
-        size = np.abs(np.log(detections.size / column["size"]))
-        contrast = np.abs(np.log(detections.contrast / column["contrast"]))
-    fresh = gap <= 3  # a marker that was away for longer must prove itself: noise comes by all the time
-    patience = np.where(fresh, 1.0, 0.6)
-    alike = ((size < patience * limits.size) & (contrast < patience * limits.contrast)) | (cut & fresh)
-    same = (detections.label == column["label"]) | ((detections.label < 0) & (column["label"] < 0))
-    labelled = (detections.label >= 0) & same
-    # of two candidates at one place the one that looks like before
-    unlike = 2.0 * np.minimum(gap, 4) * column["size"]
-    cost = cost + unlike * np.where(cut, 0.0, size + contrast)
-    # in units of the reach, and of how clearly a track has been seen: a marker must not give way to passing clutter
-    seen = np.array([len(track.frames) for track in tracks])[:, None]
-    weight = np.array([track.score for track in tracks])[:, None] / seen * np.where(seen < PATIENCE, 0.3, 1.0)
-    gain = 1.15 * weight
-    allowed = (alike & same & near) | labelled
-    return np.minimum(weight * cost / reach, np.where(labelled, 0.5 * gain, np.inf)), allowed, gain
+def _pairs(tracks: list[Track], rows: list[Row], frame: int, limits: Limits) -> list[tuple[int, int]]:
+    """Which track goes on with which detection, by numbers."""
+    possible: list[tuple[int, int, float]] = []
+    alone = []
+    for number, track in enumerate(tracks):
+        seen = len(track.frames)
+        # how clearly a track has been seen: a marker must not give way to passing clutter
+        weight = track.score / seen * (0.3 if seen < PATIENCE else 1.0)
+        alone.append(1.15 * weight)  # what it costs to leave it waiting
+        gap = frame - track.frames[-1]
+        # after a few missed pictures the last velocity says nothing any more
+        ahead = gap if gap <= 3 else 0
+        there_x, there_y = track.x + ahead * track.vx, track.y + ahead * track.vy
+        step = 0.5 * ahead * math.hypot(track.vx, track.vy)
+        reach = limits.reach * min(1 + 0.25 * (gap - 1), 2.0)
+        far = reach + 2 * step
+        for index, row in enumerate(rows):
+            same = row.label == track.label or (row.label < 0 and track.label < 0)
+            labelled = row.label >= 0 and same
+            if not labelled and (not same or abs(row.x - track.x) > far or abs(row.y - track.y) > far):
+                continue
+            here = math.hypot(row.x - track.x, row.y - track.y)
+            there = math.hypot(row.x - there_x, row.y - there_y)
+            # what flies is expected ahead, what jumps back and forth where it was; the other costs half the last step more
+            cost = min(here + step, there) if track.flies else min(here, there + step)
+            cut, fresh = row.cut_x or row.cut_y, gap <= 3
+            size, contrast = _apart(row.size, track.size), _apart(row.contrast, track.contrast)
+            # a marker that was away for longer must prove itself: noise comes by all the time
+            patience = 1.0 if fresh else 0.6
+            alike = (size < patience * limits.size and contrast < patience * limits.contrast) or (cut and fresh)
+            if not labelled and (cost > reach or not alike):
+                continue
+            # of two candidates at one place the one that looks like before
+            if not cut:
+                cost += 2.0 * min(gap, 4) * track.size * (size + contrast)
+            cost *= weight / reach
+            possible.append((number, index, min(cost, 0.5 * alone[-1]) if labelled else cost))
+    return _least(possible, alone, len(rows))
 
 
-_TRAITS = ("x", "y", "vx", "vy", "flies", "size", "contrast", "label")
+def _least(possible: list[tuple[int, int, float]], alone: list[float], count: int) -> list[tuple[int, int]]:
+    """Of the possible pairs (track, detection, cost) those of the least sum, with what each track costs without one."""
+    if len({pair[0] for pair in possible}) == len({pair[1] for pair in possible}) == len(possible):
+        return [(track, index) for track, index, cost in possible if cost < alone[track]]
+    from scipy.optimize import linear_sum_assignment
+
+    # a column more for each track, that leaves it waiting
+    costs = np.full((len(alone), count + len(alone)), np.inf)
+    costs[np.arange(len(alone)), count + np.arange(len(alone))] = alone
+    for track, index, cost in possible:
+        costs[track, index] = cost
+    pairs = zip(*linear_sum_assignment(costs), strict=True)
+    return [(int(track), int(index)) for track, index in pairs if index < count]
 
 
 def choose(
     tracks: list[Track],
-    film: list[Detections],
+    film: Rows,
     count: int,
     *,
     start: tuple[tuple[float, float], ...] | None = None,
@@ -290,7 +302,7 @@ def choose(
                 chosen.append(track)
         if not moving:
             _prefer_moving(chosen, tracks, film, resting)
-        chosen.sort(key=lambda track: float(film[track.frames[0]].x[track.indices[0]]))
+        chosen.sort(key=lambda track: track.rows(film)[0].x)
     else:
         chosen = []
         for x, y in start:
@@ -304,7 +316,7 @@ def choose(
     return chosen
 
 
-def _prefer_moving(chosen: list[Track], tracks: list[Track], film: list[Detections], resting: int) -> None:
+def _prefer_moving(chosen: list[Track], tracks: list[Track], film: Rows, resting: int) -> None:
     """Take tracks that move for chosen ones that rest and look hardly more like a marker, down to `resting` of these."""
     left = [track for track in tracks if track not in chosen and track.score >= RIVAL * chosen[-1].score]
     left = [track for track in left if not any(_same_thing(track, other, film) for other in chosen)]
@@ -323,27 +335,21 @@ def _prefer_moving(chosen: list[Track], tracks: list[Track], film: list[Detectio
         track.at_rest = [other for other in left if rests_beside(other, track)]
 
 
-def _travel(track: Track, film: list[Detections]) -> float:
+def _travel(track: Track, film: Rows) -> float:
     """How far apart its places lie, in px; of a coordinate that an edge cuts off nothing is known."""
-    rows = [(film[frame], index) for frame, index in zip(track.frames, track.indices, strict=True)]
-    spans = []
-    for axis in "xy":
-        whole = [getattr(seen, axis)[index] for seen, index in rows if not getattr(seen, f"cut_{axis}")[index]]
-        spans.append(float(np.ptp(np.percentile(whole, [5, 95]))) if whole else 0.0)
-    return math.hypot(*spans)
+    rows = track.rows(film)
+    known = [row.x for row in rows if not row.cut_x], [row.y for row in rows if not row.cut_y]
+    return math.hypot(*(float(np.ptp(np.percentile(whole, [5, 95]))) for whole in known if whole))
 
 
-def _continues(piece: Track, track: Track, chosen: list[Track], film: list[Detections]) -> bool:
+def _continues(piece: Track, track: Track, chosen: list[Track], film: Rows) -> bool:
     """Whether a piece is the same marker before or after a gap: like it, in reach and nobody else's."""
     before, after = (piece, track) if piece.frames[-1] < track.frames[0] else (track, piece)
     if before.frames[-1] >= after.frames[0] or len(piece.frames) < PATIENCE:
         return False
     if abs(math.log(piece.size / track.size)) > math.log(1.6) or abs(math.log(piece.contrast / track.contrast)) > 1:
         return False
-    last, first = (
-        (float(film[one.frames[at]].x[one.indices[at]]), float(film[one.frames[at]].y[one.indices[at]]))
-        for one, at in ((before, -1), (after, 0))
-    )
+    last, first = before.rows(film)[-1][:2], after.rows(film)[0][:2]
     if math.dist(last, first) > 12 * track.size + _travel(track, film):
         return False
     return not any(_same_thing(piece, other, film) for other in chosen if other is not track)
@@ -359,20 +365,16 @@ def _join(track: Track, piece: Track) -> None:
     piece.frames, piece.indices = [], []
 
 
-def _first_distance(track: Track, film: list[Detections], x: float, y: float) -> float:
-    first = film[track.frames[0]]
-    return math.hypot(float(first.x[track.indices[0]]) - x, float(first.y[track.indices[0]]) - y)
+def _first_distance(track: Track, film: Rows, x: float, y: float) -> float:
+    return math.dist(track.rows(film)[0][:2], (x, y))
 
 
-def _same_thing(one: Track, other: Track, film: list[Detections]) -> bool:
+def _same_thing(one: Track, other: Track, film: Rows) -> bool:
     """Whether one is a part of the other: they are nearer to each other than half a diameter."""
     indices = dict(zip(other.frames, other.indices, strict=True))
     apart = [
-        math.hypot(
-            float(film[frame].x[index] - film[frame].x[indices[frame]]),
-            float(film[frame].y[index] - film[frame].y[indices[frame]]),
-        )
-        for frame, index in zip(one.frames, one.indices, strict=True)
+        math.dist(row[:2], film[frame][indices[frame]][:2])
+        for frame, row in zip(one.frames, one.rows(film), strict=True)
         if frame in indices
     ]
     return bool(apart) and float(np.median(apart)) < 0.5 * max(one.size, other.size)

@@ -12,6 +12,7 @@ from stickslip.errors import InputError
 from stickslip.files.documents import check_keys, number, read_toml
 from stickslip.files.schema import Document, Kind, Limits, Positive, Says, kinds
 from stickslip.tracking.finding.response_map import check_marker
+from stickslip.tracking.video.raw import Raw
 
 Box = tuple[int, int, int, int]
 
@@ -58,8 +59,12 @@ class Setup(Document):
     names : what the masses are called.
     reference : numbers (from 0) of the masses that are marks fixed to the ground: what they move is the camera's, is taken
         from all others, and they are left out of the motion.
+    bodies : [[mass, mass, ...], ...]: masses that are points of one body; the motion is then that of the bodies, with their
+        angles, see `stickslip.tracking.rigid_body`. Masses of no body are left out.
     frame_rate : pictures per second of the camera; see `stickslip.tracking.video.source.Film`.
     times : a file with one time a line.
+    raw : a table that says how the bare grey levels of a machine camera lie in its files, see
+        `stickslip.tracking.video.raw.Raw`.
     exposure : s that the shutter is open, from the stamp of a picture on; its places are those of the middle.
     line_time : s from a row of a picture to the next one, of a rolling shutter; negative where it begins at the bottom.
     calibration : a table, see `stickslip.tracking.scale.calibration.read_calibration`; without it coordinates are pixels.
@@ -95,8 +100,10 @@ class Setup(Document):
     ids: Annotated[tuple[int, ...], Says("a list of the numbers of markers")] | None = None
     names: tuple[str, ...] | None = None
     reference: Annotated[tuple[int, ...], Says("a list of numbers of masses")] | None = None
+    bodies: Annotated[tuple[tuple[int, ...], ...], Says("lists of the numbers of masses [[0, 1], ...]")] | None = None
     frame_rate: Annotated[float, Limits(above=0), Says("a positive number of pictures per second")] | None = None
     times: str | None = None
+    raw: Raw | None = None
     exposure: Positive | None = None
     line_time: float | None = None
     calibration: Mapping[str, Any] | None = None
@@ -121,10 +128,22 @@ class Setup(Document):
                 f"{list(self.reference or ())}; raise masses by the number of marks"
             )
 
+        for body in self.bodies or ():
+            if len(set(body)) < max(2, len(body)) or not set(body) <= set(range(self.count)) - marks:
+                self.refuse(
+                    f"each of bodies must name two or more of the masses 0 to {self.count - 1} that are no reference, got "
+                    f"{list(body)}; correct bodies or masses"
+                )
+
     @property
     def count(self) -> int:
         """How many markers are followed."""
         return self.masses or 1
+
+    @property
+    def grey(self) -> bool:
+        """Whether the colours of a picture are not needed."""
+        return self.channel == "grey" and (self.finder != "blob" or self.marker in ("dark", "bright"))
 
     @classmethod
     def of(cls, given: Setup | Mapping[str, Any] | str | Path | None, **options: Any) -> Setup:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.tracking.finding.blobs import find_blobs, look_near
-from stickslip.tracking.finding.detections import Detections
+from stickslip.tracking.finding.detections import Detections, Row
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.linking import RIVAL
 from stickslip.tracking.video.source import Picture
@@ -23,7 +23,7 @@ MOST_ALTERNATIVES = 3
 KEPT = 1 << 26
 """Bytes of pictures that are kept until a whole picture shows that nothing new has come."""
 
-LONGEST = 64
+LONGEST = 256
 """Pictures at most from one whole picture to the next."""
 
 SPARE = 6.0
@@ -41,7 +41,7 @@ class _Spot:
     predicted it.
     """
 
-    row: Detections
+    row: Row
     score: float
     velocity: tuple[float, float] | None = None
     off: float = 0.0
@@ -50,25 +50,24 @@ class _Spot:
     def ahead(self) -> tuple[float, float]:
         """Where it is expected."""
         right, down = self.velocity or (0.0, 0.0)
-        return float(self.row.x[0]) + right, float(self.row.y[0]) + down
+        return self.row.x + right, self.row.y + down
 
     @property
     def reach(self) -> float:
         """How far from there it may be; of what was seen once, so far that it is not taken for another."""
-        return FIRST * float(self.row.size[0]) if self.velocity is None else SPARE + 2 * self.off
+        return FIRST * self.row.size if self.velocity is None else SPARE + 2 * self.off
 
     @property
     def half(self) -> float:
         """Half the side of its window: the ground around a spot is a part of what is measured."""
-        return 10 + 0.85 * float(self.row.size[0]) + self.reach
+        return 10 + 0.85 * self.row.size + self.reach
 
-    def missed(self, row: Detections) -> float:
+    def missed(self, row: Row) -> float:
         """Distance of a detection from there."""
-        return math.dist(self.ahead, (float(row.x[0]), float(row.y[0])))
+        return math.dist(self.ahead, row[:2])
 
-    def moved_to(self, row: Detections) -> _Spot:
-        dx, dy = float(row.x[0] - self.row.x[0]), float(row.y[0] - self.row.y[0])
-        return _Spot(row, self.score, (dx, dy), max(self.missed(row), 0.7 * self.off))
+    def moved_to(self, row: Row) -> _Spot:
+        return _Spot(row, self.score, (row.x - self.row.x, row.y - self.row.y), max(self.missed(row), 0.7 * self.off))
 
 
 @dataclass
@@ -76,10 +75,10 @@ class Watch:
     """Detections of picture after picture, in order.
 
     A spot is looked for in a window around where its last velocity takes it, cut at half its contrast. The whole picture is
-    looked at until all spots have a velocity, and every `LONGEST` pictures. Where that shows a rival of the markers that was
-    not there, the pictures since the last whole one are looked at again as a whole. Where a spot is not found again as it
-    was, they are too, and those that follow until all spots are where they are expected: what a lost marker may be mistaken
-    for must be known.
+    looked at until all spots have a velocity. Every `LONGEST` pictures it is looked at coarsely for a rival of the markers,
+    about as large as they are, that was not there; where there is one, the pictures since the last such look are looked at
+    again as a whole. Where a spot is not found again as it was, they are too, and those that follow until all spots are where
+    they are expected: what a lost marker may be mistaken for must be known.
 
     Parameters
     ----------
@@ -104,22 +103,23 @@ class Watch:
         known = Detections.of([])
         waiting: list[tuple[Picture | None, Detections]] = []
         for picture in pictures:
-            due = picture is not None and (
-                len(waiting) >= min(LONGEST, KEPT // picture.nbytes)
-                or any(spot.velocity is None for spot in followed)
-                or sum((2 * spot.half) ** 2 for spot in followed) > picture[..., 0].size
-            )
-            near = self._near(picture, followed) if picture is not None and self.windows and not due else None
-            if near is not None and picture is not None:
-                followed = near
-                rows = Detections.joined([spot.row for spot in followed])
-                waiting.append((picture, rows))
-                continue
             if picture is None:
                 waiting.append((None, Detections.of([])))
                 continue
+            sure = self.windows and self._fit(picture, followed)
+            near = self._near(picture, followed) if sure else None
+            if near is not None:
+                followed = near
+                waiting.append((picture, Detections.of([spot.row for spot in followed])))
+                if len(waiting) < min(LONGEST, KEPT // picture.nbytes):
+                    continue
+                if not self._newcomer(picture, followed, known):
+                    yield from self._settled(waiting, False)
+                    waiting, followed = [], [replace(spot, score=spot.row.score) for spot in followed]
+                    continue
+                waiting.pop()
             # what a marker may be mistaken for where it is lost shows in whole pictures only
-            lost = self.windows and bool(followed) and not due
+            lost = sure and near is None
             found = self._look(picture)
             followed, new = self._alternatives(found, followed, known)
             yield from self._settled(waiting, new or lost)
@@ -133,11 +133,23 @@ class Watch:
         for picture, found in waiting:
             yield (self._look(picture), True) if again and picture is not None else (found, picture is None)
 
-    def _look(self, picture: Picture) -> Detections:
+    def _newcomer(self, picture: Picture, followed: list[_Spot], known: Detections) -> bool:
+        """Whether a coarse look at a picture shows a rival that is neither followed nor was there."""
+        size = float(np.median([spot.row.size for spot in followed]))
+        least = RIVAL * min(spot.row.score for spot in followed)
+        found = self._look(picture, self.size or size, max(self.threshold or 0.0, least / (2 * size) ** 0.25))
+        return any(
+            row.score >= least
+            and min(math.dist(row[:2], spot.row[:2]) for spot in followed) > size / 2
+            and not (np.hypot(known.x - row.x, known.y - row.y) < size / 2).any()
+            for row in found.rows()
+        )
+
+    def _look(self, picture: Picture, size: float | None = None, threshold: float | None = None) -> Detections:
         return find_blobs(
             self.response(picture),
-            size=self.size,
-            threshold=self.threshold,
+            size=size or self.size,
+            threshold=threshold or self.threshold,
             level=self.level,
             opening=self.opening,
             black=self.black,
@@ -148,28 +160,31 @@ class Watch:
         if len(found) < self.count:
             return [], False
         spots, new = [], False
-        for i in np.flatnonzero(found.score >= RIVAL * np.sort(found.score)[-self.count]):
-            row = found.take(np.array([i]))
-            spot = _Spot(row, float(row.score[0]))
-            near = float(row.size[0]) / 2
+        for row in found.take(np.flatnonzero(found.score >= RIVAL * np.sort(found.score)[-self.count])).rows():
+            spot = _Spot(row, row.score)
+            near = row.size / 2
             last = min(before, key=lambda one: one.missed(row), default=None)
             if last is not None and last.missed(row) < max(last.reach, near):
                 spot = replace(last.moved_to(row), score=spot.score)
             else:
                 new |= not (np.hypot(known.x - row.x, known.y - row.y) < near).any()
-            if not (row.cut_x[0] or row.cut_y[0]):
+            if not (row.cut_x or row.cut_y):
                 spots.append(spot)
         return spots if self.count <= len(spots) <= self.count * (1 + MOST_ALTERNATIVES) else [], new
 
+    def _fit(self, picture: Picture, followed: list[_Spot]) -> bool:
+        """Whether spots are followed, all with a velocity, in windows that are together smaller than the picture."""
+        known = bool(followed) and all(spot.velocity is not None for spot in followed)
+        return known and sum((2 * spot.half) ** 2 for spot in followed) <= picture.shape[0] * picture.shape[1]
+
     def _near(self, picture: Picture, followed: list[_Spot]) -> list[_Spot] | None:
-        """The followed spots in this picture; None where one of them is not found as it was, or none is followed."""
+        """The followed spots in this picture; None where one of them is not found as it was."""
         found = []
         for spot in followed:
             x, y = spot.ahead
-            size = float(spot.row.size[0])
             left, top = max(round(x - spot.half), 0), max(round(y - spot.half), 0)
             window = picture[top : round(y + spot.half) + 1, left : round(x + spot.half) + 1]
-            if min(window.shape[:2]) < size:
+            if min(window.shape[:2]) < spot.row.size:
                 return None
             row = look_near(
                 self.response(window),
@@ -179,8 +194,8 @@ class Watch:
                 level=self.level,
                 opening=self.opening,
                 black=self.black,
-            ).moved(left, top)
-            if not len(row) or row.score[0] < FAINT * spot.score:
+            )
+            if row is None or row.score < FAINT * spot.score:
                 return None
-            found.append(spot.moved_to(row))
-        return found or None
+            found.append(spot.moved_to(row.moved(left, top)))
+        return found

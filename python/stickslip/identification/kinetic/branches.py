@@ -40,6 +40,8 @@ MOST_CORRELATED = 20.0
 """Correlation beyond that many rows is taken for misfit, which must not take weight from a group during the fit."""
 FEWEST_ROWS = 5
 """Rows of which a mean and its error can be told."""
+STATED = 5.0
+"""Of fewer rows the stated errors are believed too: they count as the scatter of so many more."""
 OFFSET = "offset"
 """Name of the constant in the measured force."""
 
@@ -315,15 +317,17 @@ def _scales(
     for group, stated, apart in zip(groups, problem.stated, record_scatter, strict=True):
         rest = group - float(np.median(group)) if apart > 0 else group
         spread = robust_scale(rest)
-        inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if rest.size >= 5 else 0.0
+        inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if rest.size >= FEWEST_ROWS else 0.0
         if not stated.any():
             inner = spread
         # Exact data have no scatter: below this rounding would be fitted.
         floor = problem.rounding
         row = np.maximum(np.hypot(stated, inner), floor)
         # Rows whose stated errors are too small or too large for their scatter: believe the scatter.
-        if rest.size >= 5:
+        if rest.size >= FEWEST_ROWS:
             row = np.maximum(row * clipped_scale(rest / row), floor)
+        elif stated.any():
+            row = row * math.sqrt((STATED + float(np.sum((rest / row) ** 2))) / (STATED + rest.size))
         sigma.append(row)
         tau.append(correlation_time(rest / row))
     return sigma, tau
@@ -407,8 +411,10 @@ def _result(
     leverage = np.array([np.sum(left[a:b] ** 2) for a, b in pairwise(edges)])
     alone = [float(np.mean(s**2 / whole)) for s, whole in zip(sigma, together, strict=True)]
     independent = np.array([max(len(s) * part, 1.0) for s, part in zip(sigma, alone, strict=True)])
-    freedom = np.maximum(independent - leverage, 1.0)
-    swell = np.sqrt(np.sum(share * (independent / freedom)[:, None], axis=0))
+    few = [len(s) < FEWEST_ROWS and bool(stated.any()) for s, stated in zip(sigma, problem.stated, strict=True)]
+    scatter_of = independent + np.where(few, STATED, 0.0)
+    freedom = np.maximum(scatter_of - leverage, 1.0)
+    swell = np.sqrt(np.sum(share * (scatter_of / freedom)[:, None], axis=0))
     covariance = covariance * np.outer(swell, swell)
     freedom_of = 1 / np.sum(share**2 / freedom[:, None], axis=0)
     cycles = _cycles(problem, edges)

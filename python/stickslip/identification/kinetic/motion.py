@@ -136,16 +136,55 @@ class Motion:
         if not self.by_work:
             remembers = self.latent is not None and issubclass(self.law, WITH_MEMORY)
             return np.zeros(sum(b - a + remembers for a, b in self.stretches))
-        known = self.record.constants
-        # Errors of a smoothed record go together over half a period of its cut-off.
-        together = max(0.5 / (known["slip_cutoff"] * self.record.step), 1.0) if "slip_cutoff" in known else 1.0
+        if self.latent is not None:
+            return np.array([self._work_error(a, b) for a, b in self.stretches])
         errors = []
         for a, b in self.stretches:
             path = np.abs(self.slip_velocity[a:b])
             weight = path / path.sum() if path.sum() > 0 else np.full(b - a, 1 / (b - a))
             sigma = self.record.force_error[a:b]
-            errors.append(min(float(np.sqrt(together * np.sum((weight * sigma) ** 2))), float(sigma.max())))
+            errors.append(min(float(np.sqrt(self._together * np.sum((weight * sigma) ** 2))), float(sigma.max())))
         return np.array(errors)
+
+    @property
+    def _together(self) -> float:
+        """Samples whose errors go together in a smoothed record: half a period of its cut-off."""
+        known = self.record.constants
+        return max(0.5 / (known["slip_cutoff"] * self.record.step), 1.0) if "slip_cutoff" in known else 1.0
+
+    def _work_error(self, first: int, last: int) -> float:
+        """Standard error of the mean of an indirect force over the path of a stretch.
+
+        With f = m ẍ + D ẋ + k x and w = V − ẋ, integrated by parts, an error ε of the displacement changes the mean f̄ over
+        the path L = ∫ w dt by
+
+            L δf̄ = ∫ (k V + 2 D ẍ) ε dt + [(f̄ − f + m ẍ + D w) ε + m w ε̇],
+
+        so little of an error of the acceleration is left. Inside, ε is the white noise σ. At an end that meets a stick w = 0,
+        f − m ẍ is the friction f_a of the stick beside it and ε its level's, σ / √n of n samples; at an open end ε and ε̇ are
+        what makes the stated error of the force, of a smoothing that passes frequencies up to its cut-off.
+        """
+        record, w = self.record, self.slip_velocity[first:last]
+        known, step = record.constants, record.step
+        mass, damping, noise = known["mass"], known.get("damping", 0.0), known["noise"]
+        path, mean = step * float(w.sum()), self.work_mean(record.force, first, last)
+        if path == 0:
+            return float(record.force_error[first:last].max())
+        acceleration = -np.gradient(w, step) if w.size > 1 else np.zeros(1)
+        inner = known["stiffness"] * known["drive_velocity"] + 2 * damping * acceleration
+        variance = (noise * step) ** 2 * float(inner @ inner)
+        turn = 2 * math.pi * known["slip_cutoff"]
+        for end, beside in ((first, first - 1), (last - 1, last)):
+            if 0 <= beside < record.time.size and record.stuck[beside]:
+                other = beside + (beside - end)  # only the first and the last sample of a stick are kept
+                whole = 0 <= other < record.time.size and record.stuck[other]
+                rest = abs(record.time[other] - record.time[beside]) / step + 1 if whole else 1.0
+                variance += ((mean - record.force[beside]) * noise) ** 2 / rest
+            else:
+                shaken = record.force_error[end] / mass
+                at = mean - record.force[end] + mass * acceleration[end - first] + damping * w[end - first]
+                variance += (at * shaken) ** 2 * 5 / turn**4 + (mass * w[end - first] * shaken) ** 2 * 5 / 3 / turn**2
+        return math.sqrt(variance) / abs(path)
 
     def cycles(self) -> list[int]:
         """Rows of :meth:`misfit` where a cycle begins, and the row after the last.

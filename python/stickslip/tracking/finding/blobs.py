@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import Array, Detections
+from stickslip.tracking.finding.detections import Array, Detections, Row
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.video.vision import vision
 
@@ -19,8 +19,8 @@ LEVELS = 16
 LEAST_LEVELS = 3
 """A spot that is seen at fewer heights is noise or texture."""
 
-JUMPS = 1.12
-"""Shares below a tenth are left out, which jumps from picture to picture: errors are larger than by the rim's noise alone."""
+FAINTEST = 0.1
+"""A share that is taken off all, for the centre: the ground's noise far from it would weigh most."""
 
 EVEN = 0.08
 """A ground that scatters by no more than this share of a blob's contrast is even: only the light varies on it."""
@@ -39,6 +39,13 @@ SAME = 0.9
 
 MOST = 80
 """Of a crowded picture no more spots than this are looked at closely, those that stand out most."""
+
+
+LEAST_GROUND = 12
+"""Pixels of ground at least around a spot, which its contrast is over."""
+
+LEAST_ERROR = 0.005
+"""Of a centre in px."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +81,7 @@ def find_blobs(
     by 0.035 px otherwise); the contrast c grows and falls with the light, so where `black` is known it is proportional to
     the brightness |ground − black| (without that, light that falls by 10 % over 200 px shifts a marker of 20 px by 0.008 px),
 
-        x_c = Σ x_i g_i / Σ g_i,   g_i = clip(½ + s ((I_i − ground_i)/c_i − ½), 0, 1),   c = crown − ground,
+        x_c = Σ x_i g_i / Σ g_i,   g_i = clip((0.4 + s ((I_i − ground_i)/c_i − ½)) / 0.9, 0, 1),   c = crown − ground,
 
     s = 1 up to 12 px of diameter and 2 from 24 px on (then only the rim is weighed, not the face's texture), and its
     standard error that of the picture's noise σ around the blob, σ_x = s σ/c √Σ(x_i − x_c)² / Σ g_i, the
@@ -113,21 +120,21 @@ def find_blobs(
     areas = smallest / stride**2, largest / stride**2
     chains = _chains(cv2, coarse, heights, *areas, least_levels if level is None else 1)
     spots = [_outline(chain).times(stride) for chain in sorted(chains, key=len, reverse=True)[:MOST]]
-    rows = [row for spot in spots if (row := _centre(cv2, picture, work, spot, level, size, black)) is not None]
-    found = Detections.of([row for row in rows if threshold is None or row[5] >= threshold])
+    rows = [row for spot in spots if (row := _centre(picture, work, spot, level, size, black)) is not None]
+    found = Detections.of([row for row in rows if threshold is None or row.contrast >= threshold])
     return _one_each(found)
 
 
 def look_near(
     picture: ResponseMap,
-    like: Detections,
+    like: Row,
     position: tuple[float, float],
     *,
     size: float | None = None,
     level: float | None = None,
     opening: int = 0,
     black: float | None = None,
-) -> Detections:
+) -> Row | None:
     """The one spot that was seen before, in a small window around where it is expected.
 
     The window is cut half of the spot's contrast below its crown, which must stand out most in it, and higher or lower where
@@ -136,66 +143,72 @@ def look_near(
     Parameters
     ----------
     picture : the window.
-    like : its last detection, one row.
+    like : its last detection.
     position : where it is expected, in px of the window.
     size, level, opening, black : as for :func:`find_blobs`.
 
     Returns
     -------
-    Detections, one row; none where nothing alike lies whole in the window.
+    Its detection; None where nothing alike lies whole in the window.
     """
     work = _smoothed(picture, size, opening)
     if level is not None:
         cuts = [level]
     else:
-        middle = work.size - round(0.125 * math.pi * float(like.size[0]) ** 2)
+        middle = work.size - round(0.125 * math.pi * like.size**2)
         crown = float(np.partition(work, middle, axis=None)[middle])
-        cuts = [crown - share * float(like.contrast[0]) for share in DEPTHS]
-    best = Detections.of([])
+        cuts = [crown - share * like.contrast for share in DEPTHS]
+    best: Row | None = None
     for cut in cuts:
         found = _spot_at(picture, work, cut, like, position, level, size, black)
-        if len(found) and (not len(best) or found.score[0] > best.score[0]):
+        if found is not None and (best is None or found.score > best.score):
             best = found
-        if len(best) and best.score[0] > SAME * like.score[0]:
+        if best is not None and best.score > SAME * like.score:
             break
     return best
 
 
 def _spot_at(
     picture: ResponseMap,
-    work: npt.NDArray[np.uint8],
+    work: ResponseMap,
     cut: float,
-    like: Detections,
+    like: Row,
     position: tuple[float, float],
     level: float | None,
     size: float | None,
     black: float | None,
-) -> Detections:
-    """The spot nearest to a place, with the outline at one height; none where it is not like before, or not whole."""
+) -> Row | None:
+    """The spot nearest to a place, with the outline at one height; None where it is not like before, or not whole."""
     cv2 = vision()
-    _, _, stats, middles = cv2.connectedComponentsWithStats((work > cut).view(np.uint8), connectivity=8, ltype=4)
-    usual = math.pi / 4 * float(like.size[0]) ** 2
-    alike = (stats[:, 4] > usual / ALIKE**2) & (stats[:, 4] < usual * ALIKE**2)
-    alike[0] = False
-    if not alike.any():
-        return Detections.of([])
-    label = int(np.argmin(np.where(alike, np.hypot(middles[:, 0] - position[0], middles[:, 1] - position[1]), np.inf)))
-    left, top, wide, high, area = (int(value) for value in stats[label])
-    row = _centre(cv2, picture, work, _Spot(cut, label, area, left, top, wide, high), level, size, black)
-    found = Detections.of([] if row is None else [row])
-    whole = len(found) and not (found.cut_x[0] or found.cut_y[0])
-    return found if whole and 1 / ALIKE < found.size[0] / like.size[0] < ALIKE else Detections.of([])
+    _, _, stats, middles = cv2.connectedComponentsWithStats(_above(work, cut), connectivity=8, ltype=4)
+    usual = math.pi / 4 * like.size**2
+    near = [
+        (math.dist(middle, position), label)
+        for label, (middle, spot) in enumerate(zip(middles.tolist(), stats.tolist(), strict=True))
+        if label and usual / ALIKE**2 < spot[4] < usual * ALIKE**2
+    ]
+    if not near:
+        return None
+    label = min(near)[1]
+    left, top, wide, high, area = stats[label].tolist()
+    found = _centre(picture, work, _Spot(cut, label, area, left, top, wide, high), level, size, black)
+    whole = found is not None and not (found.cut_x or found.cut_y)
+    return found if whole and found is not None and 1 / ALIKE < found.size / like.size < ALIKE else None
 
 
-def _smoothed(picture: ResponseMap, size: float | None, opening: int) -> npt.NDArray[np.uint8]:
+def _above(work: ResponseMap, cut: float) -> ResponseMap:
+    """What lies above a height, 255 there and 0 elsewhere."""
+    return np.asarray(vision().threshold(work, cut, 255, 0)[1])
+
+
+def _smoothed(picture: ResponseMap, size: float | None, opening: int) -> ResponseMap:
     """The picture in which outlines are looked for."""
     cv2 = vision()
-    work = np.clip(picture, 0, 255).astype(np.uint8)
     if opening > 1:
         kernel = cv2.getStructuringElement(cv2.MORPH_RECT, (opening, opening))
-        return np.asarray(cv2.morphologyEx(work, cv2.MORPH_OPEN, kernel))
+        return np.asarray(cv2.morphologyEx(picture, cv2.MORPH_OPEN, kernel))
     # with the size known, texture inside a marker must not break it into parts
-    return np.asarray(cv2.GaussianBlur(work, (0, 0), max(0.8, size / 8 if size else 0.0)))
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), max(0.8, size / 8 if size else 0.0)))
 
 
 def _one_each(found: Detections) -> Detections:
@@ -215,8 +228,7 @@ def _chains(
     finished: list[list[_Spot]] = []
     growing: list[list[_Spot]] = []
     for level in range(len(heights) - 1, -1, -1):
-        mask = (work > heights[level]).view(np.uint8)
-        _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=4)
+        _, labels, stats, _ = cv2.connectedComponentsWithStats(_above(work, heights[level]), connectivity=8, ltype=4)
         area = stats[:, 4]
         box = stats[:, 2].astype(float) * stats[:, 3]
         narrow = np.minimum(stats[:, 2], stats[:, 3]) / np.maximum(stats[:, 2:4].max(axis=1), 1)  # no ground: no size
@@ -265,99 +277,110 @@ def _outline(chain: list[_Spot]) -> _Spot:
     return chain[1 + int(np.argmin(growth + 0.3 * middle))]
 
 
-def _median(values: Array) -> float:
-    """The upper median, without what a general one costs."""
-    middle = values.size // 2
-    return float(np.partition(values, middle)[middle])
+def _levels(values: ResponseMap, mask: ResponseMap) -> tuple[int, int, int]:
+    """How many values there are in a mask, their upper median, and the upper median of what they are off it."""
+    counts = vision().calcHist([values], [0], mask, [256], [0, 256]).ravel()
+    below = counts.cumsum()
+    middle = below[-1] // 2
+    median = min(int(below.searchsorted(middle, "right")), 255)
+    off = counts[median:].copy()
+    down = counts[median - 1 :: -1] if median else counts[:0]
+    apart = np.zeros(256)
+    apart[: off.size] = off
+    apart[1 : 1 + down.size] += down
+    return int(below[-1]), median, int(apart.cumsum().searchsorted(middle, "right"))
 
 
-def _tilt(window: Array, around: npt.NDArray[np.bool_], ground: float, spread: float, contrast: float) -> Array:
+def _tilt(window: ResponseMap, around: ResponseMap, count: int, ground: int, spread: float) -> Array | None:
     """How much the light falls off across the window: the plane through what is around the blob, less its middle.
 
-    Zero where that is no even ground but holds edges or texture.
+    None where that is no even ground but holds edges or texture.
     """
-    plain = around & (np.abs(window - ground) <= 3 * spread + 1)
-    rows, columns = np.nonzero(plain)
-    if spread > EVEN * contrast or len(rows) < 0.95 * np.count_nonzero(around):
-        return np.zeros_like(window)
-    centre_y, centre_x = rows.sum() / len(rows), columns.sum() / len(columns)
-    y, x, bright = rows - centre_y, columns - centre_x, window[plain] - ground
-    xx, yy, xy, xb, yb = x @ x, y @ y, x @ y, x @ bright, y @ bright
-    determinant = xx * yy - xy * xy
-    if determinant <= 0:
-        return np.zeros_like(window)
-    right, down = (xb * yy - yb * xy) / determinant, (yb * xx - xb * xy) / determinant
+    cv2 = vision()
+    plain = cv2.bitwise_and(cv2.inRange(window, ground - 3 * spread - 1, ground + 3 * spread + 1), around)
+    of = cv2.moments(plain, binaryImage=True)
+    bright = cv2.moments(cv2.bitwise_and(window, plain))
+    n = of["m00"]
+    determinant = of["mu20"] * of["mu02"] - of["mu11"] ** 2
+    if n < 0.95 * count or determinant <= 0:
+        return None
+    centre_x, centre_y = of["m10"] / n, of["m01"] / n
+    xb, yb = bright["m10"] - centre_x * bright["m00"], bright["m01"] - centre_y * bright["m00"]
+    right = (xb * of["mu02"] - yb * of["mu11"]) / determinant
+    down = (yb * of["mu20"] - xb * of["mu11"]) / determinant
     high, wide = window.shape
     return np.asarray(down * (np.arange(high) - centre_y)[:, None] + right * (np.arange(wide) - centre_x))
 
 
 def _centre(
-    cv2: Any,
-    picture: ResponseMap,
-    work: npt.NDArray[np.uint8],
-    half: _Spot,
-    level: float | None,
-    wanted: float | None,
-    black: float | None,
-) -> tuple[float, ...] | None:
+    picture: ResponseMap, work: ResponseMap, half: _Spot, level: float | None, wanted: float | None, black: float | None
+) -> Row | None:
+    """The spot itself, see :func:`find_blobs`; None where it has no ground or does not stand out."""
+    cv2 = vision()
     high, wide = picture.shape
     reach = min(6, 2 + math.ceil(0.12 * math.sqrt(half.area)))
     ring = reach + 2 + math.ceil(0.1 * math.sqrt(half.area))
-    left, right = max(0, half.left - ring), min(wide, half.left + half.width + ring)
-    top, bottom = max(0, half.top - ring), min(high, half.top + half.height + ring)
-    window = picture[top:bottom, left:right].astype(np.float64)
-    cut = (work[top:bottom, left:right] > half.cut).view(np.uint8)
-    _, labels = cv2.connectedComponents(cut)
-    counts = np.bincount(
-        labels[half.top - top : half.top - top + half.height, half.left - left : half.left - left + half.width].ravel()
-    )
+    left, top = max(0, half.left - ring), max(0, half.top - ring)
+    at = slice(top, half.top + half.height + ring), slice(left, half.left + half.width + ring)
+    window, cut = picture[at], _above(work[at], half.cut)
+    labels = cv2.connectedComponents(cut)[1]
+    inside = labels[half.top - top :, half.left - left :][: half.height, : half.width]
+    counts = np.bincount(inside.ravel())
     if len(counts) < 2:
         return None
-    core = (labels == 1 + int(counts[1:].argmax())).view(np.uint8)
-    kernel = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    near = cv2.dilate(core, kernel).astype(bool)
-    others = cv2.dilate(((labels > 0) & (core == 0)).view(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
-    around = ~near & ~others
-    if around.sum() < 12:
-        around = ~near
-    if around.sum() < 12:
+    core = cv2.inRange(labels, *[1 + int(counts[1:].argmax())] * 2)
+    others = cv2.dilate(cv2.subtract(cut, core), np.ones((5, 5), np.uint8))
+    near = cv2.dilate(core, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    around = cv2.bitwise_not(cv2.bitwise_or(near, others))
+    count, ground, off = _levels(window, around)
+    if count < LEAST_GROUND:
+        around = cv2.bitwise_not(near)
+        count, ground, off = _levels(window, around)
+    contrast = float(_levels(window, core)[1] - ground)
+    if count < LEAST_GROUND or contrast <= 0:
         return None
-    inside = core.astype(bool)
-    ground = _median(window[around])
-    contrast = _median(window[inside]) - ground
-    if contrast <= 0:
+    steep = min(max(math.sqrt(half.area) / 12, 1), 2)
+    spread = 1.4826 * off
+    tilt = _tilt(window, around, count, ground, spread) if spread <= EVEN * contrast else None
+    middle = 0.5 * contrast if level is None else level - ground
+    share = window.astype(np.float64)
+    share -= ground + middle
+    slope: float | Array = steep / contrast
+    if tilt is not None:
+        share -= tilt
+        bright = math.nan if black is None else ground - black
+        if abs(bright) > 0.5 * contrast:  # what reflects little says little of the light
+            light = tilt / bright
+            slope = slope / (1 + light)
+            if level is None:
+                share -= middle * light
+    share *= slope
+    share += 0.5
+    np.clip(share, 0, 1, out=share)
+    share = cv2.copyTo(share, cv2.bitwise_and(near, cv2.bitwise_not(cv2.subtract(others, core))))
+    area = float(share[share >= FAINTEST].sum())
+    share = np.maximum(share - FAINTEST, 0) / (1 - FAINTEST)
+    of = cv2.moments(share)
+    weight = of["m00"]
+    if weight <= 0:
         return None
-    steep = float(np.clip(math.sqrt(half.area) / 12, 1, 2))
-    spread = 1.4826 * _median(np.abs(window[around] - ground))
-    tilt = _tilt(window, around, ground, spread, contrast)
-    bright = math.nan if black is None else ground - black
-    # what reflects little says little of the light
-    here = contrast * (1 + tilt / bright) if abs(bright) > 0.5 * contrast else contrast
-    middle = ground + 0.5 * here if level is None else level
-    share = np.clip(0.5 + steep * (window - tilt - middle) / here, 0, 1)
-    share[~near | (others & ~inside)] = 0
-    share[share < 0.1] = 0  # the ground's noise far from the centre weighs most
-    along, down = share.sum(axis=0), share.sum(axis=1)
-    weight = float(along.sum())
-    x, y = float(along @ np.arange(len(along))) / weight, float(down @ np.arange(len(down))) / weight
-    columns, rows = np.arange(len(along)) - x, np.arange(len(down)) - y
-    xx, yy, xy = (float(v) / weight for v in (along @ columns**2, down @ rows**2, rows @ share @ columns))
+    x, y = of["m10"] / weight, of["m01"] / weight
+    xx, yy, xy = of["mu20"] / weight, of["mu02"] / weight, of["mu11"] / weight
     noise = math.hypot(max(spread, 0.3), 1 / math.sqrt(12))
-    rim = (share > 0) & (share < 0.98)
-    rough = JUMPS * steep * noise / (contrast * weight)
-    x_error = rough * math.sqrt(float(rim.sum(axis=0) @ columns**2))
-    y_error = rough * math.sqrt(float(rim.sum(axis=1) @ rows**2))
+    rim = cv2.moments(((share > 0) & (share < 0.98)).view(np.uint8), binaryImage=True)
+    rough = steep / (1 - FAINTEST) * noise / (contrast * weight)
+    x_error = rough * math.sqrt(max(rim["m20"] + x * (x * rim["m00"] - 2 * rim["m10"]), 0))
+    y_error = rough * math.sqrt(max(rim["m02"] + y * (y * rim["m00"] - 2 * rim["m01"]), 0))
     determinant = max(xx * yy - xy * xy, 1e-12)
     compact = min(1.0, weight / (4 * math.pi * math.sqrt(determinant)))
     wide_axis = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
-    round_ = math.sqrt(determinant) / wide_axis
-    size = 2 * math.sqrt(weight / math.pi)
+    round_ = math.sqrt(determinant) / wide_axis if wide_axis > 0 else 1.0
+    size = 2 * math.sqrt(area / math.pi)
     score = contrast * compact**2 * math.sqrt(round_) * size**0.25
     if wanted is not None:
         score *= math.exp(-((math.log(size / wanted) / 0.4) ** 2))
-    cut_x = half.left <= 0 or half.left + half.width >= wide
-    cut_y = half.top <= 0 or half.top + half.height >= high
-    return (
-        *(x + left, y + top, max(x_error, 0.005), max(y_error, 0.005), size, contrast, score),
-        *(-1, cut_x, cut_y),
+    return Row(
+        *(x + left, y + top, max(x_error, LEAST_ERROR), max(y_error, LEAST_ERROR), size, contrast, score, -1),
+        half.left <= 0 or half.left + half.width >= wide,
+        half.top <= 0 or half.top + half.height >= high,
     )

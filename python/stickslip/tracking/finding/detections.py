@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+
+
+class Row(NamedTuple):
+    """One possible marker; see :class:`Detections`."""
+
+    x: float
+    y: float
+    x_error: float
+    y_error: float
+    size: float
+    contrast: float
+    score: float
+    label: int = -1
+    cut_x: bool = False
+    cut_y: bool = False
+
+    def moved(self, dx: float, dy: float) -> Row:
+        """Shifted from the corner of a window to that of the picture."""
+        return self._replace(x=self.x + dx, y=self.y + dy)
 
 
 @dataclass(frozen=True)
@@ -40,16 +61,15 @@ class Detections:
         return len(self.x)
 
     @classmethod
-    def of(cls, rows: list[tuple[float, ...]]) -> Detections:
+    def of(cls, rows: Sequence[tuple[float, ...]]) -> Detections:
         """From rows of the attributes in their order."""
         table = np.array(rows, float).reshape(-1, len(fields(cls)))
         x, y, x_error, y_error, size, contrast, score, label, cut_x, cut_y = table.T.copy()
         return cls(x, y, x_error, y_error, size, contrast, score, label.astype(np.int64), cut_x > 0, cut_y > 0)
 
-    @classmethod
-    def joined(cls, parts: list[Detections]) -> Detections:
-        """Of one picture, from several windows of it."""
-        return cls(*(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)))
+    def rows(self) -> list[Row]:
+        """One by one."""
+        return [Row(*row) for row in zip(*(getattr(self, item.name).tolist() for item in fields(self)), strict=True)]
 
     def take(self, which: npt.NDArray[np.int64]) -> Detections:
         """Those of the indices `which`."""

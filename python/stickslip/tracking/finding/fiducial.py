@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.tracking.finding.detections import Detections
+from stickslip.tracking.finding.response_map import response_map
 from stickslip.tracking.video.source import Picture
 from stickslip.tracking.video.vision import vision
 
@@ -24,13 +25,13 @@ def find_fiducials(picture: Picture, dictionary: str, ids: tuple[int, ...] | Non
 
     Parameters
     ----------
-    picture : (height, width, 3).
+    picture : (height, width, 3) or grey, (height, width).
     dictionary : as OpenCV calls it without its prefix, for example ``"4X4_50"``.
     ids : numbers wanted; default all.
     """
     cv2 = vision()
     detector = _detector(dictionary)
-    corners, found, _ = detector.detectMarkers(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
+    corners, found, _ = detector.detectMarkers(response_map(picture, "bright"))
     rows: list[tuple[float, ...]] = []
     for quad, marker in zip(corners, [] if found is None else np.ravel(found), strict=True):
         if ids is not None and int(marker) not in ids:

@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.tracking.video.source import Picture
+from stickslip.tracking.video.vision import vision
 
-ResponseMap = npt.NDArray[np.float32]
+ResponseMap = npt.NDArray[np.uint8]
 
 COLOURS = {
     "red": (255, 0, 0),
@@ -45,17 +46,16 @@ def response_map(picture: Picture, marker: str, channel: str = "grey") -> Respon
 
     Parameters
     ----------
-    picture : (height, width, 3), blue-green-red.
+    picture : (height, width, 3), blue-green-red, or (height, width) of grey.
     marker : ``"dark"``, ``"bright"``, the name of a colour or ``"#rrggbb"``.
-    channel : ``"grey"`` (mean of the colours), ``"red"``, ``"green"`` or ``"blue"``, for dark and bright markers.
+    channel : ``"grey"`` (luma, 0.299 red + 0.587 green + 0.114 blue), ``"red"``, ``"green"`` or ``"blue"``, for dark and
+        bright markers.
     """
     if marker in ("dark", "bright"):
-        if channel == "grey":
-            weights = np.array([1 / 3, 1 / 3, 1 / 3], np.float32)
-            bright = (picture.reshape(-1, 3).astype(np.float32) @ weights).reshape(picture.shape[:2])
-        else:
-            bright = picture[..., CHANNELS[channel]].astype(np.float32)
-        return bright if marker == "bright" else np.float32(255) - bright
+        if picture.ndim == 3:
+            cv2, number = vision(), CHANNELS.get(channel)
+            picture = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) if number is None else picture[..., number])
+        return picture if marker == "bright" else np.asarray(255 - picture, np.uint8)
     rgb = COLOURS.get(marker) or tuple(int(marker[i : i + 2], 16) for i in (1, 3, 5))
     colour = np.array(rgb[::-1], np.float32)
     colour -= colour.mean()
@@ -67,4 +67,4 @@ def response_map(picture: Picture, marker: str, channel: str = "grey") -> Respon
     pixels -= pixels.mean(axis=2, keepdims=True)
     along = pixels @ colour
     across = np.sqrt(np.maximum((pixels**2).sum(axis=2) - along**2, 0))
-    return np.asarray(np.clip(along - 0.5 * across, 0, 255), np.float32)
+    return np.rint(np.clip(along - 0.5 * across, 0, 255)).astype(np.uint8)

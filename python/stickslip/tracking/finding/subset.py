@@ -58,7 +58,7 @@ class Subset:
     Sutton, Opt. Eng. 39 (2000) 2915, doi:10.1117/1.1314593 (splines).
     """
 
-    piece: npt.NDArray[np.float32]
+    piece: npt.NDArray[np.float32] | npt.NDArray[np.uint8]
     affine: bool = False
 
     @cached_property
@@ -87,7 +87,7 @@ class Subset:
             return None
         return np.asarray(np.linalg.inv(normal))
 
-    def find(self, picture: npt.NDArray[np.float32], x: float, y: float) -> Match | None:
+    def find(self, picture: npt.NDArray[np.float32] | npt.NDArray[np.uint8], x: float, y: float) -> Match | None:
         """The piece in a picture, near its centre's place (x, y); None where it is not there or has too little texture."""
         from scipy.ndimage import map_coordinates, spline_filter
 

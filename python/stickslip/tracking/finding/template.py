@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
 from stickslip.tracking.finding.detections import Detections
+from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.finding.subset import Subset
 from stickslip.tracking.video.vision import vision
-
-Grey = npt.NDArray[np.float32]
 
 LEAST_ERROR = 0.002
 """Of a place in px: what quintic splines leave of the fraction of a pixel."""
@@ -20,7 +16,7 @@ LEAST_CORRELATION = 0.6
 """Below this a place does not look like the template."""
 
 
-def find_templates(picture: Grey, templates: list[Subset]) -> Detections:
+def find_templates(picture: ResponseMap, templates: list[Subset]) -> Detections:
     """Places that look like one of the templates; the label says which.
 
     Each template is correlated with the whole picture (normalised, mean removed); its highest peaks are refined by

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.documents import input_file, read_text
+from stickslip.tracking.video.raw import Raw
 from stickslip.tracking.video.vision import MOST_PIXELS, vision
 
 Picture = npt.NDArray[np.uint8]
@@ -52,6 +53,8 @@ class Film:
     frame_rate : pictures per second of the camera. A video says its own; this overrides it, for slow motion: its time
         stamps are then scaled by (rate the file says) / `frame_rate`. Images need it, or `times`.
     times : a text file with one time in s a line, or the times themselves; for images or instead of a video's stamps.
+    grey : the pictures are (height, width) of luma.
+    raw : how bare grey levels lie in the files, which may then have any name.
 
     Attributes
     ----------
@@ -68,6 +71,8 @@ class Film:
     frame_rate: float | None = None
     times: str | Path | npt.ArrayLike | None = None
     notes: list[str] = field(default_factory=list)
+    grey: bool = False
+    raw: Raw | None = None
 
     def __post_init__(self) -> None:
         rate = self.frame_rate
@@ -87,17 +92,21 @@ class Film:
             path = Path(self.source)
             if path.is_dir():
                 self._images = natural_order(
-                    [file for file in path.iterdir() if file.suffix.lower() in IMAGES and not file.name.startswith(".")]
+                    [
+                        file
+                        for file in path.iterdir()
+                        if (self.raw is not None or file.suffix.lower() in IMAGES) and not file.name.startswith(".")
+                    ]
                 )
                 if not self._images:
                     raise InputError(
                         f"{path}: the folder holds no images; expected files ending in {', '.join(IMAGES[:3])}"
                     )
-            elif input_file(path, "film or folder of images").suffix.lower() in IMAGES:
+            elif input_file(path, "film or folder of images").suffix.lower() in IMAGES or self.raw is not None:
                 self._images = [path]
             else:
                 self._file_rate = self._open(path).get(vision().CAP_PROP_FPS)
-        self._pages = [_count_pages(path) for path in self._images or []]
+        self._pages = [(self.raw.count if self.raw else _count_pages)(path) for path in self._images or []]
         if self._images is not None and self._times is None and rate is None:
             if len(self) > 1:
                 raise InputError(
@@ -148,7 +157,7 @@ class Film:
                 if isinstance(deep, InputError):
                     raise deep
                 if deep.dtype != np.uint8 and white is None:
-                    white = white_level(deep)
+                    white = white_level(deep) if self.raw is None else self.raw.white
                     self.notes.append(f"Pictures of more than 8 bits are read with white at {white}.")
                 picture = _eight_bits(deep, white)
             except InputError:
@@ -170,14 +179,19 @@ class Film:
     def _read_images(self) -> Iterator[tuple[Path, int, npt.NDArray[Any] | InputError]]:
         """Each picture with its file and page (from 1; 0 of a file with one), or why it cannot be read."""
         for path, pages in zip(self._images or [], self._pages, strict=True):
+            if self.raw is not None:
+                for number in range(pages):
+                    levels = self.raw.read(path, number)
+                    yield path, number + 1, levels if self.grey else np.repeat(levels[..., None], 3, axis=2)
+                continue
             if pages == 1:
                 try:
-                    yield path, 0, _read_image(path)
+                    yield path, 0, _read_image(path, self.grey)
                 except InputError as error:
                     yield path, 0, error
                 continue
             for first in range(0, pages, PAGES):
-                found = _read_pages(path, first, min(PAGES, pages - first))
+                found = _read_pages(path, first, min(PAGES, pages - first), self.grey)
                 for page, picture in enumerate(found, start=first + 1):
                     yield path, page, picture
 
@@ -209,7 +223,7 @@ class Film:
             for number in range(damaged):  # its stamp is lost with it
                 yield last + (time - last) * (number + 1) / (damaged + 1), None
             index, last, damaged, damaged_in_all = index + damaged + 1, time, 0, damaged_in_all + damaged
-            yield time, picture
+            yield time, cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) if self.grey else picture
         capture.release()
         if index == 0:
             raise InputError(f"{path}: no picture could be decoded, the file seems damaged; copy it again")
@@ -277,14 +291,14 @@ def read_picture(path: str | Path) -> Picture:
     return _eight_bits(_read_image(input_file(path, "picture")))
 
 
-def _read_image(path: Path) -> npt.NDArray[Any]:
+def _read_image(path: Path, grey: bool = False) -> npt.NDArray[Any]:
     cv2 = vision()
     if _pixels(path) > MOST_PIXELS:
         raise InputError(
             f"{path}: a picture of at most {MOST_PIXELS / 1e6:.0f} million pixels was expected; is it damaged?"
         )
     try:
-        picture: npt.NDArray[Any] | None = cv2.imread(str(path), cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH)
+        picture: npt.NDArray[Any] | None = cv2.imread(str(path), _kind(grey))
     except cv2.error:
         picture = None
     if picture is None:
@@ -294,6 +308,11 @@ def _read_image(path: Path) -> npt.NDArray[Any]:
     return picture
 
 
+def _kind(grey: bool) -> int:
+    cv2 = vision()
+    return int((cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR_BGR) | cv2.IMREAD_ANYDEPTH)
+
+
 def _count_pages(path: Path) -> int:
     """How many pictures an image file holds, as far as it says."""
     if path.suffix.lower() not in STACKS or not path.is_file():
@@ -301,20 +320,19 @@ def _count_pages(path: Path) -> int:
     return max(1, int(vision().imcount(str(path))))
 
 
-def _read_pages(path: Path, first: int, count: int) -> list[npt.NDArray[Any] | InputError]:
+def _read_pages(path: Path, first: int, count: int, grey: bool = False) -> list[npt.NDArray[Any] | InputError]:
     """Pages `first` to `first + count` (from 0), or why one cannot be read."""
     cv2 = vision()
-    kind = cv2.IMREAD_COLOR_BGR | cv2.IMREAD_ANYDEPTH
     damaged = InputError(f"{path}: a page is no whole picture; copy it again")
     if _pixels(path) > MOST_PIXELS:
         return [damaged] * count
     try:
-        seen, found = cv2.imreadmulti(str(path), start=first, count=count, flags=kind)
+        seen, found = cv2.imreadmulti(str(path), start=first, count=count, flags=_kind(grey))
     except cv2.error:
         seen, found = False, ()
     pages = [*found] if seen else []
     if len(pages) < count and count > 1:  # a damaged page takes the others with it
-        return [one for page in range(first, first + count) for one in _read_pages(path, page, 1)]
+        return [one for page in range(first, first + count) for one in _read_pages(path, page, 1, grey)]
     return [page if page.dtype.kind == "u" else damaged for page in pages] or [damaged]
 
 

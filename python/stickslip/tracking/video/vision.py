@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+from functools import cache
 from typing import Any
 
 from stickslip.errors import InputError
@@ -12,6 +13,7 @@ MOST_PIXELS = 1 << 27
 """Of a picture, some 400 MB: a file of a hundred kilobytes may claim many times as much."""
 
 
+@cache
 def vision() -> Any:
     """OpenCV, imported now.
 
