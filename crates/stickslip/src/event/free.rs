@@ -277,7 +277,8 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
             } else {
                 low = t;
             }
-            if high - low <= 2.0 * f64::EPSILON * high {
+            // Of a time below the normal numbers a share is none, and the middle of two neighbours is one of them.
+            if high - low <= (2.0 * f64::EPSILON * high).max(f64::MIN_POSITIVE) {
                 return self.arrive_at(high, end);
             }
             let mut next = t - halley;

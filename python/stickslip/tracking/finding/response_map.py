@@ -67,4 +67,4 @@ def response_map(picture: Picture, marker: str, channel: str = "grey") -> Respon
     pixels -= pixels.mean(axis=2, keepdims=True)
     along = pixels @ colour
     across = np.sqrt(np.maximum((pixels**2).sum(axis=2) - along**2, 0))
-    return np.rint(np.clip(along - 0.5 * across, 0, 255)).astype(np.uint8)
+    return np.asarray(np.rint(np.clip(along - 0.5 * across, 0, 255)), np.uint8)
