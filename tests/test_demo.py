@@ -8,6 +8,7 @@ import pytest
 from stickslip import paper
 from stickslip.cli.main import main
 from stickslip.paper import demo
+from stickslip.tracking.video.vision import vision
 
 SCORED = ("end-of-stick-slip", "end-of-oscillation")
 
@@ -41,6 +42,7 @@ def test_it_starts_from_films_and_lays_the_truth_beside(report):
 
 def test_without_the_vision_library_it_says_so_and_goes_on(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "cv2", None)
+    vision.cache_clear()
     assert "pip install stickslip[video]" in demo._no_films()
     seen = demo.see(0.15, tmp_path, seed=1, filmed=False)
     assert seen.facts["force off, % of the largest"] < 2

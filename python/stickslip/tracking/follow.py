@@ -202,12 +202,15 @@ def _followed(film: Film, setup: Setup, progress: Progress | None) -> tuple[_See
 
 
 def _doubted_size(setup: Setup, seen: _Seen, tracks: list[Track], unclear: bool) -> float | None:
-    """The usual diameter of the markers, where none was given and what was taken for them is `unclear` or not of one size."""
+    """The usual diameter of markers, where none was given and what was taken for them is `unclear` or changes its size."""
     if setup.finder != "blob" or setup.size is not None or setup.level is not None:
         return None
     film = [detections.rows() for detections in seen.pictures]
     sizes = [np.array([row.size for row in track.rows(film)]) for track in tracks]
-    usual = float(np.median(np.concatenate(sizes)))
+    own = np.array([np.median(one) for one in sizes])
+    usual = float(np.quantile(own, 0.5, method="lower"))
+    if np.mean(np.abs(np.log(own / usual)) < math.log(ALIKE)) <= 0.5:
+        return None  # markers of several sizes
     unlike = any(np.mean(np.abs(np.log(one / usual)) > math.log(ALIKE)) > STRANGERS for one in sizes)
     return usual if unlike or unclear else None
 

@@ -17,6 +17,8 @@ from stickslip.model.system import Oscillator, System
 _T = 0
 #: Below this share of the largest a multiplier is the zero that an event brings.
 _NOTHING = 1e-11
+#: Below it a size only stands for that of a zero.
+_NO_SIZE = 1e-290
 #: What rounding leaves of a derivative of the return map that is zero, in sizes of the numbers of the state.
 _ROUNDING = 1e-13
 #: Below this share of the period there is no stick: one that has vanished closes to rounding where slip is neutral.
@@ -102,11 +104,14 @@ def return_of(sequence: EventSequence, forcing_periods: int, path: str | None = 
     # What nothing along the orbit reads or writes is no part of the map, and what it writes whatever the start was is known.
     within = rates[np.ix_(coordinates, coordinates)]
     sizes = size_of(sequence.system, sequence.start, coordinates)
-    depends = np.abs(within) * sizes > _ROUNDING * sizes[:, None]
+    # A number that has no size, such as the slope of a level line, leaves no rounding either.
+    sized = np.logical_and.outer(sizes > _NO_SIZE, sizes > _NO_SIZE)
+    depends = np.where(sized, np.abs(within) * sizes > _ROUNDING * sizes[:, None], within != 0)
     unit = np.eye(len(coordinates), dtype=bool)
     alone = ~(depends & ~unit).any(axis=1) & ~(depends & ~unit).any(axis=0)
     idle = alone & (np.diag(within) == 1)
-    written = ~depends.any(axis=1)
+    # Where forcing keeps time the orbit closes in time, too.
+    written = ~depends.any(axis=1) & (coordinates != _T)
     fixed, coordinates = coordinates[written], coordinates[~idle & ~written]
     defect = end[coordinates] - sequence.start[coordinates]
     # They move with the parameter, and what depends on them with them.

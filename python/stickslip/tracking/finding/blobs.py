@@ -19,8 +19,8 @@ LEVELS = 16
 LEAST_LEVELS = 3
 """A spot that is seen at fewer heights is noise or texture."""
 
-FAINTEST = 0.1
-"""A share that is taken off all, for the centre: the ground's noise far from it would weigh most."""
+JUMPS = 1.12
+"""Shares below a tenth are left out, which jumps from picture to picture: errors are larger than by the rim's noise alone."""
 
 EVEN = 0.08
 """A ground that scatters by no more than this share of a blob's contrast is even: only the light varies on it."""
@@ -81,7 +81,7 @@ def find_blobs(
     by 0.035 px otherwise); the contrast c grows and falls with the light, so where `black` is known it is proportional to
     the brightness |ground − black| (without that, light that falls by 10 % over 200 px shifts a marker of 20 px by 0.008 px),
 
-        x_c = Σ x_i g_i / Σ g_i,   g_i = clip((0.4 + s ((I_i − ground_i)/c_i − ½)) / 0.9, 0, 1),   c = crown − ground,
+        x_c = Σ x_i g_i / Σ g_i,   g_i = clip(½ + s ((I_i − ground_i)/c_i − ½), 0, 1),   c = crown − ground,
 
     s = 1 up to 12 px of diameter and 2 from 24 px on (then only the rim is weighed, not the face's texture), and its
     standard error that of the picture's noise σ around the blob, σ_x = s σ/c √Σ(x_i − x_c)² / Σ g_i, the
@@ -357,9 +357,8 @@ def _centre(
     share *= slope
     share += 0.5
     np.clip(share, 0, 1, out=share)
+    share[share < 0.1] = 0  # the ground's noise far from the centre weighs most
     share = cv2.copyTo(share, cv2.bitwise_and(near, cv2.bitwise_not(cv2.subtract(others, core))))
-    area = float(share[share >= FAINTEST].sum())
-    share = np.maximum(share - FAINTEST, 0) / (1 - FAINTEST)
     of = cv2.moments(share)
     weight = of["m00"]
     if weight <= 0:
@@ -368,14 +367,14 @@ def _centre(
     xx, yy, xy = of["mu20"] / weight, of["mu02"] / weight, of["mu11"] / weight
     noise = math.hypot(max(spread, 0.3), 1 / math.sqrt(12))
     rim = cv2.moments(((share > 0) & (share < 0.98)).view(np.uint8), binaryImage=True)
-    rough = steep / (1 - FAINTEST) * noise / (contrast * weight)
+    rough = JUMPS * steep * noise / (contrast * weight)
     x_error = rough * math.sqrt(max(rim["m20"] + x * (x * rim["m00"] - 2 * rim["m10"]), 0))
     y_error = rough * math.sqrt(max(rim["m02"] + y * (y * rim["m00"] - 2 * rim["m01"]), 0))
     determinant = max(xx * yy - xy * xy, 1e-12)
     compact = min(1.0, weight / (4 * math.pi * math.sqrt(determinant)))
     wide_axis = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
     round_ = math.sqrt(determinant) / wide_axis if wide_axis > 0 else 1.0
-    size = 2 * math.sqrt(area / math.pi)
+    size = 2 * math.sqrt(weight / math.pi)
     score = contrast * compact**2 * math.sqrt(round_) * size**0.25
     if wanted is not None:
         score *= math.exp(-((math.log(size / wanted) / 0.4) ** 2))
