@@ -61,6 +61,12 @@ def test_the_centre_of_a_marker_is_not_the_centroid_of_its_bent_image(bent):
     assert apart[1] < 0.1 * apart[0]
 
 
+def test_marks_out_of_all_reason_are_refused_before_they_overflow(tmp_path):
+    table = {"marks": [[x, 1.7e308] for x in range(4)], "positions": [0.0, 1.0, 2.0, 3.0], "unit": "cm"}
+    with pytest.raises(InputError, match=r"marks must lie within ±1e\+09, got 1.7e\+308"):
+        read_calibration(table, tmp_path, 12.0)
+
+
 @pytest.mark.parametrize(
     ("positions", "said"),
     [

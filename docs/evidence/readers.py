@@ -558,6 +558,9 @@ def run(name: str, seed: int, count: int) -> tuple[collections.Counter[str], lis
         arguments = [sys.executable, __file__, "--serve", f"{name}:{seed}:{at}", "--each", str(min(CHUNK, count - at))]
         child = subprocess.run(arguments, capture_output=True, text=True, check=False, env=environment)
         for line in child.stdout.splitlines():
+            if not line.startswith('["'):
+                failures.append(f"prints {name}:{seed}:{at} {line}")
+                continue
             kind, index, why = json.loads(line)
             outcomes[kind] += 1
             at = index + 1
