@@ -301,7 +301,7 @@ def _from_marks(
         if given and isinstance(given[0], list | tuple):
             return _from_plane_marks(table, factor, base, shape)
         marked = np.array([_pair(mark, "marks") for mark in marks])
-        positions = np.array([_place("positions", value) for value in given])
+        positions = np.array([_coordinate("positions", value) for value in given])
         order, of = table.get("order", 1), "the marks given"
     if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order < len(marked):
         raise InputError(
@@ -474,10 +474,10 @@ def _lens(table: object) -> Lens | None:
 def _pair(value: object, name: str) -> Pair:
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise InputError(f"calibration: {name} must be a pixel [x, y], got {value!r}")
-    return _place(name, value[0]), _place(name, value[1])
+    return _coordinate(name, value[0]), _coordinate(name, value[1])
 
 
-def _place(name: str, value: object) -> float:
+def _coordinate(name: str, value: object) -> float:
     """A coordinate, small enough for its powers to be numbers."""
     found = number(name, value, "calibration")
     if abs(found) > FARTHEST:
