@@ -1,6 +1,7 @@
 """What every test may ask for: the real records, and the same examples from hypothesis on every run."""
 
 import os
+import sys
 from pathlib import Path
 
 import hypothesis
@@ -33,3 +34,11 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     if lines:
         terminalreporter.section("known numbers: expected, got, relative error")
         terminalreporter.write("".join(f"{line}\n" for line in lines))
+
+
+@pytest.fixture(autouse=True)
+def figures_closed():
+    """What a test drew is closed behind it: pyplot warns from the twentieth figure on, whichever tests drew them."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
