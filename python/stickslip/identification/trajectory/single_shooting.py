@@ -220,8 +220,7 @@ class SingleShooting:
         free, law = self.free, self.free.law(unknowns[: self.count])
         names = [other for other in free.names if other != name]
         ties = {tied: source for tied, source in free.same_as.items() if source != name}
-        within = {key: ends for key, ends in free.within.items() if key != name}
-        held = SingleShooting(self.misfits, LawParameters(law, names, ties, within), self.instrument_error)
+        held = SingleShooting(self.misfits, LawParameters(law, names, ties, free.within), self.instrument_error)
         held.best = (best, np.concatenate([np.zeros(held.count), unknowns[self.count :]]))
         return held
 
