@@ -205,8 +205,10 @@ def _doubted_size(setup: Setup, seen: _Seen, tracks: list[Track], unclear: bool)
     """The usual diameter of markers, where none was given and what was taken for them is `unclear` or changes its size."""
     if setup.finder != "blob" or setup.size is not None or setup.level is not None:
         return None
-    film = [detections.rows() for detections in seen.pictures]
-    sizes = [np.array([row.size for row in track.rows(film)]) for track in tracks]
+    sizes = [
+        np.array([seen.pictures[frame].size[index] for frame, index in zip(track.frames, track.indices, strict=True)])
+        for track in tracks
+    ]
     own = np.array([np.median(one) for one in sizes])
     usual = float(np.quantile(own, 0.5, method="lower"))
     if np.mean(np.abs(np.log(own / usual)) < math.log(ALIKE)) <= 0.5:
