@@ -38,6 +38,9 @@ FEW = 24
 BLUR = 2.5
 """A break-away is then known to so many samples only, and mostly seen too early."""
 
+ALIKE = 2.0
+"""Errors of limits within this ratio of the usual one differ by their noise."""
+
 LIMIT_COST = 3.0
 """What a free limit costs in deviance: it is known to about a sample and was looked for over some ten."""
 
@@ -245,7 +248,25 @@ def refine_sticks(
             if found is not None:
                 refined[choice].append(found)
     best = min(choices, key=lambda choice: total[choice])
-    return refined[best], best
+    return _with_usual_errors(refined[best]), best
+
+
+def _with_usual_errors(sticks: list[Stick]) -> list[Stick]:
+    """The sticks with one error for all starts and one for all ends, their root mean square, where these are alike.
+
+    The evidence of a limit is narrower or wider by the same noise that shifts its peak (limits of one record that are seen
+    later have narrower ones, with correlations down to -0.8), so a mean weighed by its widths would be off by more than its
+    error. Only what differs by more than that noise does, by a factor of `ALIKE`, is the limit's own.
+    """
+    for name in ("start", "end"):
+        errors = np.array([getattr(stick, f"{name}_error") for stick in sticks])
+        seen = np.array([getattr(stick, f"{name}s") for stick in sticks], bool)
+        if not seen.any():
+            continue
+        seen &= np.abs(np.log(errors / np.median(errors[seen]))) < math.log(ALIKE)
+        errors[seen] = math.sqrt(float(np.mean(errors[seen] ** 2)))
+        sticks = [replace(stick, **{f"{name}_error": float(error)}) for stick, error in zip(sticks, errors, strict=True)]
+    return sticks
 
 
 def _likeliest(search: LimitSearch, stretches: list[_OneStick], joint: Joint) -> float:

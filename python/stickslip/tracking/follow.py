@@ -146,8 +146,7 @@ class _Seen:
 
 
 def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progress | None) -> xr.Dataset:
-    times = setup.folder / setup.times if setup.times is not None else None
-    film = Film(source, setup.frame_rate, times, grey=setup.grey, raw=setup.raw)
+    film = setup.film(source)
     seen, tracks = _followed(film, setup, progress)
     doubts = _unclear(film, setup, seen, tracks)
     if (size := _doubted_size(setup, seen, tracks, bool(doubts))) is not None:
@@ -250,7 +249,7 @@ def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
     seen = _Seen([], [], [], [], shape)
     if first is None:
         return seen
-    box = _box(setup, first, film.name)
+    box = setup.box(first, film.name)
     total = len(film)
 
     def pictures() -> Iterator[Picture | None]:
@@ -265,15 +264,6 @@ def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
         seen.pictures.append(found.best(max(CROWD, 3 * setup.count)).moved(box[1].start, box[0].start))
         seen.whole.append(whole)
     return seen
-
-
-def _box(setup: Setup, first: Picture, name: str) -> tuple[slice, slice]:
-    """The part of the pictures that is looked at."""
-    height, width = first.shape[:2]
-    left, top, wide, high = setup.region or (0, 0, width, height)
-    if left >= width or top >= height:
-        raise InputError(f"{name}: the region begins at ({left}, {top}), outside of pictures of {width} x {height} px")
-    return slice(top, min(height, top + high)), slice(left, min(width, left + wide))
 
 
 def _finder(setup: Setup, first: Picture, name: str) -> Finder:
