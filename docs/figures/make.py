@@ -1,11 +1,13 @@
 """Draw the pictures of the documentation anew: python docs/figures/make.py, or some of them: … make.py laws paper."""
 
+import contextlib
 import re
 import shutil
 import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -231,6 +233,17 @@ def loads() -> None:
     save(left, "loads.png")
 
 
+def field() -> None:
+    """A contact that slips in part, by the code of the page on fields."""
+    page = (HERE.parent / "how-to" / "fields.md").read_text(encoding="utf-8")
+    code = re.search(r"```python\n(.*?)```", page, re.DOTALL)
+    assert code is not None
+    names: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        exec(code[1], names)
+    save(names["figure"].axes[0], "field.png")
+
+
 def paper() -> None:
     """The paper's page with its figures."""
     with tempfile.TemporaryDirectory() as folder:
@@ -242,7 +255,19 @@ def paper() -> None:
 if __name__ == "__main__":
     parts = {
         part.__name__: part
-        for part in (laws, branches, loci, forced_calibrations, start, bifurcation, orbit, loads, overview, paper)
+        for part in (
+            laws,
+            branches,
+            loci,
+            forced_calibrations,
+            start,
+            bifurcation,
+            orbit,
+            loads,
+            overview,
+            field,
+            paper,
+        )
     }
     for name in sys.argv[1:] or parts:
         parts[name]()

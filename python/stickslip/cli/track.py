@@ -47,7 +47,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="choose markers, scale and region on a page, which gives the setup file; opened, or only written to PAGE.html",
     )  # fmt: skip
     command.add_argument(
-        "--field", type=int, metavar="PX", help="displacement and strain of the texture instead, on a grid of this spacing"
+        "--field",
+        type=int,
+        metavar="PX",
+        help="displacement and strain of the texture instead, on a grid of this spacing",
     )
     command.add_argument("--free-fall", action="store_true", help="say what the fall of the mass tells of the scale")
     command.add_argument("--again", action="store_true", help="of many films track also those that are finished")
@@ -102,10 +105,18 @@ def _field(sources: list[Any], options: argparse.Namespace, given: dict[str, Any
     other = [f"--{name.replace('_', '-')}" for name in ("check", "free_fall", "again") if getattr(options, name)]
     if len(sources) > 1 or other:
         got = f"{len(sources)} films" if len(sources) > 1 else ", ".join(other)
-        raise InputError(f"track: --field is of one film and writes -o and --plot alone, got {got}; leave the others out")
+        raise InputError(
+            f"track: --field is of one film and writes -o and --plot alone, got {got}; leave the others out"
+        )
     with Bar() as bar:
         field = displacement_field(
-            sources[0], options.setup, spacing=options.field, output=options.output, progress=bar, command=command, **given
+            sources[0],
+            options.setup,
+            spacing=options.field,
+            output=options.output,
+            progress=bar,
+            command=command,
+            **given,
         )
     if options.plot:
         save_figure(field_figure(field), options.plot)
@@ -114,9 +125,13 @@ def _field(sources: list[Any], options: argparse.Namespace, given: dict[str, Any
         "source": field.attrs["source"],
         "pictures": field.sizes["time"],
         "pieces": field.sizes["x"] * field.sizes["y"],
-        "found": int(last["u"].notnull().sum()),
+        "found": int(last["u"].notna().sum()),
         **{
-            name: {"from": float(last[name].min()), "to": float(last[name].max()), "error": float(last[f"{name}_error"].median())}
+            name: {
+                "from": float(last[name].min()),
+                "to": float(last[name].max()),
+                "error": float(last[f"{name}_error"].median()),
+            }
             for name in ("u", "v", "exx", "eyy", "exy", "rotation")
         },
         "notes": list(field.attrs["notes"]),

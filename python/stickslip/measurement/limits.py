@@ -252,21 +252,27 @@ def refine_sticks(
 
 
 def _with_usual_errors(sticks: list[Stick]) -> list[Stick]:
-    """The sticks with one error for all starts and one for all ends, their root mean square, where these are alike.
+    """The sticks with one error for all starts and one for all ends in the record, where these are alike."""
+    starts = _usual([stick.start_error for stick in sticks], [stick.starts for stick in sticks])
+    ends = _usual([stick.end_error for stick in sticks], [stick.ends for stick in sticks])
+    return [
+        replace(stick, start_error=start, end_error=end) for stick, start, end in zip(sticks, starts, ends, strict=True)
+    ]
+
+
+def _usual(errors: list[float], seen: list[bool]) -> list[float]:
+    """Errors of limits, those that are `seen` and within a factor of `ALIKE` of their median by their root mean square.
 
     The evidence of a limit is narrower or wider by the same noise that shifts its peak (limits of one record that are seen
     later have narrower ones, with correlations down to -0.8), so a mean weighed by its widths would be off by more than its
-    error. Only what differs by more than that noise does, by a factor of `ALIKE`, is the limit's own.
+    error. Only what differs by more than that noise does is the limit's own.
     """
-    for name in ("start", "end"):
-        errors = np.array([getattr(stick, f"{name}_error") for stick in sticks])
-        seen = np.array([getattr(stick, f"{name}s") for stick in sticks], bool)
-        if not seen.any():
-            continue
-        seen &= np.abs(np.log(errors / np.median(errors[seen]))) < math.log(ALIKE)
-        errors[seen] = math.sqrt(float(np.mean(errors[seen] ** 2)))
-        sticks = [replace(stick, **{f"{name}_error": float(error)}) for stick, error in zip(sticks, errors, strict=True)]
-    return sticks
+    found = np.array(errors)
+    alike = np.array(seen, bool)
+    if alike.any():
+        alike &= np.abs(np.log(found / np.median(found[alike]))) < math.log(ALIKE)
+        found[alike] = math.sqrt(float(np.mean(found[alike] ** 2)))
+    return [float(error) for error in found]
 
 
 def _likeliest(search: LimitSearch, stretches: list[_OneStick], joint: Joint) -> float:

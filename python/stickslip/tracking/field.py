@@ -22,7 +22,6 @@ from stickslip.tracking.video.vision import vision
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 KEYS = ("region", "size", "channel", "frame_rate", "times", "raw")
 """What a setup may hold for a field."""
@@ -35,6 +34,9 @@ LEAST_SIDE = 9
 
 EDGE = 3
 """Px from the edge of the picture to the nearest piece, which may move so far before a part of it is gone."""
+
+ERRORS = 8.0
+"""Standard errors that the colours of a picture go to at least."""
 
 NAMES = {
     "u": ("px", "displacement to the right"),
@@ -92,9 +94,10 @@ def displacement_field(
         where the film cannot be read, the setup holds other keys, or no piece lies in the region.
 
     Limits: errors are those of white noise of the pixels, and of the displacement at least 0.002 px. A piece that lies across
-    the edge of a slip is no piece with one gradient: near such an edge, to half of `size`, displacement is smeared and
-    strain is of the fit alone; ``residual`` is large there. Neighbours whose pieces overlap have errors in common. From one
-    picture to the next a piece may move by half of its side, and turn by some five degrees. A camera that moves is in u and v.
+    the edge of a slip is no piece with one gradient: to half of `size` beside such an edge displacement is smeared, strain is
+    of the fit alone, and the errors do not hold that; a jump of some tenths of a px shows in ``residual``. Neighbours whose
+    pieces overlap have errors in common. From one picture to the next a piece may move by half of its side, and turn by some
+    five degrees. A camera that moves is in u and v.
 
     Source: Pan, Qian, Xie & Asundi, Meas. Sci. Technol. 20 (2009) 062001, doi:10.1088/0957-0233/20/6/062001 (review).
 
@@ -152,7 +155,7 @@ def displacement_field(
     for number, (name, (unit, words)) in enumerate(NAMES.items()):
         field[name] = (dims, table[..., 2 * number], {"units": unit, "long_name": words})
         field[f"{name}_error"] = (dims, table[..., 2 * number + 1], {"units": unit})
-    field["residual"] = (dims, table[..., -1], {"units": "grey levels", "long_name": "what the fit leaves"})
+    field["residual"] = (dims, table[..., -1], {"units": "grey levels", "long_name": "residual"})
     field.attrs = {
         "title": "stickslip field",
         "stickslip": "field",
@@ -181,9 +184,7 @@ def _checked(given: Any, spacing: int, options: dict[str, Any]) -> Setup:
     return setup
 
 
-def _grid(
-    box: tuple[slice, slice], shape: tuple[int, ...], side: int, spacing: int, name: str
-) -> tuple[Array, Array]:
+def _grid(box: tuple[slice, slice], shape: tuple[int, ...], side: int, spacing: int, name: str) -> tuple[Array, Array]:
     """Centres of the pieces, x and y."""
     y, x = (
         np.arange(max(part.start, EDGE), min(part.stop, whole - EDGE) - side + 1, spacing) + (side - 1) / 2
@@ -191,7 +192,9 @@ def _grid(
     )
     if not (x.size and y.size):
         wide, high = (part.stop - part.start for part in box[::-1])
-        raise InputError(f"{name}: no piece of {side} px lies in {wide} x {high} px; give a smaller size or more region")
+        raise InputError(
+            f"{name}: no piece of {side} px lies in {wide} x {high} px; give a smaller size or more region"
+        )
     return x, y
 
 
@@ -210,7 +213,9 @@ def _followed(grey: ResponseMap, before: ResponseMap, piece: Subset, last: Match
     _, best, _, (right, down) = cv2.minMaxLoc(look)
     if best < LEAST_CORRELATION:
         return None
-    return _inside(grey, piece, piece.find(grey, last.x + left + right - column, last.y + top + down - row, last.gradient))
+    return _inside(
+        grey, piece, piece.find(grey, last.x + left + right - column, last.y + top + down - row, last.gradient)
+    )
 
 
 def _inside(grey: ResponseMap, piece: Subset, found: Match | None) -> Match | None:
@@ -277,21 +282,26 @@ def field_plot(field: xr.Dataset, variable: str = "u", ax: Axes | None = None, *
     across, down = _sides(field)
     if ax is None:
         (ax,) = new_axes(figsize=(5.0, max(5.0 * down / across, 1.0) + 0.8))
-    # a quantity that has two signs is white nowhere but at zero
-    signed = variable != "residual"
-    most = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 1.0
-    limits = {"vmin": -most, "vmax": most, "cmap": "RdBu_r"} if signed else {"cmap": "cividis"}
+    limits: dict[str, Any] = {"cmap": "cividis", "vmin": 0.0}
+    if variable != "residual":  # of two signs, white at zero; and errors alone must not look like a field
+        known = values.to_numpy()[np.isfinite(values)]
+        errors = field[f"{variable}_error"].isel(time=picture).to_numpy()[np.isfinite(values)]
+        most = max(float(np.abs(known).max()), ERRORS * float(np.median(errors))) if known.size else 1.0
+        limits = {"cmap": "RdBu_r", "vmin": -most, "vmax": most}
     mesh = ax.pcolormesh(field["x"], field["y"], values, shading="nearest", rasterized=True, **limits)
     unit = values.attrs["units"]
     bar = ax.figure.colorbar(mesh, ax=ax)
-    bar.set_label(f"{values.attrs['long_name']} {variable}" + ("" if unit == "1" else f" ({unit})"))
+    words = str(values.attrs["long_name"])
+    bar.set_label(
+        (words if variable in words else f"{words}, {variable}") + ("" if unit == "1" else f" ({unit})"), fontsize=8
+    )
     ax.set(xlabel="x (px)", ylabel="y (px)", title=f"{float(values['time']):.4g} s", aspect="equal")
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
     return ax
 
 
-def field_figure(field: xr.Dataset, picture: int = -1) -> Figure:
+def field_figure(field: xr.Dataset, picture: int = -1) -> Any:
     """Displacements, strains, rotation and residual of one picture, one beside the other."""
     from stickslip.show.canvas import new_axes
 
@@ -308,4 +318,5 @@ def field_figure(field: xr.Dataset, picture: int = -1) -> Figure:
 
 def _sides(field: xr.Dataset) -> tuple[float, float]:
     """Px across and down that the points of the grid stand for."""
-    return tuple(float(np.ptp(field[name].to_numpy())) + float(field.attrs["spacing"]) for name in "xy")
+    across, down = (float(np.ptp(field[name].to_numpy())) + float(field.attrs["spacing"]) for name in "xy")
+    return across, down

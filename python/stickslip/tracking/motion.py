@@ -88,6 +88,7 @@ def save_motion(motion: xr.Dataset, path: str | Path) -> Path:
 
 
 def package_version() -> str:
+    """The version that goes into a file."""
     from stickslip import _core
 
     return str(_core.__version__)
