@@ -3,9 +3,11 @@
 import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 import pytest
 
 import stickslip as ss
@@ -155,6 +157,17 @@ def test_every_law_is_drawn_with_its_break_away(law):
     assert ("break-away, long rest" in names(ax)) == grows
     assert ("ẇ < 0" in names(ax)) == isinstance(law, ss.laws.BogaczRyczek)
     drawn(show.break_away_plot(law))
+
+
+def test_a_fitted_law_is_drawn_with_the_band_of_its_covariance():
+    # The normal 95 % interval reaches 1.96 standard deviations either way; 200 draws tell its ends to a fifth of that.
+    names, errors = ["break_away", "kinetic"], np.array([0.05, 0.02])
+    law = ss.laws.StaticKinetic(1.0, 0.6).with_covariance(pd.DataFrame(np.diag(errors**2), index=names, columns=names))
+    (kinetic,), (static,) = show.law_plot(law).collections, show.break_away_plot(law).collections
+    for shade, middle, error in ((kinetic, 0.6, 0.02), (static, 1.0, 0.05)):
+        low, high = shade.get_paths()[0].vertices[:, 1].min(), shade.get_paths()[0].vertices[:, 1].max()
+        assert (low, high) == pytest.approx((middle - 1.96 * error, middle + 1.96 * error), abs=0.4 * error)
+    assert not show.law_plot(replace(law, kinetic=0.5)).collections
 
 
 def test_orbit_diagram_has_the_regimes_of_the_paper(diagram):
