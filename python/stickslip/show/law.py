@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BAND = (0.025, 0.975)
-DRAWS = 200
+DRAWS = 1000
 """Laws of which a band is drawn."""
 
 
