@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import ABOVE, MODE_COLOURS, OKABE_ITO, label, new_axes, units_of
+from stickslip.show.canvas import ABOVE, OKABE_ITO, label, new_axes, shade_sticks, units_of
+from stickslip.show.samples import MASS_COLOURS, changes, columns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +29,8 @@ def time_series(
 
     Parameters
     ----------
-    orbit : any orbit.
+    orbit : any orbit. Of several masses each has a colour, and friction that of the mass whose contact it is; their sticks
+        are thick lines.
     ax : three axes, or one that all three curves share; default a new figure with three under each other.
     start, stop : the span of time; default the whole orbit.
     units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``; default by the system.
@@ -51,9 +53,8 @@ def time_series(
     if len(panels) != 3:
         raise InputError(f"time_series: expected three axes or one, got {len(panels)}")
     shared = panels[0] is panels[2]
-    segments = orbit.segments
     # A jump of friction needs both its sides: sample just before each event as well.
-    edges = segments["t"].to_numpy()
+    edges = changes(orbit)
     edges = edges[(edges >= start) & (edges <= stop)]
     grid = orbit.times()
     before = np.nextafter(edges, -np.inf)
@@ -66,21 +67,24 @@ def time_series(
         ("v", "velocity ẋ", "velocity", "--" if shared else "-"),
         ("force", "friction F", "force", ":" if shared else "-"),
     )
+    alone = motion["x"].ndim == 1
     for panel, (key, name, kind, line) in zip(panels, curves, strict=True):
-        panel.plot(
-            times, motion[key], color=OKABE_ITO["black"], ls=line, lw=1.1, label=name, rasterized=times.size > 20_000
-        )
+        for curve, values, stuck in columns(orbit, motion, key):
+            color = OKABE_ITO["black"] if alone else MASS_COLOURS[curve % len(MASS_COLOURS)]
+            text = name if alone else f"mass {curve}" if key == "x" else None
+            panel.plot(times, values, color=color, ls=line, lw=1.1, label=text, rasterized=times.size > 20_000)
+            if not alone:
+                panel.plot(times, np.where(stuck, values, np.nan), color=color, lw=2.6)
         if not shared:
             # Two lines, as three panels are low.
             panel.set_ylabel(label(name, kind, which).replace(" (", "\n("))
-    begins, ends = segments["t"].to_numpy(), np.append(segments["t"].to_numpy()[1:], orbit.t_end)
-    sticks = (segments["direction"].to_numpy() == 0) & (ends > start) & (begins < stop)
     for panel in {id(panel): panel for panel in panels}.values():
-        for begin, end in zip(begins[sticks], ends[sticks], strict=True):
-            panel.axvspan(max(begin, start), min(end, stop), color=MODE_COLOURS["stick"], alpha=0.14, lw=0)
+        if alone:
+            shade_sticks(panel, times, motion["stuck"].to_numpy())
         panel.margins(x=0)
     panels[2].set_xlabel(label("time t", "time", which))
-    if shared:
+    if shared or not alone:
         panels[0].legend(**ABOVE, ncols=3)
+    if shared:
         panels[0].set_ylabel("x, ẋ, F" + (" (dimensionless)" if which == "dimensionless" else " (SI)"))
     return panels
