@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import ABOVE, LINES, MODE_COLOURS, OKABE_ITO, axes, label, units_of
-from stickslip.show.samples import MASS_COLOURS, changes, columns
+from stickslip.show.canvas import ABOVE, LINES, MASS_COLOURS, MODE_COLOURS, OKABE_ITO, axes, label, units_of
+from stickslip.show.series import changes, columns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,7 +78,12 @@ def phase_plane(
         # While it sticks, the mass moves with the drive.
         held = late & stuck
         if held.any():
-            thick: dict[str, Any] = {"color": own if many else MODE_COLOURS["stick"], "lw": 2.6, "ls": line, "zorder": 3}
+            thick: dict[str, Any] = {
+                "color": own if many else MODE_COLOURS["stick"],
+                "lw": 2.6,
+                "ls": line,
+                "zorder": 3,
+            }
             ax.plot(np.where(held, x, np.nan), np.where(held, v, np.nan), **thick)
     if many:
         ax.legend(**ABOVE, ncols=5)

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import ABOVE, OKABE_ITO, label, new_axes, shade_sticks, units_of
-from stickslip.show.samples import MASS_COLOURS, changes, columns
+from stickslip.laws.state_law import StateLaw
+from stickslip.show.canvas import ABOVE, MASS_COLOURS, OKABE_ITO, label, new_axes, shade_sticks, units_of
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
+    from stickslip.model.system import System
     from stickslip.simulation.orbit import Orbit
 
 
@@ -88,3 +91,35 @@ def time_series(
     if shared:
         panels[0].set_ylabel("x, ẋ, F" + (" (dimensionless)" if which == "dimensionless" else " (SI)"))
     return panels
+
+
+def changes(orbit: Orbit) -> NDArray[np.float64]:
+    """The times at which the motion or its friction has a corner or a jump, that of the start among them."""
+    contacts = getattr(orbit.system, "contacts", (orbit.system,))
+    smooth = any(isinstance(contact.law, StateLaw) for contact in contacts)
+    times = orbit.events["t"] if smooth else orbit.segments["t"]
+    return np.asarray(times, dtype=float)
+
+
+def columns(
+    orbit: Orbit, motion: xr.Dataset, name: str
+) -> Iterator[tuple[int, NDArray[np.float64], NDArray[np.bool_]]]:
+    """Each curve of a sampled quantity, with the number of its mass and where that sticks to a drive.
+
+    Parameters
+    ----------
+    orbit : what was sampled.
+    motion : its samples, from ``orbit.to_xarray``.
+    name : of a variable; one of contacts (force) belongs to the mass of the contact.
+    """
+    values: Any = motion[name].to_numpy()
+    stuck = motion["stuck"].to_numpy()
+    if values.ndim == 1:
+        yield 0, values, stuck
+        return
+    contacts = cast("System", orbit.system).contacts
+    drives = {contact.mass: number for number, contact in enumerate(contacts) if contact.other is None}
+    free = np.zeros(len(values), dtype=bool)
+    masses = [contact.mass for contact in contacts] if "contact" in motion[name].dims else range(values.shape[1])
+    for column, mass in enumerate(masses):
+        yield mass, values[:, column], stuck[:, drives[mass]] if mass in drives else free
