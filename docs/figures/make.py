@@ -1,11 +1,13 @@
 """Draw the pictures of the documentation anew: python docs/figures/make.py, or some of them: … make.py laws paper."""
 
+import contextlib
 import re
 import shutil
 import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -286,6 +288,17 @@ def loads() -> None:
     save(left, "loads.png")
 
 
+def field() -> None:
+    """A contact that slips in part, by the code of the page on fields."""
+    page = (HERE.parent / "how-to" / "fields.md").read_text(encoding="utf-8")
+    code = re.search(r"```python\n(.*?)```", page, re.DOTALL)
+    assert code is not None
+    names: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        exec(code[1], names)
+    save(names["figure"].axes[0], "field.png")
+
+
 def paper() -> None:
     """The paper's page with its figures."""
     with tempfile.TemporaryDirectory() as folder:
@@ -308,6 +321,7 @@ if __name__ == "__main__":
             orbit,
             loads,
             overview,
+            field,
             paper,
         )
     }
