@@ -227,7 +227,7 @@ def test_trade_offs_are_drawn():
     # What the paper does not state is marked.
     assert [text.get_text() for text in left.get_yticklabels()] == ["hopf", "hopf-square-root *"]
     assert [text.get_text() for text in left.texts] == ["no", "partly"]
-    assert "two steps, d = 0.327" in [line.get_label() for line in right.lines]
+    assert "two steps: d = 0.327" in [line.get_label() for line in right.lines]
 
 
 def test_what_is_inferred_is_told_from_what_is_stated():

@@ -9,6 +9,7 @@ from matplotlib.colors import ListedColormap
 
 from stickslip.paper.calibration import CALIBRATIONS, trades
 from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, STATED
+from stickslip.paper.figures.motion import TITLE
 from stickslip.paper.scoring import claims
 from stickslip.show import OKABE_ITO, new_axes
 
@@ -45,22 +46,20 @@ def trade_offs(table: pd.DataFrame | None = None) -> list[Axes]:
     for text in left.get_xticklabels():
         text.set(ha="right", rotation_mode="anchor")
     left.invert_yaxis()
-    left.set_title("claims reproduced (blue); * inferred by us, not stated")
+    left.set_title("reproduced (blue) by each calibration; * inferred by us, not stated", **TITLE)
     delta = np.linspace(0.2, 0.45, 301)
-    styles = ("-", "--", ":", "-.")
-    for index, name in enumerate(table):
-        calibration = CALIBRATIONS[name]
-        right.plot(
-            delta,
-            calibration.law.break_away_force(0.0, delta),
-            ls=styles[index // 6],
-            label=f"{name}, d = {calibration.damping:g}",
-        )
-    slope, intercept = calibration.law.l
-    s = np.array([0.30, 0.45])
-    right.plot(s, slope * s + intercept, color=OKABE_ITO["grey"], lw=0.9, ls=(0, (1, 1)), label="l at w = δ = s")
-    right.legend(loc="lower left", fontsize=7)
+    curves: dict[bytes, list[str]] = {}
+    for name in table:
+        # Those with the same f_s(0, δ) are one curve.
+        curves.setdefault(CALIBRATIONS[name].law.break_away_force(0.0, delta).tobytes(), []).append(name)
+    for curve, names in curves.items():
+        said = [f"{name}: d = {CALIBRATIONS[name].damping:g}" for name in names]
+        right.plot(delta, np.frombuffer(curve), label="\n".join(said))
+    slope, intercept = CALIBRATIONS["default"].law.l
+    s = np.array([0.32, 0.45])
+    right.plot(s, slope * s + intercept, color=OKABE_ITO["grey"], lw=0.9, ls="--", label="l at w = δ = s")
+    right.legend(loc="lower left", fontsize=7.5, frameon=False)
     right.margins(x=0)
-    right.set(xlabel="force rate δ (dimensionless)", ylabel="friction $f_s(0, δ)$ (dimensionless)", ylim=(0.0, None))
-    right.set_title("static friction without rest, and damping")
+    right.set(xlabel="force rate δ (dimensionless)", ylabel="friction $f_s(0, δ)$ (dimensionless)", ylim=(0.3, None))
+    right.set_title("static friction without rest, and damping", **TITLE)
     return [left, right]
