@@ -196,6 +196,11 @@ def forced_calibrations() -> None:
     save(panels[0], "paper-forced-calibrations.png")
 
 
+def trade_offs() -> None:
+    """What each calibration of the paper's law shows of its claims."""
+    save(ss.paper.figures.trade_offs()[0], "paper-trade-offs.png")
+
+
 def example() -> tuple[xr.DataTree, ss.Orbit]:
     """The record that ships with the package, as friction, and the motion of the law found from it."""
     with tempfile.TemporaryDirectory() as folder:
@@ -308,22 +313,10 @@ def paper() -> None:
 
 
 if __name__ == "__main__":
-    parts = {
-        part.__name__: part
-        for part in (
-            laws,
-            setups,
-            branches,
-            loci,
-            forced_calibrations,
-            start,
-            bifurcation,
-            orbit,
-            loads,
-            overview,
-            field,
-            paper,
-        )
-    }
+    figures = (
+        laws, setups, branches, loci, forced_calibrations, trade_offs, start, bifurcation, orbit, loads, field, overview,
+        paper,
+    )  # fmt: skip
+    parts = {part.__name__: part for part in figures}
     for name in sys.argv[1:] or parts:
         parts[name]()
