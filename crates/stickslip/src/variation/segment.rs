@@ -163,8 +163,10 @@ impl<'a> Course<'a> {
                 .filter(|&c| force_lines[c].holds())
                 .collect(),
         );
+        // What systems beside this one would give is asked only where parameters have lanes.
+        let acting = self.acting.len() * usize::from(state.numbers[0].rates.len() > 1);
         Mode {
-            beside: (self.acting.iter())
+            beside: (self.acting[..acting].iter())
                 .map(|(_, beside)| {
                     beside
                         .each_ref()
