@@ -14,10 +14,10 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.dynamics.continuation.arclength import Family, axis, corrected
 from stickslip.dynamics.critical import critical
 from stickslip.dynamics.critical.vanishing import vanishing
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
-from stickslip.dynamics.periodic.shooting import Family, axis, corrected
 from stickslip.errors import UnfinishedWarning
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "critical_velocities.py"

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use stickslip::mode::Kind;
-use stickslip::structure::Oscillator;
+use stickslip::oscillator::Oscillator;
 use stickslip::system::System;
 use stickslip::{network, simulate};
 

@@ -6,15 +6,15 @@ use std::hint::black_box;
 use std::sync::LazyLock;
 use std::time::Instant;
 
-use stickslip::drive::Harmonic;
 use stickslip::engine::{Closed, Engine, Steps};
 use stickslip::event_sequence;
+use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{Runner, Width, forward};
 use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::network;
 use stickslip::observer::Observer;
+use stickslip::oscillator::Oscillator;
 use stickslip::simulate::{Run, simulate};
-use stickslip::structure::Oscillator;
 use stickslip::system::{Contact, System};
 use stickslip::variation::{self, Varied};
 

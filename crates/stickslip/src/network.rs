@@ -6,11 +6,12 @@
 //! A contact whose slip speed is held between two branches of its law is a constraint as adhesion is. Where something happens
 //! at another contact it keeps its force while the others are decided; only then it is asked whether it holds on.
 
+mod break_away;
 mod complementarity;
 mod contact_states;
 mod guards;
 pub(crate) mod orbit;
-mod release;
+
 pub mod sequence;
 mod transition;
 
@@ -19,7 +20,7 @@ pub use orbit::{Orbit, States, branch_of};
 use contact_states::Passage;
 use guards::Cause;
 
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::engine::steps::Step;
 use crate::error::{Error, finite, positive};
 use crate::event::Work;

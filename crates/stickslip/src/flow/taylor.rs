@@ -8,8 +8,10 @@
 
 pub(crate) mod tangent;
 
-use crate::drive::Clock;
+use crate::clock::Clock;
+use crate::drive::Drive;
 use crate::elementary::{add, power};
+use crate::harmonic::add_wave;
 use crate::law::{Friction, Law, Piece};
 use crate::matrix::{Matrix, Rows, filled};
 use crate::normal_force::NormalForce;
@@ -17,7 +19,7 @@ use crate::series::{
     Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, gain, product, slope_at,
 };
 use crate::spring::Spring;
-use crate::system::{Drive, System, add_wave};
+use crate::system::System;
 use tangent::Linear;
 
 /// The last terms of a step may be this large compared with the motion.

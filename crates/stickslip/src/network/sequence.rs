@@ -1,7 +1,7 @@
 //! The event sequence of a run of a system, and runs that go on from a state of it.
 
 use super::{Loop, Orbit, Run, check, simulate_while};
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::event_sequence::EventSequence;
 use crate::flow::taylor::Frame;

@@ -2,9 +2,10 @@
 
 use super::state::{ContactState, Layout, Moving};
 use super::varied::{Varied, difference};
-use crate::drive::{Clock, Harmonic, MOST_HARMONICS};
+use crate::clock::Clock;
 use crate::dual::Dual;
 use crate::elementary::{exp, sin_cos};
+use crate::harmonic::{Harmonic, MOST_HARMONICS};
 use crate::system::System;
 
 /// Numbers of the system: mass, damping, stiffness, drive velocity; then amplitude, frequency and phase of every force.

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use super::closed::Closed;
 use super::state::{ContactState, Layout, Moving};
 use super::varied::{Parameter, Varied, difference};
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::dual::Dual;
 use crate::flow::taylor::tangent::{ABREAST, Given, Lanes, Linear, Tangent, Wide, stiffening, wide_at};
 use crate::flow::taylor::{ForceLine, Frame, Held, Motion};

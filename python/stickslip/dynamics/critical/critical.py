@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint
 from stickslip.dynamics.continuation.branches import born_branch, lies_on
 from stickslip.dynamics.continuation.walk import Walk
@@ -20,7 +21,6 @@ from stickslip.dynamics.periodic.cycles import event_cycle
 from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check_one, with_number
 from stickslip.dynamics.periodic.return_map import Lost, forcing_period
-from stickslip.dynamics.periodic.shooting import Family, Point, axis, corrected
 from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.documents import number, time_limit
 from stickslip.files.notebook import InNotebook, waiting_by_stage

@@ -19,6 +19,7 @@ from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean, write_text
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.kinetic.curves import (
     BLOCKS,
     COLUMNS,
@@ -325,6 +326,7 @@ class SteadyFriction(Result):
                 named.add("medians")
 
 
+@one_thread
 def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     """Fit friction over slip velocity and compare the forms that such a curve may have.
 

@@ -14,9 +14,10 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.files.notebook import OfTable, waiting_by_stage
+from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.guesses.evidence import BreakAways, Guess
 from stickslip.identification.guesses.first_guess import GUESSES
-from stickslip.identification.kinetic.branches import OFFSET, Problem, fit_branches
+from stickslip.identification.kinetic.force_fit import OFFSET, Problem, fit_branches
 from stickslip.identification.law_fit import LawFit, Options
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
@@ -81,6 +82,7 @@ class Comparison(OfTable):
         return "\n".join([table, "", *[f"- {sentence}" for sentence in self.sentences], "", self.best.report()])
 
 
+@one_thread
 def compare_laws(
     friction: Any,
     laws: Iterable[str | type[Law]] | None = None,

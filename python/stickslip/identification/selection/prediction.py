@@ -17,6 +17,7 @@ from scipy.stats import norm, qmc, t
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.files.notebook import OfTable
+from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
 from stickslip.identification.records import FrictionRecord, check_same_units, read_records
 from stickslip.identification.result import Identification
@@ -103,6 +104,7 @@ def columns(quantity: str) -> list[str]:
     return [quantity, *(f"{quantity}_{column}" for column in COLUMNS[1:])]
 
 
+@one_thread
 def predict_motion(law: Identification, friction: Any, duration: float | None = None) -> Prediction:
     """Predict runs by a law that was identified from other ones, beside what was measured of them.
 

@@ -15,7 +15,7 @@ pub(crate) type Lanes = [f64; ABREAST];
 /// A series along each of them.
 pub(crate) type Wide = [Lanes; ORDER + 1];
 
-/// What linear equations move: a number, or several abreast.
+/// What linear equations move: a number, or several side by side.
 pub(crate) trait Linear: Copy {
     const NOTHING: Self;
     fn add(&mut self, factor: f64, other: Self);
