@@ -80,6 +80,20 @@ def test_links_lead_to_files(page):
         assert (page.parent / link).exists(), link
 
 
+#: Source files, from a folder of the tree on.
+SOURCES = [
+    f"/{path}" for room in ("crates", "python", "docs", "tests", "web/src") for path in (ROOT / room).rglob("*.*")
+]
+
+
+@pytest.mark.parametrize(
+    "page", [*PAGES, *EVIDENCE, ROOT / "ARCHITECTURE.md"], ids=lambda page: str(page.relative_to(ROOT))
+)
+def test_source_files_that_a_page_names_are_there(page):
+    named = re.findall(r"`([\w/]+\.(?:rs|py|ts))`", FENCE.sub("", page.read_text(encoding="utf-8")))
+    assert [name for name in named if not any(path.endswith(f"/{name}") for path in SOURCES)] == []
+
+
 def prose(page):
     """The sentences of a page, without code, tables, headings, formulae and the addresses of links."""
     text = FENCE.sub("\n\n", page.read_text(encoding="utf-8"))

@@ -13,7 +13,8 @@ import pytest
 import stickslip as ss
 from stickslip.cli.main import _parser, main
 from stickslip.files.notebook import waiting
-from stickslip.report.report import Report, rounded
+from stickslip.files.units import rounded
+from stickslip.report.report import Report
 
 
 def test_only_public_names_are_offered():

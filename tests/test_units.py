@@ -62,6 +62,20 @@ def test_matrices_nodes_and_drives_take_numbers_with_units_each_of_its_own(tmp_p
             ss.load_system(path)
 
 
+def test_the_amplitude_of_a_harmonic_has_the_unit_of_what_it_is_part_of():
+    wave = {"amplitude": "2 mN", "frequency": "1 Hz"}
+    oscillator = PLAIN.to_dict() | {"forcing": [wave]}
+    assert ss.Oscillator.from_dict(oscillator).forcing == ss.Harmonic(0.002, 2 * np.pi)
+    drive = {"velocity": "5 cm/s", "harmonics": wave | {"amplitude": "2 mm/s"}}
+    assert ss.Drive.from_dict(drive) == ss.Drive(0.05, ss.Harmonic(0.002, 2 * np.pi))
+    with pytest.raises(ss.InputError, match=r"forcing.* amplitude: the unit must be one of N, .*, got 'mm/s'"):
+        ss.Oscillator.from_dict(oscillator | {"forcing": wave | {"amplitude": "2 mm/s"}})
+    with pytest.raises(ss.InputError, match=r"harmonics.* amplitude: the unit must be one of m/s, .*, got 'mN'"):
+        ss.Drive.from_dict(drive | {"harmonics": [wave]})
+    with pytest.raises(ss.InputError, match=r"harmonics.* amplitude: the unit must be one of 1, %, got 'mN'"):
+        ss.NormalForce.from_dict({"harmonics": [wave]})
+
+
 @pytest.mark.parametrize(
     ("written", "said"),
     [

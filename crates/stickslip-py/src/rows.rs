@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use stickslip::drive::Clock;
+use stickslip::clock::Clock;
 use stickslip::event::Work;
 use stickslip::mode::Kind;
 use stickslip::orbit;

@@ -6,8 +6,8 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use stickslip::law::{Checked, Law};
 use stickslip::model::Model;
+use stickslip::oscillator::Oscillator;
 use stickslip::state_law::StateLaw;
-use stickslip::structure::Oscillator;
 use stickslip::system;
 
 use crate::refused;

@@ -6,9 +6,9 @@ use stickslip::law::Law;
 use stickslip::mode::Kind;
 use stickslip::network::{self, branch_of};
 use stickslip::orbit;
+use stickslip::oscillator::Oscillator;
 use stickslip::regime::Regime;
 use stickslip::simulate::{self, Run};
-use stickslip::structure::Oscillator;
 use stickslip::system::System;
 
 use crate::Desk;

@@ -5,9 +5,9 @@
 use stickslip::error::Error;
 use stickslip::law::DwellTime;
 use stickslip::mode::Kind;
+use stickslip::oscillator::Oscillator;
 use stickslip::parameters::Parameters;
 use stickslip::simulate::{Run, simulate};
-use stickslip::structure::Oscillator;
 
 fn main() -> Result<(), Error> {
     let oscillator = Oscillator {

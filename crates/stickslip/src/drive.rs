@@ -1,95 +1,130 @@
-//! What acts on the mass from outside: harmonics of the drive velocity and of the force.
+//! The drive velocity of a contact over time.
 
 use serde::{Deserialize, Serialize};
 
-use crate::elementary::{add, product, sin_cos, whole_turns_less};
-use crate::error::{Error, finite, not_negative};
+use crate::clock::Clock;
+use crate::error::{Error, finite};
+use crate::harmonic::{Harmonic, add_wave};
+use crate::law::Point;
+use crate::series::Series;
 
-/// The most harmonics one oscillator carries; each is a compile-time slot of the closed-form flow.
-pub const MOST_HARMONICS: usize = 4;
-
-/// One harmonic, amplitude · cos(frequency · t + phase); one of the frequency 0 is constant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Harmonic {
-    /// Amplitude, in the unit of what it is added to (force).
-    pub amplitude: f64,
-    /// Angular frequency Ω, 1/time.
-    pub frequency: f64,
-    /// Phase at t = 0, rad.
-    #[serde(default)]
-    pub phase: f64,
+/// A drive velocity s(t) = velocity + Σ A cos(Ω t + φ) + table(t); the table is linear between its nodes (t, s) and constant
+/// beyond them. As a document a number is enough for a constant.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Document")]
+pub struct Drive {
+    /// The constant part.
+    pub velocity: f64,
+    /// The harmonics.
+    pub harmonics: Vec<Harmonic>,
+    /// The table.
+    pub nodes: Vec<Point>,
 }
 
-impl Harmonic {
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Document {
+    Number(f64),
+    Table {
+        #[serde(default)]
+        velocity: f64,
+        #[serde(default)]
+        harmonics: Vec<Harmonic>,
+        #[serde(default)]
+        nodes: Vec<Point>,
+    },
+}
+
+impl From<Document> for Drive {
+    fn from(document: Document) -> Self {
+        match document {
+            Document::Number(velocity) => velocity.into(),
+            Document::Table {
+                velocity,
+                harmonics,
+                nodes,
+            } => Self {
+                velocity,
+                harmonics,
+                nodes,
+            },
+        }
+    }
+}
+
+impl From<f64> for Drive {
+    fn from(velocity: f64) -> Self {
+        Self {
+            velocity,
+            ..Self::default()
+        }
+    }
+}
+
+impl Drive {
     pub(crate) fn validate(&self) -> Result<(), Error> {
-        finite("forcing amplitude", self.amplitude)?;
-        not_negative("forcing frequency", self.frequency)?;
-        finite("forcing phase", self.phase)?;
+        finite("drive_velocity", self.velocity)?;
+        for harmonic in &self.harmonics {
+            harmonic.validate()?;
+        }
+        for (index, node) in self.nodes.iter().enumerate() {
+            finite("nodes of the drive velocity", node[0])?;
+            finite("nodes of the drive velocity", node[1])?;
+            if index > 0 && node[0] <= self.nodes[index - 1][0] {
+                return Err(Error::NodesNotIncreasing {
+                    name: "nodes of the drive velocity",
+                    index,
+                    before: self.nodes[index - 1][0],
+                    after: node[0],
+                });
+            }
+        }
         Ok(())
     }
 
-    /// Whether it varies with time.
-    pub(crate) fn swings(&self) -> bool {
-        self.frequency > 0.0
-    }
-
-    /// The coefficients (P, Q) of P cos Ωτ + Q sin Ωτ when τ is counted from `clock`.
-    pub(crate) fn quadratures(&self, clock: Clock) -> (f64, f64) {
-        let (sin, cos) = sin_cos(clock.angle(self.frequency) + self.phase);
-        (self.amplitude * cos, -self.amplitude * sin)
-    }
-}
-
-/// Time as an unevaluated sum of two doubles: thousands of segments add up without losing the last digit.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Clock {
-    /// The rounded time.
-    pub high: f64,
-    /// What rounding took.
-    pub low: f64,
-}
-
-impl Clock {
-    /// This time plus `step`, rounded only in the low part.
-    #[must_use]
-    pub fn after(self, step: f64) -> Self {
-        let (high, low) = add((self.high, self.low), (step, 0.0));
-        Self { high, low }
-    }
-
-    /// `t` minus this time.
-    #[must_use]
-    pub fn until(self, t: f64) -> f64 {
-        (t - self.high) - self.low
-    }
-
-    /// frequency · time reduced to (−π, π], good to an ulp for any number of turns.
-    fn angle(self, frequency: f64) -> f64 {
-        let (turned, rounding) = product(frequency, self.high);
-        whole_turns_less(turned, rounding + frequency * self.low)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Clock;
-
-    #[test]
-    fn ten_million_tenths_make_a_million() {
-        let mut clock = Clock::default();
-        for _ in 0..10_000_000 {
-            clock = clock.after(0.1);
+    /// The coefficients of s(clock + h), good until [`Drive::node_after`].
+    pub(crate) fn expand(&self, clock: Clock, series: &mut Series) {
+        series.fill(0.0);
+        series[0] = self.velocity;
+        for harmonic in &self.harmonics {
+            add_wave(harmonic, clock, 1.0, series);
         }
-        // 0.1 is not a tenth in binary: the exact sum exceeds 10^6 by 10^7 (0.1₂ − 1/10).
-        let excess = 1e7 * 5.551_115_123_125_783e-18;
-        assert!((clock.until(1e6) + excess).abs() < 1e-16);
+        let Some((first, last)) = self.nodes.first().zip(self.nodes.last()) else {
+            return;
+        };
+        // At a node the piece that begins there counts.
+        let above = self.nodes.partition_point(|node| clock.until(node[0]) <= 0.0);
+        if above == 0 {
+            series[0] += first[1];
+        } else if above == self.nodes.len() {
+            series[0] += last[1];
+        } else {
+            let (from, to) = (self.nodes[above - 1], self.nodes[above]);
+            let slope = (to[1] - from[1]) / (to[0] - from[0]);
+            series[0] += from[1] - slope * clock.until(from[0]);
+            series[1] += slope;
+        }
     }
 
-    #[test]
-    fn angle_keeps_its_digits_after_many_turns() {
-        let clock = Clock { high: 1e9, low: 0.0 };
-        // cos(10^9) to 17 digits (computed with 50 digits).
-        assert!((clock.angle(1.0).cos() - 0.837_887_181_363_902_4).abs() < 1e-15);
+    /// The time of the next node after `clock`.
+    pub(crate) fn node_after(&self, clock: Clock) -> f64 {
+        let times = self.nodes.iter().map(|node| node[0]);
+        times
+            .filter(|&time| clock.until(time) > 0.0)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// A bound of its size.
+    pub(crate) fn size(&self) -> f64 {
+        let waves = self.harmonics.iter().map(|harmonic| harmonic.amplitude.abs());
+        let table = self.nodes.iter().map(|node| node[1].abs()).fold(0.0, f64::max);
+        self.velocity.abs() + waves.sum::<f64>() + table
+    }
+
+    pub(crate) fn fastest(&self) -> f64 {
+        self.harmonics
+            .iter()
+            .map(|harmonic| harmonic.frequency)
+            .fold(0.0, f64::max)
     }
 }

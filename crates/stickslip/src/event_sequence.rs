@@ -1,6 +1,6 @@
 //! The event sequence of a motion, taken from a run: what `variation` follows.
 
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::elementary::sin_cos;
 use crate::error::Error;
 use crate::event::Start;
@@ -9,9 +9,9 @@ use crate::law::{End, Friction, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::network::{self, sequence};
 use crate::orbit::{Orbit, Segment, While};
+use crate::oscillator::{Oscillator, with_harmonics};
 use crate::restart::HybridState;
 use crate::simulate::{self, Run, Stop};
-use crate::structure::{Oscillator, with_harmonics};
 use crate::system::System;
 use crate::variation::{ContactState, Ending, Phase, State, contact_of};
 

@@ -16,9 +16,9 @@ use stickslip_lanes::{Lane, Mask, Task, run};
 use crate::mode::Kind;
 use crate::model::Running;
 use crate::orbit::{Event, Record, Segment};
+use crate::oscillator::Oscillator;
 use crate::restart::HybridState;
 use crate::simulate::{Run, first_hybrid_state, next_event};
-use crate::structure::Oscillator;
 use column::{Column, Constants, HALVINGS, State, Step};
 
 /// A motion at the begin of a mode, and how far it goes.

@@ -5,12 +5,14 @@
 //! | module | one sentence |
 //! |---|---|
 //! | [`lanes`] | many oscillators at once, one in each lane of the registers of a processor |
-//! | [`structure`] | the oscillator: mass, stiffness, damping, drive, law, forcing |
-//! | [`drive`] | what acts from outside, and the compensated clock |
+//! | [`oscillator`] | one mass: mass, stiffness, damping, drive, law, forcing |
+//! | [`drive`] | the drive velocity of a contact over time |
+//! | [`harmonic`] | a harmonic of the drive velocity or of a force |
+//! | [`clock`] | time that adds up without losing its last digit |
 //! | [`law`] | friction laws: two questions, one file a law |
 //! | [`parameters`] | what is known of the parameters of a law: limits, dimensions, an example |
 //! | [`mode`] | the automaton: stick, slip, and what follows an event |
-//! | [`flow`] | closed-form motion between events |
+//! | [`flow`] | motion between events: closed form, Taylor series, enclosures |
 //! | [`event`] | the certified next event |
 //! | [`simulate`] | the loop, and why it stopped |
 //! | [`restart`] | from what a motion goes on: mode and memory |
@@ -29,6 +31,7 @@
 //! | [`watch`] | whether a run goes on, asked within every loop whose length nobody knows |
 //! | [`zero_one`] | the 0–1 test for chaos |
 //! | [`replay`] | a law along a measured motion |
+//! | [`displacement`] | the motion nearest to a measured one that obeys a law |
 //! | [`system`] | masses, matrices, contacts, drives |
 //! | [`spring`] | springs that are not linear |
 //! | [`normal_force`] | the normal force of a contact that varies |
@@ -42,6 +45,8 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod batch;
+pub mod clock;
+pub mod displacement;
 pub mod drive;
 pub mod dual;
 pub mod elementary;
@@ -50,6 +55,7 @@ pub mod error;
 pub mod event;
 pub mod event_sequence;
 pub mod flow;
+pub mod harmonic;
 #[expect(
     clippy::inline_always,
     reason = "what is not inlined is not compiled for the width"
@@ -63,6 +69,7 @@ pub mod network;
 pub mod normal_force;
 pub mod observer;
 pub mod orbit;
+pub mod oscillator;
 pub mod parameters;
 pub mod regime;
 pub mod replay;
@@ -74,7 +81,6 @@ pub mod simulate;
 pub mod spring;
 pub mod state_law;
 pub mod state_system;
-pub mod structure;
 pub mod sweep;
 pub mod system;
 pub mod variation;

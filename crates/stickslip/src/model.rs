@@ -12,9 +12,9 @@ use crate::matrix::Matrix;
 use crate::network;
 use crate::observer::Observer;
 use crate::orbit;
+use crate::oscillator::Oscillator;
 use crate::restart::Restart;
 use crate::simulate::{Run, Stop, simulate_while};
-use crate::structure::Oscillator;
 use crate::system::System;
 
 /// An oscillator whose motion is in closed form, or whatever else masses may be.

@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::drive::{Clock, Harmonic};
+use crate::clock::Clock;
 use crate::error::{Error, finite};
+use crate::harmonic::Harmonic;
+use crate::harmonic::add_wave;
 use crate::series::Series;
-use crate::system::add_wave;
 
 /// The normal force of a contact relative to that of its law, n = constant + Σ A cos(Ω t + φ) + position · x + velocity · ẋ,
 /// and 0 where that is negative: friction is n times that of the law, at rest and in motion. x and ẋ are those of the mass, for a

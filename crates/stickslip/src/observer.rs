@@ -9,7 +9,7 @@
 //! are written like that.
 //!
 //! ```
-//! use stickslip::{engine::{Closed, Engine}, law::Coulomb, observer::{Course, Observer}, simulate::Run, structure::Oscillator};
+//! use stickslip::{engine::{Closed, Engine}, law::Coulomb, observer::{Course, Observer}, simulate::Run, oscillator::Oscillator};
 //!
 //! /// The time in which the first contact sticks.
 //! struct Stuck(f64);
@@ -29,7 +29,7 @@
 //! assert_eq!(stuck.0, 2.0);
 //! ```
 
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::orbit::Event;
 use crate::section::{Cut, Point};
 use crate::watch::Watched;

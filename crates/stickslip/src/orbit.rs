@@ -1,14 +1,14 @@
 //! What a run returns: segments that are exact at any time, and the table of events.
 
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::event::Work;
 use crate::flow::exact::Frame;
 use crate::law::Piece;
 use crate::mode::{Kind, Mode};
+use crate::oscillator::{Oscillator, with_harmonics};
 use crate::restart::HybridState;
 use crate::section::Point;
 use crate::simulate::{MOST_BYTES, Run, Stop};
-use crate::structure::{Oscillator, with_harmonics};
 
 /// One event.
 #[derive(Clone, Copy, Debug, PartialEq)]

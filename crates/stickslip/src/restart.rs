@@ -1,6 +1,6 @@
 //! Where a motion under linear pieces goes on: what must be known beside its position and velocity.
 
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::event::Start;
 use crate::law::{Memory, Piece};
 use crate::mode::Mode;

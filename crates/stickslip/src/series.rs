@@ -4,7 +4,7 @@
 //! (automatic differentiation: Moore, Interval Analysis, 1966; Jorba & Zou, Experimental Mathematics 14 (2005) 99).
 
 use crate::elementary::exp;
-use crate::event::certified;
+use crate::event::changes_sign;
 
 /// The highest power of a step that is kept. In double precision steps grow no longer beyond it.
 pub const ORDER: usize = 22;
@@ -198,8 +198,9 @@ pub fn first_root(
     let root = march(&known, rounding, at_reversal, reach, grazes);
     // One at the start is where the guard begins, and no search found it.
     debug_assert!(
-        root.is_none_or(|h| h == 0.0
-            || certified(h, CERTIFIED * reach, |t| [at(&known, t), MORE * rounding])),
+        root.is_none_or(
+            |h| h == 0.0 || changes_sign(h, CERTIFIED * reach, |t| [at(&known, t), MORE * rounding])
+        ),
         "{root:?} is no root of {known:?} within {reach}"
     );
     root

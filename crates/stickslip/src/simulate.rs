@@ -1,6 +1,6 @@
 //! The loop: from event to event until the end, a limit or an accumulation.
 
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::error::{Error, finite, positive};
 use crate::event::{Arrival, Start, Work, end_of_hold, end_of_slip, end_of_stick};
 use crate::flow::exact::{Frame, Response, Slip, Stick};
@@ -8,8 +8,8 @@ use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::network;
 use crate::orbit::{Event, Orbit, Record, Segment, While};
+use crate::oscillator::{Oscillator, with_harmonics};
 use crate::restart::HybridState;
-use crate::structure::{Oscillator, with_harmonics};
 use crate::watch::Watched;
 
 /// Why a run ended. Ending is a value, not an error.

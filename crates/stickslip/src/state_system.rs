@@ -1,6 +1,6 @@
 //! Masses under laws with an internal state: the right-hand side that an integrator asks for.
 
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::matrix::Matrix;
 use crate::series::ZERO;

@@ -4,14 +4,15 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::drive::{Clock, Harmonic};
+use crate::clock::Clock;
+use crate::drive::Drive;
 use crate::error::{Error, finite, read, wrong};
-use crate::law::{Checked, Law, Point};
+use crate::harmonic::Harmonic;
+use crate::law::{Checked, Law};
 use crate::matrix::Matrix;
 use crate::normal_force::NormalForce;
-use crate::series::Series;
+use crate::oscillator::Oscillator;
 use crate::spring::Spring;
-use crate::structure::Oscillator;
 
 /// M ẍ + D ẋ + K x = Σ b_c F_c + Σ e_i A cos(Ω t + φ), w_c = s_c(t) − b_c·ẋ, with b_c = e_mass − e_other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -76,144 +77,6 @@ impl Force {
             amplitude: self.amplitude,
             frequency: self.frequency,
             phase: self.phase,
-        }
-    }
-}
-
-/// A drive velocity s(t) = velocity + Σ A cos(Ω t + φ) + table(t); the table is linear between its nodes (t, s) and constant
-/// beyond them. As a document a number is enough for a constant.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Document")]
-pub struct Drive {
-    /// The constant part.
-    pub velocity: f64,
-    /// The harmonics.
-    pub harmonics: Vec<Harmonic>,
-    /// The table.
-    pub nodes: Vec<Point>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Document {
-    Number(f64),
-    Table {
-        #[serde(default)]
-        velocity: f64,
-        #[serde(default)]
-        harmonics: Vec<Harmonic>,
-        #[serde(default)]
-        nodes: Vec<Point>,
-    },
-}
-
-impl From<Document> for Drive {
-    fn from(document: Document) -> Self {
-        match document {
-            Document::Number(velocity) => velocity.into(),
-            Document::Table {
-                velocity,
-                harmonics,
-                nodes,
-            } => Self {
-                velocity,
-                harmonics,
-                nodes,
-            },
-        }
-    }
-}
-
-impl From<f64> for Drive {
-    fn from(velocity: f64) -> Self {
-        Self {
-            velocity,
-            ..Self::default()
-        }
-    }
-}
-
-impl Drive {
-    fn validate(&self) -> Result<(), Error> {
-        finite("drive_velocity", self.velocity)?;
-        for harmonic in &self.harmonics {
-            harmonic.validate()?;
-        }
-        for (index, node) in self.nodes.iter().enumerate() {
-            finite("nodes of the drive velocity", node[0])?;
-            finite("nodes of the drive velocity", node[1])?;
-            if index > 0 && node[0] <= self.nodes[index - 1][0] {
-                return Err(Error::NodesNotIncreasing {
-                    name: "nodes of the drive velocity",
-                    index,
-                    before: self.nodes[index - 1][0],
-                    after: node[0],
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// The coefficients of s(clock + h), good until [`Drive::node_after`].
-    pub(crate) fn expand(&self, clock: Clock, series: &mut Series) {
-        series.fill(0.0);
-        series[0] = self.velocity;
-        for harmonic in &self.harmonics {
-            add_wave(harmonic, clock, 1.0, series);
-        }
-        let Some((first, last)) = self.nodes.first().zip(self.nodes.last()) else {
-            return;
-        };
-        // At a node the piece that begins there counts.
-        let above = self.nodes.partition_point(|node| clock.until(node[0]) <= 0.0);
-        if above == 0 {
-            series[0] += first[1];
-        } else if above == self.nodes.len() {
-            series[0] += last[1];
-        } else {
-            let (from, to) = (self.nodes[above - 1], self.nodes[above]);
-            let slope = (to[1] - from[1]) / (to[0] - from[0]);
-            series[0] += from[1] - slope * clock.until(from[0]);
-            series[1] += slope;
-        }
-    }
-
-    /// The time of the next node after `clock`.
-    pub(crate) fn node_after(&self, clock: Clock) -> f64 {
-        let times = self.nodes.iter().map(|node| node[0]);
-        times
-            .filter(|&time| clock.until(time) > 0.0)
-            .fold(f64::INFINITY, f64::min)
-    }
-
-    /// A bound of its size.
-    pub(crate) fn size(&self) -> f64 {
-        let waves = self.harmonics.iter().map(|harmonic| harmonic.amplitude.abs());
-        let table = self.nodes.iter().map(|node| node[1].abs()).fold(0.0, f64::max);
-        self.velocity.abs() + waves.sum::<f64>() + table
-    }
-
-    pub(crate) fn fastest(&self) -> f64 {
-        self.harmonics
-            .iter()
-            .map(|harmonic| harmonic.frequency)
-            .fold(0.0, f64::max)
-    }
-}
-
-/// Add factor · A cos(Ω (clock + h) + φ).
-pub(crate) fn add_wave(harmonic: &Harmonic, clock: Clock, factor: f64, series: &mut Series) {
-    let (mut even, mut odd) = harmonic.quadratures(clock);
-    even *= factor;
-    odd *= factor * harmonic.frequency;
-    let square = harmonic.frequency * harmonic.frequency;
-    for (index, pair) in series.chunks_mut(2).enumerate() {
-        let k = (2 * index) as f64;
-        pair[0] += even;
-        even *= -square / ((k + 1.0) * (k + 2.0));
-        if let Some(second) = pair.get_mut(1) {
-            *second += odd;
-            odd *= -square / ((k + 2.0) * (k + 3.0));
         }
     }
 }

@@ -1,14 +1,14 @@
 //! Motions in lanes: the same bits in every width, and the events of the engine of single motions.
 
 use stickslip::batch::Batch;
-use stickslip::drive::Harmonic;
+use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{OnEvent, Runner, Width, fits, forward};
 use stickslip::law::{Coulomb, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
 use stickslip::orbit::{Event, Record, Segment};
+use stickslip::oscillator::Oscillator;
 use stickslip::rows::Rows;
 use stickslip::simulate::{Run, resume, simulate};
-use stickslip::structure::Oscillator;
 
 #[path = "support/dice.rs"]
 mod dice;

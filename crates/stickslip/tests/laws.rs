@@ -2,7 +2,7 @@
 
 mod support;
 
-use stickslip::drive::Harmonic;
+use stickslip::harmonic::Harmonic;
 use stickslip::law::{DwellTime, ForceRate, PiecewiseLinear, Table, Tabulated, TwoBranch};
 use stickslip::mode::Kind;
 use stickslip::orbit::Orbit;

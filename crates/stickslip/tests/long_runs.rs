@@ -2,15 +2,15 @@
 
 mod support;
 
-use stickslip::drive::Harmonic;
+use stickslip::harmonic::Harmonic;
 use stickslip::law::{BogaczRyczek, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
 use stickslip::model::{Model, Start};
 use stickslip::orbit::Orbit;
+use stickslip::oscillator::Oscillator;
 use stickslip::regime::Regime;
 use stickslip::section::Surface;
 use stickslip::simulate::{Run, Stop, simulate, simulate_while};
-use stickslip::structure::Oscillator;
 use stickslip::sweep::{Look, steady};
 use stickslip::system::System;
 use support::{close, oscillator};

@@ -1,15 +1,16 @@
 //! Systems of masses: one mass against the closed form, energy balances, adhesion and slip where they belong.
 
-use stickslip::drive::Harmonic;
+use stickslip::drive::Drive;
+use stickslip::harmonic::Harmonic;
 use stickslip::law::{
     BogaczRyczek, Coulomb, Cubic, DwellTime, ExponentialStribeck, Friction, Hold, Law, PiecewiseLinear,
     PoppStelter, Rational, StaticKinetic,
 };
 use stickslip::mode::Kind;
 use stickslip::network::{self, Run};
+use stickslip::oscillator::Oscillator;
 use stickslip::simulate;
-use stickslip::structure::Oscillator;
-use stickslip::system::{Contact, Drive, Force, System};
+use stickslip::system::{Contact, Force, System};
 
 #[path = "support/dice.rs"]
 mod dice;

@@ -2,12 +2,12 @@
 
 mod support;
 
-use stickslip::drive::Harmonic;
+use stickslip::harmonic::Harmonic;
 use stickslip::law::{Coulomb, DwellTime, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
 use stickslip::orbit::{Event, Orbit};
+use stickslip::oscillator::Oscillator;
 use stickslip::simulate::{Run, simulate};
-use stickslip::structure::Oscillator;
 use support::{close, oscillator};
 
 fn of_kind(orbit: &Orbit, kind: Kind) -> Vec<&Event> {

@@ -37,7 +37,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def run(options: argparse.Namespace) -> None:
     """Do the work."""
     from stickslip.files.netcdf import write_netcdf
-    from stickslip.measurement import facts, measure, notes
+    from stickslip.measurement import facts, measure, notes, summary
 
     record = options.record if len(options.record) > 1 else options.record[0]
     friction = measure(record, options.rig, mass=options.mass)
@@ -52,12 +52,11 @@ def run(options: argparse.Namespace) -> None:
         drawn += _draw(options.plot, parts, show.friction_record)
     if options.motion or options.plot_motion:
         drawn += _motion(record, options)
-    found = facts(friction)
     if options.json:
-        say_json(found | {"notes": notes(friction)})
+        say_json(facts(friction) | {"notes": notes(friction)})
         return
-    for name, value in found.items():
-        say_value(name, value)
+    for name, text in summary(friction).items():
+        say_value(name, text)
     for note in notes(friction):
         say_value("note", note)
     say_written(options.output, options.motion, *drawn)

@@ -87,6 +87,8 @@ class Document(InNotebook):
     WHAT: ClassVar[str] = ""
     #: Keys that a table must have although the dataclass has a default for them.
     REQUIRED: ClassVar[tuple[str, ...]] = ()
+    #: Numbers whose dimension depends on where the table stands: the document around it says which (`dimensions`).
+    BY_CONTEXT: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
@@ -416,12 +418,21 @@ class _Table(Kind):
     def __init__(self, cls: type[Document]) -> None:
         self.cls = cls
         self.what, self.many = cls.WHAT or f"a table with the keys of {cls.__name__}", f"tables of {cls.__name__}"
+        self.dimensions: tuple[str, ...] = ()
+
+    def measured(self, dimensions: Sequence[tuple[str, ...]]) -> None:
+        self.dimensions = dimensions[-1]
 
     def takes(self, value: Any) -> bool:
         return isinstance(value, self.cls | Mapping)
 
     def made(self, value: Any, name: str, where: str) -> Any:
-        return value if isinstance(value, self.cls) else self.cls.from_dict(value, f"{where}: {name}")
+        if isinstance(value, self.cls):
+            return value
+        for key in self.cls.BY_CONTEXT if self.dimensions else ():
+            if isinstance(value.get(key), str):
+                quantity(key, value[key], self.dimensions, f"{where}: {name}")
+        return self.cls.from_dict(value, f"{where}: {name}")
 
     def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
         name = self.cls.__name__

@@ -1,4 +1,4 @@
-"""Units at the border: what a rig file may say, and what it is in SI."""
+"""Units at the border: what a rig file may say, what it is in SI, and how a number with its error is written."""
 
 from __future__ import annotations
 
@@ -161,3 +161,15 @@ def quantity(name: str, value: object, dimensions: Sequence[str], where: str) ->
     if not abs(result) <= FARTHEST:
         raise InputError(f"{where}: {name} must be a finite number of at most {FARTHEST:g}, got {value!r}")
     return result
+
+
+def rounded(value: float, error: float) -> str:
+    """A value with its standard error, to the digits that the error allows.
+
+    >>> rounded(5.99883, 0.0015245), rounded(1234.5, 60.0), rounded(0.6, 0.0)
+    ('5.9988 ± 0.0015', '1234 ± 60', '0.6')
+    """
+    if not (math.isfinite(error) and error > 0):
+        return f"{value:.5g}"
+    digits = max(0, 1 - math.floor(math.log10(error)))
+    return f"{value:.{digits}f} ± {error:.{digits}f}"

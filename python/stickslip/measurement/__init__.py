@@ -9,6 +9,7 @@ from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.kinematics import motion
 from stickslip.measurement.signals.spectra import spectrum, spectrum_over_time
+from stickslip.measurement.summary import summary
 
 __all__ = [
     "INSTRUMENTS",
@@ -24,4 +25,5 @@ __all__ = [
     "read_columns",
     "spectrum",
     "spectrum_over_time",
+    "summary",
 ]

@@ -9,12 +9,12 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.measurement.force import Friction, likeliest_inertia
-from stickslip.measurement.limits import BLUR, FEW
 from stickslip.measurement.read import Record
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.noise import line_excess, mains_line
 from stickslip.measurement.signals.pieces import Oscillator
 from stickslip.measurement.signals.spectra import Line
+from stickslip.measurement.stick_limits import BLUR, FEW
 from stickslip.measurement.sticks import Flanks, Presmoothed, own_period
 
 Array = npt.NDArray[np.float64]

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.break_away import break_aways
+from stickslip.measurement.break_away_table import break_aways
 from stickslip.measurement.consistency import (
     check_rise,
     check_sampling,
@@ -24,7 +24,6 @@ from stickslip.measurement.consistency import (
 )
 from stickslip.measurement.force import Friction, fit_pieces, friction_force
 from stickslip.measurement.instruments import INSTRUMENTS, Bench
-from stickslip.measurement.limits import LimitSearch, refine_sticks
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import Record, as_record
 from stickslip.measurement.recalibration import Draft, another_drive_velocity, most_mistaken, recalibrated, rigid_sticks
@@ -36,6 +35,7 @@ from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.noise import impulses, noise_level
 from stickslip.measurement.signals.pieces import Oscillator
 from stickslip.measurement.signals.spectra import Line
+from stickslip.measurement.stick_limits import LimitSearch, refine_sticks
 from stickslip.measurement.sticks import (
     Presmoothed,
     Stick,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,7 @@ class Harmonic(Document):
 
     Parameters
     ----------
-    amplitude : in the unit of force (dimensionless: the paper's u₀).
+    amplitude : in the unit of what it is part of: a force (dimensionless: the paper's u₀), in a :class:`Drive` a velocity.
     frequency : angular frequency Ω ≥ 0 in 1/time (the paper's η); 0 is a constant force, such as weight on an incline.
     phase : in rad.
 
@@ -31,7 +31,9 @@ class Harmonic(Document):
     Harmonic(amplitude=9.81, frequency=0.0, phase=0.0)
     """
 
-    amplitude: float
+    BY_CONTEXT: ClassVar[tuple[str, ...]] = ("amplitude",)
+
+    amplitude: Annotated[float, Limits(dimensions=(*TEXTS["force"], *TEXTS["velocity"], "ratio"))]
     frequency: Annotated[float, Limits(dimensions=TEXTS["time^-1"])]
     phase: Annotated[float, Limits(dimensions=("angle",))] = 0.0
 
@@ -71,8 +73,8 @@ class Drive(Document):
 
     @classmethod
     def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
-        """Those of a node: time and velocity."""
-        return (TEXTS["time"], TEXTS["velocity"]) if name == "nodes" else ()
+        """Those of a node, time and velocity, and of a harmonic."""
+        return {"nodes": (TEXTS["time"], TEXTS["velocity"]), "harmonics": (TEXTS["velocity"],)}.get(name, ())
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -147,6 +149,11 @@ class NormalForce(Document):
     harmonics: Harmonics = ()
     position: Annotated[float, Limits(dimensions=TEXTS["length^-1"])] = 0.0
     velocity: Annotated[float, Limits(dimensions=TEXTS["velocity^-1"])] = 0.0
+
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
+        """That of a harmonic: none."""
+        return (("ratio",),) if name == "harmonics" else ()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -101,6 +101,11 @@ class Oscillator(Described):
     normal_force: NormalForce | None = None
     springs: Annotated[Any, Spring | tuple[Spring, ...]] = ()
 
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
+        """That of a harmonic of the forcing."""
+        return (TEXTS["force"],) if name == "forcing" else ()
+
     def __post_init__(self) -> None:
         super().__post_init__()
         _several(self, "springs")
@@ -332,6 +337,11 @@ class System(Described):
     contacts: Annotated[Any, Contact | tuple[Contact, ...]]
     forcing: Annotated[Any, Force | Harmonic | tuple[Force | Harmonic, ...] | None] = ()
     springs: Annotated[Any, Spring | tuple[Spring, ...]] = ()
+
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
+        """That of a harmonic of the forcing."""
+        return (TEXTS["force"],) if name == "forcing" else ()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -9,12 +9,13 @@ import numpy as np
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.units import rounded
 from stickslip.identification.estimator.uncertainty import correlation_time
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.agreement import compare_motion
 from stickslip.identification.selection.comparison import Comparison
 from stickslip.identification.trajectory.sensitivity import sensitivity
-from stickslip.report.report import Report, rounded
+from stickslip.report.report import Report
 from stickslip.show.canvas import ABOVE, in_units, new_axes
 
 SHOWN = 4

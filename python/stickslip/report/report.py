@@ -162,18 +162,6 @@ def _list(texts: list[str]) -> str:
     return "<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in texts) + "</ul>"
 
 
-def rounded(value: float, error: float) -> str:
-    """A value with its standard error, to the digits that the error allows.
-
-    >>> rounded(5.99883, 0.0015245), rounded(1234.5, 60.0), rounded(0.6, 0.0)
-    ('5.9988 ± 0.0015', '1234 ± 60', '0.6')
-    """
-    if not (math.isfinite(error) and error > 0):
-        return f"{value:.5g}"
-    digits = max(0, 1 - math.floor(math.log10(error)))
-    return f"{value:.{digits}f} ± {error:.{digits}f}"
-
-
 def _cell(value: object) -> str:
     if isinstance(value, float):
         return f'<td class="number">{"–" if math.isnan(value) else f"{value:.5g}"}</td>'

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.errors import InputError
 from stickslip.laws import (
     Asymmetric,
     BogaczRyczek,
@@ -22,6 +23,10 @@ from stickslip.show.canvas import OKABE_ITO, axes, label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+BAND = (0.025, 0.975)
+DRAWS = 1000
+"""Laws of which a band is drawn."""
 
 
 def law_plot(
@@ -48,7 +53,9 @@ def law_plot(
     Returns
     -------
     The axes. The dot is the break-away force at stick time zero; a bar above it reaches to the break-away force after
-    a long rest at a vanishing force rate.
+    a long rest at a vanishing force rate. Of a law with a covariance (from a fit or a law file) shades hold 95 % of the
+    laws that :meth:`~stickslip.laws.Law.sample` draws: of the kinetic force at each w while |w| grows, and, at w = 0, of
+    the break-away force without rest.
     """
     ax = axes(ax)
     top = _reach(law) if w_max is None else w_max
@@ -58,6 +65,11 @@ def law_plot(
     rising, falling = replay[: w.size], replay[w.size - 1 :][::-1]
     # At w = 0 the replay sticks: what follows at once is the kinetic force.
     rising[0], falling[0] = 2 * rising[1] - rising[2], 2 * falling[1] - falling[2]
+    laws = _as_well(law)
+    if laws:
+        _shade(ax, w[1:], [_replay(one, w)[1:] for one in laws])
+        low, high = np.quantile([one.break_away_force(0.0) for one in laws], BAND)
+        ax.plot([0, 0], [low, high], color=OKABE_ITO["green"], lw=6, alpha=0.3, solid_capstyle="butt", clip_on=False)
     apart = np.abs(rising - falling) > 1e-9 * np.abs(rising).max()
     if apart.any():
         ax.plot(w, rising, color=OKABE_ITO["vermilion"], label="ẇ > 0, after break-away")
@@ -115,7 +127,8 @@ def break_away_plot(
 
     Returns
     -------
-    The axes.
+    The axes. Of a law with a covariance (from a fit or a law file) shades hold 95 % of the laws that
+    :meth:`~stickslip.laws.Law.sample` draws, at each stick time.
     """
     ax = axes(ax)
     surface = law.static_friction if isinstance(law, BogaczRyczek) else law if isinstance(law, ForceRate) else None
@@ -124,16 +137,33 @@ def break_away_plot(
     scale = None if surface is None else surface.force_rate_scale
     if force_rates is None:
         force_rates = (0.0,) if scale is None else tuple(scale * f for f in (0.2, 0.5, 1.0, 2.0))
+    laws = _as_well(law)
     colours = [OKABE_ITO[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
     for i, rate in enumerate(force_rates):
         name = f"δ = {rate:.3g}" if scale is not None else None
         force = law.break_away_force(np.asarray(stick_times, float), rate)
         ax.plot(stick_times, force, color=colours[i % len(colours)], label=name)
+        if laws:
+            times = np.asarray(stick_times, float)
+            _shade(ax, times, [one.break_away_force(times, rate) for one in laws], colours[i % len(colours)])
     if scale is not None:
         ax.legend(fontsize=8, frameon=False, title="force rate", title_fontsize=8)
     ax.margins(x=0)
     ax.set(xlabel=label("stick time $t_s$", "time", units), ylabel=label("break-away force $f_s$", "force", units))
     return ax
+
+
+def _as_well(law: Law) -> list[Law]:
+    """Laws drawn from the covariance of a fitted one; none where it has no covariance that can be drawn from."""
+    try:
+        return law.sample(DRAWS, seed=0)
+    except InputError:
+        return []
+
+
+def _shade(ax: Axes, x: np.ndarray, forces: Sequence[np.ndarray], color: str = OKABE_ITO["black"]) -> None:
+    low, high = np.quantile(np.asarray(forces), BAND, axis=0)
+    ax.fill_between(x, low, high, color=color, alpha=0.15, lw=0, label="95 % band", zorder=1)
 
 
 def _long_rest(law: Law) -> float:

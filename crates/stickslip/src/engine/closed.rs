@@ -1,7 +1,7 @@
 //! The motion of one mass in closed form, segment by segment.
 
 use super::{Engine, Reached};
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::elementary::hypot;
 use crate::error::Error;
 use crate::flow::exact::{Frame, Signal, Slip};
@@ -9,10 +9,10 @@ use crate::lanes::Runner;
 use crate::law::Piece;
 use crate::observer::{Course, Observer};
 use crate::orbit::{Event, Orbit, Record, Segment};
+use crate::oscillator::{Oscillator, with_harmonics};
 use crate::restart::{HybridState, Restart};
 use crate::section::{Cut, Guard, Point};
 use crate::simulate::{Run, Stop, observe, resume};
-use crate::structure::{Oscillator, with_harmonics};
 use crate::watch::Watched;
 
 /// One mass on a constant drive, under a law of linear pieces.

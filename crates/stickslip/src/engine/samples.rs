@@ -2,7 +2,7 @@
 
 use super::steps::Track;
 use super::{Engine, Reached};
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::observer::{Course, Observer};
 use crate::section::{Cut, Point};

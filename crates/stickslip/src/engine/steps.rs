@@ -1,7 +1,7 @@
 //! The motion of any number of masses by Taylor steps.
 
 use super::{Engine, Reached};
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::flow::taylor::{ForceLine, Frame, Motion};
 use crate::network::orbit::Expansion;

@@ -1,7 +1,8 @@
 //! When adhesion breaks, and when friction leaves the branches between which it holds a slip speed.
 
+use super::search::{DEGREE, Ends, Motion, Sample, first_exit};
 use super::slip::{add_waves, bounds, waves};
-use super::{ANEW, BESIDE, DEGREE, Ends, Motion, Sample, Start, certified, first_exit};
+use super::{ANEW, BESIDE, Start, changes_sign};
 use crate::flow::exact::Stick;
 use crate::law::{End, Friction, Hold, Law};
 use crate::series::free_time;
@@ -133,7 +134,7 @@ pub fn end_of_stick<const H: usize>(
 /// The certificate of a break-away.
 fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, static_limit: Option<[f64; 2]>, t: f64) -> bool {
     let fastest = stick.frequency.iter().copied().fold(0.0, f64::max);
-    certified(t, if H == 0 { 0.0 } else { BESIDE / fastest }, |t| {
+    changes_sign(t, if H == 0 { 0.0 } else { BESIDE / fastest }, |t| {
         let (force, rate, _) = stick.at(t);
         let hold = Hold {
             stick_time: t,

@@ -6,7 +6,8 @@
 
 use std::f64::consts::PI;
 
-use super::{Arrival, Start, integral, polynomial, rounding_of};
+use super::search::{integral, polynomial, rounding_of};
+use super::{Arrival, Start};
 use crate::elementary::angle;
 use crate::flow::exact::{Decay, Slip};
 use crate::law::{End, Piece};

@@ -2,7 +2,8 @@
 //! an end of the piece is crossed there exactly once or not at all.
 
 use super::direct::Direct;
-use super::{Arrival, ROUNDING, Start, rounding_of};
+use super::search::{ROUNDING, rounding_of};
+use super::{Arrival, Start};
 use crate::elementary::{acos, atan2, atanh, exp, ln};
 use crate::flow::exact::{Basis, Signal, Slip};
 use crate::law::{End, Piece};
@@ -296,7 +297,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
 #[cfg(test)]
 mod tests {
     use super::Search;
-    use crate::drive::Clock;
+    use crate::clock::Clock;
     use crate::event::direct::Direct;
     use crate::event::{Start, Work};
     use crate::flow::exact::Frame;

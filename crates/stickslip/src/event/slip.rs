@@ -1,7 +1,8 @@
 //! When slip along a piece of friction ends.
 
 use super::free::end_of_free_slip;
-use super::{ANEW, BESIDE, DEGREE, Ends, Guard, Motion, Sample, Start, certified, first_exit};
+use super::search::{DEGREE, Ends, Guard, Motion, Sample, first_exit};
+use super::{ANEW, BESIDE, Start, changes_sign};
 use crate::flow::exact::{Signal, Slip};
 use crate::law::{End, Piece};
 use crate::watch::Watched;
@@ -70,7 +71,7 @@ fn is_end<const H: usize>(
     };
     // Rounding of the start grows as the motion does.
     let grown = guard.rounding(&speed.at(0.0), &speed) * slip.decay.growth(arrival.t);
-    certified(arrival.t, BESIDE / speed.fastest, |t| {
+    changes_sign(arrival.t, BESIDE / speed.fastest, |t| {
         let sample = speed.at(t);
         [
             guard.margin(&sample)[0],
@@ -303,9 +304,10 @@ impl<const H: usize> Motion<H> for Speed<H> {
 #[cfg(test)]
 mod tests {
     use super::{Arrival, end_of_slip, is_end};
-    use crate::drive::{Clock, Harmonic};
+    use crate::clock::Clock;
     use crate::event::{Start, Work};
     use crate::flow::exact::Frame;
+    use crate::harmonic::Harmonic;
     use crate::law::Piece;
     use crate::watch::Watched;
 

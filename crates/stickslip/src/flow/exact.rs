@@ -1,10 +1,11 @@
 //! Closed-form motion of one mass in a mode whose friction is linear in the slip speed: evaluated, never stepped.
 
-use crate::drive::{Clock, Harmonic};
+use crate::clock::Clock;
 use crate::elementary::{exp, exp_m1, hypot, power, sin_cos};
 use crate::error::Error;
+use crate::harmonic::Harmonic;
 use crate::law::Piece;
-use crate::structure::Oscillator;
+use crate::oscillator::Oscillator;
 
 /// How m ẍ + c ẋ + k x decays: γ = c/2m, κ = γ² − k/m, ω = √|κ|.
 #[derive(Clone, Copy, Debug)]

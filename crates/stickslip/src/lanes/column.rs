@@ -4,13 +4,14 @@ use std::f64::consts::TAU;
 
 use stickslip_lanes::{Lane, Mask};
 
-use crate::drive::{Clock, Harmonic};
+use crate::clock::Clock;
 use crate::elementary::{exp, sin_cos, whole_turns_less};
 use crate::event::Start;
+use crate::harmonic::Harmonic;
 use crate::law::{Friction, Hold, Memory, Piece};
 use crate::mode::Mode;
+use crate::oscillator::Oscillator;
 use crate::restart::HybridState;
-use crate::structure::Oscillator;
 
 /// A structure of lanes, of which each lane can be written and read.
 macro_rules! lanes {

@@ -1,6 +1,6 @@
 //! What a run of a system returns: steps that are expanded again where they are asked for, and the table of events.
 
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::event::Work;
 use crate::flow::taylor::{ForceLine, Frame, Motion};
 use crate::law::Law;

@@ -3,7 +3,7 @@
 use super::segment::{Course, Expansion};
 use super::state::{AGE, ContactState, Ending, Flags, HIGH, LOW, Layout, Moving, Phase, line_of};
 use super::varied::{LINE_STEP, RELATIVE_STEP};
-use crate::drive::Clock;
+use crate::clock::Clock;
 use crate::dual::Dual;
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 use crate::series::ZERO;

@@ -1,7 +1,7 @@
 //! What several tests of the core share.
 
 use stickslip::law::Law;
-use stickslip::structure::Oscillator;
+use stickslip::oscillator::Oscillator;
 
 /// A mass of 1 on a spring of stiffness 1, unforced.
 pub(crate) fn oscillator(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> Oscillator {

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.dynamics.continuation.arclength import Label, Point
 from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.cycles import unchecked
-from stickslip.dynamics.periodic.shooting import Label, Point
 from stickslip.errors import InputError
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
 from stickslip.dynamics.continuation.birth import born
 from stickslip.dynamics.continuation.branch import COLUMNS, Branch, Branches, SpecialPoint, range_of
 from stickslip.dynamics.continuation.state_branches import StateWalk
@@ -18,7 +19,6 @@ from stickslip.dynamics.periodic.cycles import periodic_orbit, unchecked
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
 from stickslip.dynamics.periodic.return_map import forcing_period
-from stickslip.dynamics.periodic.shooting import Family, Point, axis, corrected
 from stickslip.dynamics.periodic.state_cycles import StateCycle
 from stickslip.errors import InputError
 from stickslip.files.documents import number

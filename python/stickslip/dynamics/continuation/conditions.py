@@ -13,7 +13,7 @@ from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
 from stickslip.dynamics.periodic.return_map import Lost, Return, moved, multipliers_of, return_of, size_of
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.periodic.shooting import Point
+    from stickslip.dynamics.continuation.arclength import Point
 
 #: Where in a direction the parameter stands.
 _PARAMETER = -1

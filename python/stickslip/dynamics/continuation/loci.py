@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.dynamics.continuation.arclength import Family, Point, corrected, labels, stepped
 from stickslip.dynamics.continuation.branch import SpecialPoint, extremes
 from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS, root, second_conditions
+from stickslip.dynamics.continuation.switching_boundaries import name_of, worst
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer, read, with_number
 from stickslip.dynamics.periodic.return_map import Lost
-from stickslip.dynamics.periodic.shooting import Family, Point, corrected, labels, stepped
-from stickslip.dynamics.periodic.switching_boundaries import name_of, worst
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.files.notebook import InNotebook

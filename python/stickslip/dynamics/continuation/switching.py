@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.dynamics.continuation.arclength import Family, Point, consistent, corrected, evaluate
 from stickslip.dynamics.continuation.branch import Branch, Branches, SpecialPoint
+from stickslip.dynamics.continuation.switching_boundaries import beyond
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer
 from stickslip.dynamics.periodic.return_map import Lost, Return, moved, size_of
-from stickslip.dynamics.periodic.shooting import Family, Point, consistent, corrected, evaluate
-from stickslip.dynamics.periodic.switching_boundaries import beyond
 from stickslip.errors import InputError
 
 #: Where in a direction the parameter stands.

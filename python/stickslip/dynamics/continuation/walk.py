@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.dynamics.continuation import switching_boundaries
+from stickslip.dynamics.continuation.arclength import Family, Label, Point, axis, consistent, corrected, stepped
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of
 from stickslip.dynamics.continuation.conditions import TESTS, root
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
-from stickslip.dynamics.periodic import switching_boundaries
 from stickslip.dynamics.periodic.cycles import finished, unchecked
 from stickslip.dynamics.periodic.return_map import Lost, size_of
-from stickslip.dynamics.periodic.shooting import Family, Label, Point, axis, consistent, corrected, stepped
 from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
 

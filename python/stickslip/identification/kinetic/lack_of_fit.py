@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.identification.kinetic.branches import Problem
+from stickslip.identification.kinetic.force_fit import Problem
 from stickslip.laws import Law
 
 APART = 0.1

@@ -27,7 +27,7 @@ Array = npt.NDArray[np.float64]
 
 CYCLES = 40
 """Measured cycles that the simulated motion covers, transient included."""
-DISAGREE = "they disagree"
+WITHIN_ERRORS, DISAGREE = "within two errors", "no"
 OTHER_LAW = "rank other laws (--compare, compare_laws), or check the rig's mass, damping and stiffness"
 NEXT_STEP = f"refine it by the motion (--trajectories, fit_trajectories); if that does not help, {OTHER_LAW}"
 """What to do about a law whose motion is not that of its record."""
@@ -35,6 +35,7 @@ TRANSIENT = 0.4
 """Part of the simulated motion that is left out."""
 LIKE = 0.05
 """Means that differ by less than this part are called alike even where their errors are smaller."""
+ALIKE = f"within {100 * LIKE:.0f} %"
 POINTS = 20_000
 
 
@@ -45,14 +46,17 @@ class Agreement(OfTable):
     Attributes
     ----------
     table : DataFrame over the quantities compared: measured, error (standard error of the measured mean), simulated,
-        ratio (simulated over measured).
+        ratio (simulated over measured), unit, and whether they agree: "within two errors", "within 5 %" or "no".
+    phase_distance : distance (rms) of the measured phase points from the simulated curve, in half-widths of the measured
+        motion; NaN where there is no slip to compare.
     regimes : kind of motion, measured and simulated.
-    sentences : where the two agree and where they do not.
+    sentences : whether the two agree, and what to do where they do not.
     record, orbit : the two motions.
     system : what was simulated.
     """
 
     table: pd.DataFrame
+    phase_distance: float
     regimes: tuple[str, str]
     sentences: list[str]
     record: FrictionRecord
@@ -192,13 +196,23 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     regimes = (measured_kind(record), read.kind)
     frame = pd.DataFrame.from_dict(rows, orient="index", columns=["measured", "error", "simulated"])
     frame["ratio"] = frame["simulated"] / frame["measured"].where(frame["measured"] != 0)
+    force, time = (record.units.get(name, "1") for name in ("force", "time"))
+    rate = {"1": "1", "s": "Hz"}.get(time, f"1/{time}")
+    units = {
+        "slips per time": rate,
+        "main line": rate,
+        "stuck share": "1",
+        "mean force drop": force,
+        "mean spring force": force,
+    }
+    frame["unit"] = [units.get(str(name), time) for name in frame.index]
+    frame["agrees"] = [_agreement(*row) for row in frame[["measured", "error", "simulated"]].to_numpy()]
     distance = _phase_distance(measured_trace, simulated_trace)
-    frame.loc["phase distance (rms)"] = [0.0, math.nan, distance, math.nan]
     refined = isinstance(law, Identification) and law.motions is not None
-    sentences = _sentences(frame, regimes, record, releases, system)
-    if any(DISAGREE in sentence for sentence in sentences) or len(set(regimes)) > 1:
+    sentences = _sentences(frame, distance, regimes, record, releases, system)
+    if DISAGREE in set(frame["agrees"]) or len(set(regimes)) > 1:
         sentences.append(f"The law does not give the motion of this record: {OTHER_LAW if refined else NEXT_STEP}.")
-    return Agreement(frame, regimes, sentences, record, orbit, system)
+    return Agreement(frame, distance, regimes, sentences, record, orbit, system)
 
 
 def oscillator_of(record: FrictionRecord, law: Law | Identification | Oscillator) -> Oscillator:
@@ -339,35 +353,35 @@ def _loaded_share(releases: pd.DataFrame, system: Oscillator) -> float:
     return float(share) if math.isfinite(share) else 1.0
 
 
+def _agreement(measured: float, error: float, simulated: float) -> str:
+    off = abs(simulated - measured)
+    return WITHIN_ERRORS if off <= 2 * error else ALIKE if off <= LIKE * abs(measured) else DISAGREE
+
+
 def _sentences(
-    frame: pd.DataFrame, regimes: tuple[str, str], record: FrictionRecord, releases: pd.DataFrame, system: Oscillator
+    frame: pd.DataFrame,
+    distance: float,
+    regimes: tuple[str, str],
+    record: FrictionRecord,
+    releases: pd.DataFrame,
+    system: Oscillator,
 ) -> list[str]:
     sentences = []
     if regimes[0] == regimes[1]:
         sentences.append(f"Both motions are {regimes[0]}.")
     else:
         sentences.append(f"The kinds of motion differ: measured {regimes[0]}, simulated {regimes[1]}.")
-    for name, measured, error, simulated, ratio in frame.itertuples():
-        if name == "phase distance (rms)":
+    for name, row in frame[frame["agrees"] == DISAGREE].iterrows():
+        if math.isfinite(row["simulated"]):
             sentences.append(
-                f"The measured phase points lie {simulated:.2g} of the motion's half-width from the simulated curve (rms)."
+                f"{name}: the simulated one disagrees with the measured one ({100 * (row['ratio'] - 1):+.1f} %)."
             )
-            continue
-        if not math.isfinite(simulated):
-            sentences.append(f"{name}: measured {measured:.4g}; the simulated motion has none.")
-            continue
-        about = f"{name}: measured {measured:.4g}" + (f" ± {error:.2g}" if math.isfinite(error) else "")
-        about += f", simulated {simulated:.4g}"
-        if math.isfinite(ratio):
-            about += f" ({100 * (ratio - 1):+.1f} %)"
-        off = abs(simulated - measured)
-        if off <= 2 * error:
-            verdict = "agree within two standard errors"
-        elif off <= LIKE * abs(measured):
-            verdict = f"alike within {100 * LIKE:.0f} %"
         else:
-            verdict = DISAGREE
-        sentences.append(f"{about}: {verdict}.")
+            sentences.append(f"{name}: the simulated motion has none.")
+    if math.isfinite(distance):
+        sentences.append(
+            f"The measured phase points lie {distance:.2g} of the motion's half-width from the simulated curve (rms)."
+        )
     table = record.break_away
     loaded = float((table["stick_time"] * table["force_rate"].abs()).mean())
     dropped = float(table["drop"].mean())

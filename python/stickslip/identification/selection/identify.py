@@ -11,6 +11,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.kinetic.rate_and_state import LEAST_STEPS, fit_velocity_steps
 from stickslip.identification.kinetic.steady import fit_steady
 from stickslip.identification.kinetic.velocity_step import fit_velocity_step
@@ -102,6 +103,7 @@ def fit_of(friction: Any, law: str | type[Law] | Law | None = None, *, steady: b
 
 
 @overload
+@one_thread
 def identify(
     friction: Any,
     law: str | type[Law] | Law,

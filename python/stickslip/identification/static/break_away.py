@@ -249,14 +249,20 @@ def fit_static_friction(friction: Any) -> StaticFriction:
         *loading_line(rows, fits),
         *drift(rows, fits),
         *threshold(rows),
-        *(
-            f"Not determined by these break-aways, but for a combination: {', '.join(fit.undetermined)} of the {fit.form} "
-            "form; that form was not chosen."
-            for fit in fits.values()
-            if fit.undetermined
-        ),
+        *_not_chosen(fits),
     ]
     return StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=notes)
+
+
+def _not_chosen(fits: dict[str, StaticFit]) -> list[str]:
+    """The forms of which the break-aways do not tell every number."""
+    named = [f"{fit.form} ({', '.join(fit.undetermined)})" for fit in fits.values() if fit.undetermined]
+    if not named:
+        return []
+    return [
+        f"Not chosen, as these break-aways tell only combinations of the numbers in brackets: {'; '.join(named)}. Rests of "
+        "other lengths tell them apart."
+    ]
 
 
 def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:

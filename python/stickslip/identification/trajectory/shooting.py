@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.errors import InputError
 from stickslip.files.documents import number
 from stickslip.files.notebook import waiting_by_stage
+from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import Inseparable
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Checkpoint
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from stickslip.identification.result import Identification
 
 
+@one_thread
 def fit_trajectories(
     first: Identification,
     free: Iterable[str] | None = None,

@@ -10,11 +10,20 @@ from functools import lru_cache
 
 import numpy as np
 
+from stickslip.dynamics.continuation.arclength import (
+    Family,
+    Label,
+    Point,
+    axis,
+    boundary_of,
+    consistent,
+    corrected,
+    labels,
+)
 from stickslip.dynamics.continuation.branch import extremes
 from stickslip.dynamics.periodic.cycles import find, one_period
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, SECTION, EventSequence, with_number
 from stickslip.dynamics.periodic.return_map import Lost, Return, return_of
-from stickslip.dynamics.periodic.shooting import Family, Label, Point, axis, boundary_of, consistent, corrected, labels
 from stickslip.errors import InputError
 
 #: Where in a direction the parameter stands.

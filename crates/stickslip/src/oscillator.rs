@@ -3,8 +3,9 @@
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::drive::{Clock, Harmonic, MOST_HARMONICS};
+use crate::clock::Clock;
 use crate::error::{Error, finite, not_negative, positive, read};
+use crate::harmonic::{Harmonic, MOST_HARMONICS};
 use crate::law::{Checked, End, Friction, Law, Memory};
 
 /// `$work` with the number of harmonic forces of an oscillator as the constant `$count`: each is a slot of the flow.

@@ -1,7 +1,7 @@
 //! When adhesion breaks: the first time its force is more than a limit that grows with rest and falls with the force rate.
 
 use super::ROUNDING;
-use crate::event::certified;
+use crate::event::changes_sign;
 use crate::law::{Friction, Hold, Law};
 use crate::series::{CERTIFIED, PASSED, Series, at, curvature_bound, first_root, free_time, slope_at};
 
@@ -54,7 +54,7 @@ fn breaks(law: &Law, (force, normal): Load, rested: f64, still: f64, (h, reach):
             16.0 * rounding_of(limit + value.abs(), still),
         ]
     };
-    h == 0.0 || certified(h, CERTIFIED * reach, margin)
+    h == 0.0 || changes_sign(h, CERTIFIED * reach, margin)
 }
 
 /// The share of the law's force that there is at a time: 1 where the normal force does not vary.
