@@ -8,6 +8,7 @@ import pytest
 import stickslip as ss
 from stickslip.laws import Law
 from stickslip.laws.facts import FACTS
+from stickslip.laws.numbers import maybe, numbers, pointers, put, with_values
 
 DOCS = Path(__file__).parent.parent / "docs"
 
@@ -23,6 +24,30 @@ LAWS = [
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_every_law_is_a_document_that_comes_back(law):
     assert Law.from_dict(law.to_dict()) == law
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_a_law_with_another_number_is_that_of_its_document(law):
+    known = {name: maybe(law, name) for name in numbers(law)}
+    for name, number in known.items():
+        if number is None:
+            continue
+        value = 1.001 * number or 1e-6
+        document = law.to_dict()
+        put(document, pointers(law)[name], value)
+        try:
+            made = Law.from_dict(document, type(law).__name__)
+        except ss.InputError as error:
+            with pytest.raises(ss.InputError, match=re.escape(str(error))):
+                with_values(law, {name: value})
+            continue
+        moved = with_values(law, {name: value})
+        assert moved == made
+        assert moved.to_json() == made.to_json()
+        assert np.array_equal(moved.kinetic_force([-0.2, 0.1, 0.3]), made.kinetic_force([-0.2, 0.1, 0.3]))
+        assert moved.covariance.empty
+        with pytest.raises(ss.InputError):
+            with_values(law, {name: np.nan})
 
 
 @pytest.mark.parametrize("kind", Law.ALL.values(), ids=lambda kind: kind.__name__)
