@@ -29,6 +29,7 @@ def trade_offs(table: pd.DataFrame | None = None) -> list[Axes]:
     table : from :func:`stickslip.paper.calibration.trades`; default of all calibrations, which takes minutes.
     """
     table = trades() if table is None else table
+    calibrations, rows = [str(name) for name in table], [str(name) for name in table.index]
     left, right = new_axes(1, 2, figsize=(10.4, 6.6), width_ratios=(1.5, 1))
     order = list(_VERDICTS)
     cells = table.map(order.index).to_numpy()
@@ -37,10 +38,11 @@ def trade_offs(table: pd.DataFrame | None = None) -> list[Axes]:
     for row, column in np.argwhere(cells < len(order) - 1):
         word = _VERDICTS[order[cells[row, column]]][1]
         left.text(column + 0.5, row + 0.5, word, ha="center", va="center", fontsize=6.5)
-    inferred = claims()["source"].loc[table.index] != STATED
-    left.set_yticks(np.arange(len(table)) + 0.5, [f"{name} *" if inferred[name] else name for name in table.index])
-    shown = (table == REPRODUCED).sum()
-    left.set_xticks(np.arange(table.shape[1]) + 0.5, [f"{name} ({shown[name]})" for name in table])
+    source = claims()["source"].to_dict()
+    left.set_yticks(np.arange(len(rows)) + 0.5, [name if source[name] == STATED else f"{name} *" for name in rows])
+    shown = (cells == order.index(REPRODUCED)).sum(axis=0)
+    titles = [f"{name} ({count})" for name, count in zip(calibrations, shown, strict=True)]
+    left.set_xticks(np.arange(len(titles)) + 0.5, titles)
     left.tick_params(length=0)
     left.tick_params(axis="x", rotation=40)
     for text in left.get_xticklabels():
@@ -49,7 +51,7 @@ def trade_offs(table: pd.DataFrame | None = None) -> list[Axes]:
     left.set_title("reproduced (blue) by each calibration; * inferred by us, not stated", **TITLE)
     delta = np.linspace(0.2, 0.45, 301)
     curves: dict[bytes, list[str]] = {}
-    for name in table:
+    for name in calibrations:
         # Those with the same f_s(0, δ) are one curve.
         curves.setdefault(CALIBRATIONS[name].law.break_away_force(0.0, delta).tobytes(), []).append(name)
     for curve, names in curves.items():
