@@ -187,13 +187,16 @@ fn law(random: &mut Random, name: &str, units: Units) -> Value {
             } else {
                 let surface = json!({
                     "initial": random.within(1.0, 1.1), "limit": random.within(0.0, 0.3), "rate": random.within(0.1, 2.0),
-                    "force_rate_scale": random.decades(-0.7, 0.3),
+                    "force_rate_scale": random.decades(-0.7, 0.3), "second_drop": random.within(0.0, 0.4),
+                    "second_drop_scale": random.within(0.2, 0.4), "second_drop_exponent": random.within(2.0, 8.0),
                 });
                 (surface, json!(random.within(0.0, 0.05)))
             };
+            let beta = random.within(0.005, 0.02);
             json!({
                 "type": name, "static_friction": surface, "A": null, "B": [-0.41, 1.33], "C": null, "D": [0.33, 2.4],
-                "l": [3.41, -0.28], "alpha": alpha, "beta": random.within(0.005, 0.02), "phi": -58.0, "psi": 39.0, "eta": 89.0,
+                "l": [3.41, -0.28], "alpha": alpha, "beta": beta, "phi": -58.0, "psi": 39.0, "eta": 89.0,
+                "upper_turn": if random.chance(0.3) { "back" } else { "down" },
             })
         }
         "Rational" => {
