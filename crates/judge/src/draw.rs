@@ -521,7 +521,7 @@ fn spring(random: &mut Random, units: Units) -> Value {
         _ => {
             let mut at = [-1.5, random.within(-1.5, 1.0)];
             let mut nodes = vec![at];
-            for _ in 0..1 + random.one_of(4) {
+            for _ in 0..=random.one_of(4) {
                 let step = random.decades(-2.0, 0.0);
                 at = [at[0] + step, at[1] + step * random.within(-0.2, 3.0)];
                 nodes.push(at);

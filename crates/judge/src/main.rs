@@ -90,6 +90,9 @@ impl Counts {
     }
 }
 
+/// A document of a seed.
+type Draw = fn(u64, u64) -> Value;
+
 fn many(
     count: u64,
     first: u64,
@@ -161,7 +164,6 @@ fn main() -> ExitCode {
         failures += counts.failures;
         summary[name] = counts.summary();
     };
-    type Draw = fn(u64, u64) -> Value;
     let kinds: [(&str, &str, Draw); 3] = [
         ("oscillators", "oscillator", draw::oscillator),
         ("systems", "system", draw::system),

@@ -359,12 +359,9 @@ impl<'a> Judge<'a> {
         self.pieces = springs
             .map(|spring| {
                 let at = spring.displacement(&mark.state);
-                let pieces = 0..spring.nodes.len().saturating_sub(1);
+                let mut pieces = 0..spring.nodes.len().saturating_sub(1);
                 // At a node either piece will do: the next event says which.
-                pieces
-                    .filter(|&piece| at >= spring.ends(piece)[0])
-                    .last()
-                    .unwrap_or(0)
+                pieces.rfind(|&piece| at >= spring.ends(piece)[0]).unwrap_or(0)
             })
             .collect();
         // Each is asked of the others: first as reported, then one by one.
@@ -864,7 +861,7 @@ impl<'a> Judge<'a> {
                     Kind::Hold => {
                         Mode::Hold(mode.direction(), mode.direction() * self.slip_velocity(c, after))
                     }
-                    Kind::Node => mode,
+                    Kind::Node | Kind::Spring => mode,
                     Kind::Parting => Mode::Apart(after.directions[c]),
                     Kind::Meeting => {
                         let direction = if after.directions[c] == 0.0 {
@@ -874,7 +871,6 @@ impl<'a> Judge<'a> {
                         };
                         self.leave(c, direction, 0.0)
                     }
-                    Kind::Spring => mode,
                 };
                 continue;
             }
