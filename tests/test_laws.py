@@ -169,7 +169,26 @@ def test_dwell_surface():
     expected = 1.0 + 0.5 * (1 - np.exp(-2.0 * np.sqrt(t))) / (1 + (rate / 0.3) ** 2)
     assert law.break_away_force(t, rate) == pytest.approx(expected)
     falling = replace(law, static_friction=replace(surface, drop=0.4, drop_scale=0.6, drop_exponent=3))
-    assert falling.break_away_force(t, rate) == pytest.approx(expected + 0.4 / (1 + (rate / 0.6) ** 3))
+    expected += 0.4 / (1 + (rate / 0.6) ** 3)
+    assert falling.break_away_force(t, rate) == pytest.approx(expected)
+    second = {"second_drop": 0.2, "second_drop_scale": 0.4, "second_drop_exponent": 6}
+    falling = replace(law, static_friction=replace(falling.static_friction, **second))
+    assert falling.break_away_force(t, rate) == pytest.approx(expected + 0.2 / (1 + (rate / 0.4) ** 6))
+
+
+def test_a_turn_on_the_upper_branch_goes_down_or_back():
+    # From w = s on the upper line, with less force than that needs: w falls at once, then turns.
+    law = ss.laws.BogaczRyczek()
+    follows = {}
+    for upper_turn in ("down", "back"):
+        oscillator = ss.Oscillator(0.35, 0.2, replace(law, upper_turn=upper_turn))
+        orbit = ss.simulate(oscillator, 3.0, x0=1.45, v0=0.0)
+        follows[upper_turn] = orbit.segments["branch"].to_numpy()[0]
+        assert orbit.at(3.0)[1] == pytest.approx(0.0, abs=1e-3) or upper_turn == "back"
+    # Steep between the branches, where it rests, and the upper line itself, which repels it.
+    assert follows == {"down": 5, "back": 1}
+    with pytest.raises(ss.InputError, match="upper_turn must be one of down, back, got 'up'"):
+        ss.laws.BogaczRyczek(upper_turn="up")
 
 
 def test_a_climb_ends_at_static_friction_of_the_force_rate_at_its_turn():

@@ -36,6 +36,9 @@ pub(crate) fn static_friction<'py>(
         exponent,
         force_rate_scale,
         force_rate_exponent: 1.0,
+        second_drop: 0.0,
+        second_drop_scale: 1.0,
+        second_drop_exponent: 1.0,
     };
     let pairs = stick_time.as_slice()?.iter().zip(force_rate.as_slice()?);
     let force = pairs.map(|(&stick_time, &force_rate)| {
