@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -40,12 +41,14 @@ class StateWalk:
     ----------
     path : the number that varies; bounds : how far.
     most : the most points; progress : called as ``progress(points, most)``.
+    until : the time on the clock, of ``time.monotonic``, after which no further point is looked for.
     """
 
     path: str
     bounds: tuple[float, float]
     most: int
     progress: Callable[[int, int], Any] | None = None
+    until: float = math.inf
 
     def both_ways(self, cycle: StateCycle) -> Branch:
         """The branch through an orbit."""
@@ -63,7 +66,10 @@ class StateWalk:
         branch, step = Branch("cycle"), 0.02
         low, high = self.bounds
         branch.add(point.cycle, point.value)
-        while len(branch.values) < self.most and step >= _SMALLEST:
+        while step >= _SMALLEST:
+            if len(branch.values) >= self.most or time.monotonic() > self.until:
+                branch.cut = "most" if len(branch.values) >= self.most else "max_seconds"
+                break
             if self.progress is not None:
                 self.progress(len(branch.values), self.most)
             try:

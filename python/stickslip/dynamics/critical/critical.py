@@ -22,7 +22,7 @@ from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, 
 from stickslip.dynamics.periodic.event_sequence import check_one, with_number
 from stickslip.dynamics.periodic.return_map import Lost, forcing_period
 from stickslip.errors import InputError, UnfinishedWarning
-from stickslip.files.documents import number, time_limit
+from stickslip.files.documents import deadline, number
 from stickslip.files.notebook import InNotebook, waiting_by_stage
 from stickslip.model.system import Oscillator
 
@@ -117,7 +117,7 @@ class _Watch:
 
     def __init__(self, progress: Callable[[str, int, int], Any] | None, max_seconds: float | None) -> None:
         self.say = waiting_by_stage(progress)
-        self.until = math.inf if max_seconds is None else time.monotonic() + max_seconds
+        self.until = deadline(max_seconds, "critical_velocities")
 
     def __call__(self, what: str, done: int, n: int) -> None:
         self.go_on()
@@ -194,7 +194,6 @@ def critical_velocities(
     steady, neutral = steady_changes(system, _PATH, (low, high))
     smooth = [value for kind, value in steady if kind == "hopf"]
     nature = criticality(system, _PATH, smooth[-1], high - low) if smooth else None
-    time_limit(max_seconds, "critical_velocities")
     found: list[tuple[str, float]] = []
     points: list[SpecialPoint] = []
     watch = _Watch(progress, max_seconds)
