@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import math
-import time
 from typing import Any
 
 from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_written
 from stickslip.errors import InputError
-from stickslip.files.documents import deadline
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -63,24 +60,24 @@ def run(options: argparse.Namespace) -> None:
     from stickslip.dynamics.periodic.event_sequence import check
     from stickslip.files.netcdf import write_netcdf
     from stickslip.model.system import load_system
+    from stickslip.simulation.time_limit import TimeLimit
 
     name, bounds = parse_range("--over", options.over)
     other = parse_range("--and", options.also) if options.also else None
     system = check(load_system(options.system), "continue")
     loci = []
-    most, until, left = options.most, deadline(options.max_seconds, "continue"), 0
+    most, limit, left = options.most, TimeLimit.after(options.max_seconds, "continue"), 0
     with Bar() as bar:
 
         def notify(done: int, most: int) -> None:
             bar("points", done, most)
 
-        def seconds() -> float | None:
-            return None if math.isinf(until) else max(until - time.monotonic(), 1e-3)
-
-        result = continuation(system, name, bounds, most=most, max_seconds=seconds(), progress=notify)
+        result = continuation(system, name, bounds, most=most, max_seconds=limit.left, progress=notify)
         if options.doubled:
             flips = [item for item in result.special_points if item.kind == "flip"]
-            doubled = [switch_branch(result, flip, most=most, max_seconds=seconds(), progress=notify) for flip in flips]
+            doubled = [
+                switch_branch(result, flip, most=most, max_seconds=limit.left, progress=notify) for flip in flips
+            ]
             result = replace(result, branches=(*result.branches, *doubled))
         if other is not None:
             over, ranges = (name, other[0]), (bounds, other[1])
@@ -88,7 +85,7 @@ def run(options: argparse.Namespace) -> None:
                 item for item in result.special_points if item.kind in ("hopf", *BY_MULTIPLIERS) or item.boundary
             ]
             for item in followed:
-                if time.monotonic() > until:
+                if limit.passed:
                     left += 1
                 else:
                     loci.append(locus(item, over, ranges, progress=notify))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -18,6 +17,7 @@ from stickslip.model.parameters import varied
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.regimes import PARTS
 from stickslip.simulation.simulate import simulate
+from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 Array = NDArray[Any]
 
@@ -91,16 +91,15 @@ class Chunk:
     chain: bool = False
     backwards: bool = False
     start: Start = None
-    until: float | None = None
+    limit: TimeLimit = NO_LIMIT
 
     def compute(self) -> dict[str, Array]:
         """The columns named in `MEANINGS`, the ends, turning points and section points, a row for each run."""
         values = self.values[::-1] if self.backwards else self.values
         document = json.loads(self.document)
         system = system_from_dict(document)
-        seconds = None if self.until is None else max(self.until - time.time(), 0.0)
         if system.integrated:
-            columns = self._integrated(document, values, seconds)
+            columns = self._integrated(document, values)
         else:
             start = None
             if self.start is not None:
@@ -115,7 +114,7 @@ class Chunk:
                     self.look.to_json(),
                     self.chain,
                     start,
-                    seconds,
+                    self.limit.left,
                 )
             except ValueError as error:
                 raise InputError(str(error)) from None
@@ -132,32 +131,29 @@ class Chunk:
         doubtful = (columns["stop"] == "t_end") & (columns["period"] == 0) & bool(look.decide and whole)
         for row in np.flatnonzero(doubtful):
             system, _ = varied(document, self.paths, values[row].tolist())
-            seconds = None if self.until is None else max(self.until - time.time(), 1e-3)
             x, v = (columns[name][row] for name in ("x_end", "v_end"))
-            columns["parting"][row] = parting(system, x, v, look, seconds)
+            columns["parting"][row] = parting(system, x, v, look, self.limit.left)
         columns["recurrence"] = recurrence(columns["regime"], columns["period"], columns["parting"], look.decide)
 
-    def _integrated(self, document: dict[str, Any], values: Array, seconds: float | None) -> dict[str, Array]:
+    def _integrated(self, document: dict[str, Any], values: Array) -> dict[str, Array]:
         """Runs under laws with an internal state, one by one from their whole orbits."""
         rows, start = [], self.start
-        deadline = math.inf if seconds is None else time.monotonic() + seconds
         for row in values.tolist():
             system, starts = varied(document, self.paths, row)
             if start is not None:
                 x, v, _ = start
                 starts = {"x0": x, "v0": None if np.isnan(v).any() else v} | starts
-            rows.append(self._one(system, starts, deadline))
+            rows.append(self._one(system, starts))
             ended = self.chain and rows[-1]["stop"][0] == "t_end"
             start = (rows[-1]["x_end"][0], rows[-1]["v_end"][0], ()) if ended else None if self.chain else start
         return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
 
-    def _one(self, system: Oscillator | System, starts: dict[str, Any], deadline: float) -> dict[str, Array]:
+    def _one(self, system: Oscillator | System, starts: dict[str, Any]) -> dict[str, Array]:
         look, span = self.look, period_of(system)
         surface = json.dumps((look.surface or usual_surface(system)).to_dict())
         periods = look.transient + look.window
         while True:
-            seconds = None if deadline == math.inf else max(deadline - time.monotonic(), 1e-3)
-            orbit = simulate(system, periods * span, max_events=look.max_events, max_seconds=seconds, **starts)
+            orbit = simulate(system, periods * span, max_events=look.max_events, max_seconds=self.limit.left, **starts)
             columns = columns_of(orbit._steady(look.to_json(), span, surface, look.contact), 1, look.points)
             masses = system.masses if isinstance(system, System) else 1
             columns |= {

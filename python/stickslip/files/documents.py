@@ -9,7 +9,6 @@ import math
 import os
 import platform
 import shutil
-import time
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextvars import ContextVar
@@ -97,12 +96,6 @@ def time_limit(value: float | None, where: str) -> float | None:
     if value is not None and number("max_seconds", value, where) <= 0:
         raise InputError(f"{where}: max_seconds must be greater than 0, got {value:g}")
     return value
-
-
-def deadline(max_seconds: float | None, where: str) -> float:
-    """The time on the clock, of ``time.monotonic``, at which a limit of time is reached; infinite without one."""
-    seconds = time_limit(max_seconds, where)
-    return math.inf if seconds is None else time.monotonic() + seconds
 
 
 #: The most numbers that one result may hold: 4 GiB.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,8 +22,9 @@ from stickslip.dynamics.periodic.event_sequence import check, pointer, read, wit
 from stickslip.dynamics.periodic.return_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle
 from stickslip.errors import InputError, UnfinishedWarning
-from stickslip.files.documents import deadline, number
+from stickslip.files.documents import number
 from stickslip.model.system import Oscillator, System
+from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 #: Where in a direction the parameter stands.
 _PARAMETER = -1
@@ -94,7 +94,7 @@ def continuation(
     if not low < high:
         raise InputError(f"continuation: bounds must be (low, high) with low < high, got ({low:g}, {high:g})")
     family = Family((path,), ((low, high),))
-    until = deadline(max_seconds, "continuation")
+    limit = TimeLimit.after(max_seconds, "continuation")
     branches, late = [], 0
     if isinstance(system, Oscillator) and not integrated and forcing_period(system) is None:
         steady = _steady(system, path, family)
@@ -106,7 +106,7 @@ def continuation(
     starts = [(here, guess)] if low <= here <= high else []
     starts += [(low + (high - low) * (i + 0.5) / seeds, None) for i in range(seeds)]
     for value, start in starts:
-        if time.monotonic() > until:
+        if limit.passed:
             late += 1
             continue
         try:
@@ -118,17 +118,17 @@ def continuation(
         if any(lies_on(branch, cycle, value) for branch in branches):
             continue
         if isinstance(cycle, StateCycle):
-            branches.append(StateWalk(path, (low, high), most, progress, until).both_ways(cycle))
+            branches.append(StateWalk(path, (low, high), most, progress, limit).both_ways(cycle))
         else:
             sequence = cycle.closed.sequence
             point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
-            branches.append(both_ways(point, family, most, progress, until))
+            branches.append(both_ways(point, family, most, progress, limit))
     for hopf in [item for branch in branches if branch.kind == "steady_slip" for item in branch.special_points]:
         assert isinstance(hopf.system, Oscillator)
-        if time.monotonic() > until:
+        if limit.passed:
             late += 1
             continue
-        new = born_branch(hopf.system, hopf.parameter, family, branches, most, progress, until)
+        new = born_branch(hopf.system, hopf.parameter, family, branches, most, progress, limit)
         if new is not None:
             branches.append(new)
     if not branches and not late:
@@ -180,12 +180,12 @@ def _steady(system: Oscillator, path: str, family: Family) -> Branch:
     return branch
 
 
-def both_ways(start: Point, family: Family, most: int, progress: Any = None, until: float = math.inf) -> Branch:
+def both_ways(start: Point, family: Family, most: int, progress: Any = None, limit: TimeLimit = NO_LIMIT) -> Branch:
     """The branch of a cycle, from where the parameter falls to where it grows; a closed one from its start."""
     halves = []
     for sign in (-1.0, 1.0):
         way = start.direction * math.copysign(1.0, start.direction[_PARAMETER]) * sign
-        halves.append(Walk(family, most, progress, until).go(replace(start, direction=way)))
+        halves.append(Walk(family, most, progress, limit).go(replace(start, direction=way)))
         if halves[-1].closed:
             return halves[-1]
     return halves[0].reversed().joined(halves[1])
@@ -198,13 +198,13 @@ def born_branch(
     known: list[Branch],
     most: int,
     progress: Any = None,
-    until: float = math.inf,
+    limit: TimeLimit = NO_LIMIT,
 ) -> Branch | None:
     """The branch that begins at a Hopf point; None where there is none or it is known."""
     start = born(system, value, family)
     if start is None or any(lies_on(branch, unchecked(start.here), float(start.values[0])) for branch in known):
         return None
-    branch = both_ways(start, family, most, progress, until)
+    branch = both_ways(start, family, most, progress, limit)
     # Of a known branch only its smallest cycles may be larger than the start.
     middle = len(branch.values) // 2
     if any(lies_on(other, branch.orbit(middle), branch.values[middle]) for other in known):

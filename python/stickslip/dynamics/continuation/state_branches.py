@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,6 +17,7 @@ from stickslip.dynamics.periodic.state_cycles import StateCycle, finished
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
 from stickslip.model.system import Oscillator, System
+from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 _SMALLEST, _LARGEST = 1e-3, 0.1
 #: A step of Newton's method below which the orbit is closed, and that below which rounding may stop it.
@@ -41,14 +41,14 @@ class StateWalk:
     ----------
     path : the number that varies; bounds : how far.
     most : the most points; progress : called as ``progress(points, most)``.
-    until : the time on the clock, of ``time.monotonic``, after which no further point is looked for.
+    limit : the time after which no further point is looked for.
     """
 
     path: str
     bounds: tuple[float, float]
     most: int
     progress: Callable[[int, int], Any] | None = None
-    until: float = math.inf
+    limit: TimeLimit = NO_LIMIT
 
     def both_ways(self, cycle: StateCycle) -> Branch:
         """The branch through an orbit."""
@@ -67,7 +67,7 @@ class StateWalk:
         low, high = self.bounds
         branch.add(point.cycle, point.value)
         while step >= _SMALLEST:
-            if len(branch.values) >= self.most or time.monotonic() > self.until:
+            if len(branch.values) >= self.most or self.limit.passed:
                 branch.cut = "most" if len(branch.values) >= self.most else "max_seconds"
                 break
             if self.progress is not None:

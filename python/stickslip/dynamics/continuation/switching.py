@@ -15,7 +15,7 @@ from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer
 from stickslip.dynamics.periodic.return_map import Lost, Return, moved, size_of
 from stickslip.errors import InputError
-from stickslip.files.documents import deadline
+from stickslip.simulation.time_limit import TimeLimit
 
 #: Where in a direction the parameter stands.
 _PARAMETER = -1
@@ -67,7 +67,7 @@ def switch_branch(
     """
     if point.point is None:
         raise InputError(f"switch_branch: a {point.kind} has no orbit to go on from")
-    until = deadline(max_seconds, "switch_branch")
+    limit = TimeLimit.after(max_seconds, "switch_branch")
     family = Family((pointer(result.system, result.parameter, "switch_branch"),), (result.bounds,))
     if point.label is not None:
         found = beyond(point.point, point.point.here, family, (1.0, -1.0))
@@ -80,7 +80,7 @@ def switch_branch(
         )
     if start is None:
         raise InputError(f"switch_branch: no other branch is found beside the {point.kind} at {point.parameter:.9g}")
-    return Walk(family, most, progress, until).go(start)
+    return Walk(family, most, progress, limit).go(start)
 
 
 def _aside(point: Point, family: Family, *, double: bool) -> Point | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -19,6 +18,7 @@ from stickslip.dynamics.periodic.cycles import finished, unchecked
 from stickslip.dynamics.periodic.return_map import Lost, size_of
 from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
+from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
 #: Where the next cycle is lost that repels more strongly than by this multiplier a branch ends: smaller steps only creep
@@ -43,13 +43,13 @@ class Walk:
     family : the number that varies and its bounds.
     most : the most points.
     progress : called as ``progress(points, most)``.
-    until : the time on the clock, of ``time.monotonic``, after which no further point is looked for.
+    limit : the time after which no further point is looked for.
     """
 
     family: Family
     most: int
     progress: Callable[[int, int], Any] | None = None
-    until: float = math.inf
+    limit: TimeLimit = NO_LIMIT
     branch: Branch = field(default_factory=lambda: Branch("cycle"))
 
     def go(self, point: Point) -> Branch:
@@ -61,7 +61,7 @@ class Walk:
         progress = waiting(self.progress, "continuation")
         while len(self.branch.values) < self.most:
             progress(len(self.branch.values), self.most)
-            if time.monotonic() > self.until:
+            if self.limit.passed:
                 self.branch.cut = "max_seconds"
                 break
             try:
