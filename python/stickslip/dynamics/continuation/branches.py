@@ -131,7 +131,9 @@ def continuation(
         new = born_branch(hopf.system, hopf.parameter, family, branches, most, progress, limit)
         if new is not None:
             branches.append(new)
-    if not branches and not late:
+    if not branches and late:
+        raise InputError("continuation: no motion to start from was found within max_seconds; raise max_seconds")
+    if not branches:
         raise InputError("continuation: no periodic motion to start from: give a guess (x, v) near one")
     _warn_of_cuts(branches, late)
     return Branches(system, parameter, (low, high), tuple(branches))
