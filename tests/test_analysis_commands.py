@@ -155,3 +155,43 @@ def test_pictures_say_what_they_show():
     assert len(ax.lines[1].get_xdata()) == 20
     with pytest.raises(ss.InputError, match="quantity must be"):
         ss.show.regime_map_plot(chart, quantity="colour")
+
+
+WILD = ss.Oscillator(0.0, 0.1, ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.8, 1.3))
+
+
+def test_a_sweep_lists_where_motions_repeat_and_where_they_are_chaotic(tmp_path, capsys):
+    path = tmp_path / "system.toml"
+    path.write_text(WILD.to_toml())
+    asked = ["sweep", str(path), "--over", "forcing.frequency=1.3,1.31,3.0", "--decide", "500"]
+    assert main(asked) == 0
+    said = capsys.readouterr().out
+    assert [" ".join(line.split()) for line in said.splitlines()[-2:]] == ["1.3 … 1.31 chaotic", "3 … 3 period 1"]
+    assert main([*asked, "--json"]) == 0
+    chaotic, periodic = json.loads(capsys.readouterr().out)["windows"]
+    assert (chaotic["from"], chaotic["to"], chaotic["recurrence"]) == (1.3, 1.31, "chaotic")
+    assert (periodic["from"], periodic["recurrence"], periodic["period"]) == (3.0, "periodic", 1)
+
+
+def test_motions_that_may_still_change_are_counted_and_hatched(tmp_path, capsys):
+    path = tmp_path / "system.toml"
+    path.write_text(WILD.to_toml())
+    assert main(["sweep", str(path), "--over", "forcing.frequency=1.3,3.0"]) == 0
+    assert "undecided: 1 of 2 motions did not repeat and may still change" in capsys.readouterr().out
+    diagram = ss.orbit_diagram(WILD, "forcing.frequency", [1.3, 3.0])
+    legend = ss.show.orbit_diagram_plot(diagram).get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["undecided (1 of 2 runs)"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        (["sweep", "--over", "speed=1:2:3"], "stickslip: sweep: the system has no number 'speed'"),
+        (["basins", "--x", "0:1:3", "--v", "0:1"], "--v: expected LO:HI:N or A,B,C, such as -1:1:60, got '0:1'"),
+        (["basins", "--x", "0:1:3", "--v", "0:1:3", "--mass", "1"], "mass must be from 0 to 0, counted from 0, got 1"),
+        (["continue", "--over", "speed=1:2"], "stickslip: continue: the system has no number 'speed'"),
+    ],
+)
+def test_refusals_speak_of_the_command_and_its_options(document, capsys, asked, sentence):
+    assert main([asked[0], document, *asked[1:]]) == 2
+    assert sentence in capsys.readouterr().err

@@ -1,6 +1,7 @@
 """Sections against the whole orbit they are cut from, and maps from one return to the next."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -270,6 +271,32 @@ def test_chaos_is_told_from_a_torus_and_from_a_period(engine):
     slow = rows(FORCED, 1.75)
     assert slow["period"][0] == 2
     assert np.isnan(slow["chaos"][0])
+
+
+def test_long_periods_and_weak_chaos_are_told_apart():
+    # Known otherwise: periods from the returns of longer runs, chaos from exponents of +0.0093 and +0.0074.
+    law = ss.laws.smooth_from_function(
+        lambda w: 0.3 + 0.2 / (1 + 5 * w) ** 2 + 0.05 * w,
+        w_max=3.0,
+        derivative=lambda w: -2.0 / (1 + 5 * w) ** 3 + 0.05,
+        break_away=0.55,
+    )
+    system = ss.Oscillator(0.08, 0.35, law, forcing=ss.Harmonic(0.1, 1.0))
+    look = Look(transient=130, window=20, tolerance=1e-5, decide=500)
+    rows = rows_of(system, "forcing.0.frequency", [0.83, 1.17, 1.2, 1.27, 0.78, 1.61], look, "closed form")
+    assert rows["period"].tolist() == [13, 13, 11, 40, 0, 0]
+    assert rows["recurrence"].tolist() == ["periodic"] * 4 + ["chaotic"] * 2
+    # The 0-1 test calls both regular.
+    assert (rows["chaos"][4:] < 0.2).all()
+
+
+def test_a_torus_is_not_called_more_than_not_repeating():
+    free = ss.Oscillator(damping=0.0, drive_velocity=9.0, law=ss.laws.Coulomb(0.0), forcing=ss.Harmonic(1.0, 2**-0.5))
+    look = Look(transient=20, window=32, tolerance=1e-5)
+    assert rows_of(free, "damping", [0.0], look, "closed form")["recurrence"] == ["undecided"]
+    rows = rows_of(free, "damping", [0.0], replace(look, decide=500), "closed form")
+    assert rows["recurrence"] == ["not_repeating"]
+    assert rows["parting"][0] < 10
 
 
 def test_the_motion_that_is_called_chaotic_parts_from_its_neighbours():

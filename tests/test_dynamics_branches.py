@@ -8,6 +8,8 @@ import pytest
 from scipy.optimize import brentq
 
 import stickslip as ss
+from stickslip.cli.main import main
+from stickslip.errors import UnfinishedWarning
 
 mpl.use("Agg")
 
@@ -180,3 +182,67 @@ def test_returns_that_make_no_sense_are_refused():
         ss.periodic_orbits(ss.orbit_diagram(SLIDER, "drive_velocity", [0.1, 0.2], periods=20, keep=5))
     with pytest.raises(ss.InputError, match="the data of section"):
         ss.periodic_orbits(points.drop_attrs())
+
+
+@pytest.fixture(scope="module")
+def forced_slider():
+    """Its cycle of one forcing period round 1.95 lies on a closed curve over the frequency."""
+
+    def friction(w):
+        return 0.3 + 0.2 / (1 + 5 * w) ** 2 + 0.05 * w
+
+    def slope(w):
+        return -2.0 / (1 + 5 * w) ** 3 + 0.05
+
+    law = ss.laws.smooth_from_function(friction, w_max=3.0, derivative=slope, break_away=0.55)
+    return ss.Oscillator(0.08, 0.35, law, forcing=ss.Harmonic(0.1, 1.95))
+
+
+def test_a_closed_branch_ends_where_it_meets_its_first_point(forced_slider):
+    (branch,) = ss.continuation(forced_slider, "forcing.frequency", (1.5, 2.5), seeds=0).branches
+    assert branch.closed
+    assert not branch.cut
+    assert branch.values[-1] == pytest.approx(branch.values[0], abs=1e-12)
+    # Each fold once, the outer two at the ends of the range.
+    folds = sorted(point.parameter for point in branch.special_points)
+    assert [point.kind for point in branch.special_points] == ["fold"] * 4
+    assert min(np.diff(folds)) > 1e-3
+    assert (folds[0], folds[-1]) == pytest.approx((1.93452, 1.97512), abs=1e-5)
+    assert (min(branch.values), max(branch.values)) == pytest.approx((folds[0], folds[-1]), abs=1e-4)
+
+
+def test_a_branch_that_is_cut_off_says_by_which_limit(forced_slider):
+    with pytest.warns(UnfinishedWarning, match="1 of 1 branches were cut off by most; raise most"):
+        (branch,) = ss.continuation(forced_slider, "forcing.frequency", (1.5, 2.5), seeds=0, most=4).branches
+    assert branch.cut == "most"
+    assert not branch.closed
+    assert len(branch.values) == 7
+
+
+def test_a_limit_of_time_keeps_what_is_found(forced_slider, monkeypatch):
+    clock = iter(range(1000))
+    monkeypatch.setattr("stickslip.simulation.time_limit.time.time", lambda: float(next(clock)))
+    with pytest.warns(UnfinishedWarning, match="max_seconds and 3 starts were not looked at; raise max_seconds"):
+        (branch,) = ss.continuation(forced_slider, "forcing.frequency", (1.5, 2.5), max_seconds=20).branches
+    assert branch.cut == "max_seconds"
+    assert len(branch.values) > 5
+
+
+def test_continue_keeps_and_says_what_it_has_found_by_its_limits(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("stickslip.files.notebook.BETWEEN_LINES", 0.0)
+    system, output = tmp_path / "system.toml", tmp_path / "branches.nc"
+    system.write_text(SLIDER.to_toml())
+    asked = ["continue", str(system), "--over", "forcing.amplitude=0.19:0.23", "--most", "4", "-o", str(output)]
+    assert main(asked) == 0
+    said = capsys.readouterr()
+    assert said.out.splitlines()[0].endswith("cut off by --most")
+    assert "raise most to go on" in said.err
+    assert "points: 3 of 4" in said.err
+    assert output.exists()
+
+
+def test_a_search_without_time_ends_in_one_sentence(tmp_path, capsys):
+    system = tmp_path / "system.toml"
+    system.write_text(SLIDER.to_toml())
+    assert main(["continue", str(system), "--over", "forcing.amplitude=0.19:0.23", "--max-seconds", "1e-9"]) == 2
+    assert "continue: no motion to start from was found within max_seconds" in capsys.readouterr().err

@@ -98,7 +98,6 @@ def test_lyapunov_exponents_of_regular_motion_are_those_of_the_multipliers() -> 
     cycle = ss.periodic_orbit(den_hartog(0.7, 0.3))
     spectrum = ss.lyapunov(den_hartog(0.7, 0.3), 2000.0)
     assert spectrum.exponents == pytest.approx(np.log(np.abs(cycle.multipliers)) / cycle.period, abs=2e-3)
-    assert abs(spectrum.chaos_test) < 0.2
     stuck = ss.lyapunov(den_hartog(0.5, 0.8), 1000.0)
     assert stuck.exponents[1] == -math.inf
 
@@ -107,7 +106,6 @@ def test_lyapunov_exponent_of_chaotic_stick_slip_is_the_average_of_its_map() -> 
     system = ss.Oscillator(0.0, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.6, 2.0))
     spectrum = ss.lyapunov(system, 4000.0)
     assert spectrum.exponents[1] == -math.inf
-    assert spectrum.chaos_test > 0.8
     assert spectrum.exponents[0] == pytest.approx(_map_average(system), abs=0.02)
     # The two averages are of two motions: they part by no more than their errors say.
     assert spectrum.running[-1] == pytest.approx(spectrum.exponents)

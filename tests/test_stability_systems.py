@@ -116,7 +116,6 @@ def test_exponent_of_strong_chaos_is_the_average_of_the_release_map() -> None:
     period = 2 * math.pi / frequency
     spectrum = ss.lyapunov(belt, 1500 * period)
     assert spectrum.exponents[1] == -math.inf
-    assert spectrum.chaos_test > 0.8
     assert spectrum.exponents[0] * period > 0.2
     releases = ss.section(belt, "release", t_end=1500 * period, transient=0.1)
     times, phases = releases["t"].to_numpy(), releases["phase"].to_numpy()
@@ -151,7 +150,5 @@ def test_two_equal_blocks_are_neutral_and_unequal_ones_can_be_chaotic() -> None:
     # With any asymmetry there are chaotic motions, and periodic ones for other couplings.
     chaotic = ss.lyapunov(two_blocks(2.25, 0.8), 100_000.0, x0=[0.3, 0.1])
     assert chaotic.exponents[0] > 2 * chaotic.errors[0]
-    assert chaotic.chaos_test > 0.8
     regular = ss.lyapunov(two_blocks(2.25, 1.4), 50_000.0, x0=[0.3, 0.1])
     assert regular.exponents[1] < -1e-3
-    assert regular.chaos_test < 0.2

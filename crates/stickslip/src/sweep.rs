@@ -370,7 +370,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// What is kept of the motion; the last `compared` returns say whether it repeats.
+    /// What is kept of the motion; the last `compared` returns, or more for a longer period, say whether it repeats.
     fn summary(mut self, look: &Look, stop: Stop, engine: &impl Engine, compared: usize) -> Steady {
         let stuck_share = self.stuck / self.total;
         let regime = match stop {
@@ -437,15 +437,16 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// The fewest returns to the section after which the last `compared` of them repeat; 0 where they do not.
+    /// The fewest returns to the section after which the last of them repeat, `compared` of them or twice as many as repeat, if
+    /// that is more; 0 where they do not.
     fn repeats(&self, tolerance: f64, compared: usize) -> usize {
-        let count = compared.min(self.returns.len());
-        let skipped = self.returns.len() - count;
         let near = |one: f64, other: f64, extent: f64| (one - other).abs() <= tolerance * extent;
         let (wide, fast) = (self.x[1] - self.x[0], self.w[1] - self.w[0]);
-        let point = |index: usize| self.returns[skipped + index].0;
-        (1..=count / 2)
+        let known = self.returns.len();
+        (1..=known / 2)
             .find(|&period| {
+                let count = known.min(compared.max(2 * period));
+                let point = |index: usize| self.returns[known - count + index].0;
                 let lasts = point(count - 1).t - point(count - 1 - period).t;
                 count >= period + 2
                     && (period..count).all(|index| {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 
-from stickslip.cli.sweep import add_run, axis, lengths, settings
+from stickslip.cli.sweep import add_run, lengths, numbers_of, settings
 from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_value, say_written
 
 
@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> None:
     from stickslip.model.system import load_system
 
     system = load_system(options.system)
-    starts = {name: axis(f"{name}={getattr(options, name)}", f"--{name}")[1] for name in ("x", "v")}
+    starts = {name: numbers_of(getattr(options, name), f"--{name}", getattr(options, name)) for name in ("x", "v")}
     with Bar() as bar:
         progress = settings(options, lambda done, n: bar("starts", done, n))
         result = basins(system, **starts, mass=options.mass, **lengths(options), **progress)

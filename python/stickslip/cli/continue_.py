@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
 from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_written
 from stickslip.errors import InputError
@@ -17,6 +18,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--and", dest="also", metavar="NAME=LO:HI", help="follow the special points over this number too"
     )
     command.add_argument("--doubled", action="store_true", help="follow the branches of twice the period from flips")
+    command.add_argument("--most", type=int, default=300, metavar="N", help="the most points of a branch each way")
+    command.add_argument(
+        "--max-seconds", type=float, metavar="S", help="end the search for branches after so long, with what is found"
+    )
     command.add_argument("-o", "--output", metavar="BRANCHES.nc", help="write the branches")
     command.add_argument("--plot", metavar="FILE.png", help="draw the result")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -55,27 +60,35 @@ def run(options: argparse.Namespace) -> None:
     from stickslip.dynamics.periodic.event_sequence import check
     from stickslip.files.netcdf import write_netcdf
     from stickslip.model.system import load_system
+    from stickslip.simulation.time_limit import TimeLimit
 
     name, bounds = parse_range("--over", options.over)
     other = parse_range("--and", options.also) if options.also else None
     system = check(load_system(options.system), "continue")
     loci = []
+    most, limit, left = options.most, TimeLimit.after(options.max_seconds, "continue"), 0
     with Bar() as bar:
 
         def notify(done: int, most: int) -> None:
             bar("points", done, most)
 
-        result = continuation(system, name, bounds, progress=notify)
+        result = continuation(system, name, bounds, most=most, max_seconds=limit.left, progress=notify)
         if options.doubled:
             flips = [item for item in result.special_points if item.kind == "flip"]
-            doubled = [switch_branch(result, flip, progress=notify) for flip in flips]
+            doubled = [
+                switch_branch(result, flip, most=most, max_seconds=limit.left, progress=notify) for flip in flips
+            ]
             result = replace(result, branches=(*result.branches, *doubled))
         if other is not None:
             over, ranges = (name, other[0]), (bounds, other[1])
             followed = [
                 item for item in result.special_points if item.kind in ("hopf", *BY_MULTIPLIERS) or item.boundary
             ]
-            loci = [locus(item, over, ranges, progress=notify) for item in followed]
+            for item in followed:
+                if limit.passed:
+                    left += 1
+                else:
+                    loci.append(locus(item, over, ranges, progress=notify))
     if options.output:
         dataset = result.to_xarray().merge(together(loci)) if loci else result.to_xarray()
         write_netcdf(options.output, dataset)
@@ -85,8 +98,15 @@ def run(options: argparse.Namespace) -> None:
         ax = show.loci_plot(loci) if loci else show.branches_plot(result)
         save_figure(ax.figure, options.plot)
     points = [{"kind": item.kind, "boundary": item.boundary, name: item.parameter} for item in result.special_points]
-    branches = [
-        {"kind": item.kind, "points": len(item.values), "from": item.values[0], "to": item.values[-1]}
+    branches: list[dict[str, Any]] = [
+        {
+            "kind": item.kind,
+            "points": len(item.values),
+            "from": min(item.values),
+            "to": max(item.values),
+            "closed": item.closed,
+            "cut": item.cut,
+        }
         for item in result.branches
     ]
     if options.json:
@@ -96,10 +116,13 @@ def run(options: argparse.Namespace) -> None:
         return
     for branch in branches:
         kind = str(branch["kind"]).replace("_", " ")
-        say(f"{kind:20s}{branch['points']} points, {name} {branch['from']:.6g} … {branch['to']:.6g}")
+        ends = ", closed" * branch["closed"] + f", cut off by --{branch['cut'].replace('_', '-')}" * bool(branch["cut"])
+        say(f"{kind:20s}{branch['points']} points, {name} {branch['from']:.6g} … {branch['to']:.6g}{ends}")
     for item in result.special_points:
         say(f"{item.kind.replace('_', ' '):20s}{name} = {item.parameter:.12g}")
     for curve in loci:
         ends = " … ".join(f"({x:.6g}, {y:.6g})" for x, y in curve.values[[0, -1]])
         say(f"{'locus of ' + curve.kind.replace('_', ' '):30s}{len(curve.values)} points, {ends}")
+    if left:
+        say(f"{left} special points were not followed over {options.also} within --max-seconds")
     say_written(options.output, options.plot)

@@ -82,6 +82,14 @@ EXAMPLES = {
 }
 """What the help of each command ends with."""
 
+FUNCTIONS = {
+    "orbit_diagram": "sweep",
+    "regime_map": "sweep",
+    "continuation": "continue",
+    "critical_velocities": "critical",
+}
+"""The command that stands for a function of Python whose name begins a message."""
+
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
@@ -136,8 +144,14 @@ def _warning_in_one_line() -> Iterator[None]:
     """What is unfinished is said without the line of code that noticed it."""
     with warnings.catch_warnings():
         warnings.simplefilter("always", UnfinishedWarning)
-        warnings.showwarning = lambda message, *_, **__: print(f"stickslip: {message}", file=sys.stderr)
+        warnings.showwarning = lambda message, *_, **__: _tell(message)
         yield
+
+
+def _tell(message: Warning | str | Exception) -> None:
+    """Write one sentence to stderr; it names the command where it would name a function of Python."""
+    name, colon, rest = str(message).partition(":")
+    print(f"stickslip: {FUNCTIONS.get(name, name)}{colon}{rest}", file=sys.stderr)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -160,7 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with keeping_inputs(targets.values()), _warning_in_one_line():
             options.run(options)
     except InputError as error:
-        print(f"stickslip: {error}", file=sys.stderr)
+        _tell(error)
         return 2
     except KeyboardInterrupt:
         print("stickslip: interrupted", file=sys.stderr)

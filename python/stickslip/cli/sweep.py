@@ -30,7 +30,11 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="of a diagram: each value from where its neighbour ended, or from a fresh start (default); repeat for several",
     )
     command.add_argument(
-        "--decide", type=int, default=0, metavar="P", help="periods, 500 or more, by which chaos is told from a torus"
+        "--decide",
+        type=int,
+        default=0,
+        metavar="P",
+        help="follow what does not repeat for so many periods, 500 or more",
     )
     add_run(command, "DIAGRAM.zarr")
     command.set_defaults(run=run)
@@ -60,23 +64,33 @@ def axis(text: str, option: str) -> tuple[str, Any]:
     >>> axis("damping=0.1:0.3:3", "--over")
     ('damping', array([0.1, 0.2, 0.3]))
     """
+    name, equals, values = text.partition("=")
+    if not equals:
+        raise InputError(f"{option}: expected NAME=LO:HI:N or NAME=A,B,C, such as damping=0.1:0.3:100, got {text!r}")
+    return name, numbers_of(values, option, text, "NAME=")
+
+
+def numbers_of(values: str, option: str, text: str, before: str = "") -> Any:
+    """The numbers of ``LO:HI:N`` or ``A,B,C``, behind `before` in what the option is given.
+
+    >>> numbers_of("-1:1:3", "--x", "-1:1:3")
+    array([-1.,  0.,  1.])
+    """
     import numpy as np
 
-    name, equals, values = text.partition("=")
     parts = values.split(":")
     try:
-        if not equals or len(parts) not in (1, 3):
-            raise ValueError
         if len(parts) == 1:
-            return name, np.array([float(item) for item in values.split(",")])
+            return np.array([float(item) for item in values.split(",")])
         low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
-        if count < 1:
+        if len(parts) > 3 or count < 1:
             raise ValueError
-    except ValueError:
+    except (ValueError, IndexError):
+        example = "damping=0.1:0.3:100" if before else "-1:1:60"
         raise InputError(
-            f"{option}: expected NAME=LO:HI:N or NAME=A,B,C, such as damping=0.1:0.3:100, got {text!r}"
+            f"{option}: expected {before}LO:HI:N or {before}A,B,C, such as {example}, got {text!r}"
         ) from None
-    return name, np.linspace(low, high, count)
+    return np.linspace(low, high, count)
 
 
 def settings(options: argparse.Namespace, progress: Any) -> dict[str, Any]:
@@ -115,13 +129,29 @@ def run(options: argparse.Namespace) -> None:
             result = regime_map(system, over, **common, **lengths(options))
     if options.plot:
         _plot(result, options.plot)
-    runs, regimes = result["regime"].size, shares(result)
+    runs, regimes, returns = result["regime"].size, shares(result, "regime"), shares(result, "recurrence")
+    found = windows(result)
     if options.json:
-        say_json({"runs": runs, "regimes": regimes, "events": int(result["events"].sum())})
+        say_json(
+            {
+                "runs": runs,
+                "regimes": regimes,
+                "recurrence": returns,
+                "windows": found,
+                "events": int(result["events"].sum()),
+            }
+        )
         return
     say_value("runs", runs)
-    for word, share in regimes.items():
+    for word, share in (regimes | returns if options.decide else regimes).items():
         say(f"{word.replace('_', ' '):20s}{100 * share:.4g} %")
+    for item in found if options.decide else ():
+        motion = f"period {item['period']}" if item["period"] else str(item["recurrence"]).replace("_", " ")
+        ends = f"{item['from']:.6g} … {item['to']:.6g}"
+        say(f"{item['direction']:6s}{ends:24s}{motion}")
+    unknown = round(runs * returns.get("undecided", 0.0))
+    if unknown:
+        say(f"undecided: {unknown} of {runs} motions did not repeat and may still change; {_advice(options.decide)}")
     say_written(options.output, options.plot)
 
 
@@ -130,11 +160,38 @@ def lengths(options: argparse.Namespace) -> dict[str, Any]:
     return {name: getattr(options, name) for name in ("transient", "window") if getattr(options, name) is not None}
 
 
-def shares(result: xr.Dataset) -> dict[str, float]:
-    """The share of each regime among the runs, the greatest first."""
+def _advice(decide: int) -> str:
+    return "raise --transient" if decide else "raise --transient, or follow them on with --decide 500"
+
+
+def windows(result: xr.Dataset) -> list[dict[str, Any]]:
+    """Where neighbouring values of a diagram have motions that come back alike, of each direction in turn; none of a map."""
+    from itertools import groupby
+
+    if "parameter" not in result.attrs:
+        return []
+    values = result[result.attrs["parameter"]].to_numpy().tolist()
+    table = result[["recurrence", "period"]]
+    if "direction" not in table.dims:
+        table = table.expand_dims(direction=[""])
+    found = []
+    for i, direction in enumerate(table["direction"].to_numpy().tolist()):
+        words, periods = (table[name].isel(direction=i).to_numpy().tolist() for name in ("recurrence", "period"))
+        periods = [period if word == "periodic" else 0 for period, word in zip(periods, words, strict=True)]
+        motions = list(zip(values, words, periods, strict=True))
+        for (word, period), group in groupby(motions, key=lambda item: item[1:]):
+            ends = [item[0] for item in group]
+            found.append(
+                {"direction": direction, "from": ends[0], "to": ends[-1], "recurrence": word, "period": period}
+            )
+    return found
+
+
+def shares(result: xr.Dataset, name: str) -> dict[str, float]:
+    """The share of each word of a variable among the runs, the greatest first."""
     import numpy as np
 
-    words, counts = np.unique(result["regime"].to_numpy().astype("<U16"), return_counts=True)
+    words, counts = np.unique(result[name].to_numpy().astype("<U16"), return_counts=True)
     order = np.argsort(-counts, kind="stable")
     return {str(words[i]): float(counts[i] / counts.sum()) for i in order}
 

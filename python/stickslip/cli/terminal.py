@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from stickslip.files.notebook import lines_in_a_log
+
 Commands = argparse._SubParsersAction
 
 
@@ -44,7 +46,7 @@ def save_figure(figure: Any, path: str) -> None:
 
 
 class Bar:
-    """Progress on stderr, shown only to a person: call it with what is done, how much of it, of how much."""
+    """Progress on stderr, a bar in a terminal, else a line now and then: call it with what, how much of it, of how much."""
 
     def __enter__(self) -> Bar:
         from rich.console import Console
@@ -55,6 +57,7 @@ class Bar:
         self._progress = Progress(*columns, console=console, disable=not console.is_terminal, transient=True)
         self._progress.start()
         self._task = self._progress.add_task("start", total=None)
+        self._log = None if console.is_terminal else lines_in_a_log()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -62,4 +65,6 @@ class Bar:
 
     def __call__(self, what: str, done: int, total: int) -> None:
         """Show that `done` of `total` is done, and what it is."""
+        if self._log is not None:
+            self._log(what, done, total)
         self._progress.update(self._task, description=what, completed=done, total=total)

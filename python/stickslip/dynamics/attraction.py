@@ -90,7 +90,7 @@ def basins(
         raise InputError(f"basins: same must be greater than 0, got {same}")
     masses = system.masses if isinstance(system, System) else None
     if isinstance(mass, bool) or not isinstance(mass, int) or not 0 <= mass < (masses or 1):
-        raise InputError(f"basins: mass must be the number of a mass of the system, got {mass!r}")
+        raise InputError(f"basins: mass must be from 0 to {(masses or 1) - 1}, counted from 0, got {mass!r}")
     plan = map_plan(
         "basins",
         system,

@@ -65,8 +65,9 @@ def orbit_diagram(
         stroboscopic section where there is forcing, else the maxima of x.
     points : the most turning points and returns that are kept of each motion, the last ones.
     tolerance : a motion repeats where its returns do, to this part of its extent.
-    decide : a motion that does not repeat is followed for so many more periods, at least 500 if at all, and told regular from
-        chaotic by the 0–1 test of its returns.
+    decide : a motion that does not repeat is followed for so many more periods, at least 500 if at all: it may repeat after
+        up to half of them, and if not, two runs that begin beside each other say whether it is chaotic. They need whole
+        periods before them. Weak chaos asks for more than 500.
     x0, v0 : the start; default stuck on the drive at x = 0, as in :func:`stickslip.simulate`.
     contact : of a system of masses, the contact that is looked at, with its mass.
     store : folder of a Zarr store to write to, part by part; after a kill the same call goes on, and ends with the
@@ -83,8 +84,10 @@ def orbit_diagram(
     while the mass sticks) and ``section_t``, ``section_x``, ``section_v``, all in order of time and filled with NaN;
     ``amplitude`` (half of max x − min x), ``x_min``, ``x_max``, ``w_min``, ``w_max``, ``regime``
     (:data:`stickslip.simulation.regimes.REGIMES`), ``period`` (returns after which the motion repeats, 0 where it does not
-    within half of `keep`), ``recurrence`` (:data:`stickslip.simulation.regimes.RECURRENCE`) and ``chaos`` (the K of the
-    0–1 test), ``loops`` and ``period_time`` of that period, ``x_end`` and ``v_end`` (NaN: stuck). A fixed point has one
+    within half of `keep` or of `decide`), ``recurrence`` (``"rests"``, ``"periodic"``, ``"chaotic"``, ``"not_repeating"``: a
+    torus, a longer period or chaos too weak to be seen, or ``"undecided"``), ``parting`` (the factor by which the distance of
+    two starts beside each other grows in `decide` periods), ``chaos`` (the K of the 0–1 test of the returns), ``loops`` and
+    ``period_time`` of that period, ``x_end`` and ``v_end`` (NaN: stuck). A fixed point has one
     turning point. With a store, the Dataset is read when it is looked at.
 
     Raises

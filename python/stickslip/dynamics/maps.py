@@ -57,7 +57,7 @@ def regime_map(
     Dataset over the names of `over`: ``regime`` (:data:`stickslip.simulation.regimes.REGIMES`), ``period``
     (returns to the section after which the motion repeats; in forcing periods for a
     forced system; 0 where it does not repeat; 1 for one that rests),
-    ``recurrence`` (:data:`stickslip.simulation.regimes.RECURRENCE`), ``chaos``,
+    ``recurrence``, ``parting`` and ``chaos`` (as of :func:`orbit_diagram`),
     ``loops`` (maxima of x in that time), ``period_time``, ``amplitude``, ``x_min``, ``x_max``, ``w_min``, ``w_max``,
     ``x_mean``, ``v_mean``, ``stuck_share``, ``events``, ``stop``. With a store it is read when it is looked at, and memory
     does not grow with the map.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -14,7 +15,7 @@ from stickslip.dynamics.sections import Surface, forcing_frequency, usual_surfac
 from stickslip.errors import InputError
 from stickslip.model.parameters import varied
 from stickslip.model.system import Oscillator, System, system_from_dict
-from stickslip.simulation.regimes import CHAOTIC, REGULAR
+from stickslip.simulation.regimes import PARTS
 from stickslip.simulation.simulate import simulate
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
@@ -24,8 +25,9 @@ Array = NDArray[Any]
 MEANINGS = {
     "regime": "kind of motion, see stickslip.simulation.regimes",
     "period": "returns to the section after which the motion repeats; 0 where it does not, 1 for a motion that rests",
-    "recurrence": "rests, periodic, quasi_periodic, chaotic or undecided, see stickslip.simulation.regimes",
-    "chaos": "growth rate K of the 0-1 test where the motion does not repeat: near 1 for chaos, near 0 on a torus",
+    "recurrence": "rests, periodic, chaotic, not_repeating (in the periods looked at) or undecided",
+    "chaos": "growth rate K of the 0-1 test where the motion does not repeat: near 1 for strong chaos, near 0 else",
+    "parting": "factor by which the distance of two starts beside each other grows where the motion does not repeat",
     "loops": "maxima of x until the motion repeats",
     "period_time": "time until the motion repeats",
     "amplitude": "half of max x - min x",
@@ -39,6 +41,8 @@ MEANINGS = {
     "events": "events of the whole run",
     "stop": "why the run ended",
 }
+#: How far beside each other two starts are, relative to the position.
+_BESIDE = 1e-9
 COUNTS = ("period", "loops", "events")
 WORDS = ("regime", "recurrence", "stop")
 NUMBERS = tuple(name for name in MEANINGS if name not in (*COUNTS, *WORDS))
@@ -115,9 +119,21 @@ class Chunk:
             except ValueError as error:
                 raise InputError(str(error)) from None
             columns = columns_of(table, len(values), self.look.points)
+        self._tell(document, values, columns)
         if isinstance(system, Oscillator):
             columns |= {name: columns[name][:, 0] for name in ("x_end", "v_end")}
         return {name: column[::-1] for name, column in columns.items()} if self.backwards else columns
+
+    def _tell(self, document: dict[str, Any], values: Array, columns: dict[str, Array]) -> None:
+        """How the motions come back; where one does not repeat, from two runs that begin beside each other where it ended."""
+        look = self.look
+        whole = float(look.transient + look.window).is_integer()
+        doubtful = (columns["stop"] == "t_end") & (columns["period"] == 0) & bool(look.decide and whole)
+        for row in np.flatnonzero(doubtful):
+            system, _ = varied(document, self.paths, values[row].tolist())
+            x, v = (columns[name][row] for name in ("x_end", "v_end"))
+            columns["parting"][row] = parting(system, x, v, look, self.limit.left)
+        columns["recurrence"] = recurrence(columns["regime"], columns["period"], columns["parting"], look.decide)
 
     def _integrated(self, document: dict[str, Any], values: Array) -> dict[str, Array]:
         """Runs under laws with an internal state, one by one from their whole orbits."""
@@ -172,8 +188,31 @@ def columns_of(table: Any, count: int, points: int) -> dict[str, Array]:
         **{f"section_{name}": section[:, :, i] for i, name in enumerate("txv")},
         "restart": restart.reshape(count, -1),
     }
-    columns["recurrence"] = recurrence(columns["regime"], columns["period"], columns["chaos"])
+    columns["parting"] = np.full(count, np.nan)
+    columns["recurrence"] = recurrence(columns["regime"], columns["period"], columns["parting"], 0)
     return columns
+
+
+def parting(system: Oscillator | System, x: Array, v: Array, look: Look, max_seconds: float | None) -> float:
+    """The factor by which the distance of two starts grows in `decide` periods; not a number where a run does not end.
+
+    Parameters
+    ----------
+    x, v : where the motion was after whole periods, shape (masses,); NaN velocities are those of the drives.
+    """
+    times = np.arange(look.decide + 1) * period_of(system)
+    beside = _BESIDE * max(float(np.abs(x).max()), 1e-3)
+    many = isinstance(system, System)
+    runs = []
+    for start in (x, x + beside):
+        x0, v0 = (start, v) if many else (start[0], v[0])
+        orbit = simulate(
+            system, times[-1], x0, None if np.isnan(v).any() else v0, look.max_events, max_seconds=max_seconds
+        )
+        if orbit.stop != "t_end":
+            return math.nan
+        runs.append(np.reshape(orbit.at(times)[0], (len(times), -1)))
+    return float(np.abs(runs[1] - runs[0])[len(times) // 2 :].max() / beside)
 
 
 def start_of(system: Oscillator | System, x0: ArrayLike | None, v0: ArrayLike | None, where: str) -> Start:
@@ -200,7 +239,7 @@ def start_of(system: Oscillator | System, x0: ArrayLike | None, v0: ArrayLike | 
 
 
 def periods_to_decide(value: int, where: str) -> int:
-    """The length of the series for the 0–1 test: none, or from 500 to 10,000, as its work grows by the square.
+    """How many periods tell how a motion comes back: none, or from 500 to 10,000, as the work grows by the square.
 
     >>> periods_to_decide(500, "example")
     500
@@ -221,13 +260,13 @@ def period_of(system: Oscillator | System) -> float:
     return system.natural_period if frequency is None else 2 * np.pi / frequency
 
 
-def recurrence(regime: Array, period: Array, chaos: Array) -> Array:
+def recurrence(regime: Array, period: Array, parting: Array, decide: int) -> Array:
     """How motions come back, in a word; the criteria stand in :data:`stickslip.simulation.regimes.RECURRENCE`.
 
-    >>> recurrence(np.array(["stick_slip"] * 3), np.array([2, 0, 0]), np.array([np.nan, 0.95, 0.01])).tolist()
-    ['periodic', 'chaotic', 'quasi_periodic']
+    >>> recurrence(np.array(["stick_slip"] * 3), np.array([2, 0, 0]), np.array([np.nan, 1e8, 3.0]), 500).tolist()
+    ['periodic', 'chaotic', 'not_repeating']
     """
     rests = np.isin(regime, ("at_rest", "stable_slip"))
     with np.errstate(invalid="ignore"):
-        cases = [rests, period > 0, chaos >= CHAOTIC, chaos <= REGULAR]
-    return np.select(cases, ["rests", "periodic", "chaotic", "quasi_periodic"], "undecided")
+        cases = [rests, period > 0, parting > PARTS * decide, parting <= PARTS * decide]
+    return np.select(cases, ["rests", "periodic", "chaotic", "not_repeating"], "undecided")

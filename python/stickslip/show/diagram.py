@@ -55,8 +55,8 @@ def orbit_diagram_plot(
 
     Returns
     -------
-    The axes. A regime reaches half-way to the next value of the parameter. Values at which a run ended before its time are
-    hatched and named in a legend.
+    The axes. A regime reaches half-way to the next value of the parameter. Values at which a run ended before its time or did
+    not repeat and may still change are hatched and named in a legend.
 
     Source: Fig. 14 of the paper.
     """
@@ -120,22 +120,32 @@ def _spans(values: NDArray[np.float64], kinds: NDArray[Any]) -> list[tuple[int, 
 
 
 def _mark_unfinished(diagram: xr.Dataset, parameter: str, ax: Axes) -> bool:
-    """A hatched band over the values at which a run ended before its time, with a name for the legend; whether there are."""
-    ended = (diagram["regime"].astype("<U16") == "unfinished").transpose(..., parameter).to_numpy()
-    missing = np.asarray(ended.reshape(-1, ended.shape[-1]).any(axis=0))
-    look: dict[str, Any] = {
-        "facecolor": "none",
-        "edgecolor": REGIME_COLOURS["unfinished"],
-        "hatch": "///",
-        "lw": 0,
-        "zorder": 0,
-    }
-    name = f"{words('unfinished')} ({int(ended.sum())} of {ended.size} runs)"
-    for start, low, high in _spans(diagram[parameter].to_numpy(), missing):
-        if missing[start]:
-            ax.axvspan(low, high, label=name, **look)
-            name = "_"
-    return bool(missing.any())
+    """Hatched bands where a run ended before its time or still changed, with names for the legend; whether there are."""
+    ended = _where(diagram, "regime", "unfinished", parameter)
+    changes = _where(diagram, "recurrence", "undecided", parameter) & ~ended
+    for word, runs, hatch in (("unfinished", ended, "///"), ("undecided", changes, "...")):
+        look: dict[str, Any] = {
+            "facecolor": "none",
+            "edgecolor": REGIME_COLOURS["unfinished"],
+            "hatch": hatch,
+            "lw": 0,
+            "zorder": 0,
+        }
+        missing = np.asarray(runs.any(axis=0))
+        name = f"{words(word)} ({int(runs.sum())} of {runs.size} runs)"
+        for start, low, high in _spans(diagram[parameter].to_numpy(), missing):
+            if missing[start]:
+                ax.axvspan(low, high, label=name, **look)
+                name = "_"
+    return bool((ended | changes).any())
+
+
+def _where(diagram: xr.Dataset, name: str, word: str, parameter: str) -> NDArray[np.bool_]:
+    """Which runs have a word, shape (directions, values)."""
+    if name not in diagram:
+        return np.zeros((1, diagram.sizes[parameter]), bool)
+    found = (diagram[name].astype("<U16") == word).transpose(..., parameter).to_numpy()
+    return np.asarray(found.reshape(-1, found.shape[-1]))
 
 
 def _draw_directions(diagram: xr.Dataset, parameter: str, variable: str, ax: Axes) -> Axes:

@@ -16,17 +16,17 @@ REGIMES = {
     "reversing_slip": "the slip velocity changes its sign without a stick",
 }
 
-#: The growth rate of the 0–1 test (Gottwald & Melbourne 2009) from which on a motion counts as chaotic, and up to which as
-#: regular; it is near 1 or near 0 for 500 returns or more.
-CHAOTIC, REGULAR = 0.8, 0.2
+#: Two starts beside each other part where their distance has grown to more than this many times the number of periods.
+#: Chaos lets it grow exponentially; on a torus or beside an orbit that is periodic it grows at most linearly with time.
+PARTS = 100.0
 
 #: How a motion comes back.
 RECURRENCE = {
     "rests": "at_rest or stable_slip",
-    "periodic": "it repeats after some returns to the section, at most half of those in the window, within the tolerance",
-    "chaotic": "it does not repeat, and the 0-1 test of its returns gives at least 0.8",
-    "quasi_periodic": "it does not repeat, and the 0-1 test gives at most 0.2: a torus, or a longer period",
-    "undecided": "it does not repeat, and the 0-1 test was not asked for or does not tell; or the run did not end",
+    "periodic": "it repeats after some returns to the section, at most half of those looked at, within the tolerance",
+    "chaotic": "it does not repeat, and two starts beside each other part exponentially",
+    "not_repeating": "it does not repeat and such starts do not part: a torus, a longer period, or chaos too weak to be seen",
+    "undecided": "it does not repeat in the window, and no more was asked for or can be told; or the run did not end",
 }
 
 

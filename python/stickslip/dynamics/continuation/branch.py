@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +19,10 @@ from stickslip.simulation.orbit import Orbit
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+#: Periods and multipliers of one closed orbit differ by no more, relative to their size.
+_SAME_ORBIT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,8 @@ class Branch(InNotebook):
     sticks : whether adhesion is a part of the motion.
     special_points : in the order of the curve.
     orbits : the closed orbit of each point of a cycle, unstable ones too; :meth:`orbit` gives one.
+    closed : whether the curve is closed: its last point is its first.
+    cut : the limit by which the curve ended though it goes on, ``"most"`` or ``"max_seconds"``; empty where none did.
     """
 
     kind: str
@@ -86,6 +92,8 @@ class Branch(InNotebook):
     sticks: list[bool] = field(default_factory=list)
     special_points: list[SpecialPoint] = field(default_factory=list)
     orbits: list[Cycle] = field(default_factory=list, repr=False, compare=False)
+    closed: bool = False
+    cut: str = ""
 
     def orbit(self, index: int) -> Cycle:
         """The orbit of a point, stable or not: its period, multipliers, phases and, as ``.orbit``, its motion.
@@ -139,14 +147,15 @@ class Branch(InNotebook):
 
     def reversed(self) -> Branch:
         """The same curve from its other end."""
-        columns = {name: getattr(self, name)[::-1] for name in COLUMNS}
-        return Branch(self.kind, **columns, special_points=self.special_points[::-1], orbits=self.orbits[::-1])
+        lists = {name: getattr(self, name)[::-1] for name in (*COLUMNS, "special_points", "orbits")}
+        return replace(self, **lists)
 
     def joined(self, other: Branch) -> Branch:
         """The curve of both, where the other starts at the end of this one."""
         columns = {name: getattr(self, name) + getattr(other, name)[1:] for name in COLUMNS}
         points = self.special_points + other.special_points
-        return Branch(self.kind, **columns, special_points=points, orbits=self.orbits + other.orbits[1:])
+        orbits, cut = self.orbits + other.orbits[1:], self.cut or other.cut
+        return Branch(self.kind, **columns, special_points=points, orbits=orbits, cut=cut)
 
 
 #: Columns of a branch, in the order in which a row is made.
@@ -219,6 +228,18 @@ class Branches(InNotebook):
 def range_of(cycle: Cycle) -> tuple[float, float]:
     """Least and greatest position of a cycle."""
     return extremes(cycle.orbit)
+
+
+def same_motion(one: Cycle, other: Cycle) -> bool:
+    """Whether two closed orbits at one value of the parameter are the same, wherever each of them begins."""
+    if len(one.multipliers) != len(other.multipliers) or abs(one.period - other.period) > _SAME_ORBIT * other.period:
+        return False
+    low, high = range_of(other)
+    # The extremes are those of samples, which lie elsewhere where the orbit begins elsewhere.
+    if np.abs(np.subtract(range_of(one), (low, high))).max() > 1e-3 * (high - low):
+        return False
+    sizes = 1 + np.abs(other.multipliers)
+    return bool((np.abs(one.multipliers - other.multipliers) <= _SAME_ORBIT * sizes).all())
 
 
 def extremes(orbit: Orbit) -> tuple[float, float]:

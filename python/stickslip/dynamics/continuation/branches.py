@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -20,9 +21,10 @@ from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
 from stickslip.dynamics.periodic.return_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle
-from stickslip.errors import InputError
+from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.documents import number
 from stickslip.model.system import Oscillator, System
+from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 #: Where in a direction the parameter stands.
 _PARAMETER = -1
@@ -36,6 +38,7 @@ def continuation(
     guess: Any = None,
     seeds: int = 3,
     most: int = 300,
+    max_seconds: float | None = None,
     progress: Callable[[int, int], Any] | None = None,
 ) -> Branches:
     """Follow steady slip and periodic orbits, stable or not, over a parameter, and locate where their kind changes.
@@ -57,12 +60,15 @@ def continuation(
         :class:`~stickslip.PeriodicOrbit`, as of ``branch.orbit(i)`` or ``special_point.orbit``, is followed as it is, stable
         or not, at the value that its own system has (with `seeds` 0 nothing else).
     seeds : at how many values between the bounds the motion from rest is looked at for a further branch.
-    most : the most points of one branch.
+    most : the most points in each of the two directions of one branch; one that goes on there has ``cut`` ``"most"``, and a
+        warning says how many they are.
+    max_seconds : time on the clock > 0 after which the search ends, asked before each point and before each start, with a
+        warning and with what is found by then; default none.
     progress : called as ``progress(points, most)`` after each point of a branch.
 
     Returns
     -------
-    Branches.
+    Branches. A closed curve ends where it meets its first point again.
 
     Raises
     ------
@@ -88,7 +94,8 @@ def continuation(
     if not low < high:
         raise InputError(f"continuation: bounds must be (low, high) with low < high, got ({low:g}, {high:g})")
     family = Family((path,), ((low, high),))
-    branches = []
+    limit = TimeLimit.after(max_seconds, "continuation")
+    branches, late = [], 0
     if isinstance(system, Oscillator) and not integrated and forcing_period(system) is None:
         steady = _steady(system, path, family)
         if steady.values:
@@ -99,6 +106,9 @@ def continuation(
     starts = [(here, guess)] if low <= here <= high else []
     starts += [(low + (high - low) * (i + 0.5) / seeds, None) for i in range(seeds)]
     for value, start in starts:
+        if limit.passed:
+            late += 1
+            continue
         try:
             cycle = periodic_orbit(with_number(system, path, value), start)
         except InputError:
@@ -108,19 +118,39 @@ def continuation(
         if any(lies_on(branch, cycle, value) for branch in branches):
             continue
         if isinstance(cycle, StateCycle):
-            branches.append(StateWalk(path, (low, high), most, progress).both_ways(cycle))
+            branches.append(StateWalk(path, (low, high), most, progress, limit).both_ways(cycle))
         else:
             sequence = cycle.closed.sequence
             point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
-            branches.append(both_ways(point, family, most, progress))
+            branches.append(both_ways(point, family, most, progress, limit))
     for hopf in [item for branch in branches if branch.kind == "steady_slip" for item in branch.special_points]:
         assert isinstance(hopf.system, Oscillator)
-        new = born_branch(hopf.system, hopf.parameter, family, branches, most, progress)
+        if limit.passed:
+            late += 1
+            continue
+        new = born_branch(hopf.system, hopf.parameter, family, branches, most, progress, limit)
         if new is not None:
             branches.append(new)
+    if not branches and late:
+        raise InputError("continuation: no motion to start from was found within max_seconds; raise max_seconds")
     if not branches:
         raise InputError("continuation: no periodic motion to start from: give a guess (x, v) near one")
+    _warn_of_cuts(branches, late)
     return Branches(system, parameter, (low, high), tuple(branches))
+
+
+def _warn_of_cuts(branches: list[Branch], late: int) -> None:
+    """Say what goes on beyond the limits."""
+    for limit in ("most", "max_seconds"):
+        cut = sum(branch.cut == limit for branch in branches)
+        unseen = late if limit == "max_seconds" else 0
+        if cut or unseen:
+            left = f" and {unseen} starts were not looked at" if unseen else ""
+            sentence = (
+                f"continuation: {cut} of {len(branches)} branches were cut off by {limit}{left}; raise {limit} to go on"
+            )
+            # At the line that called for the continuation.
+            warnings.warn(sentence, UnfinishedWarning, stacklevel=3)
 
 
 def lies_on(branch: Branch, cycle: Cycle, value: float) -> bool:
@@ -152,23 +182,31 @@ def _steady(system: Oscillator, path: str, family: Family) -> Branch:
     return branch
 
 
-def both_ways(start: Point, family: Family, most: int, progress: Any = None) -> Branch:
-    """The branch of a cycle, from where the parameter falls to where it grows."""
+def both_ways(start: Point, family: Family, most: int, progress: Any = None, limit: TimeLimit = NO_LIMIT) -> Branch:
+    """The branch of a cycle, from where the parameter falls to where it grows; a closed one from its start."""
     halves = []
     for sign in (-1.0, 1.0):
         way = start.direction * math.copysign(1.0, start.direction[_PARAMETER]) * sign
-        halves.append(Walk(family, most, progress).go(replace(start, direction=way)))
+        halves.append(Walk(family, most, progress, limit).go(replace(start, direction=way)))
+        if halves[-1].closed:
+            return halves[-1]
     return halves[0].reversed().joined(halves[1])
 
 
 def born_branch(
-    system: Oscillator, value: float, family: Family, known: list[Branch], most: int, progress: Any = None
+    system: Oscillator,
+    value: float,
+    family: Family,
+    known: list[Branch],
+    most: int,
+    progress: Any = None,
+    limit: TimeLimit = NO_LIMIT,
 ) -> Branch | None:
     """The branch that begins at a Hopf point; None where there is none or it is known."""
     start = born(system, value, family)
     if start is None or any(lies_on(branch, unchecked(start.here), float(start.values[0])) for branch in known):
         return None
-    branch = both_ways(start, family, most, progress)
+    branch = both_ways(start, family, most, progress, limit)
     # Of a known branch only its smallest cycles may be larger than the start.
     middle = len(branch.values) // 2
     if any(lies_on(other, branch.orbit(middle), branch.values[middle]) for other in known):

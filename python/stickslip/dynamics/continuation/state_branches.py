@@ -17,6 +17,7 @@ from stickslip.dynamics.periodic.state_cycles import StateCycle, finished
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
 from stickslip.model.system import Oscillator, System
+from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 _SMALLEST, _LARGEST = 1e-3, 0.1
 #: A step of Newton's method below which the orbit is closed, and that below which rounding may stop it.
@@ -40,12 +41,14 @@ class StateWalk:
     ----------
     path : the number that varies; bounds : how far.
     most : the most points; progress : called as ``progress(points, most)``.
+    limit : the time after which no further point is looked for.
     """
 
     path: str
     bounds: tuple[float, float]
     most: int
     progress: Callable[[int, int], Any] | None = None
+    limit: TimeLimit = NO_LIMIT
 
     def both_ways(self, cycle: StateCycle) -> Branch:
         """The branch through an orbit."""
@@ -63,7 +66,10 @@ class StateWalk:
         branch, step = Branch("cycle"), 0.02
         low, high = self.bounds
         branch.add(point.cycle, point.value)
-        while len(branch.values) < self.most and step >= _SMALLEST:
+        while step >= _SMALLEST:
+            if len(branch.values) >= self.most or self.limit.passed:
+                branch.cut = "most" if len(branch.values) >= self.most else "max_seconds"
+                break
             if self.progress is not None:
                 self.progress(len(branch.values), self.most)
             try:

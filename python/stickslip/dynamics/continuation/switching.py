@@ -15,6 +15,7 @@ from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer
 from stickslip.dynamics.periodic.return_map import Lost, Return, moved, size_of
 from stickslip.errors import InputError
+from stickslip.simulation.time_limit import TimeLimit
 
 #: Where in a direction the parameter stands.
 _PARAMETER = -1
@@ -23,7 +24,12 @@ _ASIDE = (1e-3, 3e-3, 1e-2, 3e-4)
 
 
 def switch_branch(
-    result: Branches, point: SpecialPoint, *, most: int = 300, progress: Callable[[int, int], Any] | None = None
+    result: Branches,
+    point: SpecialPoint,
+    *,
+    most: int = 300,
+    max_seconds: float | None = None,
+    progress: Callable[[int, int], Any] | None = None,
 ) -> Branch:
     """Follow the branch that a special point of a branch opens.
 
@@ -36,6 +42,8 @@ def switch_branch(
     result : from :func:`stickslip.continuation`; its parameter and bounds are kept.
     point : one of its special points.
     most : the most points.
+    max_seconds : time on the clock > 0 after which no further point is looked for; default none. The ``cut`` of the branch
+        says which of these limits ended it.
     progress : called as ``progress(points, most)``.
 
     Returns
@@ -59,6 +67,7 @@ def switch_branch(
     """
     if point.point is None:
         raise InputError(f"switch_branch: a {point.kind} has no orbit to go on from")
+    limit = TimeLimit.after(max_seconds, "switch_branch")
     family = Family((pointer(result.system, result.parameter, "switch_branch"),), (result.bounds,))
     if point.label is not None:
         found = beyond(point.point, point.point.here, family, (1.0, -1.0))
@@ -71,7 +80,7 @@ def switch_branch(
         )
     if start is None:
         raise InputError(f"switch_branch: no other branch is found beside the {point.kind} at {point.parameter:.9g}")
-    return Walk(family, most, progress).go(start)
+    return Walk(family, most, progress, limit).go(start)
 
 
 def _aside(point: Point, family: Family, *, double: bool) -> Point | None:

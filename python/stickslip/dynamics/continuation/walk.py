@@ -11,13 +11,14 @@ import numpy as np
 
 from stickslip.dynamics.continuation import switching_boundaries
 from stickslip.dynamics.continuation.arclength import Family, Label, Point, axis, consistent, corrected, stepped
-from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of
+from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of, same_motion
 from stickslip.dynamics.continuation.conditions import TESTS, root
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic.cycles import finished, unchecked
 from stickslip.dynamics.periodic.return_map import Lost, size_of
 from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
+from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
 #: Where the next cycle is lost that repels more strongly than by this multiplier a branch ends: smaller steps only creep
@@ -42,15 +43,17 @@ class Walk:
     family : the number that varies and its bounds.
     most : the most points.
     progress : called as ``progress(points, most)``.
+    limit : the time after which no further point is looked for.
     """
 
     family: Family
     most: int
     progress: Callable[[int, int], Any] | None = None
+    limit: TimeLimit = NO_LIMIT
     branch: Branch = field(default_factory=lambda: Branch("cycle"))
 
     def go(self, point: Point) -> Branch:
-        """From a point until the parameter leaves its bounds, the cycle shrinks to a point or no way goes on."""
+        """From a point until the parameter leaves its bounds, the cycle is a point, the curve closes or no way goes on."""
         low, high = self.family.ranges[0]
         self._add(point)
         largest = self._size()
@@ -58,6 +61,9 @@ class Walk:
         progress = waiting(self.progress, "continuation")
         while len(self.branch.values) < self.most:
             progress(len(self.branch.values), self.most)
+            if self.limit.passed:
+                self.branch.cut = "max_seconds"
+                break
             try:
                 ahead = stepped(point, point.here.forcing_periods, self.family, step)
             except Lost:
@@ -90,6 +96,13 @@ class Walk:
             if float(point.direction[known] @ ahead.direction[known]) < 0.9 and step > 20 * _SMALLEST:
                 step /= 2
                 continue
+            closing = self._closing(point, ahead, step)
+            if closing is not None:
+                share, first = closing
+                self._between(point, first, share * step)
+                self._add(first)
+                self.branch.closed = True
+                break
             if self._between(point, ahead, step):
                 if self._size() > _POINT * largest and step > 20 * _SMALLEST:
                     # Closer first, so that the branch reaches to its end.
@@ -114,7 +127,27 @@ class Walk:
                 break
             largest = max(largest, self._size())
             step = min(step * 1.4, _LARGEST)
+        else:
+            self.branch.cut = "most"
         return self.branch
+
+    def _closing(self, point: Point, ahead: Point, step: float) -> tuple[float, Point] | None:
+        """The first point of the branch where it lies between two points, and at which share of the step."""
+        first = self.branch.values[0]
+        before, after = float(point.values[0]) - first, float(ahead.values[0]) - first
+        if not before * after < 0:
+            return None
+
+        def at(fraction: float) -> Point:
+            return stepped(point, point.here.forcing_periods, self.family, fraction * step)
+
+        try:
+            share = root(lambda fraction: float(at(fraction).values[0]) - first, before, after)
+            there = at(share)
+            same = same_motion(finished(there.here, 0), self.branch.orbits[0])
+        except (Lost, InputError):
+            return None
+        return (share, there) if same else None
 
     def _same(self, value: float, point: Point) -> bool:
         """Whether a value of the parameter is that of a point."""

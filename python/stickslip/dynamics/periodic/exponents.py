@@ -1,4 +1,4 @@
-"""Lyapunov exponents through events, and the 0–1 test for chaos as a check beside them."""
+"""Lyapunov exponents through events."""
 
 from __future__ import annotations
 
@@ -32,7 +32,6 @@ class LyapunovSpectrum(InNotebook):
     ----------
     exponents : in 1/time, the largest first; −inf for a direction that sticking forgets at once, 0 for the shift in time of
         an autonomous motion.
-    chaos_test : K of the 0–1 test on the positions at the events, near 1 for chaos and 0 for order; NaN with fewer than 200.
     t : time over which they are averaged.
     events : events in it.
     times, running : what the averages were on the way: times, shape (n,), and the exponents found from the first of the run
@@ -41,7 +40,6 @@ class LyapunovSpectrum(InNotebook):
     """
 
     exponents: NDArray[np.float64]
-    chaos_test: float
     t: float
     events: int
     times: NDArray[np.float64] = field(repr=False, compare=False)
@@ -79,11 +77,11 @@ class LyapunovSpectrum(InNotebook):
     def facts(self) -> dict[str, Any]:
         """What a notebook shows."""
         errors = self.errors
-        return {"exponents": self.exponents, "errors": errors, "time": self.t, "0–1 test": self.chaos_test}
+        return {"exponents": self.exponents, "errors": errors, "time": self.t}
 
     def __repr__(self) -> str:
         values = ", ".join(f"{value:.5g}" for value in self.exponents)
-        return f"<LyapunovSpectrum {values} over t = {self.t:g}, 0–1 test {self.chaos_test:.2f}>"
+        return f"<LyapunovSpectrum {values} over t = {self.t:g}>"
 
 
 def lyapunov(
@@ -106,7 +104,7 @@ def lyapunov(
     t_end : time to run; some thousand periods give two digits.
     x0, v0 : start, as for :func:`stickslip.simulate`.
     transient : the fraction of the run that is left out, in [0, 1).
-    seed : of the frequencies of the 0–1 test.
+    seed : of the directions that are followed.
 
     Returns
     -------
@@ -146,14 +144,11 @@ def lyapunov(
     basis = np.linalg.qr(basis)[0]
     begin = transient * end
     sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
-    positions: list[float] = []
     times: list[float] = []
     course: list[NDArray[np.float64]] = []
     for sequence in _blocks(system, end, x0, v0):
         followed = sequence.follow(reseed=True)
-        for ending, rates, duration, reached in zip(
-            sequence.endings, followed.rates, followed.durations, followed.states, strict=True
-        ):
+        for ending, rates, duration in zip(sequence.endings, followed.rates, followed.durations, strict=True):
             full = np.zeros_like(basis)
             full[coordinates] = rates[np.ix_(coordinates, coordinates)] @ basis[coordinates]
             # A direction once lost stays lost: its factor is 0 for good.
@@ -166,7 +161,6 @@ def lyapunov(
                     sums += np.log(np.where(sizes < 1e-12 * sizes.max(), 0.0, sizes))
                 elapsed += duration
                 counted += int(ending != TIME)
-                positions.append(float(reached[1]))
                 times.append(elapsed)
                 course.append(sums.copy())
     running = np.array(course) / np.array(times)[:, None]
@@ -175,9 +169,8 @@ def lyapunov(
         other = np.zeros_like(running[:, :1]) if counted else running[:, -1:]
         running = np.concatenate([other, running], axis=1)
     running = running[:, np.argsort(running[-1])[::-1]]
-    test = chaos_test(positions, seed) if len(positions) >= 200 else math.nan
     period = forcing_period(system) or system.natural_period
-    return LyapunovSpectrum(running[-1], test, elapsed, counted, np.array(times), running, period)
+    return LyapunovSpectrum(running[-1], elapsed, counted, np.array(times), running, period)
 
 
 def _of_states(
@@ -192,7 +185,6 @@ def _of_states(
     sums, elapsed = np.zeros(flow.width), 0.0
     times: list[float] = []
     course: list[NDArray[np.float64]] = []
-    positions: list[float] = []
     while elapsed < (end - begin) * (1 - 1e-9):
         y, moved = flow.tangents(y, now, length, basis)
         basis, factors = np.linalg.qr(moved / flow.sizes[:, None])
@@ -202,11 +194,9 @@ def _of_states(
         now, elapsed = now + length, elapsed + length
         times.append(elapsed)
         course.append(sums.copy())
-        positions.append(float(y[0]))
     running = np.array(course) / np.array(times)[:, None]
     running = running[:, np.argsort(running[-1])[::-1]]
-    test = chaos_test(positions, seed) if len(positions) >= 200 else math.nan
-    return LyapunovSpectrum(running[-1], test, elapsed, 0, np.array(times), running, length)
+    return LyapunovSpectrum(running[-1], elapsed, 0, np.array(times), running, length)
 
 
 def _blocks(
@@ -246,41 +236,3 @@ def _blocks(
         sequence, kinds, stop = part.from_event(
             count - 1 if len(part.phases) == count else -1, min(length, end - now), followed, most
         )
-
-
-def chaos_test(series: ArrayLike, seed: int = 0) -> float:
-    """The 0–1 test for chaos: K near 1 for a chaotic series, near 0 for a regular one.
-
-    The median over 100 frequencies of the correlation of the damped mean square displacement with time.
-
-    Parameters
-    ----------
-    series : shape (n,), n ≥ 200, of a map (sampled sparsely, not a densely sampled flow).
-    seed : of the frequencies.
-
-    Source: Gottwald & Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129.
-
-    >>> logistic = [0.3]
-    >>> for _ in range(999): logistic.append(4 * logistic[-1] * (1 - logistic[-1]))
-    >>> bool(chaos_test(logistic) > 0.9), bool(abs(chaos_test(np.cos(np.arange(1000.0)))) < 0.2)
-    (True, True)
-    """
-    values = np.asarray(series, float)[-5000:]
-    if values.ndim != 1 or values.size < 200:
-        raise InputError(f"chaos_test: series must have at least 200 numbers, got shape {values.shape}")
-    if np.ptp(values) <= 1e-9 * np.abs(values).max():
-        return 0.0
-    rng = np.random.default_rng(seed)
-    n = values.size
-    steps = np.arange(1, n // 10 + 1)
-    mean = values.mean()
-    found = []
-    for frequency in rng.uniform(np.pi / 5, 4 * np.pi / 5, 100):
-        angles = frequency * np.arange(1, n + 1)
-        walk = np.cumsum(values * np.exp(1j * angles))
-        most = n - steps[-1]
-        spread = np.array([np.mean(np.abs(walk[s : s + most] - walk[:most]) ** 2) for s in steps])
-        damped = spread - mean**2 * (1 - np.cos(steps * frequency)) / (1 - np.cos(frequency))
-        # A floor of the size of the series, so that rounding of a regular one is no growth.
-        found.append(np.corrcoef(steps, damped)[0, 1] if damped.std() > 1e-6 * values.var() else 0.0)
-    return float(np.median(found))
