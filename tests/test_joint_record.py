@@ -241,7 +241,9 @@ def test_gravity_of_the_arm_is_told_from_friction_that_differs_by_the_sense(weig
     assert forward == pytest.approx(0.146, abs=0.004)
     assert backward == pytest.approx(0.11 * larger + 0.036, abs=0.004)
     said = next(note for note in found.notes if note.startswith("Friction differs by the sense"))
-    assert (float(re.search(r"it is ([\d.]+) forward", said)[1]) > float(re.search(r"([\d.]+) backward", said)[1])) == (larger < 1)
+    assert (float(re.search(r"it is ([\d.]+) forward", said)[1]) > float(re.search(r"([\d.]+) backward", said)[1])) == (
+        larger < 1
+    )
     assert not any("not valid" in note for note in found.notes)
     assert found.valid
 
