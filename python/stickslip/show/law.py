@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -137,12 +137,16 @@ def break_away_plot(
     laws = _as_well(law)
     colours = [OKABE_ITO[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
     times = np.asarray(stick_times, float)
+
+    def at_rest(rate: float) -> Callable[[Law], np.ndarray]:
+        return lambda one: np.asarray(one.break_away_force(times, rate))
+
     for i, rate in enumerate(force_rates):
         name = f"δ = {rate:.3g}" if scale is not None else None
         force = law.break_away_force(np.asarray(stick_times, float), rate)
         ax.plot(stick_times, force, color=colours[i % len(colours)], label=name)
         if laws:
-            low, high = band(laws, lambda one, at=rate: one.break_away_force(times, at))
+            low, high = band(laws, at_rest(rate))
             _shade(ax, times, low, high, colours[i % len(colours)])
     if scale is not None:
         ax.legend(fontsize=8, frameon=False, title="force rate", title_fontsize=8)
