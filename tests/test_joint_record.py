@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -279,3 +280,77 @@ def test_intervals_hold_the_curve_where_the_form_is_another() -> None:
         held += int(np.sum((low <= truth) & (truth <= high)))
         count += truth.size
     assert held >= 0.9 * count
+
+
+def test_a_law_is_a_table_of_friction_with_bands(joint: xr.DataTree, tmp_path, capsys) -> None:
+    joint.to_netcdf(tmp_path / "joint.nc", engine="h5netcdf")
+    law, table = tmp_path / "law.toml", tmp_path / "friction.csv"
+    command = ["identify", str(tmp_path / "joint.nc"), "--steady", "--law", "ExponentialStribeck"]
+    assert main([*command, "-o", str(law), "--table", str(table)]) == 0
+    assert f"written             {table}" in capsys.readouterr().out
+    found = pd.read_csv(table)
+    assert list(found) == [
+        *("slip_velocity (rad/s)", "stick_time (s)"),
+        *("force (N m)", "low (N m)", "high (N m)"),
+    ]
+    loaded = ss.load_law(law)
+    again = ss.laws.friction_table(loaded, found["slip_velocity (rad/s)"][:-1], [0.0])
+    np.testing.assert_allclose(again.to_numpy(), found.to_numpy(), rtol=1e-9)
+    low, force, high = (again[name] for name in ("low", "force", "high"))
+    assert ((low < force) & (force < high)).all()
+    near, truth = ss.laws.friction_table(loaded, [0.5, -0.5]), JOINT.kinetic_force([0.5, -0.5])
+    assert (np.abs(near["force"] - truth) < near["high"] - near["low"]).all()
+    with pytest.raises(ss.InputError, match="has no covariance"):
+        ss.laws.friction_table(FORWARD, [0.1])
+    with pytest.raises(ss.InputError, match="not 0"):
+        ss.laws.friction_table(loaded, [0.0])
+
+
+def test_a_report_of_a_steady_fit_is_refused_before_the_fit(joint: xr.DataTree, tmp_path, capsys, monkeypatch) -> None:
+    joint.to_netcdf(tmp_path / "joint.nc", engine="h5netcdf")
+    monkeypatch.setattr("stickslip.identification.fit_steady", lambda *_: pytest.fail("it was fitted"))
+    assert main(["identify", str(tmp_path / "joint.nc"), "--report", str(tmp_path / "page.html")]) == 2
+    assert "--report does not go with the fit of friction over slip velocity" in capsys.readouterr().err
+
+
+def test_the_current_of_a_motor_is_a_force_by_its_constant(joint: xr.DataTree) -> None:
+    record = recorded(JOINT)
+    record["current"] = 1e3 * record.pop("torque") / 0.071
+    current = {"column": "current", "unit": "mA"}
+    columns = {"time": "t", "displacement": RIG["columns"]["displacement"], "current": current}
+    rig = {
+        "instrument": "direct_force",
+        "inertia": RIG["inertia"],
+        "force_per_current": "0.071 N m/A",
+        "columns": columns,
+    }
+    found = ss.measure(record, rig)
+    assert found["force"].attrs["units"] == "N m"
+    np.testing.assert_allclose(found["force"], joint["force"], atol=1e-12)
+    table = found["steady"]
+    assert (table["slip_velocity"] > 0).sum() > 4 < (table["slip_velocity"] < 0).sum()
+    no_constant = {name: value for name, value in rig.items() if name != "force_per_current"}
+    with pytest.raises(ss.InputError, match="force_per_current is missing"):
+        ss.measure(record, no_constant)
+    with pytest.raises(ss.InputError, match="lacks current, which force_per_current turns into force"):
+        ss.measure(recorded(JOINT), RIG | {"force_per_current": 0.071})
+    with pytest.raises(ss.InputError, match="names both force and current"):
+        ss.measure(record, rig | {"columns": columns | {"force": "t2"}})
+    with pytest.raises(ss.InputError, match="lacks force or current"):
+        ss.measure(record, no_constant | {"columns": {"time": "t", "displacement": "q"}})
+
+
+def test_two_levels_of_a_motor_are_said_to_be_no_curve() -> None:
+    record = recorded(JOINT)
+    record["current"] = record.pop("torque") / 0.071
+    rig = {
+        "instrument": "motor_current",
+        "force_per_current": "0.071 N m/A",
+        "inertia": RIG["inertia"],
+        "columns": {"time": "t", "displacement": RIG["columns"]["displacement"], "current": "current"},
+    }
+    found = ss.measure(record, rig)
+    assert found["steady"].sizes["row"] == 2
+    said = " ".join(found.attrs["notes"])
+    assert "one level each" in said
+    assert "direct_force" in said

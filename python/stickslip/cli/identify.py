@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_written
 from stickslip.errors import InputError
+from stickslip.files.documents import write_text
 
 if TYPE_CHECKING:
     from stickslip.identification import Agreement, Identification
@@ -101,6 +102,11 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--output",
         metavar="LAW.toml",
         help="write the law file (of break-aways alone: the fits of static friction)",
+    )
+    command.add_argument(
+        "--table",
+        metavar="TABLE.csv",
+        help="write friction over slip velocity, and static friction over stick time, with 95 %% bands",
     )
     command.add_argument("--plot", metavar="FILE.png", help="draw the result")
     command.add_argument("--report", metavar="FILE.html", help="write a page that needs no other file")
@@ -277,6 +283,17 @@ def _deliver_law(
     say_written(output, plot, report)
 
 
+def _write_table(found: Any, *, table: str | None = None, json: bool = False) -> Any:
+    if table:
+        from stickslip.identification.law_table import law_table
+
+        text = law_table(found).to_csv(index=False)
+        write_text(table, text, ".csv")
+        if not json:
+            say_written(table)
+    return found
+
+
 def _document(result: Identification, agreements: list[Agreement]) -> dict[str, Any]:
     parameters = result.parameters[["value", "error", "low", "high"]].to_dict("index")
     parameters = {str(name): row | {"unit": result.units[str(name)]} for name, row in parameters.items()}
@@ -349,18 +366,20 @@ def _deliver_table(found: Any, *, output: str | None = None, plot: str | None = 
 PATHS = {
     "laws": Path("--compare", "compare first, then identify the law that is best, with {}", (_compare,)),
     "branches": Path(
-        "the fit of a law to branches and break-aways", "leave {} out", (_check_picture, _fit_law, _deliver_law)
+        "the fit of a law to branches and break-aways",
+        "leave {} out",
+        (_check_picture, _fit_law, _write_table, _deliver_law),
     ),
     "trajectories": Path(
         "the fit of a law by --trajectories",
         "leave {} out",
-        (_check_picture, _fit_law, _refine, _deliver_law),
+        (_check_picture, _fit_law, _refine, _write_table, _deliver_law),
         frozenset({"trajectories"}),
     ),
     "curve": Path(
         "the fit of friction over slip velocity alone (--steady, the way of records without sticks)",
         "leave {} out, or name a law of the motion with --law",
-        (_fit_curve, _deliver_table),
+        (_fit_curve, _write_table, _deliver_table),
         frozenset({"steady"}),
     ),
     "step": Path(

@@ -35,7 +35,7 @@ from stickslip.cli.terminal import say
 from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.documents import check_ending, check_writable, keeping_inputs
 
-TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check")
+TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check", "table")
 """Options that name a file which is written; what stands for it in the help says by its ending what kind of file."""
 
 SAME_KIND = {".html": (".html", ".htm"), ".avi": (".avi", ".mkv", ".mp4")}

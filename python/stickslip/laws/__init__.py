@@ -7,6 +7,7 @@ Every law answers two questions: what force adhesion can bear (:meth:`Law.break_
 from __future__ import annotations
 
 from stickslip.laws.asymmetric import Asymmetric as Asymmetric
+from stickslip.laws.bands import friction_table as friction_table
 from stickslip.laws.bogacz_ryczek import BogaczRyczek as BogaczRyczek
 from stickslip.laws.bogacz_ryczek import StaticFriction as StaticFriction
 from stickslip.laws.bouc_wen import BoucWen as BoucWen

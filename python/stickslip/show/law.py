@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,14 +19,11 @@ from stickslip.laws import (
     TwoBranch,
     force_along,
 )
+from stickslip.laws.bands import band, drawn, long_rest
 from stickslip.show.canvas import OKABE_ITO, axes, label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-BAND = (0.025, 0.975)
-DRAWS = 1000
-"""Laws of which a band is drawn."""
 
 
 def law_plot(
@@ -67,8 +64,8 @@ def law_plot(
     rising[0], falling[0] = 2 * rising[1] - rising[2], 2 * falling[1] - falling[2]
     laws = _as_well(law)
     if laws:
-        _shade(ax, w[1:], [_replay(one, w)[1:] for one in laws])
-        low, high = np.quantile([one.break_away_force(0.0) for one in laws], BAND)
+        _shade(ax, w[1:], *band(laws, lambda one: _replay(one, w)[1:]))
+        low, high = band(laws, lambda one: one.break_away_force(0.0))
         ax.plot([0, 0], [low, high], color=OKABE_ITO["green"], lw=6, alpha=0.3, solid_capstyle="butt", clip_on=False)
     apart = np.abs(rising - falling) > 1e-9 * np.abs(rising).max()
     if apart.any():
@@ -90,7 +87,7 @@ def law_plot(
         ax.plot(w[1:], back, color=OKABE_ITO["black"], ls="--", label="kinetic, w < 0 turned over")
         rising = np.maximum(rising, back.max())
         ax.plot(0, law.break_away_force(0.0, -1e-300), "s", color=OKABE_ITO["green"], ms=4, clip_on=False, zorder=3)
-    weakest, strongest = law.break_away_force(0.0), law.break_away_force(10 * _long_rest(law))
+    weakest, strongest = law.break_away_force(0.0), law.break_away_force(10 * long_rest(law))
     ax.plot([0, 0], [0, weakest], color=OKABE_ITO["grey"], lw=2.2, solid_capstyle="butt", label="adhesion", zorder=1.5)
     if strongest > weakest * (1 + 1e-12):
         ax.plot([0, 0], [weakest, strongest], color=OKABE_ITO["grey"], lw=2.2, ls=(0, (1, 0.6)), zorder=1.5)
@@ -133,19 +130,24 @@ def break_away_plot(
     ax = axes(ax)
     surface = law.static_friction if isinstance(law, BogaczRyczek) else law if isinstance(law, ForceRate) else None
     if stick_times is None:
-        stick_times = np.linspace(0.0, _long_rest(law), 301).tolist()
+        stick_times = np.linspace(0.0, long_rest(law), 301).tolist()
     scale = None if surface is None else surface.force_rate_scale
     if force_rates is None:
         force_rates = (0.0,) if scale is None else tuple(scale * f for f in (0.2, 0.5, 1.0, 2.0))
     laws = _as_well(law)
     colours = [OKABE_ITO[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
+    times = np.asarray(stick_times, float)
+
+    def at_rest(rate: float) -> Callable[[Law], np.ndarray]:
+        return lambda one: np.asarray(one.break_away_force(times, rate))
+
     for i, rate in enumerate(force_rates):
         name = f"δ = {rate:.3g}" if scale is not None else None
         force = law.break_away_force(np.asarray(stick_times, float), rate)
         ax.plot(stick_times, force, color=colours[i % len(colours)], label=name)
         if laws:
-            times = np.asarray(stick_times, float)
-            _shade(ax, times, [one.break_away_force(times, rate) for one in laws], colours[i % len(colours)])
+            low, high = band(laws, at_rest(rate))
+            _shade(ax, times, low, high, colours[i % len(colours)])
     if scale is not None:
         ax.legend(fontsize=8, frameon=False, title="force rate", title_fontsize=8)
     ax.margins(x=0)
@@ -156,22 +158,13 @@ def break_away_plot(
 def _as_well(law: Law) -> list[Law]:
     """Laws drawn from the covariance of a fitted one; none where it has no covariance that can be drawn from."""
     try:
-        return law.sample(DRAWS, seed=0)
+        return drawn(law)
     except InputError:
         return []
 
 
-def _shade(ax: Axes, x: np.ndarray, forces: Sequence[np.ndarray], color: str = OKABE_ITO["black"]) -> None:
-    low, high = np.quantile(np.asarray(forces), BAND, axis=0)
+def _shade(ax: Axes, x: np.ndarray, low: np.ndarray, high: np.ndarray, color: str = OKABE_ITO["black"]) -> None:
     ax.fill_between(x, low, high, color=color, alpha=0.15, lw=0, label="95 % band", zorder=1)
-
-
-def _long_rest(law: Law) -> float:
-    """Four times the rest beyond which a tenfold rest adds less than half of what has grown; 1 where nothing grows."""
-    times = np.geomspace(1e-9, 1e12, 2101)
-    grown = law.break_away_force(times) - law.break_away_force(0.0)
-    slows = (grown > 0) & (law.break_away_force(10 * times) - law.break_away_force(times) < 0.5 * grown)
-    return 4 * float(times[np.argmax(slows)]) if slows.any() else 1.0
 
 
 def _reach(law: Law) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain, combinations
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from stickslip.identification.estimator.least_squares import linear, minimize, project_out
+from stickslip.identification.estimator.least_squares import linear
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.uncertainty import (
@@ -23,7 +23,6 @@ from stickslip.identification.estimator.uncertainty import (
     half_width,
     recurrence,
 )
-from stickslip.laws import ExponentialStribeck
 
 Array = npt.NDArray[np.float64]
 
@@ -32,6 +31,10 @@ BLOCKS = 8
 FEW = 40
 WHOLE = 3
 """With so many records that lie apart, whole records are held back."""
+TOO_NEAR = 1e-13
+"""Columns whose products leave less than this of each other are one and the same."""
+CLOSE = 1e-3
+"""Of the logarithm of a scale, between whose last two values a parabola is good enough."""
 ONE_SPEED = 1.05
 """Speeds within this ratio are one, and show no curve."""
 
@@ -170,9 +173,7 @@ class Curve:
             case "logarithm":
                 return np.asarray(sense * np.log(np.maximum(speed, 1e-300) / self.reference))
             case "weakening":
-                return np.asarray(
-                    sense * ExponentialStribeck(1.0, 0.0, self.scale, exponent=self.exponent).kinetic_force(speed)
-                )
+                return np.asarray(sense * np.exp(-((speed / self.scale) ** self.exponent)))
             case "offset":
                 return np.ones(len(rows))
             case "inertia":
@@ -187,31 +188,6 @@ class Curve:
             case "drift":
                 return np.asarray(sense * (rows.position - self.middle[1]))
         return sense  # kinetic
-
-    def solve(self, rows: Rows) -> tuple[Curve, Array, Array]:
-        """Curve, numbers of the linear terms, residuals."""
-        curve = self
-        if "weakening" in self.terms:
-            speed = np.abs(rows.w)
-            # a fall that is over at the slowest rows would be an extrapolation many times its size
-            low, high = math.log(float(speed.min())), math.log(float(speed.max()))
-
-            falls = tuple(term for term in self.terms if term.startswith("weakening"))
-            others = replace(self, terms=tuple(term for term in self.terms if term not in falls))
-            without_others = project_out(others.columns(rows) / rows.error[:, None])
-            target = without_others(rows.force / rows.error)
-
-            def residuals(log_scale: Array) -> Array:
-                fall = replace(self, terms=falls, scale=math.exp(log_scale[0])).columns(rows)
-                return project_out(without_others(fall / rows.error[:, None]))(target)
-
-            grid = np.linspace(low, high, 13)
-            best = int(np.argmin([np.sum(residuals(grid[i : i + 1]) ** 2) for i in range(grid.size)]))
-            around = grid[[max(best - 1, 0)]], grid[[min(best + 1, grid.size - 1)]]
-            found = minimize(residuals, [grid[[best]]], around, tolerance=1e-6)
-            curve = replace(self, scale=math.exp(found.vector[0]))
-        numbers = linear(columns := curve.columns(rows), rows.force, rows.error)
-        return curve, numbers, rows.force - columns @ numbers
 
     def jacobian(self, rows: Rows, numbers: Array) -> Array:
         """Change of the curve with each of its numbers, the scale among them where it has one."""
@@ -249,11 +225,6 @@ class FreeCurve:
         forward = (rows.w > 0)[:, None]
         both = [hats * forward, hats * ~forward]
         return np.concatenate([*both, self.beside.columns(rows)] if self.beside.terms else both, axis=1)
-
-    def solve(self, rows: Rows) -> tuple[FreeCurve, Array, Array]:
-        """Itself, its numbers, residuals."""
-        numbers = linear(columns := self.columns(rows), rows.force, rows.error)
-        return self, numbers, rows.force - columns @ numbers
 
 
 @dataclass(frozen=True)
@@ -402,7 +373,10 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
     if len(rows) < len(names) + 2:
         return None
     blank = Curve(terms, rows.reference, rows.middle, EXPONENTS.get(form.split(", ")[0], 1.0))
-    curve, numbers, rest = blank.solve(rows)
+    scales = _scales(rows, blank) if "scale" in names else [blank.scale] * (1 + len(rows.parts))
+    curve, *others = (replace(blank, scale=scale) for scale in scales)
+    numbers = linear(columns := curve.columns(rows), rows.force, rows.error)
+    rest = rows.force - columns @ numbers
     if "scale" in names and not _falls(rows, curve, numbers):
         return None
     jacobian = curve.jacobian(rows, numbers)
@@ -418,9 +392,7 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
         return None  # two of its terms are one and the same on these rows
     covariance, freedom = _covariance(rows, scaled, rest)
     covariance /= np.outer(size, size)
-    losses = held_back(rows, blank)
-    if losses is None:
-        return None
+    losses = _held_back(rows, others if "scale" in names else [curve])
     plain = losses * rows.error**2
     side = [FORMULAS[term.removesuffix(BY_SENSE)].replace(term.removesuffix(BY_SENSE), term, 1) for term in terms]
     power = "|w| / scale" if curve.exponent == 1 else f"(|w| / scale)^{curve.exponent:g}"
@@ -518,30 +490,92 @@ def inertia_error(rows: Rows, nodes: int) -> tuple[float, float]:
     return float(numbers[-1] / size[-1]), float(np.sqrt(covariance[-1, -1]) / size[-1])
 
 
-def held_back(rows: Rows, blank: Curve | FreeCurve) -> Array | None:
-    """Weighted squared misfit of every row, predicted by a fit to the others."""
-    losses = np.zeros(len(rows))
-    for part in rows.parts:
-        others = np.ones(len(rows), dtype=bool)
-        others[part] = False
-        if not {-1.0, 1.0} & set(np.sign(rows.w[others])):
-            return None
-        curve, numbers, _ = blank.solve(rows.take(others))
-        aside = rows.take(part)
-        losses[part] = ((aside.force - curve.columns(aside) @ numbers) / aside.error) ** 2
-    return losses
-
-
 def linear_losses(rows: Rows, columns: Array) -> Array:
-    """Weighted squared misfit of every row, predicted by a sum of columns, in units of the errors, fitted to the others."""
-    target = rows.force / rows.error
-    size = np.linalg.norm(columns, axis=0)
-    both = np.column_stack([columns / np.where(size > 0, size, 1.0), target])
-    # what a part says of the numbers is in its triangle, so the others need not be gone through again
-    triangles = [np.linalg.qr(both[part], mode="r") for part in rows.parts]
+    """Squared misfit of every row, predicted by a sum of columns fitted to the rows of the other parts.
+
+    Parameters
+    ----------
+    columns : in units of the errors, shape (n, p).
+    """
+    both = np.column_stack([columns, rows.force / rows.error])
+    grams = np.stack([both[part].T @ both[part] for part in rows.parts])
+    numbers, _ = _least(_without_each(rows, grams)[1:])
     losses = np.zeros(len(rows))
-    for number, part in enumerate(rows.parts):
-        others = np.concatenate(triangles[:number] + triangles[number + 1 :])
-        numbers = np.linalg.lstsq(others[:, :-1], others[:, -1], rcond=None)[0]
-        losses[part] = (both[part, -1] - both[part, :-1] @ numbers) ** 2
+    for part, each in zip(rows.parts, numbers, strict=True):
+        losses[part] = (both[part, -1] - both[part, :-1] @ each) ** 2
     return losses
+
+
+def _held_back(rows: Rows, curves: Sequence[Curve]) -> Array:
+    """Squared misfit of every row in units of its error, predicted by a fit to the others: one curve for each part or all."""
+    if len(curves) == 1:
+        return linear_losses(rows, curves[0].columns(rows) / rows.error[:, None])
+    losses = np.zeros(len(rows))
+    for part, curve in zip(rows.parts, curves, strict=True):
+        # the fit to the others has a scale of its own
+        columns = curve.columns(rows) / rows.error[:, None]
+        losses[part] = linear_losses(rows, columns)[part]
+    return losses
+
+
+def _without_each(rows: Rows, grams: Array) -> Array:
+    """Products of columns summed over all parts, then over all but each: sums, so that what is 0 stays 0."""
+    count = len(rows.parts)
+    return np.asarray(np.tensordot(np.concatenate([np.ones((1, count)), 1 - np.eye(count)]), grams, axes=1))
+
+
+def _least(grams: Array) -> tuple[Array, Array]:
+    """Numbers and sums of squares of linear fits from the products of their columns, the target the last; stacked."""
+    size = np.sqrt(np.diagonal(grams, axis1=1, axis2=2))
+    size = np.where(size > 0, size, 1.0)
+    scaled = grams / size[:, :, None] / size[:, None, :]
+    numbers = np.linalg.pinv(scaled[:, :-1, :-1], rcond=TOO_NEAR, hermitian=True) @ scaled[:, :-1, -1:]
+    cost = size[:, -1] ** 2 * (1 - np.sum(scaled[:, :-1, -1] * numbers[:, :, 0], axis=1))
+    return numbers[:, :, 0] * size[:, -1:] / size[:, :-1], cost
+
+
+def _scales(rows: Rows, blank: Curve) -> list[float]:
+    """The scale of the fall of friction by least squares: of all rows, then of all but each part.
+
+    What is seen at one scale is seen of all these fits at once; each is searched on from what the others have seen.
+    """
+    speed = np.abs(rows.w)
+    falls = tuple(term for term in blank.terms if term.startswith("weakening"))
+    beside = replace(blank, terms=tuple(term for term in blank.terms if term not in falls))
+    weight = 1 / rows.error[:, None]
+    fixed = np.column_stack([beside.columns(rows), rows.force]) * weight
+    few, count = len(falls), len(falls) + fixed.shape[1]
+    grams = np.empty((len(rows.parts), count, count))
+    for gram, part in zip(grams, rows.parts, strict=True):
+        gram[few:, few:] = fixed[part].T @ fixed[part]
+
+    def costs(log_scale: float) -> Array:
+        fall = replace(blank, terms=falls, scale=math.exp(log_scale)).columns(rows) * weight
+        for gram, part in zip(grams, rows.parts, strict=True):
+            gram[:few, :few] = fall[part].T @ fall[part]
+            gram[:few, few:] = fall[part].T @ fixed[part]
+            gram[few:, :few] = gram[:few, few:].T
+        return _least(_without_each(rows, grams))[1]
+
+    # a fall that is over at the slowest rows would be an extrapolation many times its size
+    grid = np.linspace(math.log(float(speed.min())), math.log(float(speed.max())), 13)
+    seen = {float(x): costs(float(x)) for x in grid}
+
+    def lowest(number: int) -> float:
+        found = math.nan
+        for _ in range(12):
+            x = np.array(sorted(seen))
+            y = np.array([seen[float(at)][number] for at in x])
+            best = int(np.argmin(y))
+            a = min(max(best, 1), x.size - 2)
+            left, right = x[a] - x[a - 1], x[a + 1] - x[a]
+            bend = (y[a + 1] - y[a]) / right - (y[a] - y[a - 1]) / left
+            slope = ((y[a + 1] - y[a]) / right * left + (y[a] - y[a - 1]) / left * right) / (left + right)
+            vertex = x[a] - slope * (left + right) / (2 * bend) if bend > 0 else x[best]
+            found = float(np.clip(vertex, x[max(best - 1, 0)], x[min(best + 1, x.size - 1)]))
+            if np.min(np.abs(x - found)) < CLOSE:
+                break
+            seen[found] = costs(found)
+        return math.exp(found)
+
+    return [lowest(number) for number in range(1 + len(rows.parts))]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
+from stickslip.identification.estimator.least_squares import linear
 from stickslip.identification.estimator.uncertainty import cluster_scores
-from stickslip.identification.kinetic.curves import BLOCKS, FreeCurve, Rows, SteadyFit, held_back, linear_losses
+from stickslip.identification.kinetic.curves import BLOCKS, FreeCurve, Rows, SteadyFit, linear_losses
 
 Array = npt.NDArray[np.float64]
 
@@ -109,10 +109,13 @@ def _by_cluster(columns: Array, residuals: Array, where: Array) -> Array:
 def _off_at_speeds(rows: Rows, fit: SteadyFit, rest: Array) -> tuple[float, float]:
     """By what share a free curve over the speed predicts better, in per cent, and by how many half-widths it is off."""
     free = FreeCurve.of(rows, NODES, fit.curve)
-    losses = None if len(rows) < 4 * free.count else held_back(rows, free)
-    if losses is None or not behind(rows, fit.losses, losses):
+    if len(rows) < 4 * free.count:
         return 0.0, 1.0
-    _, found, _ = free.solve(replace(rows, force=rest))
+    columns = free.columns(rows)
+    losses = linear_losses(rows, columns / rows.error[:, None])
+    if not behind(rows, fit.losses, losses):
+        return 0.0, 1.0
+    found = linear(columns, rest, rows.error)
     w = np.concatenate([free.nodes, -free.nodes])
     seen = np.concatenate([np.full(len(free.nodes), bool((side * rows.w > 0).any())) for side in (1, -1)])
     low, high = fit.interval(w[seen])

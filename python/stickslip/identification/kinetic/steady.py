@@ -120,9 +120,13 @@ class SteadyFriction(Result):
         constant below the slowest speed and beyond a thousand times the fastest.
         """
         try:
-            return self._of_friction().with_covariance(self.covariance)
+            return self.checked_law()
         except InputError:
             return None
+
+    def checked_law(self) -> Law:
+        """The law with its covariance; an InputError where friction would be negative."""
+        return self._of_friction().with_covariance(self.covariance)
 
     def _of_friction(self) -> Law:
         """The law, refused where friction is negative."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -47,13 +48,39 @@ class _Run:
 
 
 class _DirectForce(Instrument):
-    """Reads a second file on another clock where the rig names one."""
+    """Reads a second file on another clock where the rig names one, and the current of a motor as its force."""
+
+    def bench(self, table: Mapping[str, Any], where: str) -> Bench:
+        found = super().bench(table, where)
+        named = {**found.channels, **found.companion_channels}
+        factor = found.maybe("force_per_current")
+        if "current" in named and "force" in named:
+            raise InputError(f"{where}: [columns] names both force and current; leave one of them out")
+        if ("current" in named) != (factor is not None):
+            raise InputError(
+                f"{where}: force_per_current is missing; add a line `force_per_current = ...`, such as 0.07 N m/A"
+                if factor is None
+                else f"{where}: [columns] lacks current, which force_per_current turns into force; name its column"
+            )
+        return found
 
     def read(self, source: Any, bench: Bench) -> Samples:
         if not bench.companion:
-            return super().read(source, bench)
+            samples = super().read(source, bench)
+            return _force_of_current(samples, samples, bench)
         main = self._read_one(source, bench.channels, bench.read, bench.maybe("sampling_rate"))
-        return _join(main, self.read_companion(source, bench), bench)
+        companion = self.read_companion(source, bench)
+        return _join(_force_of_current(main, companion, bench), companion, bench)
+
+
+def _force_of_current(samples: Samples, motion: Samples, bench: Bench) -> Samples:
+    """The samples with the force, or the torque of a motor that turns, that the current of a motor stands for."""
+    if "current" not in samples:
+        return samples
+    unit = "N m" if {"rad", "rad/s"} & set(motion.units.values()) else "N"
+    force = bench.number("force_per_current") * samples["current"]
+    channels = {name: values for name, values in samples.channels.items() if name != "current"} | {"force": force}
+    return replace(samples, channels=channels, units={**samples.units, "force": unit})
 
 
 def _join(force: Samples, motion: Samples, bench: Bench) -> Samples:
@@ -331,6 +358,7 @@ DIRECT_FORCE = _DirectForce(
     name="direct_force",
     channels={"force": ("force", "torque", "pressure", "ratio")},
     optional={
+        "current": ("current",),
         "displacement": ("length", "angle"),
         "velocity": ("speed", "angular_speed"),
         "normal_force": ("force", "pressure"),
@@ -339,6 +367,7 @@ DIRECT_FORCE = _DirectForce(
         "actuator_2": ("force",),
     },
     constants={
+        "force_per_current": Constant(("force_per_current", "torque_per_current")),
         "inertia": Constant(("mass", "inertia"), 0.0),
         "stuck_speed": Constant(("speed", "angular_speed"), positive=True),
         "fast_speed": Constant(("speed", "angular_speed"), positive=True),
@@ -351,4 +380,5 @@ DIRECT_FORCE = _DirectForce(
         "damping": Constant(("damping", "torsional_damping"), 0.0),
     },
     measure=_measure,
+    instead={"force": "current"},
 )

@@ -199,6 +199,7 @@ class Instrument:
     channels, optional : name -> dimensions one of which it must have.
     constants : name -> dimension and default.
     measure : from the samples of one or more records and the bench to the tree.
+    instead : channel -> one of `optional` from which it may be found where it is not given.
     """
 
     name: str
@@ -206,6 +207,7 @@ class Instrument:
     optional: Mapping[str, tuple[str, ...]]
     constants: Mapping[str, Constant]
     measure: Callable[[list[Samples], Bench], xr.DataTree]
+    instead: Mapping[str, str] = field(default_factory=dict)
 
     def described(self, definitions: dict[str, Any]) -> dict[str, Any]:
         """The JSON Schema of its rig file."""
@@ -243,8 +245,9 @@ class Instrument:
             others = self._channels(companion["columns"], where, "[companion.columns]")
         both = {**channels, **others}
         for name in self.channels:
-            if name not in both and name != "time":
-                raise InputError(f"{where}: [columns] lacks {name}; a {self.name} instrument needs it")
+            if name not in both and name != "time" and self.instead.get(name) not in both:
+                other = f" or {self.instead[name]}" if name in self.instead else ""
+                raise InputError(f"{where}: [columns] lacks {name}{other}; a {self.name} instrument needs it")
         constants: dict[str, Any] = {}
         for name, constant in self.constants.items():
             if name not in table:

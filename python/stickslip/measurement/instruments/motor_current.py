@@ -53,7 +53,8 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
 
     Which sample of the current belongs to which position a log does not say, and a drive that switches turns a delay of
     one sample into newtons; so does the inertia. All of delay -1, 0, 1 and inertia free or as published are fitted for every
-    record: the value is the middle of all, the error half their range.
+    record: the value is the middle of all, the error half their range. Friction is one level forward and one backward;
+    `direct_force` takes the same current for friction over speed.
     """
     factor = bench.number("force_per_current")
     units = _units(records, bench)
@@ -97,6 +98,10 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             f"{m['backward_force']:.4g}, rest {m['residual']:.3g} {units.force} rms"
             for m in free
         )
+    )
+    notes.append(
+        "forward and backward friction are one level each, the mean over all speeds; for a curve over the speed take the "
+        "instrument direct_force, with the same column current and the same force_per_current"
     )
     if published is not None:
         notes.append(
