@@ -346,7 +346,7 @@ def test_a_lesson_on_a_phone_holds_what_is_moved_beside_the_words_that_answer(op
     opened.run(FRAME)
     box = "(id) => document.querySelector(id).getBoundingClientRect().toJSON()"
     assert opened.run(f"({box})('header')")["height"] <= 64
-    slider, said = (opened.run(f"({box})('{id}')") for id in ("#lesson input[type=range]", "#facts"))
+    slider, said = (opened.run(f"({box})('{one}')") for one in ("#lesson input[type=range]", "#facts"))
     assert slider["height"] >= 44
     assert 0 <= slider["top"] < slider["bottom"] <= said["top"] < said["bottom"] <= 740
     assert opened.run("document.querySelector('figure.look').getBoundingClientRect().top") < 740

@@ -83,7 +83,7 @@ export class Controls {
       const sides = page.unit === "velocity, force" ? ["slip velocity", "force"] : page.path === "l" ? ["slope", "height at w = 0"] : ["first", "second"];
       const fields = pairs.flatMap((pair, i) => sides.map((side, j) => this.number(`${pair}.${j}`, `${page.words}: ${pairs.length > 1 ? `node ${i + 1}, ` : ""}${side}`)));
       const table = element("div", { className: "nodes" }, element(isPencil(law, page.path) ? "b" : "i", {}, page.symbol), ...fields);
-      rows.push(pairs.length > FOLDED ? element("details", {}, element("summary", {}, `${pairs.length} ${page.symbol}`), table) : table);
+      rows.push(pairs.length > FOLDED ? element("details", {}, element("summary", {}, `${page.symbol}: ${pairs.length} nodes`), table) : table);
     }
     return rows;
   }
