@@ -19,6 +19,7 @@ from stickslip.dynamics.critical import critical
 from stickslip.dynamics.critical.vanishing import vanishing
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.errors import UnfinishedWarning
+from stickslip.simulation import time_limit
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "critical_velocities.py"
 _spec = importlib.util.spec_from_file_location("critical_velocities_evidence", SCRIPT)
@@ -228,14 +229,14 @@ def test_a_search_says_how_far_it_is():
 def test_a_search_ends_after_max_seconds_with_what_it_has_confirmed(monkeypatch):
     system = ss.Oscillator(0.0, 0.3, ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (0.6, 0.6), (1.2, 0.7)], 1.0))
     # A clock that stops after the first of several velocities is confirmed.
-    monkeypatch.setattr(critical.time, "monotonic", lambda: 0.0)
+    monkeypatch.setattr(time_limit.time, "time", lambda: 0.0)
     whole = ss.critical_velocities(system, (0.1, 0.8), max_seconds=1.0)
     assert whole.finished
     assert len(whole.all) > 1
 
     def stop(what, done, _):
         if (what, done) == ("confirmation", 1):
-            monkeypatch.setattr(critical.time, "monotonic", lambda: 2.0)
+            monkeypatch.setattr(time_limit.time, "time", lambda: 2.0)
 
     with pytest.warns(
         UnfinishedWarning, match="critical_velocities: the search ended after max_seconds and is unfinished"

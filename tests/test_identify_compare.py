@@ -12,8 +12,9 @@ import xarray as xr
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
-from stickslip.identification import compare_laws, friction_of_orbit, identify
-from stickslip.identification.guesses import first_guess
+from stickslip.identification import compare_laws, friction_of_orbit, identify, law_fit
+from stickslip.identification.guesses import evidence, first_guess
+from stickslip.identification.selection import comparison
 from stickslip.laws.numbers import value
 
 
@@ -52,6 +53,29 @@ def test_curves_are_recovered_from_a_name_alone(law):
     np.testing.assert_allclose(
         identify(swept(law), law=type(law)).law.kinetic_force(w), law.kinetic_force(w), atol=0.01
     )
+
+
+def test_a_comparison_fits_no_law_that_a_part_cannot_tell_and_static_friction_once(monkeypatch):
+    # Adhesion acts in the slow record alone: of a break-away force the other two say nothing.
+    records = orbits(ss.laws.StaticKinetic(1.0, 0.6), speeds=(0.1, 0.9, 1.0), damping=0.3)
+    fitted, static = [], []
+
+    def counted(function, calls):
+        def call(*arguments):
+            calls.append(arguments)
+            return function(*arguments)
+
+        return call
+
+    for module in (law_fit, comparison):
+        monkeypatch.setattr(module, "fit_branches", counted(module.fit_branches, fitted))
+    monkeypatch.setattr(evidence, "fit_static_friction", counted(evidence.fit_static_friction, static))
+    found = compare_laws(records, ["Coulomb", "StaticKinetic", "DwellTime", "PiecewiseLinear"], pieces=2)
+    assert found.table.index.to_list() == ["Coulomb"]
+    assert any("nothing about break_away of StaticKinetic" in sentence for sentence in found.sentences)
+    # Coulomb's law: of all records, and of each pair of them.
+    assert len(fitted) == 4
+    assert len(static) == 1
 
 
 def test_two_branches_are_told_apart():

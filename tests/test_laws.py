@@ -8,6 +8,7 @@ import pytest
 import stickslip as ss
 from stickslip.laws import Law
 from stickslip.laws.facts import FACTS
+from stickslip.laws.numbers import maybe, numbers, pointers, put, with_values
 
 DOCS = Path(__file__).parent.parent / "docs"
 
@@ -23,6 +24,30 @@ LAWS = [
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_every_law_is_a_document_that_comes_back(law):
     assert Law.from_dict(law.to_dict()) == law
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_a_law_with_another_number_is_that_of_its_document(law):
+    known = {name: maybe(law, name) for name in numbers(law)}
+    for name, number in known.items():
+        if number is None:
+            continue
+        value = 1.001 * number or 1e-6
+        document = law.to_dict()
+        put(document, pointers(law)[name], value)
+        try:
+            made = Law.from_dict(document, type(law).__name__)
+        except ss.InputError as error:
+            with pytest.raises(ss.InputError, match=re.escape(str(error))):
+                with_values(law, {name: value})
+            continue
+        moved = with_values(law, {name: value})
+        assert moved == made
+        assert moved.to_json() == made.to_json()
+        assert np.array_equal(moved.kinetic_force([-0.2, 0.1, 0.3]), made.kinetic_force([-0.2, 0.1, 0.3]))
+        assert moved.covariance.empty
+        with pytest.raises(ss.InputError):
+            with_values(law, {name: np.nan})
 
 
 @pytest.mark.parametrize("kind", Law.ALL.values(), ids=lambda kind: kind.__name__)
@@ -144,7 +169,26 @@ def test_dwell_surface():
     expected = 1.0 + 0.5 * (1 - np.exp(-2.0 * np.sqrt(t))) / (1 + (rate / 0.3) ** 2)
     assert law.break_away_force(t, rate) == pytest.approx(expected)
     falling = replace(law, static_friction=replace(surface, drop=0.4, drop_scale=0.6, drop_exponent=3))
-    assert falling.break_away_force(t, rate) == pytest.approx(expected + 0.4 / (1 + (rate / 0.6) ** 3))
+    expected += 0.4 / (1 + (rate / 0.6) ** 3)
+    assert falling.break_away_force(t, rate) == pytest.approx(expected)
+    second = {"second_drop": 0.2, "second_drop_scale": 0.4, "second_drop_exponent": 6}
+    falling = replace(law, static_friction=replace(falling.static_friction, **second))
+    assert falling.break_away_force(t, rate) == pytest.approx(expected + 0.2 / (1 + (rate / 0.4) ** 6))
+
+
+def test_a_turn_on_the_upper_branch_goes_down_or_back():
+    # From w = s on the upper line, with less force than that needs: w falls at once, then turns.
+    law = ss.laws.BogaczRyczek()
+    follows = {}
+    for upper_turn in ("down", "back"):
+        oscillator = ss.Oscillator(0.35, 0.2, replace(law, upper_turn=upper_turn))
+        orbit = ss.simulate(oscillator, 3.0, x0=1.45, v0=0.0)
+        follows[upper_turn] = orbit.segments["branch"].to_numpy()[0]
+        assert orbit.at(3.0)[1] == pytest.approx(0.0, abs=1e-3) or upper_turn == "back"
+    # Steep between the branches, where it rests, and the upper line itself, which repels it.
+    assert follows == {"down": 5, "back": 1}
+    with pytest.raises(ss.InputError, match="upper_turn must be one of down, back, got 'up'"):
+        ss.laws.BogaczRyczek(upper_turn="up")
 
 
 def test_a_climb_ends_at_static_friction_of_the_force_rate_at_its_turn():

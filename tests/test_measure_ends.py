@@ -91,3 +91,14 @@ def test_three_slips_tell_the_kinetic_force_as_well_as_their_errors_say(three_sl
     found = identify(three_slips, law="StaticKinetic").parameters.loc["kinetic"]
     assert found["low"] < LAW.kinetic < found["high"]
     assert found["high"] - found["low"] < 0.5 * 3e-3  # of the noise
+
+
+def test_break_aways_that_are_seen_late_weigh_no_more_than_others():
+    """Their evidence is narrower by the noise that made them late: errors of limits that are alike are made one."""
+    friction = record(events("release")[1] - 4.0, events("capture")[7] + 0.5)
+    errors = friction["break_away"]["t_error"].to_numpy()
+    assert len(errors) > 4
+    np.testing.assert_allclose(errors, errors[0])
+    true = events("release")[1:] - (events("release")[1] - 4.0)
+    late = friction["break_away"]["t"].to_numpy() - true[: len(errors)]
+    assert 0.4 < np.sqrt(np.mean((late / errors) ** 2)) < 1.7

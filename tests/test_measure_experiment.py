@@ -40,6 +40,7 @@ def test_an_experiment_runs_past_a_bad_record_and_is_not_done_twice(folder, caps
     assert main(["run", str(folder / "experiment.toml")]) == 2
     seen = capsys.readouterr()
     assert "measured          good" in seen.out
+    assert "StaticKinetic from 1 record(s)" in seen.out
     assert "bad.csv" in seen.out
     assert "1 of 2 records could not be measured" in seen.err
     out = folder / "out"

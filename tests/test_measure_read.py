@@ -44,6 +44,17 @@ def test_all_kinds_of_source_give_the_same_record(tmp_path: Path) -> None:
         np.testing.assert_allclose(record.time, T)
 
 
+def test_names_behind_a_comment_mark_are_the_header(tmp_path: Path) -> None:
+    table = np.stack([T, X], axis=1)
+    np.savetxt(tmp_path / "numpy.csv", table, delimiter=",", header="a rig\nt,x")
+    np.testing.assert_array_equal(as_record(tmp_path / "numpy.csv", RIG).signal, X)
+    np.savetxt(tmp_path / "words.txt", table, delimiter=";", header="t (s); the slide (mm)")
+    assert list(read_columns(tmp_path / "words.txt")) == ["t (s)", "the slide (mm)"]
+    np.savetxt(tmp_path / "note.csv", table, delimiter=",", header="two, columns, of numbers")
+    with pytest.raises(InputError, match="row 2 holds numbers where a header line with column names was expected"):
+        read_columns(tmp_path / "note.csv")
+
+
 def test_time_from_the_sampling_rate() -> None:
     rig = Rig(
         instrument="displacement", column="x", stiffness=1, mass=1, drive_velocity=1, time_column=None, sampling_rate=50

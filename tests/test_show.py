@@ -123,10 +123,31 @@ def test_time_series_has_three_panels_with_shaded_sticks():
     drawn(panels[0])
     sticks = int((orbit.segments["direction"] == 0).sum())
     assert len(panels) == 3
-    assert all(len(panel.patches) == sticks for panel in panels)
+    assert all(len(panel.collections[0].get_paths()) == sticks for panel in panels)
     _, one = plt.subplots()
     assert show.time_series(orbit, one, start=10, stop=20) == [one] * 3
     assert one.get_xlim() == (10, 20)
+
+
+def test_each_mass_of_a_system_is_drawn_in_a_colour_of_its_own():
+    law = ss.laws.StaticKinetic(1.0, 0.6)
+    chain = ss.System([1, 1], [[2.2, -1.2], [-1.2, 2.2]], 0.1, [ss.Contact(0, law, 0.1), ss.Contact(1, law, 0.1)])
+    orbit = ss.simulate(chain, 60, x0=[0.1, -0.2])
+    late = orbit.to_xarray([60.0])
+    ax = show.phase_plane(orbit)
+    assert [line.get_label() for line in ax.get_lines() if line.get_label()[0] != "_"] == ["mass 0", "mass 1"]
+    panels = show.time_series(orbit, start=30)
+    for panel, name in zip(panels, ("x", "v", "force"), strict=True):
+        drawn = [line.get_ydata()[-1] for line in panel.get_lines()[::2]]  # the others are the sticks
+        np.testing.assert_allclose(drawn, late[name][0])
+
+
+def test_an_orbit_of_a_law_with_an_internal_state_is_drawn():
+    orbit = ss.simulate(ss.Oscillator(0.1, 0.2, ss.laws.LuGre.example()), 60)
+    assert show.phase_plane(orbit).get_lines()[-1].get_ydata().size > 100
+    assert show.time_series(orbit)[2].get_lines()[0].get_ydata()[-1] == pytest.approx(
+        float(orbit.to_xarray([60.0])["force"][0])
+    )
 
 
 def test_si_systems_are_labelled_with_units():

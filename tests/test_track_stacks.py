@@ -6,7 +6,7 @@ import pytest
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
-from stickslip.tracking import Film, film, track
+from stickslip.tracking import Film, film, track, tracks_over_film
 
 cv2 = pytest.importorskip("cv2")
 
@@ -57,6 +57,8 @@ def test_bare_grey_levels_of_a_machine_camera(tmp_path, bits, packed):
     assert (Raw(**raw).read(path, 3) == levels[3]).all()
     motion = track(path, raw=raw, frame_rate=100.0, check=tmp_path / "check")
     np.testing.assert_allclose(motion["x_px"][:, 0], 30 + 4.0 * np.arange(12), atol=0.02)
+    (line, _place) = tracks_over_film(motion, path).lines
+    np.testing.assert_array_equal(line.get_xdata(), motion["x_px"][:, 0])
     with pytest.raises(InputError, match=r"expected whole pictures of \d+ bytes \(119 x 60 px of"):
         track(path, raw=raw | {"width": 119, "packed": False}, frame_rate=100.0)
     with pytest.raises(InputError, match="images carry no time"):

@@ -2,8 +2,9 @@
 
     python docs/evidence/events.py [--seeds N] [--first N] [--again] [-o FILE]
 
-A seed is 5,000 oscillators and 500 systems; 200 seeds are a million and a hundred thousand. What a seed gave is a line of
-events.jsonl: a run that was stopped goes on where it ended. --again runs what failed anew on the engine of this moment.
+A seed is 5,000 oscillators, 500 systems and 300 systems under normal forces that vary and on springs that bend; 200 seeds
+are a million, a hundred thousand and sixty thousand. What a seed gave is a line of events.jsonl: a run that was stopped
+goes on where it ended. --again runs what failed anew on the engine of this moment.
 Ends with code 1 where a failure is left; `stickslip-judge --seed S --first I --oscillators 1` shows its document.
 """
 
@@ -19,7 +20,9 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-SHARES = {"oscillators": 5000, "systems": 500}
+SHARES = {"oscillators": 5000, "systems": 500, "loaded": 300}
+#: What one document of each kind is called.
+ONE = {"oscillators": "oscillator", "systems": "system", "loaded": "loaded"}
 
 HEAD = """# Events under an independent judge
 
@@ -29,8 +32,9 @@ between two events is judged in doubles; where those find something, with the gr
 finds something still, in pairs of doubles (31 digits). Of each phase it checks
 
 * that the motion from the reported state leads to the next reported state, and to what `orbit.at` says in between;
-* that no guard falls below zero: adhesion below its limit, the sign of w, the ends of pieces, the sense of ẇ on a branch,
-  by dense samples and refined minima, so that no event is missed and none comes late;
+* that no guard falls below zero: adhesion below its limit, the sign of w, the ends of pieces of friction and of springs, the
+  sense of ẇ on a branch, the sign of the normal force, by dense samples and refined minima, so that no event is missed and
+  none comes late;
 * the residual of each event: the force against f_s(t_s, δ), w at captures and crossings, the slip speed at nodes, ẇ at turns;
 * the reported force, stick time and force rate, the order of events, the mode that follows, and the start.
 
@@ -41,9 +45,11 @@ equations keeps its balance.
 The documents are drawn to provoke: near-critical, heavy and no damping, near resonance, up to four harmonics, static
 friction from zero to some ulps above kinetic, grazes, starts on the edge of adhesion, drives near zero, steep pieces, units
 over many decades, denormal numbers; systems of one to six masses with contacts on ramped, reversing and shaken drives and on
-each other, some with negative damping. Most runs are short, for many different ones; one in a hundred is twenty times as
-long. The law of Bogacz and Ryczek is drawn for oscillators. A fifth of the oscillators runs on Taylor series although it has
-a closed form. `max_events` is 400; a run that asks 20,000 times whether to go on is told not to (`max_seconds`).
+each other, some with negative damping; and, called loaded, systems of one to three masses under normal forces that vary with
+time, position and velocity (down to zero, or just touching it, so that bodies part and meet) and on springs with stops,
+pieces and cubic parts. Most runs are short, for many different ones; one in a hundred is twenty times as long. The law of
+Bogacz and Ryczek is drawn for oscillators. A fifth of the oscillators runs on Taylor series although it has a closed form.
+`max_events` is 400; a run that asks 20,000 times whether to go on is told not to (`max_seconds`).
 
 Laws with an internal state (LuGre, Dahl, ElastoPlastic, BoucWen, RateState, Regularised) have no modes and no certified
 events: they are integrated step by step and are not judged here. `tests/test_state_laws.py` and `tests/test_state_systems.py`
@@ -178,8 +184,9 @@ def main() -> int:
     if options.again:
         for chunk in chunks:
             for failure in chunk["failures"]:
-                kind, index = failure["from"].split()
-                _, found = judge(program, chunk["seed"], int(index), **{f"{kind}s": 1})
+                one, index = failure["from"].split()
+                kind = next(kind for kind, name in ONE.items() if name == one)
+                _, found = judge(program, chunk["seed"], int(index), **{kind: 1})
                 failure["again"] = names | {"failures": found}
         store.write_text("".join(f"{json.dumps(chunk)}\n" for chunk in chunks))
     else:

@@ -1,11 +1,13 @@
 """Draw the pictures of the documentation anew: python docs/figures/make.py, or some of them: … make.py laws paper."""
 
+import contextlib
 import re
 import shutil
 import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -19,7 +21,7 @@ import stickslip as ss
 from stickslip import show
 from stickslip.examples import copy_example
 from stickslip.laws.state_law import StateLaw
-from stickslip.show.canvas import ABOVE
+from stickslip.show.canvas import ABOVE, MODE_COLOURS
 
 HERE = Path(__file__).parent
 
@@ -39,6 +41,61 @@ def save(ax: plt.Axes, name: str) -> None:
 def picture(law: type[ss.laws.Law]) -> str:
     """The name of a law's picture, law-bouc-wen.svg of BoucWen."""
     return f"law-{re.sub('(?<!^)(?=[A-Z])', '-', law.__name__).lower()}.svg"
+
+
+def _zigzag(ax: plt.Axes, left: float, right: float, y: float) -> None:
+    """A spring from left to right."""
+    ends = np.array([0.0, 0.15, 0.85, 1.0])
+    coil = np.linspace(0.15, 0.85, 9)
+    x = np.concatenate([ends[:1], coil, ends[-1:]])
+    up = np.concatenate([[0.0, 0.0], np.tile([1.0, -1.0], 4)[:7], [0.0, 0.0]])
+    ax.plot(left + (right - left) * x, y + 0.07 * up, color="black", lw=1.2)
+
+
+def _dashpot(ax: plt.Axes, left: float, right: float, y: float) -> None:
+    """A damper from left to right."""
+    middle = (left + right) / 2
+    ax.plot([left, middle - 0.12], [y, y], color="black", lw=1.2)
+    ax.plot(
+        [middle + 0.12, middle - 0.12, middle - 0.12, middle + 0.12],
+        [y + 0.08, y + 0.08, y - 0.08, y - 0.08],
+        "k",
+        lw=1.2,
+    )
+    ax.plot([middle, middle], [y - 0.06, y + 0.06], color="black", lw=2.0)
+    ax.plot([middle, right], [y, y], color="black", lw=1.2)
+
+
+def setups() -> None:
+    """The two ways round of one oscillator: a mass on a moving drive, and a slider pulled through its spring."""
+    left, right = show.new_axes(1, 2, figsize=(8.4, 2.6))
+    for ax, title in ((left, "a mass on a moving drive"), (right, "a slider pulled through its spring")):
+        ax.set(xlim=(-0.2, 3.2), ylim=(-0.55, 1.15), title=title)
+        ax.set_aspect("equal")
+        ax.axis("off")
+    arrow = {"arrowstyle": "-|>", "lw": 1.4, "color": MODE_COLOURS["slip_forward"]}
+    words = {"color": MODE_COLOURS["slip_forward"], "ha": "center"}
+    for ax, wall, near, far, body in ((left, 0.0, 0.0, 1.3, 1.3), (right, 2.9, 1.3, 2.9, 0.5)):
+        ax.plot([wall, wall], [0.0, 0.8], color="black", lw=3)
+        _zigzag(ax, near, far, 0.6)
+        _dashpot(ax, near, far, 0.25)
+        ax.text((near + far) / 2, 0.72, "k", ha="center")
+        ax.text((near + far) / 2, 0.02, "D", ha="center")
+        ax.add_patch(plt.Rectangle((body, 0.05), 0.8, 0.7, fc="0.9", ec="black", lw=1.2))
+        ax.text(body + 0.4, 0.36, "m", ha="center")
+        ax.plot([-0.1, 3.1], [0.0, 0.0], color="black", lw=2)
+    left.annotate("", (2.9, -0.18), (2.2, -0.18), arrowprops=arrow)
+    left.text(2.55, -0.45, "drive, velocity s", **words)
+    left.text(0.1, -0.45, "fixed", ha="left")
+    left.annotate("", (2.1, 0.95), (1.3, 0.95), arrowprops=arrow)
+    left.text(1.7, 1.02, "x", **words)
+    right.annotate("", (3.1, 0.95), (2.5, 0.95), arrowprops=arrow)
+    right.text(2.5, 1.02, "stage, velocity s", **words)
+    right.annotate("", (1.3, 0.95), (0.5, 0.95), arrowprops=arrow)
+    right.text(0.9, 1.02, "w", **words)
+    right.text(0.1, -0.3, "guideway at rest", ha="left")
+    right.text(2.1, -0.3, "x: stretch of the spring", ha="center")
+    save(left, "setups.svg")
 
 
 def laws() -> None:
@@ -139,6 +196,11 @@ def forced_calibrations() -> None:
     save(panels[0], "paper-forced-calibrations.png")
 
 
+def trade_offs() -> None:
+    """What each calibration of the paper's law shows of its claims."""
+    save(ss.paper.figures.trade_offs()[0], "paper-trade-offs.png")
+
+
 def example() -> tuple[xr.DataTree, ss.Orbit]:
     """The record that ships with the package, as friction, and the motion of the law found from it."""
     with tempfile.TemporaryDirectory() as folder:
@@ -231,6 +293,17 @@ def loads() -> None:
     save(left, "loads.png")
 
 
+def field() -> None:
+    """A contact that slips in part, by the code of the page on fields."""
+    page = (HERE.parent / "how-to" / "fields.md").read_text(encoding="utf-8")
+    code = re.search(r"```python\n(.*?)```", page, re.DOTALL)
+    assert code is not None
+    names: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        exec(code[1], names)
+    save(names["figure"].axes[0], "field.png")
+
+
 def paper() -> None:
     """The paper's page with its figures."""
     with tempfile.TemporaryDirectory() as folder:
@@ -240,9 +313,10 @@ def paper() -> None:
 
 
 if __name__ == "__main__":
-    parts = {
-        part.__name__: part
-        for part in (laws, branches, loci, forced_calibrations, start, bifurcation, orbit, loads, overview, paper)
-    }
+    figures = (
+        laws, setups, branches, loci, forced_calibrations, trade_offs, start, bifurcation, orbit, loads, field, overview,
+        paper,
+    )  # fmt: skip
+    parts = {part.__name__: part for part in figures}
     for name in sys.argv[1:] or parts:
         parts[name]()

@@ -23,6 +23,7 @@ __all__ = [
     "__version__",
     "batch",
     "chaos",
+    "displacement_errors",
     "event_sequence",
     "event_sequence_from",
     "follow",
@@ -32,6 +33,7 @@ __all__ = [
     "section",
     "static_friction",
     "sweep",
+    "without",
 ]
 
 _Floats = NDArray[np.float64]
@@ -116,6 +118,7 @@ class Samples:
 @final
 class Law:
     def __new__(cls, document: str) -> Law: ...
+    def with_numbers(self, numbers: list[tuple[str, float]]) -> Law: ...
     def break_away(self, stick_time: _Floats, force_rate: _Floats) -> _Floats: ...
     def force_along(self, t: _Floats, w: _Floats, stuck: _Flags, force_rate: _Floats) -> _Floats: ...
 
@@ -144,6 +147,14 @@ def static_friction(
     stick_time: _Floats,
     force_rate: _Floats,
 ) -> _Floats: ...
+def displacement_errors(
+    oscillator: tuple[float, float, float, float],
+    difference: _Floats,
+    slope: _Floats,
+    carried: _Floats | None,
+    lengths: tuple[int, ...],
+) -> _Floats: ...
+def without(motions: _Floats, residual: _Floats, prior: list[float], lengths: tuple[int, ...]) -> _Floats: ...
 def regime(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str: ...
 def chaos(series: _Floats) -> float: ...
 def section(

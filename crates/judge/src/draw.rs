@@ -187,13 +187,16 @@ fn law(random: &mut Random, name: &str, units: Units) -> Value {
             } else {
                 let surface = json!({
                     "initial": random.within(1.0, 1.1), "limit": random.within(0.0, 0.3), "rate": random.within(0.1, 2.0),
-                    "force_rate_scale": random.decades(-0.7, 0.3),
+                    "force_rate_scale": random.decades(-0.7, 0.3), "second_drop": random.within(0.0, 0.4),
+                    "second_drop_scale": random.within(0.2, 0.4), "second_drop_exponent": random.within(2.0, 8.0),
                 });
                 (surface, json!(random.within(0.0, 0.05)))
             };
+            let beta = random.within(0.005, 0.02);
             json!({
                 "type": name, "static_friction": surface, "A": null, "B": [-0.41, 1.33], "C": null, "D": [0.33, 2.4],
-                "l": [3.41, -0.28], "alpha": alpha, "beta": random.within(0.005, 0.02), "phi": -58.0, "psi": 39.0, "eta": 89.0,
+                "l": [3.41, -0.28], "alpha": alpha, "beta": beta, "phi": -58.0, "psi": 39.0, "eta": 89.0,
+                "upper_turn": if random.chance(0.3) { "back" } else { "down" },
             })
         }
         "Rational" => {
@@ -399,10 +402,14 @@ fn drive(random: &mut Random, units: Units) -> Value {
 /// One to six masses in a chain, on drives and on each other.
 #[must_use]
 pub fn system(seed: u64, index: u64) -> Value {
+    chain(seed, index, 6)
+}
+
+fn chain(seed: u64, index: u64, most: usize) -> Value {
     let mut random = Random::new(seed ^ 0xABCD_EF01, index);
     let random = &mut random;
     let units = units(random);
-    let n = 1 + random.one_of(6);
+    let n = 1 + random.one_of(most);
     let mut stiffness = vec![vec![0.0; n]; n];
     let mut damping = vec![vec![0.0; n]; n];
     let light = [0.0, 0.02, 0.3, 3.0][random.one_of(4)];
@@ -473,4 +480,125 @@ pub fn system(seed: u64, index: u64) -> Value {
         "sys": {"mass": mass, "stiffness": stiffness, "damping": damping, "contacts": contacts, "forcing": forcing},
         "x0": x0, "v0": v0, "t_end": random.within(2.0, 20.0) * units.time * stretch(random),
     })
+}
+
+/// A normal force that varies with time, position and velocity: over it, at it and below zero now and then, or just touching.
+fn normal_force(random: &mut Random, units: Units) -> Value {
+    let constant = [1.0, 1.0, 1.0, 0.0, -0.3][random.one_of(5)];
+    let mut normal = json!({"constant": constant});
+    if random.chance(0.7) {
+        let amplitude = match random.one_of(4) {
+            // It comes down to zero, or almost, or within rounding.
+            0 => constant,
+            1 => constant * (1.0 + random.sign() * random.decades(-15.0, -3.0)),
+            _ => random.within(0.0, 1.6),
+        };
+        let frequency = random.decades(-1.0, 1.0) / units.time;
+        let phase = if random.chance(0.2) {
+            0.0
+        } else {
+            random.within(0.0, 6.3)
+        };
+        normal["harmonics"] = json!([{"amplitude": amplitude, "frequency": frequency, "phase": phase}]);
+    }
+    for (name, unit) in [("position", units.length()), ("velocity", units.velocity)] {
+        if random.chance(0.4) {
+            normal[name] = json!(random.sign() * random.decades(-2.0, 0.3) / unit);
+        }
+    }
+    normal
+}
+
+/// A stop with a gap, a spring that softens or hardens by pieces, a cubic one.
+fn spring(random: &mut Random, units: Units) -> Value {
+    let (length, force) = (units.length(), units.force);
+    let gap = random.decades(-1.5, 0.3);
+    let steep = random.decades(-1.0, 3.5);
+    let nodes: Vec<[f64; 2]> = match random.one_of(4) {
+        0 => vec![[-1.0, 0.0], [gap, 0.0], [gap + 1.0, steep]],
+        1 => vec![[-gap - 1.0, -steep], [-gap, 0.0], [gap, 0.0], [gap + 1.0, steep]],
+        2 => Vec::new(),
+        _ => {
+            let mut at = [-1.5, random.within(-1.5, 1.0)];
+            let mut nodes = vec![at];
+            for _ in 0..1 + random.one_of(4) {
+                let step = random.decades(-2.0, 0.0);
+                at = [at[0] + step, at[1] + step * random.within(-0.2, 3.0)];
+                nodes.push(at);
+            }
+            // Beyond its ends it must hold what the others hold.
+            nodes.push([at[0] + 0.5, at[1] + random.within(0.0, 2.0)]);
+            nodes.insert(0, [-2.0, nodes[0][1] - random.within(0.0, 2.0)]);
+            nodes
+        }
+    };
+    let nodes: Vec<[f64; 2]> = nodes
+        .iter()
+        .map(|node| [node[0] * length, node[1] * force])
+        .collect();
+    let mut spring = json!({});
+    if nodes.is_empty() || random.chance(0.2) {
+        spring["cubic"] = json!(random.decades(-2.0, 1.5) * force / (length * length * length));
+    }
+    if !nodes.is_empty() {
+        spring["nodes"] = json!(nodes);
+    }
+    spring
+}
+
+/// One to three masses under normal forces that vary, and on springs that bend.
+#[must_use]
+pub fn loaded(seed: u64, index: u64) -> Value {
+    let mut case = chain(seed ^ 0x10AD, index, 3);
+    let mut random = Random::new(seed ^ 0x1357_9BDF, index);
+    let random = &mut random;
+    let size = |value: &Value| value.as_f64().unwrap_or(1.0).abs();
+    let sys = &mut case["sys"];
+    // The units it was drawn in, as far as they show.
+    let (mass, stiffness) = (size(&sys["mass"][0][0]), size(&sys["stiffness"][0][0]));
+    let law = &sys["contacts"][0]["law"];
+    let forces = ["break_away", "kinetic", "static"]
+        .iter()
+        .find_map(|key| law[key].as_f64());
+    let force = forces.unwrap_or((mass * stiffness).sqrt());
+    let time = (mass / stiffness).sqrt();
+    let units = Units {
+        force,
+        time,
+        velocity: force / stiffness / time,
+    };
+    let n = sys["mass"].as_array().map_or(1, Vec::len);
+    if let Some(contacts) = sys["contacts"].as_array_mut() {
+        for contact in contacts {
+            // What a law remembers of forces has no meaning where they are scaled.
+            if contact["law"]["type"] != "ForceRate" && random.chance(0.7) {
+                contact["normal_force"] = normal_force(random, units);
+            }
+        }
+    }
+    let mut springs = Vec::new();
+    for mass in 0..n {
+        if random.chance(0.4) {
+            let mut spring = spring(random, units);
+            spring["mass"] = json!(mass);
+            if mass > 0 && random.chance(0.4) {
+                spring["other"] = json!(mass - 1);
+            }
+            springs.push(spring);
+        }
+    }
+    if random.chance(0.2) {
+        // A start on a node.
+        let on = springs
+            .first()
+            .map(|spring| [spring["mass"].clone(), spring["nodes"][1][0].clone()]);
+        if let Some([mass, node]) = on
+            && springs[0]["other"].is_null()
+            && !node.is_null()
+        {
+            case["x0"][usize::try_from(mass.as_u64().unwrap_or(0)).unwrap_or(0)] = node;
+        }
+    }
+    case["sys"]["springs"] = json!(springs);
+    case
 }

@@ -1,16 +1,17 @@
 //! The motion between two events, from the judge's own equations.
 //!
 //! Positions, velocities, a one, the waves of forces and drives and the time since the start form one state y with ẏ = A y:
-//! forcing, ramps and stuck contacts are all linear. Straight pieces of friction are as well, and then exp(A h) leads from
-//! sample to sample, whatever is over-, near-critically or negatively damped or in resonance. A curved law feeds its force in
-//! as an input; then Gragg's midpoint rule, extrapolated (Bulirsch & Stoer 1966), does the steps.
+//! forcing, ramps and stuck contacts are all linear. Straight pieces of friction and of springs are as well, and then exp(A h)
+//! leads from sample to sample, whatever is over-, near-critically or negatively damped or in resonance. A curved law, a normal
+//! force that varies and a cubic spring feed their forces in as inputs; then Gragg's midpoint rule, extrapolated (Bulirsch &
+//! Stoer 1966), does the steps.
 
 use std::cell::Cell;
 
 use crate::law::{Law, Line};
 use crate::matrix::{Row, dot, exponential, norm, solve, sparse, times};
 use crate::number::Real;
-use crate::problem::Problem;
+use crate::problem::{Problem, Wave};
 
 /// What a contact does between two events.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,66 @@ pub enum Rub {
     Line(f64, Line),
     /// It slips with this sign of w along a curve.
     Curve(f64),
+    /// Its bodies are apart.
+    Apart,
+}
+
+/// A force that is no linear function of the state.
+#[derive(Clone, Debug)]
+struct Curve<'a, R> {
+    /// Its contact; none: it is of a spring.
+    contact: Option<usize>,
+    /// Which number of the state it is.
+    at: usize,
+    /// What it depends on: a slip velocity or a displacement.
+    along: Row<R>,
+    shape: Shape<'a>,
+    /// The normal force that it is multiplied with.
+    load: Option<Row<R>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Shape<'a> {
+    Law(f64, &'a Law),
+    Line(f64, Line),
+    Cubic(f64),
+}
+
+impl Shape<'_> {
+    fn force<R: Real>(self, s: R) -> R {
+        match self {
+            Self::Law(direction, law) => R::of(direction * law.curve(direction * s.value())[0]),
+            Self::Line(direction, line) => {
+                let [u, force] = line.point.map(R::of);
+                R::of(line.slope) * (s - R::of(direction) * u) + R::of(direction) * force
+            }
+            Self::Cubic(cubic) => R::of(-cubic) * s * s * s,
+        }
+    }
+
+    fn slope(self, s: f64) -> f64 {
+        match self {
+            Self::Law(direction, law) => law.curve(direction * s)[1],
+            Self::Line(_, line) => line.slope,
+            Self::Cubic(cubic) => -3.0 * cubic * s * s,
+        }
+    }
+}
+
+impl<R: Real> Curve<'_, R> {
+    fn force(&self, y: &[R]) -> R {
+        let force = self.shape.force(dot(&self.along, y));
+        self.load.as_ref().map_or(force, |load| dot(load, y) * force)
+    }
+
+    /// d/dt of it.
+    fn rate(&self, y: &[R], rates: &[R]) -> R {
+        let s = dot(&self.along, y);
+        let rate = R::of(self.shape.slope(s.value())) * dot(&self.along, rates);
+        self.load.as_ref().map_or(rate, |load| {
+            dot(load, y) * rate + dot(load, rates) * self.shape.force(s)
+        })
+    }
 }
 
 /// How many roundings an engine may lose on what conditioning does not explain.
@@ -51,7 +112,10 @@ pub struct Model<'a, R> {
     rows: Vec<Row<R>>,
     w: Vec<Row<R>>,
     force: Vec<Row<R>>,
-    curves: Vec<(usize, usize, f64, &'a Law)>,
+    /// Those of normal forces that vary, and of the displacements of springs.
+    normals: Vec<Option<Row<R>>>,
+    springs: Vec<Row<R>>,
+    curves: Vec<Curve<'a, R>>,
     y0: Vec<R>,
     scale: Vec<f64>,
     /// The norm of A in its units.
@@ -77,6 +141,10 @@ pub struct Sample {
     pub w: Vec<[f64; 4]>,
     /// Friction forces, their rates, and what rounding may do to both.
     pub force: Vec<[f64; 4]>,
+    /// Normal forces over those of the laws, likewise.
+    pub normal: Vec<[f64; 4]>,
+    /// Displacements of springs, likewise.
+    pub springs: Vec<[f64; 4]>,
     /// d²w/dt².
     pub second: Vec<f64>,
     /// ẍ.
@@ -90,11 +158,11 @@ fn add<R: Real>(row: &mut [R], factor: R, other: &[R]) {
 }
 
 impl<'a, R: Real> Model<'a, R> {
-    /// The equations while contacts do what `rubs` say; none where reactions are not determined.
+    /// The equations while contacts do what `rubs` say and springs are on these pieces; none where reactions are not determined.
     #[must_use]
     pub fn new(
         problem: &'a Problem,
-        rubs: &[Rub],
+        (rubs, pieces): (&[Rub], &[usize]),
         time: [f64; 2],
         state: &[f64],
         floor: [f64; 2],
@@ -115,22 +183,37 @@ impl<'a, R: Real> Model<'a, R> {
             waves.push((dim, *wave));
             dim += 2;
         }
-        let first_of_drive: Vec<usize> = problem
-            .contacts
-            .iter()
-            .map(|contact| {
-                let first = dim;
-                for wave in &contact.drive.waves {
-                    waves.push((dim, *wave));
-                    dim += 2;
-                }
-                first
-            })
+        let mut first_of = |of: &[Wave]| {
+            let first = dim;
+            for wave in of {
+                waves.push((dim, *wave));
+                dim += 2;
+            }
+            first
+        };
+        let contacts = problem.contacts.iter();
+        let first_of_drive: Vec<usize> = contacts
+            .clone()
+            .map(|contact| first_of(&contact.drive.waves))
             .collect();
-        let mut curves = Vec::new();
+        let first_of_normal: Vec<usize> = contacts
+            .map(|contact| first_of(contact.normal.as_ref().map_or(&[], |normal| &normal.waves)))
+            .collect();
+        let mut shapes = Vec::new();
         for (c, rub) in rubs.iter().enumerate() {
-            if let Rub::Curve(direction) = rub {
-                curves.push((c, dim, *direction, &problem.contacts[c].law));
+            let shape = match *rub {
+                Rub::Curve(direction) => Shape::Law(direction, &problem.contacts[c].law),
+                Rub::Line(direction, line) if problem.contacts[c].normal.is_some() => {
+                    Shape::Line(direction, line)
+                }
+                _ => continue,
+            };
+            shapes.push((Some(c), c, shape, dim));
+            dim += 1;
+        }
+        for (index, spring) in problem.springs.iter().enumerate() {
+            if spring.cubic != 0.0 {
+                shapes.push((None, index, Shape::Cubic(spring.cubic), dim));
                 dim += 1;
             }
         }
@@ -166,6 +249,36 @@ impl<'a, R: Real> Model<'a, R> {
             }
             w.push(row);
         }
+        // n_c and ξ as rows.
+        let normals: Vec<Option<Vec<R>>> = (problem.contacts.iter().enumerate())
+            .map(|(c, contact)| {
+                let normal = contact.normal.as_ref()?;
+                let mut row = zero.clone();
+                row[one] = R::of(normal.constant);
+                // A wave that passes zero is known to roundings of its amplitude.
+                let sizes = normal.waves.iter().map(|wave| wave.amplitude.abs());
+                row[noise] = R::of(normal.constant.abs() + sizes.sum::<f64>());
+                for (index, wave) in normal.waves.iter().enumerate() {
+                    row[first_of_normal[c] + 2 * index] = R::of(wave.amplitude);
+                }
+                for (first, factor) in [(0, normal.position), (n, normal.velocity)] {
+                    row[first + contact.mass] = R::of(factor);
+                    if let Some(other) = contact.other {
+                        row[first + other] = R::of(-factor);
+                    }
+                }
+                Some(row)
+            })
+            .collect();
+        let displacements = problem.springs.iter().map(|spring| {
+            let mut row = zero.clone();
+            row[spring.mass] = R::of(1.0);
+            if let Some(other) = spring.other {
+                row[other] = R::of(-1.0);
+            }
+            row
+        });
+        let displacements: Vec<Vec<R>> = displacements.collect();
         // Forces on the masses, without reactions.
         let mut pushes = vec![zero.clone(); n];
         for (i, push) in pushes.iter_mut().enumerate() {
@@ -177,21 +290,42 @@ impl<'a, R: Real> Model<'a, R> {
         for ((mass, wave), (at, _)) in problem.forces.iter().zip(&waves) {
             pushes[*mass][*at] = pushes[*mass][*at] + R::of(wave.amplitude);
         }
+        for (spring, (row, &piece)) in problem.springs.iter().zip(displacements.iter().zip(pieces)) {
+            let mut pull = zero.clone();
+            if let Some((from, slope)) = spring.piece(piece) {
+                add(&mut pull, R::of(-slope), row);
+                let run = R::of(slope) * R::of(from[0]);
+                pull[one] = run - R::of(from[1]);
+                pull[noise] = R::of(run.value().abs() + from[1].abs());
+            }
+            add(&mut pushes[spring.mass], R::of(1.0), &pull);
+            if let Some(other) = spring.other {
+                add(&mut pushes[other], R::of(-1.0), &pull);
+                pushes[other][noise] = pushes[other][noise] + R::of(2.0) * pull[noise];
+            }
+        }
         let mut force = vec![zero.clone(); rubs.len()];
+        for &(contact, index, _, at) in &shapes {
+            if contact.is_some() {
+                force[index][at] = R::of(1.0);
+            } else {
+                let spring = &problem.springs[index];
+                pushes[spring.mass][at] = R::of(1.0);
+                if let Some(other) = spring.other {
+                    pushes[other][at] = R::of(-1.0);
+                }
+            }
+        }
         for (c, rub) in rubs.iter().enumerate() {
             match *rub {
-                Rub::Held => {}
-                Rub::Line(direction, line) => {
+                Rub::Line(direction, line) if problem.contacts[c].normal.is_none() => {
                     add(&mut force[c], R::of(line.slope), &w[c]);
                     let run = R::of(line.slope) * R::of(line.point[0]);
                     force[c][one] = force[c][one] + R::of(direction) * (R::of(line.point[1]) - run);
                     force[c][noise] = R::of(line.slope.abs()) * w[c][noise]
                         + R::of(line.point[1].abs() + run.value().abs());
                 }
-                Rub::Curve(_) => {
-                    let at = curves.iter().find(|curve| curve.0 == c)?.1;
-                    force[c][at] = R::of(1.0);
-                }
+                _ => {}
             }
         }
         let across = |rows: &[Vec<R>], c: usize| {
@@ -265,6 +399,14 @@ impl<'a, R: Real> Model<'a, R> {
         }
         let rows = a.iter().map(|row| sparse(row)).collect();
         let a = a.concat();
+        let curves = shapes.iter().map(|&(contact, index, shape, at)| Curve {
+            contact,
+            at,
+            along: sparse(contact.map_or_else(|| &displacements[index], |c| &w[c])),
+            shape,
+            load: contact.and_then(|c| normals[c].as_deref()).map(sparse),
+        });
+        let curves = curves.collect();
         let mut y0: Vec<R> = state.iter().map(|&value| R::of(value)).collect();
         y0.resize(dim, R::of(0.0));
         y0[one] = R::of(1.0);
@@ -279,6 +421,8 @@ impl<'a, R: Real> Model<'a, R> {
             rows,
             w: w.iter().map(|row| sparse(row)).collect(),
             force: force.iter().map(|row| sparse(row)).collect(),
+            normals: normals.iter().map(|row| row.as_deref().map(sparse)).collect(),
+            springs: displacements.iter().map(|row| sparse(row)).collect(),
             curves,
             y0,
             scale: Vec::new(),
@@ -366,6 +510,14 @@ impl<'a, R: Real> Model<'a, R> {
             // No step of the extrapolated midpoint rule may be long against what decays.
             rate = rate.max(0.3 * damped);
         }
+        for curve in self.curves.iter().filter(|curve| curve.contact.is_none()) {
+            // The stiffness of a cubic spring as far out as its speed may lead.
+            let here = dot(&curve.along, &self.y0).value().abs();
+            let speeds = (0..n).map(|i| self.y0[n + i].value().abs());
+            let far = here + speeds.fold(0.0, f64::max) / rate.max(f64::MIN_POSITIVE);
+            let response = (n..2 * n).map(|i| self.a[i * dim + curve.at].value().abs());
+            rate = rate.max((curve.shape.slope(far).abs() * response.fold(0.0, f64::max)).sqrt());
+        }
         self.rate = rate.max(waves);
         self.pace = norm(&self.scaled(), dim);
     }
@@ -386,9 +538,8 @@ impl<'a, R: Real> Model<'a, R> {
     }
 
     fn feed(&self, y: &mut [R]) {
-        for &(c, at, direction, law) in &self.curves {
-            let u = direction * dot(&self.w[c], y).value();
-            y[at] = R::of(direction * law.curve(u)[0] * self.gain);
+        for curve in &self.curves {
+            y[curve.at] = curve.force(y) * R::of(self.gain);
         }
     }
 
@@ -415,7 +566,21 @@ impl<'a, R: Real> Model<'a, R> {
             rows: self.rows.iter().map(row).collect(),
             w: self.w.iter().map(row).collect(),
             force: self.force.iter().map(row).collect(),
-            curves: self.curves.clone(),
+            normals: self
+                .normals
+                .iter()
+                .map(|normal| normal.as_ref().map(row))
+                .collect(),
+            springs: self.springs.iter().map(row).collect(),
+            curves: (self.curves.iter())
+                .map(|curve| Curve {
+                    contact: curve.contact,
+                    at: curve.at,
+                    along: row(&curve.along),
+                    shape: curve.shape,
+                    load: curve.load.as_ref().map(row),
+                })
+                .collect(),
             y0: values(&self.y0),
             scale: self.scale.clone(),
             pace: self.pace,
@@ -440,9 +605,8 @@ impl<'a, R: Real> Model<'a, R> {
 
     fn read(&self, tau: f64, y: &[R], slack: &[f64]) -> Sample {
         let mut rates = self.slope(y);
-        for &(c, at, direction, law) in &self.curves {
-            let u = direction * dot(&self.w[c], y).value();
-            rates[at] = R::of(law.curve(u)[1]) * dot(&self.w[c], &rates);
+        for curve in &self.curves {
+            rates[curve.at] = curve.rate(y, &rates);
         }
         let noise = 2 * self.n + 1;
         let size = |row: &Row<R>| -> f64 {
@@ -458,7 +622,12 @@ impl<'a, R: Real> Model<'a, R> {
             terms.sum()
         };
         // What rounding does to a rate: to each term of each acceleration.
-        let sizes: Vec<f64> = self.rows.iter().map(size).collect();
+        let mut sizes: Vec<f64> = self.rows.iter().map(size).collect();
+        for curve in self.curves.iter().filter(|curve| curve.contact.is_none()) {
+            let moved: f64 = curve.along.iter().map(|&(j, r)| r.value().abs() * sizes[j]).sum();
+            let slope = curve.shape.slope(dot(&curve.along, y).value());
+            sizes[curve.at] = ROUNDINGS * rates[curve.at].value().abs() + slope.abs() * moved;
+        }
         let rate_size = |row: &Row<R>| -> f64 {
             let terms = row.iter().filter(|&&(j, _)| j != noise);
             terms.map(|&(j, r)| r.value().abs() * sizes[j]).sum()
@@ -482,12 +651,23 @@ impl<'a, R: Real> Model<'a, R> {
             state: y[..2 * self.n].iter().map(|value| value.value()).collect(),
             w: self.w.iter().map(both).collect(),
             force: self.force.iter().map(both).collect(),
+            normal: (self.normals.iter())
+                .map(|normal| normal.as_ref().map_or([1.0, 0.0, 0.0, 0.0], both))
+                .collect(),
+            springs: self.springs.iter().map(both).collect(),
         };
-        for &(c, _, direction, law) in &self.curves {
-            // The slope of the curve leads from w to the force.
-            let [_, slope] = law.curve(direction * sample.w[c][0]);
-            sample.force[c][2] += slope.abs() * sample.w[c][2];
-            sample.force[c][3] += slope.abs() * sample.w[c][3];
+        for curve in &self.curves {
+            let Some(c) = curve.contact else {
+                continue;
+            };
+            // The slope of the curve leads from w to the force, and the force of the law from the normal force.
+            let [w, w_rate, w_slack, w_rate_slack] = sample.w[c];
+            let [normal, normal_rate, more, more_rate] = sample.normal[c].map(f64::abs);
+            let (force, slope) = (curve.shape.force(w).abs(), curve.shape.slope(w).abs());
+            sample.force[c][2] += normal * slope * w_slack + force * more;
+            sample.force[c][3] += normal * slope * w_rate_slack
+                + force * more_rate
+                + slope * (more * w_rate.abs() + normal_rate * w_slack);
         }
         sample
     }

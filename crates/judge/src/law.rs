@@ -115,12 +115,12 @@ pub enum Static {
         /// t_c.
         onset: f64,
     },
-    /// f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m))/(1 + (δ/δ₀)^q).
+    /// f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ₂/(1 + (δ/δ₂)^r) + Δ∞ (1 − exp(−γ t_s^m))/(1 + (δ/δ₀)^q).
     Surface {
         /// f_0.
         base: f64,
-        /// Δ₀, δ₁, p.
-        drop: [f64; 3],
+        /// Δ₀, δ₁, p and Δ₂, δ₂, r.
+        drops: [[f64; 3]; 2],
         /// Δ∞, γ, m.
         growth: [f64; 3],
         /// δ₀, q; δ₀ infinite: no dependence.
@@ -137,16 +137,13 @@ impl Static {
             Self::Logarithm { base, growth, onset } => base + growth * (rest.max(0.0) / onset).ln_1p(),
             Self::Surface {
                 base,
-                drop,
+                drops,
                 growth,
                 softening,
             } => {
                 let grown = -(-growth[1] * rest.max(0.0).powf(growth[2])).exp_m1();
-                let fallen = if drop[0] > 0.0 {
-                    drop[0] * softened(rate, drop[1], drop[2])
-                } else {
-                    0.0
-                };
+                let there = drops.iter().filter(|drop| drop[0] > 0.0);
+                let fallen: f64 = there.map(|drop| drop[0] * softened(rate, drop[1], drop[2])).sum();
                 let share = if softening[0].is_finite() {
                     softened(rate, softening[0], softening[1])
                 } else {
@@ -159,7 +156,8 @@ impl Static {
 
     /// Whether it feels the force rate.
     pub fn feels_rate(&self) -> bool {
-        matches!(self, Self::Surface { drop, softening, .. } if drop[0] > 0.0 || softening[0].is_finite())
+        matches!(self, Self::Surface { drops, softening, .. }
+            if drops.iter().any(|drop| drop[0] > 0.0) || softening[0].is_finite())
     }
 
     /// Stick times at which it has a corner.
@@ -221,7 +219,7 @@ impl Law {
             "DwellTime" | "ForceRate" => Self {
                 adhesion: Static::Surface {
                     base: number("kinetic")?,
-                    drop: [0.0, 1.0, 1.0],
+                    drops: [[0.0, 1.0, 1.0]; 2],
                     growth: [number("limit")?, number("rate")?, or("exponent", 1.0)],
                     softening: [
                         or("force_rate_scale", f64::INFINITY),
@@ -297,7 +295,10 @@ impl Law {
                 Self {
                     adhesion: Static::Surface {
                         base: surface["initial"].as_f64()?,
-                        drop: [of("drop", 0.0), of("drop_scale", 1.0), of("drop_exponent", 1.0)],
+                        drops: ["", "second_"].map(|which| {
+                            let of = |name: &str, default| of(&format!("{which}{name}"), default);
+                            [of("drop", 0.0), of("drop_scale", 1.0), of("drop_exponent", 1.0)]
+                        }),
                         growth: [of("limit", 0.0), of("rate", 1.0), of("exponent", 1.0)],
                         softening: [
                             of("force_rate_scale", f64::INFINITY),

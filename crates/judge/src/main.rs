@@ -1,6 +1,6 @@
 //! Judge random oscillators and systems, or documents from files.
 //!
-//!   stickslip-judge --oscillators N --systems N --seed S [--first I] [--threads T] [--show K] [FILE...]
+//!   stickslip-judge --oscillators N --systems N --loaded N --seed S [--first I] [--threads T] [--show K] [FILE...]
 //!
 //! A file holds one document {"sys", "x0", "v0", "t_end"} or a list of them. Counts go to the standard output as one JSON
 //! object, and before it each failure as a line with the document that reproduces it.
@@ -128,6 +128,7 @@ fn main() -> ExitCode {
     let mut options = BTreeMap::from([
         ("oscillators", 0),
         ("systems", 0),
+        ("loaded", 0),
         ("seed", 1),
         ("first", 0),
         ("threads", 1),
@@ -160,19 +161,17 @@ fn main() -> ExitCode {
         failures += counts.failures;
         summary[name] = counts.summary();
     };
-    if options["oscillators"] > 0 {
-        let draw = |index| draw::oscillator(seed, index);
-        tell(
-            "oscillators",
-            &many(options["oscillators"], first, threads, show, "oscillator", draw),
-        );
-    }
-    if options["systems"] > 0 {
-        let draw = |index| draw::system(seed, index);
-        tell(
-            "systems",
-            &many(options["systems"], first, threads, show, "system", draw),
-        );
+    type Draw = fn(u64, u64) -> Value;
+    let kinds: [(&str, &str, Draw); 3] = [
+        ("oscillators", "oscillator", draw::oscillator),
+        ("systems", "system", draw::system),
+        ("loaded", "loaded", draw::loaded),
+    ];
+    for (name, label, draw) in kinds {
+        if options[name] > 0 {
+            let draw = |index| draw(seed, index);
+            tell(name, &many(options[name], first, threads, show, label, draw));
+        }
     }
     for file in files {
         let document = std::fs::read_to_string(&file)

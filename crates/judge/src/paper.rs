@@ -24,6 +24,8 @@ pub struct Geometry {
     beta: f64,
     /// tan φ, tan ψ, tan η.
     slopes: [f64; 3],
+    /// Whether a turn on the upper branch goes back along it.
+    back: bool,
 }
 
 /// Where the branches are: anchor and corner, and the force of the break-away, where that set the anchor.
@@ -58,6 +60,7 @@ impl Geometry {
             alpha,
             beta: document["beta"].as_f64()?,
             slopes: [tangent("phi")?, tangent("psi")?, tangent("eta")?],
+            back: document["upper_turn"] == "back",
         })
     }
 
@@ -132,7 +135,7 @@ impl Geometry {
     pub fn begin(&self, u: f64, balance: f64, top: f64, memory: &mut Memory) -> Line {
         self.leave(top, memory);
         let (rising, lower) = (self.rising(u, memory), self.lower(memory));
-        if u >= memory.corner[0] || balance >= rising.force(u) {
+        if u >= memory.corner[0] || balance >= rising.force(u) || self.back {
             rising.toward(balance - rising.force(u))
         } else if balance <= lower.force(u) {
             lower.toward(-1.0)
@@ -145,7 +148,7 @@ impl Geometry {
     pub fn turn(&self, line: &Line, u: f64, rising: bool, top: f64, memory: &Memory) -> Line {
         let here = [u, line.force(u)];
         let next = match (line.name, rising) {
-            (FALL | UPPER, false) if self.lower(memory).force(u) < here[1] => Line {
+            (FALL | UPPER, false) if !self.back && self.lower(memory).force(u) < here[1] => Line {
                 high: u,
                 ..self.steep(here, memory)
             },

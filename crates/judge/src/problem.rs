@@ -95,6 +95,98 @@ impl Drive {
     }
 }
 
+/// n(t, x, ẋ) = constant + Σ A cos(Ω t + φ) + position · x + velocity · ẋ, which friction is multiplied with where it is positive;
+/// x and ẋ are those across the contact.
+#[derive(Clone, Debug)]
+pub struct Normal {
+    /// The constant.
+    pub constant: f64,
+    /// What varies with time.
+    pub waves: Vec<Wave>,
+    /// ∂n/∂x.
+    pub position: f64,
+    /// ∂n/∂ẋ.
+    pub velocity: f64,
+}
+
+impl Normal {
+    fn read(value: &Value) -> Option<Self> {
+        let or = |name: &str, default: f64| value[name].as_f64().unwrap_or(default);
+        let waves = value["harmonics"].as_array().into_iter().flatten();
+        Some(Self {
+            constant: or("constant", 1.0),
+            waves: waves.map(Wave::read).collect::<Option<_>>()?,
+            position: or("position", 0.0),
+            velocity: or("velocity", 0.0),
+        })
+    }
+}
+
+/// A spring whose force r(ξ) is straight between nodes and goes on beyond them, plus cubic · ξ³.
+#[derive(Clone, Debug)]
+pub struct Spring {
+    /// The mass it pulls back.
+    pub mass: usize,
+    /// The mass it pulls the other way.
+    pub other: Option<usize>,
+    /// (ξ, r).
+    pub nodes: Vec<[f64; 2]>,
+    /// The factor of ξ³.
+    pub cubic: f64,
+}
+
+impl Spring {
+    fn read(value: &Value) -> Option<Self> {
+        let nodes = value["nodes"].as_array().into_iter().flatten();
+        Some(Self {
+            mass: index(&value["mass"]).unwrap_or(0),
+            other: index(&value["other"]),
+            nodes: nodes
+                .map(|node| Some([node[0].as_f64()?, node[1].as_f64()?]))
+                .collect::<Option<_>>()?,
+            cubic: value["cubic"].as_f64().unwrap_or(0.0),
+        })
+    }
+
+    /// A point of a piece and its slope; none: the spring has no pieces.
+    pub fn piece(&self, piece: usize) -> Option<([f64; 2], f64)> {
+        let (from, to) = (self.nodes.get(piece)?, self.nodes.get(piece + 1)?);
+        Some((*from, (to[1] - from[1]) / (to[0] - from[0])))
+    }
+
+    /// The displacements between which a piece lies.
+    pub fn ends(&self, piece: usize) -> [f64; 2] {
+        let inner = |at: usize| (at > 0 && at + 1 < self.nodes.len()).then(|| self.nodes[at][0]);
+        [
+            inner(piece).unwrap_or(f64::NEG_INFINITY),
+            inner(piece + 1).unwrap_or(f64::INFINITY),
+        ]
+    }
+
+    /// r(ξ) on a piece.
+    pub fn force(&self, piece: usize, displacement: f64) -> f64 {
+        let line = self
+            .piece(piece)
+            .map_or(0.0, |(from, slope)| from[1] + slope * (displacement - from[0]));
+        line + self.cubic * displacement * displacement * displacement
+    }
+
+    /// |dr/dξ| on a piece.
+    pub fn steepness(&self, piece: usize, displacement: f64) -> f64 {
+        let line = self.piece(piece).map_or(0.0, |(_, slope)| slope);
+        (line + 3.0 * self.cubic * displacement * displacement).abs()
+    }
+
+    /// ξ.
+    pub fn displacement(&self, x: &[f64]) -> f64 {
+        x[self.mass] - self.other.map_or(0.0, |other| x[other])
+    }
+}
+
+fn index(value: &Value) -> Option<usize> {
+    usize::try_from(value.as_u64()?).ok()
+}
+
 /// A contact.
 #[derive(Clone, Debug)]
 pub struct Contact {
@@ -106,9 +198,28 @@ pub struct Contact {
     pub drive: Drive,
     /// F and f_s.
     pub law: Law,
+    /// What both are multiplied with, if it varies.
+    pub normal: Option<Normal>,
 }
 
-/// M ẍ + D ẋ + K x = Σ b_c F_c + forces, and a start.
+impl Contact {
+    fn read(value: &Value) -> Option<Self> {
+        let normal = &value["normal_force"];
+        Some(Self {
+            mass: index(&value["mass"]).unwrap_or(0),
+            other: index(&value["other"]),
+            drive: Drive::read(&value["drive_velocity"])?,
+            law: Law::read(&value["law"])?,
+            normal: if normal.is_null() {
+                None
+            } else {
+                Some(Normal::read(normal)?)
+            },
+        })
+    }
+}
+
+/// M ẍ + D ẋ + K x + springs = Σ b_c F_c + forces, and a start.
 #[derive(Clone, Debug)]
 pub struct Problem {
     /// Masses.
@@ -121,6 +232,8 @@ pub struct Problem {
     pub damping: Vec<f64>,
     /// Contacts.
     pub contacts: Vec<Contact>,
+    /// Springs that bend.
+    pub springs: Vec<Spring>,
     /// Forces on masses.
     pub forces: Vec<(usize, Wave)>,
     /// x(0).
@@ -135,14 +248,6 @@ impl Problem {
     /// From {"sys": oscillator or system, "x0", "v0", "t_end"}; none where the judge does not understand it.
     pub fn read(case: &Value) -> Option<Self> {
         let document = &case["sys"];
-        let contacts = document["contacts"].as_array().into_iter().flatten();
-        let pressed = |contact: &Value| !contact["normal_force"].is_null();
-        let springs = document["springs"]
-            .as_array()
-            .is_some_and(|springs| !springs.is_empty());
-        if springs || contacts.chain([document]).any(pressed) {
-            return None;
-        }
         let rows = |name: &str| -> Option<Vec<Vec<f64>>> {
             let value = &document[name];
             if let Some(number) = value.as_f64() {
@@ -153,30 +258,15 @@ impl Problem {
         };
         let mass = rows("mass")?;
         let n = mass.len();
-        let contacts = if document["contacts"].is_array() {
-            let contact = |contact: &Value| {
-                Some(Contact {
-                    mass: usize::try_from(contact["mass"].as_u64()?).ok()?,
-                    other: contact["other"]
-                        .as_u64()
-                        .and_then(|other| usize::try_from(other).ok()),
-                    drive: Drive::read(&contact["drive_velocity"])?,
-                    law: Law::read(&contact["law"])?,
-                })
-            };
-            document["contacts"]
-                .as_array()?
-                .iter()
-                .map(contact)
-                .collect::<Option<Vec<_>>>()?
-        } else {
-            vec![Contact {
+        // An oscillator is its own contact: its mass is a number, no index.
+        let contacts = match document["contacts"].as_array() {
+            Some(contacts) => contacts.iter().map(Contact::read).collect::<Option<Vec<_>>>()?,
+            None => vec![Contact {
                 mass: 0,
-                other: None,
-                drive: Drive::read(&document["drive_velocity"])?,
-                law: Law::read(&document["law"])?,
-            }]
+                ..Contact::read(document)?
+            }],
         };
+        let springs = document["springs"].as_array().into_iter().flatten();
         let forcing = match &document["forcing"] {
             Value::Null => Vec::new(),
             Value::Array(waves) => waves.clone(),
@@ -199,6 +289,7 @@ impl Problem {
             stiffness: rows("stiffness")?.concat(),
             damping: rows("damping")?.concat(),
             contacts,
+            springs: springs.map(Spring::read).collect::<Option<_>>()?,
             forces: forcing.iter().map(force).collect::<Option<_>>()?,
             x0: list(&case["x0"]).unwrap_or_else(|| vec![0.0; n]),
             v0: list(&case["v0"]),

@@ -13,7 +13,7 @@ use crate::problem::Problem;
 pub struct Event {
     /// Its kind.
     pub kind: Kind,
-    /// At which contact.
+    /// At which contact; of [`Kind::Spring`] at which spring.
     pub contact: usize,
     /// Friction just before.
     pub force: f64,
@@ -34,6 +34,8 @@ pub struct Mark {
     pub events: Vec<Event>,
     /// The signs of w after it, 0 where contacts stick.
     pub directions: Vec<f64>,
+    /// Whether the bodies of each contact are apart after it.
+    pub apart: Vec<bool>,
 }
 
 /// A state asked for at a time.
@@ -74,10 +76,20 @@ fn system(case: &Value) -> Result<System, String> {
         one => Value::Array(vec![one.clone()]),
     };
     let one = |name: &str| serde_json::json!([[document[name]]]);
-    let document = serde_json::json!({
+    let mut document = serde_json::json!({
         "mass": one("mass"), "stiffness": one("stiffness"), "damping": one("damping"), "forcing": forcing,
         "contacts": [{"mass": 0, "drive_velocity": document["drive_velocity"], "law": document["law"]}],
     });
+    for name in ["normal_force", "springs"] {
+        if !case["sys"][name].is_null() {
+            let to = if name == "springs" {
+                &mut document
+            } else {
+                &mut document["contacts"][0]
+            };
+            to[name] = case["sys"][name].clone();
+        }
+    }
     System::from_json(&document.to_string()).map_err(|error| error.to_string())
 }
 
@@ -102,7 +114,8 @@ fn patience() -> impl FnMut() -> bool {
 pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
     let series = case["engine"] == "series";
     let most = case["max_events"].as_u64().unwrap_or(MOST);
-    if let Some(oscillator) = oscillator(case).filter(|o| !series && o.closed()) {
+    let varies = !problem.springs.is_empty() || problem.contacts[0].normal.is_some();
+    if let Some(oscillator) = oscillator(case).filter(|o| !series && !varies && o.closed()) {
         let run = simulate::Run {
             x0: problem.x0[0],
             v0: problem.v0.as_ref().map(|v0| v0[0]),
@@ -130,6 +143,7 @@ pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
                 state: vec![segment.x, segment.v],
                 events: events.into_iter().collect(),
                 directions: vec![segment.direction],
+                apart: vec![false],
             });
         }
         let t_last = orbit.t_last();
@@ -156,11 +170,15 @@ pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
         network::simulate_while(&system(case)?, run, patience()).map_err(|error| error.to_string())?;
     let (n, width) = (problem.n, orbit.width());
     let rows: Vec<&[f64]> = orbit.steps.chunks_exact(width).collect();
-    let mark = |row: &[f64]| Mark {
-        time: [row[0], row[1]],
-        state: row[2..2 + 2 * n].to_vec(),
-        events: Vec::new(),
-        directions: row[2 + 2 * n..].chunks_exact(4).map(|rub| rub[0]).collect(),
+    let mark = |row: &[f64]| {
+        let rubs = row[2 + 2 * n..].chunks_exact(4).take(problem.contacts.len());
+        Mark {
+            time: [row[0], row[1]],
+            state: row[2..2 + 2 * n].to_vec(),
+            events: Vec::new(),
+            directions: rubs.clone().map(|rub| rub[0]).collect(),
+            apart: rubs.map(|rub| rub[2] == f64::NEG_INFINITY).collect(),
+        }
     };
     let mut marks: Vec<Mark> = rows.iter().take(1).map(|row| mark(row)).collect();
     if let Some(first) = marks.first_mut() {

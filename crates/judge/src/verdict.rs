@@ -7,7 +7,7 @@ use crate::flow::{Model, Phase, ROUNDINGS, Rub, Sample};
 use crate::law::{Kinetic, Line, piece_at, spread};
 use crate::number::{Pair, Real};
 use crate::paper::Memory;
-use crate::problem::Problem;
+use crate::problem::{Contact, Problem};
 use crate::report::{Event, Mark, Report, run};
 
 /// Something that is not as it should be.
@@ -55,6 +55,8 @@ enum Mode {
     Line(f64, Line),
     Curve(f64),
     Hold(f64, f64),
+    /// The bodies are apart; the sign that was reported.
+    Apart(f64),
 }
 
 impl Mode {
@@ -63,13 +65,17 @@ impl Mode {
             Self::Stick(_) | Self::Hold(..) => Rub::Held,
             Self::Line(direction, line) => Rub::Line(direction, line),
             Self::Curve(direction) => Rub::Curve(direction),
+            Self::Apart(_) => Rub::Apart,
         }
     }
 
     fn direction(self) -> f64 {
         match self {
             Self::Stick(_) => 0.0,
-            Self::Line(direction, _) | Self::Curve(direction) | Self::Hold(direction, _) => direction,
+            Self::Line(direction, _)
+            | Self::Curve(direction)
+            | Self::Hold(direction, _)
+            | Self::Apart(direction) => direction,
         }
     }
 }
@@ -103,6 +109,8 @@ struct Judge<'a> {
     problem: &'a Problem,
     report: &'a Report,
     modes: Vec<Mode>,
+    /// The pieces that springs are on.
+    pieces: Vec<usize>,
     memories: Vec<Memory>,
     verdict: Verdict,
     /// The largest position and speed so far.
@@ -129,6 +137,7 @@ impl<'a> Judge<'a> {
             problem,
             report,
             modes: Vec::new(),
+            pieces: Vec::new(),
             memories: vec![Memory::default(); problem.contacts.len()],
             verdict: Verdict {
                 stop: report.stop.to_owned(),
@@ -246,7 +255,15 @@ impl<'a> Judge<'a> {
                 .contacts
                 .iter()
                 .filter(|contact| contact.mass == i || contact.other == Some(i));
-            let friction: f64 = rubs.map(|contact| contact.law.adhesion.force(0.0, 0.0)).sum();
+            let pressed = |contact: &Contact| {
+                contact.normal.as_ref().map_or(1.0, |normal| {
+                    let waves = normal.waves.iter().map(|wave| wave.amplitude.abs());
+                    normal.constant.abs() + waves.sum::<f64>()
+                })
+            };
+            let friction: f64 = rubs
+                .map(|contact| pressed(contact) * contact.law.adhesion.force(0.0, 0.0))
+                .sum();
             let waves = problem
                 .forces
                 .iter()
@@ -300,10 +317,15 @@ impl<'a> Judge<'a> {
     /// Reaction, its rate, and their slack if contact c were held at this state. In pairs of doubles, as a law may remember it:
     /// under heavy damping the rate is a small difference of large terms.
     fn held(&self, c: usize, mark: &Mark) -> Option<Sample> {
-        let mut rubs: Vec<Rub> = self.modes.iter().map(|mode| mode.rub()).collect();
+        let mut rubs = self.rubs();
         rubs[c] = Rub::Held;
-        let model = Model::<Pair>::new(self.problem, &rubs, mark.time, &mark.state, self.floor())?;
+        let doing = (&rubs[..], &self.pieces[..]);
+        let model = Model::<Pair>::new(self.problem, doing, mark.time, &mark.state, self.floor())?;
         Some(model.at_start())
+    }
+
+    fn rubs(&self) -> Vec<Rub> {
+        self.modes.iter().map(|mode| mode.rub()).collect()
     }
 
     /// What adhesion would bear were contact c, of one mass, to stick this moment: the force rate is that of ẋ = s.
@@ -333,9 +355,23 @@ impl<'a> Judge<'a> {
 
     /// Modes at the start.
     fn begin(&mut self, mark: &Mark) {
+        let springs = self.problem.springs.iter();
+        self.pieces = springs
+            .map(|spring| {
+                let at = spring.displacement(&mark.state);
+                let pieces = 0..spring.nodes.len().saturating_sub(1);
+                // At a node either piece will do: the next event says which.
+                pieces
+                    .filter(|&piece| at >= spring.ends(piece)[0])
+                    .last()
+                    .unwrap_or(0)
+            })
+            .collect();
         // Each is asked of the others: first as reported, then one by one.
         for (c, &reported) in mark.directions.iter().enumerate() {
-            let mode = if reported == 0.0 {
+            let mode = if mark.apart[c] {
+                Mode::Apart(reported)
+            } else if reported == 0.0 {
                 Mode::Stick(mark.time)
             } else {
                 let limit = self.problem.contacts[c].law.adhesion.force(0.0, 0.0);
@@ -356,9 +392,19 @@ impl<'a> Judge<'a> {
             return;
         };
         let [w, _, w_slack, _] = held.w[c];
-        let [force, rate, slack, rate_slack] = held.force[c];
-        let limit = contact.law.adhesion.force(0.0, rate.abs());
-        let limit_slack = self.limit_slack(c, 0.0, rate, rate_slack);
+        let [force, _, slack, _] = held.force[c];
+        let [normal, _, normal_slack, _] = held.normal[c];
+        if contact.normal.is_some() && starting {
+            let touch = normal.abs() <= normal_slack;
+            self.verdict.edges += u64::from(touch);
+            let apart = if touch { mark.apart[c] } else { normal < 0.0 };
+            let off = f64::from(u8::from(apart != mark.apart[c]));
+            self.find("bodies apart at the start, or not", mark.time[0], off, 0.0);
+            if apart {
+                return;
+            }
+        }
+        let [limit, limit_slack] = self.limit(c, 0.0, &held);
         let stuck = if w.is_subnormal() {
             // Below the normal numbers there is no sign to insist on.
             reported == 0.0
@@ -372,7 +418,8 @@ impl<'a> Judge<'a> {
         };
         if stuck && one && !w.is_subnormal() {
             let margin = limit - force.abs();
-            if margin.abs() <= slack + limit_slack || margin < 0.0 && -margin <= self.relief(force, rate) {
+            let relieved = self.relief(self.margin_rate(c, 0.0, &held));
+            if margin.abs() <= slack + limit_slack || margin < 0.0 && -margin <= relieved {
                 self.verdict.edges += 1;
             } else {
                 let wanted = if margin > 0.0 { 0.0 } else { force.signum() };
@@ -427,13 +474,30 @@ impl<'a> Judge<'a> {
         };
     }
 
+    /// What adhesion bears after a rest, and its slack.
+    fn limit(&self, c: usize, rest: f64, sample: &Sample) -> [f64; 2] {
+        let [_, rate, _, rate_slack] = sample.force[c];
+        let [normal, _, normal_slack, _] = sample.normal[c];
+        let of_law = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
+        let slack = self.limit_slack(c, rest, rate, rate_slack);
+        let normal = normal.max(0.0);
+        [normal * of_law, normal * slack + normal_slack * of_law]
+    }
+
+    /// How fast the force moves away from the limit of adhesion.
+    fn margin_rate(&self, c: usize, rest: f64, sample: &Sample) -> f64 {
+        let [force, rate, ..] = sample.force[c];
+        let of_law = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
+        sample.normal[c][1] * of_law - rate * force.signum()
+    }
+
     /// By how much a force may be beyond what adhesion bears, where it is less a moment later: slip between has a speed of
     /// rounding, (excess)²/(2 m |rate|).
-    fn relief(&self, force: f64, rate: f64) -> f64 {
-        if self.problem.n > 1 || rate * force >= 0.0 {
+    fn relief(&self, margin_rate: f64) -> f64 {
+        if self.problem.n > 1 || margin_rate <= 0.0 {
             return 0.0;
         }
-        (2.0 * self.problem.mass[0] * rate.abs() * self.floor()[1]).sqrt()
+        (2.0 * self.problem.mass[0] * margin_rate * self.floor()[1]).sqrt()
     }
 
     /// The force that goes with what is not known of the slip acceleration since the last event.
@@ -467,7 +531,7 @@ impl<'a> Judge<'a> {
         let blur = ROUNDINGS / 256.0 * sample.tau.abs();
         for (c, mode) in self.modes.iter().enumerate() {
             let [w, w_rate, w_slack, w_rate_slack] = sample.w[c];
-            let [force, rate, slack, rate_slack] = sample.force[c];
+            let [force, rate, slack, _] = sample.force[c];
             let mut guard = |name, value: f64, slack: f64| {
                 into.push(Guard {
                     name,
@@ -476,15 +540,26 @@ impl<'a> Judge<'a> {
                     slack,
                 });
             };
+            if self.problem.contacts[c].normal.is_some() {
+                let [normal, normal_rate, slack, _] = sample.normal[c];
+                let slack = slack + normal_rate.abs() * blur;
+                if let Mode::Apart(_) = mode {
+                    guard("bodies apart that are pressed together", -normal, slack);
+                } else {
+                    guard("bodies together that are not pressed", normal, slack);
+                }
+            }
             match *mode {
+                Mode::Apart(_) => {}
                 Mode::Stick(since) => {
                     let rest = (from[0] - since[0]) + (from[1] - since[1]) + sample.tau;
-                    let limit = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
-                    let more = self.limit_slack(c, rest, rate, rate_slack);
+                    let [limit, more] = self.limit(c, rest, sample);
+                    let margin_rate = self.margin_rate(c, rest, sample);
+                    let least = rate.abs().max(margin_rate.abs());
                     guard(
                         "adhesion beyond its limit",
                         limit - force.abs(),
-                        slack + more + rate.abs() * blur + self.relief(force, rate),
+                        slack + more + least * blur + self.relief(margin_rate),
                     );
                 }
                 Mode::Line(direction, line) => {
@@ -537,6 +612,29 @@ impl<'a> Judge<'a> {
                 }
             }
         }
+        self.spring_guards(sample, into);
+    }
+
+    /// The guards of springs: each stays on its piece.
+    fn spring_guards(&self, sample: &Sample, into: &mut Vec<Guard>) {
+        let blur = ROUNDINGS / 256.0 * sample.tau.abs();
+        for (s, spring) in self.problem.springs.iter().enumerate() {
+            let [at, rate, slack, _] = sample.springs[s];
+            let [low, high] = spring.ends(self.pieces[s]);
+            for (name, end, value) in [
+                ("spring below its piece", low, at - low),
+                ("spring above its piece", high, high - at),
+            ] {
+                if end.is_finite() {
+                    into.push(Guard {
+                        name,
+                        contact: s,
+                        value,
+                        slack: slack + rate.abs() * blur + ROUNDINGS * end.abs(),
+                    });
+                }
+            }
+        }
     }
 
     /// Follow the motion from one mark to the next; none where it is not judged.
@@ -578,11 +676,12 @@ impl<'a> Judge<'a> {
         bends.sort_by(f64::total_cmp);
         bends.dedup();
         let ends = bends.into_iter().map(|bend| [bend, 0.0]).chain([until]);
-        let rubs: Vec<Rub> = self.modes.iter().map(|mode| mode.rub()).collect();
+        let rubs = self.rubs();
         let mut last = None;
         for end in ends {
             let length = R::of(end[0]) - R::of(time[0]) + (R::of(end[1]) - R::of(time[1]));
-            let model = Model::<R>::new(self.problem, &rubs, time, &state, self.floor())?;
+            let doing = (&rubs[..], &self.pieces[..]);
+            let model = Model::<R>::new(self.problem, doing, time, &state, self.floor())?;
             if length.value() <= 0.0 {
                 last = Some(model.at_start());
                 continue;
@@ -735,9 +834,12 @@ impl<'a> Judge<'a> {
         let t = after.time[0];
         let blur = ROUNDINGS / 256.0 * length;
         let one = self.problem.n == 1;
-        for c in 0..self.modes.len() {
-            let here = after.events.iter().filter(|event| event.contact == c).count();
-            self.find("events without end at one time", t, here as f64, AT_ONCE);
+        for c in 0..self.modes.len().max(self.pieces.len()) {
+            for springs in [false, true] {
+                let same = |event: &&Event| event.contact == c && (event.kind == Kind::Spring) == springs;
+                let here = after.events.iter().filter(same).count();
+                self.find("events without end at one time", t, here as f64, AT_ONCE);
+            }
         }
         let bends = self
             .problem
@@ -746,7 +848,12 @@ impl<'a> Judge<'a> {
             .any(|c| c.drive.nodes.iter().any(|node| node[0] == t));
         for (index, event) in after.events.iter().enumerate() {
             let c = event.contact;
-            if after.events[index + 1..].iter().any(|later| later.contact == c) {
+            if event.kind == Kind::Spring {
+                self.spring(event, t, sample, blur);
+                continue;
+            }
+            let later = |later: &Event| later.contact == c && later.kind != Kind::Spring;
+            if after.events[index + 1..].iter().any(later) {
                 // More happens to this contact at once: only where that leads is judged.
                 let mode = self.modes[c];
                 self.modes[c] = match event.kind {
@@ -758,11 +865,16 @@ impl<'a> Judge<'a> {
                         Mode::Hold(mode.direction(), mode.direction() * self.slip_velocity(c, after))
                     }
                     Kind::Node => mode,
-                    Kind::Parting | Kind::Meeting | Kind::Spring => {
-                        // No normal force of a problem varies, and no spring bends.
-                        self.find("bodies part that are pressed together", t, 1.0, 0.0);
-                        mode
+                    Kind::Parting => Mode::Apart(after.directions[c]),
+                    Kind::Meeting => {
+                        let direction = if after.directions[c] == 0.0 {
+                            1.0
+                        } else {
+                            after.directions[c]
+                        };
+                        self.leave(c, direction, 0.0)
                     }
+                    Kind::Spring => mode,
                 };
                 continue;
             }
@@ -774,8 +886,8 @@ impl<'a> Judge<'a> {
             match (event.kind, mode) {
                 (Kind::Release, Mode::Stick(since)) => {
                     let rest = (after.time[0] - since[0]) + (after.time[1] - since[1]);
-                    let limit = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
-                    let tolerance = more + self.limit_slack(c, rest, rate, rate_slack);
+                    let [limit, limit_slack] = self.limit(c, rest, sample);
+                    let tolerance = more + limit_slack + self.margin_rate(c, rest, sample).abs() * blur;
                     let mut pull = force;
                     if bends {
                         // Where a drive changes its acceleration the reaction and its rate jump, and it may jump over the limit.
@@ -783,8 +895,7 @@ impl<'a> Judge<'a> {
                             continue;
                         };
                         pull = held.force[c][0];
-                        let adhesion = &self.problem.contacts[c].law.adhesion;
-                        let limit = limit.min(adhesion.force(rest, held.force[c][1].abs()));
+                        let limit = limit.min(self.limit(c, rest, &held)[0]);
                         self.find("release below the limit", t, limit - pull.abs(), tolerance);
                     } else if alone {
                         self.find("release off the limit", t, (force.abs() - limit).abs(), tolerance);
@@ -815,6 +926,28 @@ impl<'a> Judge<'a> {
                     let rate = known.map_or(rate, |held| held.force[c][1]);
                     let limit = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
                     self.modes[c] = self.leave(c, direction, limit);
+                }
+                (Kind::Parting, Mode::Stick(_) | Mode::Line(..) | Mode::Curve(_))
+                | (Kind::Meeting, Mode::Apart(_)) => {
+                    let [normal, normal_rate, slack, _] = sample.normal[c];
+                    let tolerance = slack + normal_rate.abs() * blur;
+                    self.find(
+                        "normal force where bodies part or meet",
+                        t,
+                        normal.abs(),
+                        tolerance,
+                    );
+                    self.find(
+                        "force reported where bodies part or meet",
+                        t,
+                        event.force.abs(),
+                        0.0,
+                    );
+                    if event.kind == Kind::Parting {
+                        self.modes[c] = Mode::Apart(after.directions[c]);
+                    } else {
+                        self.enter(c, after.directions[c], after, false);
+                    }
                 }
                 (Kind::Capture | Kind::Crossing, Mode::Line(..) | Mode::Curve(_)) => {
                     self.find(
@@ -941,11 +1074,10 @@ impl<'a> Judge<'a> {
             self.entry[c] = before + w[3];
         }
         for (c, mode) in self.modes.iter().enumerate() {
-            if mode.direction() != after.directions[c] {
+            if mode.direction() != after.directions[c] || (mode.rub() == Rub::Apart) != after.apart[c] {
                 let what = format!(
-                    "direction {} of contact {c} after the event, judged {}",
-                    after.directions[c],
-                    mode.direction()
+                    "direction {}, apart {} of contact {c} after the event, judged {mode:?}",
+                    after.directions[c], after.apart[c],
                 );
                 self.verdict.findings.push(Finding {
                     what,
@@ -955,6 +1087,30 @@ impl<'a> Judge<'a> {
                 });
                 return;
             }
+        }
+    }
+
+    /// A spring goes on to its next piece.
+    fn spring(&mut self, event: &Event, t: f64, sample: &Sample, blur: f64) {
+        let s = event.contact;
+        let spring = &self.problem.springs[s];
+        let [at, rate, slack, _] = sample.springs[s];
+        let piece = self.pieces[s];
+        let [low, high] = spring.ends(piece);
+        let up = (high - at).abs() < (at - low).abs();
+        let end = if up { high } else { low };
+        let tolerance = slack + rate.abs() * blur + ROUNDINGS * end.abs();
+        let (force, steep) = (-spring.force(piece, at), spring.steepness(piece, at));
+        self.find(
+            "displacement where a spring goes on to its next piece",
+            t,
+            (at - end).abs(),
+            tolerance,
+        );
+        let more = steep * tolerance + ROUNDINGS * force.abs();
+        self.find("force reported of a spring", t, (event.force - force).abs(), more);
+        if end.is_finite() {
+            self.pieces[s] = if up { piece + 1 } else { piece - 1 };
         }
     }
 
@@ -980,10 +1136,12 @@ impl<'a> Judge<'a> {
     }
 
     fn take_over(&mut self, mark: &Mark, after: &Mark) {
-        let rubs: Vec<Rub> = self.modes.iter().map(|mode| mode.rub()).collect();
+        let rubs = self.rubs();
         let length = after.time[0] - mark.time[0];
-        if let Some(model) = Model::<f64>::new(self.problem, &rubs, after.time, &after.state, self.floor()) {
-            self.occur(after, &model.at_start(), length);
+        let doing = (&rubs[..], &self.pieces[..]);
+        if let Some(model) = Model::<f64>::new(self.problem, doing, after.time, &after.state, self.floor()) {
+            let sample = model.at_start();
+            self.occur(after, &sample, length);
             return;
         }
         for event in &after.events {

@@ -145,6 +145,68 @@ fn a_wrong_turn_is_found() {
     }
 }
 
+/// A block that jumps and runs against a stop.
+fn jumping() -> Value {
+    json!({
+        "sys": {"mass": 1.0, "stiffness": 1.0, "damping": 0.1, "drive_velocity": 0.3,
+                "law": {"type": "StaticKinetic", "break_away": 1.0, "kinetic": 0.6},
+                "normal_force": {"constant": 0.9, "harmonics": [{"amplitude": 1.0, "frequency": 1.3}], "position": 0.1, "velocity": -0.05},
+                "springs": [{"nodes": [[-1.0, 0.0], [0.4, 0.0], [1.4, 30.0]], "cubic": 0.2}]},
+        "x0": 0.1, "v0": null, "t_end": 60.0,
+    })
+}
+
+#[test]
+fn a_wrong_normal_force_or_spring_is_found() {
+    let case = jumping();
+    assert_eq!(finding(&case, |_| ()), "");
+    let problem = Problem::read(&case).unwrap();
+    for path in [
+        "/sys/normal_force/constant",
+        "/sys/normal_force/harmonics/0/amplitude",
+        "/sys/normal_force/position",
+        "/sys/normal_force/velocity",
+        "/sys/springs/0/nodes/1/0",
+        "/sys/springs/0/nodes/2/1",
+        "/sys/springs/0/cubic",
+    ] {
+        let mut other = case.clone();
+        let number = other.pointer_mut(path).unwrap();
+        *number = json!(number.as_f64().unwrap() * (1.0 + 1e-9));
+        let report = run(&other, &problem).unwrap();
+        assert!(!judge_report(&problem, &report).findings.is_empty(), "{path}");
+    }
+}
+
+#[test]
+fn where_bodies_part_and_springs_go_on_is_checked() {
+    let case = jumping();
+    let marks = run(&case, &Problem::read(&case).unwrap()).unwrap().marks;
+    for (kind, missed) in [
+        (Kind::Parting, "bodies together that are not pressed (contact 0)"),
+        (
+            Kind::Meeting,
+            "bodies apart that are pressed together (contact 0)",
+        ),
+        (Kind::Spring, "spring above its piece (contact 0)"),
+    ] {
+        let first = marks
+            .iter()
+            .position(|mark| mark.events.iter().any(|event| event.kind == kind));
+        let index = first.unwrap_or_else(|| panic!("no {}", kind.name()));
+        let late = finding(&case, |report| report.marks[index].time[0] += 1e-9);
+        assert!(!late.is_empty(), "{} late", kind.name());
+        // So soon after it nothing else would follow.
+        let what = finding(&case, |report| {
+            report.t_last = report.marks[index].time[0] + 1e-4;
+            report.marks.truncate(index);
+        });
+        assert!(what == missed, "{}: {what}", kind.name());
+        let what = finding(&case, |report| report.marks[index].events[0].force += 1e-9);
+        assert!(what.starts_with("force reported"), "{}: {what}", kind.name());
+    }
+}
+
 /// No failure among random documents of one seed.
 fn clean(count: u64, draw: impl Fn(u64) -> Value) {
     let (mut events, mut left) = (0, 0);
@@ -180,4 +242,23 @@ fn a_sample_of_random_oscillators_is_right() {
 #[test]
 fn a_sample_of_random_systems_is_right() {
     clean(60, |index| draw::system(2, index));
+}
+
+#[test]
+fn a_sample_under_varying_normal_forces_and_on_bent_springs_is_right() {
+    clean(80, |index| draw::loaded(2, index));
+    let kinds = |index| {
+        let case = draw::loaded(2, index);
+        let report = Problem::read(&case).and_then(|problem| run(&case, &problem).ok());
+        let marks = report.map_or_else(Vec::new, |report| report.marks);
+        marks
+            .into_iter()
+            .flat_map(|mark| mark.events)
+            .map(|event| event.kind)
+    };
+    let found: Vec<Kind> = (0..80).flat_map(kinds).collect();
+    for kind in [Kind::Parting, Kind::Meeting, Kind::Spring] {
+        let count = found.iter().filter(|&&one| one == kind).count();
+        assert!(count > 20, "hardly any {}: {count}", kind.name());
+    }
 }

@@ -68,5 +68,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<state::Law>()?;
     module.add_class::<state::Masses>()?;
     module.add_function(wrap_pyfunction!(law::static_friction, module)?)?;
+    module.add_function(wrap_pyfunction!(law::displacement_errors, module)?)?;
+    module.add_function(wrap_pyfunction!(law::without, module)?)?;
     module.add_function(wrap_pyfunction!(law_facts, module)?)
 }

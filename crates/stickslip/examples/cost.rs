@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use std::time::Instant;
 
 use stickslip::engine::{Closed, Engine, Steps};
+use stickslip::event_sequence;
 use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{Runner, Width, forward};
 use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, StaticKinetic};
@@ -15,6 +16,7 @@ use stickslip::observer::Observer;
 use stickslip::oscillator::Oscillator;
 use stickslip::simulate::{Run, simulate};
 use stickslip::system::{Contact, System};
+use stickslip::variation::{self, Varied};
 
 fn oscillator(
     law: impl Into<Law>,
@@ -138,11 +140,55 @@ fn main() {
     if only.is_empty() || only == "P4" {
         sweep(rounds.div_ceil(50));
     }
+    let forcing = Some((0.5, 0.7));
+    for (name, law) in [
+        ("follow P3", static_kinetic(0.5).into()),
+        ("follow paper", Law::from(paper())),
+    ] {
+        if only.is_empty() || only == name {
+            followed(name, &oscillator(law, 0.28, 0.3, forcing), rounds.div_ceil(10));
+        }
+    }
     if only.is_empty() || only == "chains" {
         for blocks in [10, 20, 50, 100] {
             chain(blocks, rounds.div_ceil(50));
         }
     }
+}
+
+/// The derivatives of 100 periods of the forcing by the start and seven numbers.
+fn followed(name: &str, oscillator: &Oscillator, rounds: u32) {
+    let t_end = 100.0 * std::f64::consts::TAU / 0.7;
+    let sequence = event_sequence::run(oscillator, Run::stuck(t_end), || true).expect("a good system");
+    let system = System::from(oscillator);
+    let document = serde_json::to_value(oscillator).expect("an oscillator is a document");
+    let law = match &oscillator.law {
+        Law::BogaczRyczek(_) => ["/law/B/1", "/law/static_friction/limit"],
+        _ => ["/law/break_away", "/law/kinetic"],
+    };
+    let numbers = [
+        "/mass",
+        "/stiffness",
+        "/damping",
+        "/drive_velocity",
+        "/forcing/0/amplitude",
+    ];
+    let paths: Vec<String> = numbers.into_iter().chain(law).map(String::from).collect();
+    let last = sequence.phases.last().expect("a phase").contact_states.clone();
+    let (time, phases, _) = best(rounds, || {
+        let varied = Varied::new(&system, &document, &paths).expect("good numbers");
+        let followed = variation::follow(
+            &varied,
+            &sequence.start,
+            &sequence.phases,
+            &last,
+            false,
+            false,
+            &mut || true,
+        );
+        (black_box(followed).expect("a good run").states.len() as u64, 0)
+    });
+    println!("{name:18}{time:10.1}{phases:10}");
 }
 
 struct Nobody;

@@ -2,8 +2,8 @@
 
 use std::ops::{Add, Deref, DerefMut, Mul, Neg, Sub};
 
-/// So many directions lie in the number itself: those of one mass with one contact.
-const FEW: usize = 16;
+/// So many directions lie in the number itself: those of one mass with one contact and of ten parameters.
+const FEW: usize = 24;
 
 /// Derivatives, one a direction. Few of them ask for no memory, which would cost more than the arithmetic.
 #[derive(Clone, Debug)]

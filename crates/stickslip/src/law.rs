@@ -27,7 +27,7 @@ mod two_branch;
 use serde::{Deserialize, Serialize};
 
 pub use asymmetric::Asymmetric;
-pub use bogacz_ryczek::{BRANCHES, BogaczRyczek};
+pub use bogacz_ryczek::{BRANCHES, BogaczRyczek, UpperTurn};
 pub use combined::Combined;
 pub use coulomb::Coulomb;
 pub use cubic::Cubic;

@@ -200,8 +200,6 @@ pub(crate) struct Loop<'a> {
     contacts: Vec<Contact>,
     force_lines: Vec<ForceLine>,
     held: Held,
-    /// What rounding took of x and v along the steps so far.
-    lost: Vec<[f64; 2]>,
     /// The largest speed so far.
     scale: f64,
     /// The largest acceleration so far, or that of the largest speed at the rate of the masses.
@@ -252,7 +250,6 @@ impl<'a> Loop<'a> {
             v: run.v0.clone().unwrap_or_else(|| system.driven_velocities()),
             contacts: vec![still; system.contacts.len()],
             force_lines: Vec::new(),
-            lost: vec![[0.0; 2]; n],
             scale: 0.0,
             acceleration: 0.0,
             still: STILL,
@@ -445,7 +442,7 @@ impl<'a> Loop<'a> {
             self.set_force_lines();
             // What adhesion or the branches hold drifts by rounding otherwise, the more the longer it is held.
             let kept = |c: usize| self.contacts[c].kept;
-            self.frame.keep(&self.held, kept, self.clock, &mut self.v);
+            self.motion.keep(&self.frame, &self.held, kept, &mut self.v);
             self.series();
             let rate = self.frame.rate;
             self.scale = self.scale.max(self.motion.speed(&self.frame, &self.force_lines));
@@ -561,7 +558,7 @@ impl<'a> Loop<'a> {
     }
 
     fn advance(&mut self, h: f64) {
-        self.motion.advance(h, &mut self.x, &mut self.v, &mut self.lost);
+        self.motion.advance(h, &mut self.x, &mut self.v);
         self.clock = self.clock.after(h);
         self.still = STILL;
     }

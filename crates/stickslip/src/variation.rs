@@ -7,13 +7,15 @@
 //! S = D_xR + (F⁺ − D_xR F⁻ − D_tR) nᵀ/(nᵀF⁻ + h_t) in the augmented state (Aizerman & Gantmakher 1958; Müller, Chaos
 //! Solitons Fractals 5 (1995) 1671), sensitivities of memory included.
 //!
-//! Segments are differentiated by the variational equation, whose Taylor series go along with those of the motion. Only a
+//! Segments are differentiated in closed form where that is at hand, for one mass under friction of linear pieces. Elsewhere
+//! they are by the variational equation, whose Taylor series go along with those of the motion. Only a
 //! law's own algebra (break-away force, next line) and the parameters of the system are differenced, to the fourth order.
 //!
 //! Held to its sequence, a motion goes on smoothly where the real one would change it. What vanishes there are the *boundaries*,
 //! the test functions of the sliding bifurcations, and they carry their derivatives too.
 
 mod boundary;
+mod closed;
 mod saltation;
 mod segment;
 mod state;
@@ -90,8 +92,9 @@ pub fn follow(
         }
         let next = phases.get(index + 1).map_or(last, |phase| &phase.contact_states);
         let seeded = state.seeded(course.all_lanes());
-        let tau =
-            end_of(&course, &seeded, phase, &mut expansion).ok_or_else(|| lost(index, "does not end"))?;
+        let tau = end_of(&course, &state.still(1), phase, &mut expansion)
+            .ok_or_else(|| lost(index, "does not end"))?;
+        course.go(&seeded, &phase.contact_states, tau, &mut expansion);
         let moves = Course::moves(&course.guard(&seeded, phase, tau, &expansion));
         let end = PhaseEnd {
             index,
@@ -161,7 +164,7 @@ fn chain(number: &Dual, rates: &[f64], width: usize, row: &mut [f64]) {
     }
 }
 
-/// When the phase ends, near where it did: Newton. The expansion goes there.
+/// When the phase ends, near where it did: Newton. The start needs the derivative by time alone.
 fn end_of(course: &Course, start: &Moving, phase: &Phase, expansion: &mut Expansion) -> Option<f64> {
     let mut tau = phase.duration;
     course.go(start, &phase.contact_states, tau, expansion);
@@ -174,7 +177,7 @@ fn end_of(course: &Course, start: &Moving, phase: &Phase, expansion: &mut Expans
     let mut first = None;
     for round in 0..60 {
         let guard = course.guard(start, phase, tau, expansion);
-        let (value, rate) = (guard.value, guard.rates[course.all_lanes() - 1]);
+        let (value, rate) = (guard.value, guard.rates.last().copied().unwrap_or(0.0));
         if !(value.is_finite() && rate.is_finite()) || rate == 0.0 {
             return (value == 0.0).then_some(tau);
         }
@@ -183,7 +186,6 @@ fn end_of(course: &Course, start: &Moving, phase: &Phase, expansion: &mut Expans
         let known = *first.get_or_insert(step);
         if round > 0 && known.abs() < 1e-9 / rate_of_all && (tau - phase.duration).abs() > 1e-6 / rate_of_all
         {
-            course.shift(start, &phase.contact_states, phase.duration, expansion);
             return Some(phase.duration);
         }
         // Rounding ends the descent.

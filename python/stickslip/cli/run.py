@@ -44,6 +44,8 @@ def run(options: argparse.Namespace) -> None:
             return
         for name, row in table.iterrows():
             say(f"{row['state']:18s}{name}" + (f": {row['message']}" if row["message"] else ""))
+        if table.attrs["law"]:
+            say(f"\n{table.attrs['law']}\n")
         say_written(plan.results / "report.html", plan.results / "records.csv")
 
     if options.watch:

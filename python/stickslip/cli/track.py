@@ -46,6 +46,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--choose", nargs="?", const="", metavar="PAGE.html",
         help="choose markers, scale and region on a page, which gives the setup file; opened, or only written to PAGE.html",
     )  # fmt: skip
+    command.add_argument(
+        "--field",
+        type=int,
+        metavar="PX",
+        help="displacement and strain of the texture instead, on a grid of this spacing",
+    )
     command.add_argument("--free-fall", action="store_true", help="say what the fall of the mass tells of the scale")
     command.add_argument("--again", action="store_true", help="of many films track also those that are finished")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -71,6 +77,8 @@ def run(options: argparse.Namespace) -> None:
         sources = [[Path(source) for source in sources]] if len(sources) > 1 else sources
     if options.choose is not None:
         _choose(sources, options)
+    elif options.field is not None:
+        _field(sources, options, given, command)
     elif len(sources) == 1:
         _track_one(sources[0], options, given, command)
     else:
@@ -89,6 +97,53 @@ def _choose(sources: list[Any], options: argparse.Namespace) -> None:
         import webbrowser
 
         webbrowser.open(path.as_uri())
+
+
+def _field(sources: list[Any], options: argparse.Namespace, given: dict[str, Any], command: str) -> None:
+    from stickslip.tracking.field import displacement_field, field_figure
+
+    other = [f"--{name.replace('_', '-')}" for name in ("check", "free_fall", "again") if getattr(options, name)]
+    if len(sources) > 1 or other:
+        got = f"{len(sources)} films" if len(sources) > 1 else ", ".join(other)
+        raise InputError(
+            f"track: --field is of one film and writes -o and --plot alone, got {got}; leave the others out"
+        )
+    with Bar() as bar:
+        field = displacement_field(
+            sources[0],
+            options.setup,
+            spacing=options.field,
+            output=options.output,
+            progress=bar,
+            command=command,
+            **given,
+        )
+    if options.plot:
+        save_figure(field_figure(field), options.plot)
+    last = field.isel(time=-1)
+    facts = {
+        "source": field.attrs["source"],
+        "pictures": field.sizes["time"],
+        "pieces": field.sizes["x"] * field.sizes["y"],
+        "found": int(last["u"].notna().sum()),
+        **{
+            name: {
+                "from": float(last[name].min()),
+                "to": float(last[name].max()),
+                "error": float(last[f"{name}_error"].median()),
+            }
+            for name in ("u", "v", "exx", "eyy", "exy", "rotation")
+        },
+        "notes": list(field.attrs["notes"]),
+    }
+    if options.json:
+        say_json(facts)
+        return
+    for name, value in facts.items():
+        for one in value if name == "notes" else [value]:
+            said = f"{one['from']:.3g} to {one['to']:.3g}, error {one['error']:.2g}" if isinstance(one, dict) else one
+            say_value("note" if name == "notes" else name, said)
+    say_written(options.output, options.plot)
 
 
 def _track_one(source: str | list[Path], options: argparse.Namespace, given: dict[str, Any], command: str) -> None:

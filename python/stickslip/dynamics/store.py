@@ -13,7 +13,6 @@ import functools
 import json
 import math
 import os
-import time
 import warnings
 import zlib
 from collections import deque
@@ -29,8 +28,9 @@ from numpy.typing import NDArray
 from stickslip import _core
 from stickslip.dynamics.sweep import Chunk
 from stickslip.errors import InputError, UnfinishedWarning
-from stickslip.files.documents import draft_of, fits, time_limit
+from stickslip.files.documents import draft_of, fits
 from stickslip.files.notebook import waiting
+from stickslip.simulation.time_limit import TimeLimit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,17 +128,17 @@ def compute(
     """
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise InputError(f"{plan.name}: workers must be a whole number of at least 1, got {workers!r}")
-    until = None if time_limit(max_seconds, plan.name) is None else time.time() + (max_seconds or 0.0)
+    limit = TimeLimit.after(max_seconds, plan.name)
     # A store is filled chunk by chunk.
     sizes = plan.sizes if store is None else {**plan.sizes, **plan.chunks}
     shapes = [[sizes[dim] for dim in variable.dims] for variable in plan.variables.values()]
     fits(sum(map(math.prod, shapes)), plan.name, "lower points or take fewer values")
     sink = Memory(plan) if store is None else Store(plan, Path(store))
     with _executor(plan.name, workers, cluster) as (executor, width):
-        _work(plan, sink, executor, width, waiting(progress, plan.name), until)
+        _work(plan, sink, executor, width, waiting(progress, plan.name), limit)
     if plan.finish is not None:
         sink.add(plan.finish(plan, sink.arrays))
-    if until is not None:
+    if max_seconds is not None:
         _warn(plan.name, np.asarray(sink.arrays["stop"]) == "max_seconds", store is not None)
     return sink.dataset()
 
@@ -203,7 +203,7 @@ async def _greeted(cluster: str) -> None:
     await comm.close()
 
 
-def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Report, until: float | None) -> None:
+def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Report, limit: TimeLimit) -> None:
     """Hand out tasks, no more than `width` at once, and keep their results as they come."""
     done = sink.done()
     runs = int(np.prod([plan.sizes[dim] for dim in plan.chunks]))
@@ -224,7 +224,7 @@ def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Re
         while ready or running:
             while ready and len(running) < width:
                 index = ready.popleft()
-                task = replace(plan.task(plan.position(index), sink.arrays), until=until)
+                task = replace(plan.task(plan.position(index), sink.arrays), limit=limit)
                 running[executor.submit(_compute, task)] = index
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 index = running.pop(future)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
-import time
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -18,6 +16,7 @@ from stickslip.model.parameters import varied
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.regimes import CHAOTIC, REGULAR
 from stickslip.simulation.simulate import simulate
+from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 Array = NDArray[Any]
 
@@ -88,16 +87,15 @@ class Chunk:
     chain: bool = False
     backwards: bool = False
     start: Start = None
-    until: float | None = None
+    limit: TimeLimit = NO_LIMIT
 
     def compute(self) -> dict[str, Array]:
         """The columns named in `MEANINGS`, the ends, turning points and section points, a row for each run."""
         values = self.values[::-1] if self.backwards else self.values
         document = json.loads(self.document)
         system = system_from_dict(document)
-        seconds = None if self.until is None else max(self.until - time.time(), 0.0)
         if system.integrated:
-            columns = self._integrated(document, values, seconds)
+            columns = self._integrated(document, values)
         else:
             start = None
             if self.start is not None:
@@ -112,7 +110,7 @@ class Chunk:
                     self.look.to_json(),
                     self.chain,
                     start,
-                    seconds,
+                    self.limit.left,
                 )
             except ValueError as error:
                 raise InputError(str(error)) from None
@@ -121,27 +119,25 @@ class Chunk:
             columns |= {name: columns[name][:, 0] for name in ("x_end", "v_end")}
         return {name: column[::-1] for name, column in columns.items()} if self.backwards else columns
 
-    def _integrated(self, document: dict[str, Any], values: Array, seconds: float | None) -> dict[str, Array]:
+    def _integrated(self, document: dict[str, Any], values: Array) -> dict[str, Array]:
         """Runs under laws with an internal state, one by one from their whole orbits."""
         rows, start = [], self.start
-        deadline = math.inf if seconds is None else time.monotonic() + seconds
         for row in values.tolist():
             system, starts = varied(document, self.paths, row)
             if start is not None:
                 x, v, _ = start
                 starts = {"x0": x, "v0": None if np.isnan(v).any() else v} | starts
-            rows.append(self._one(system, starts, deadline))
+            rows.append(self._one(system, starts))
             ended = self.chain and rows[-1]["stop"][0] == "t_end"
             start = (rows[-1]["x_end"][0], rows[-1]["v_end"][0], ()) if ended else None if self.chain else start
         return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
 
-    def _one(self, system: Oscillator | System, starts: dict[str, Any], deadline: float) -> dict[str, Array]:
+    def _one(self, system: Oscillator | System, starts: dict[str, Any]) -> dict[str, Array]:
         look, span = self.look, period_of(system)
         surface = json.dumps((look.surface or usual_surface(system)).to_dict())
         periods = look.transient + look.window
         while True:
-            seconds = None if deadline == math.inf else max(deadline - time.monotonic(), 1e-3)
-            orbit = simulate(system, periods * span, max_events=look.max_events, max_seconds=seconds, **starts)
+            orbit = simulate(system, periods * span, max_events=look.max_events, max_seconds=self.limit.left, **starts)
             columns = columns_of(orbit._steady(look.to_json(), span, surface, look.contact), 1, look.points)
             masses = system.masses if isinstance(system, System) else 1
             columns |= {

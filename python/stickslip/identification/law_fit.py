@@ -11,19 +11,13 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean
-from stickslip.identification.guesses.evidence import Evidence, Guess, refuse_unreadable
+from stickslip.identification.guesses.evidence import BreakAways, Evidence, Guess, refuse_unreadable
 from stickslip.identification.guesses.first_guess import GUESSES, first_guess
 from stickslip.identification.kinetic.force_fit import BranchFit, Problem, fit_branches
 from stickslip.identification.kinetic.lack_of_fit import lack_of_fit
 from stickslip.identification.kinetic.motion import WITH_MEMORY, extrapolated_note
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
-from stickslip.identification.static.break_away import (
-    FEWEST_ROWS,
-    break_away_rows,
-    fit_static_friction,
-    is_relative,
-)
 from stickslip.laws import (
     Coulomb,
     DwellTime,
@@ -75,69 +69,98 @@ class Options:
 
 def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: Options) -> Identification:
     """Fit one law to records; :func:`stickslip.identify` says how and what is raised."""
-    kind, start = check_kind(records, law, options), law if isinstance(law, Law) else None
-    count = USUAL_PIECES if options.pieces is None else options.pieces
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= 12:
-        raise InputError(f"identify: pieces must be a whole number from 1 to 12, or 'auto', got {options.pieces!r}")
-    if options.offset and not any(record.both_senses() for record in records):
-        raise InputError(
-            "identify: an offset can be told from friction only where a record slips in both senses, and none does: add one, "
-            "or leave the offset out"
+    return LawFit(records, law, options, BreakAways(records)).identify()
+
+
+class LawFit:
+    """One law ready to be fitted to records: its first guess, and the problems that follow from it.
+
+    Parameters
+    ----------
+    records, law, options : as for :func:`fit_law`.
+    break_aways : of these records.
+
+    Attributes
+    ----------
+    kind : of the law.
+    problems : one for each form that the law has, whose law is the first guess.
+    """
+
+    def __init__(
+        self,
+        records: list[FrictionRecord],
+        law: str | type[Law] | Law,
+        options: Options,
+        break_aways: BreakAways,
+    ) -> None:
+        kind, start = check_kind(records, law, options), law if isinstance(law, Law) else None
+        count = USUAL_PIECES if options.pieces is None else options.pieces
+        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= 12:
+            raise InputError(f"identify: pieces must be a whole number from 1 to 12, or 'auto', got {options.pieces!r}")
+        if options.offset and not any(record.both_senses() for record in records):
+            raise InputError(
+                "identify: an offset can be told from friction only where a record slips in both senses, and none does: add "
+                "one, or leave the offset out"
+            )
+        for record in records:
+            refuse_unreadable(record)
+        self.kind, self.records, self.options = kind, records, options
+        self._static = None if kind is Coulomb else break_aways.static
+        relative, self._drift = (False, []) if kind is Coulomb else break_aways.relative
+        evidence = Evidence(records, break_aways.rows, self._static, relative, count, start=start)
+        self.guess = _bounded(_guess(kind, start, evidence, options), options.bounds)
+        self.problems = []
+        for form in _forms(self.guess):
+            problem = Problem(
+                records,
+                form.law,
+                form.free,
+                relative=relative,
+                constraints=form.constraints,
+                within=form.within,
+                offset=options.offset,
+                guessed=form.guessed,
+            )
+            problem.law = _best_start(problem, form)  # numbers that are held are those of the start
+            self.problems.append(problem)
+
+    def identify(self) -> Identification:
+        """The law with its numbers."""
+        guess, records, kind, static = self.guess, self.records, self.kind, self._static
+        fits = [(problem, fit_branches(problem, problem.law)) for problem in self.problems]
+        problem, found = min(fits, key=lambda fit: fit[1].rms)
+        constant = 0.0 if found.offset is None else float(found.offset["value"])
+        notes = [
+            *lack_of_fit(problem, found.law, constant),
+            *_bias(problem),
+            *_extrapolated(problem),
+            *(static.notes if static is not None else self._drift),
+            *guess.notes,
+            *_held(found),
+            *_chosen_form(found.law, guess),
+            *_at_bounds(found, self.options.bounds),
+            *_undecided(found),
+            *_measured_range(records, found.law),
+        ]
+        if kind is DwellTime and static is not None and static.chosen != "exponential":
+            notes.append("The law asked for has the exponential form; the other form is named for comparison.")
+        if problem.relative:
+            notes.append("The kinetic force is the mean over the record; its error holds the drift from slip to slip.")
+        notes += [f"{record.name}: {note}" for record in records for note in _notes(record)]
+        return Identification(
+            law=found.law,
+            parameters=found.parameters,
+            covariance=found.covariance,
+            groups=found.groups,
+            rms=found.rms,
+            static=static,
+            notes=list(dict.fromkeys(notes)),
+            records=records,
+            command=self.options.command(records, kind),
+            constraints=guess.constraints,
+            within=guess.within,
+            offset=found.offset,
         )
-    for record in records:
-        refuse_unreadable(record)
-    rows = break_away_rows(records)
-    static = fit_static_friction(records) if len(rows) >= FEWEST_ROWS and kind is not Coulomb else None
-    relative, drift = is_relative(rows) if kind is not Coulomb else (False, [])
-    evidence = Evidence(records, rows, static, relative, count, start=start)
-    guess = _bounded(_guess(kind, start, evidence, options), options.bounds)
-    fits = []
-    for form in _forms(guess):
-        problem = Problem(
-            records,
-            form.law,
-            form.free,
-            relative=relative,
-            constraints=form.constraints,
-            within=form.within,
-            offset=options.offset,
-            guessed=form.guessed,
-        )
-        problem.law = _best_start(problem, form)  # numbers that are held are those of the start
-        fits.append((problem, fit_branches(problem, problem.law)))
-    problem, found = min(fits, key=lambda fit: fit[1].rms)
-    constant = 0.0 if found.offset is None else float(found.offset["value"])
-    notes = [
-        *lack_of_fit(problem, found.law, constant),
-        *_bias(problem),
-        *_extrapolated(problem),
-        *(static.notes if static is not None else drift),
-        *guess.notes,
-        *_held(found),
-        *_chosen_form(found.law, guess),
-        *_at_bounds(found, options.bounds),
-        *_undecided(found),
-        *_measured_range(records, found.law),
-    ]
-    if kind is DwellTime and static is not None and static.chosen != "exponential":
-        notes.append("The law asked for has the exponential form; the other form is named for comparison.")
-    if relative:
-        notes.append("The kinetic force is the mean over the record; its error holds the drift from slip to slip.")
-    notes += [f"{record.name}: {note}" for record in records for note in _notes(record)]
-    return Identification(
-        law=found.law,
-        parameters=found.parameters,
-        covariance=found.covariance,
-        groups=found.groups,
-        rms=found.rms,
-        static=static,
-        notes=list(dict.fromkeys(notes)),
-        records=records,
-        command=options.command(records, kind),
-        constraints=guess.constraints,
-        within=guess.within,
-        offset=found.offset,
-    )
 
 
 def check_kind(records: list[FrictionRecord], law: str | type[Law] | Law, options: Options) -> type[Law]:

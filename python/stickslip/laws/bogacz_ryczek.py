@@ -14,7 +14,7 @@ from stickslip.laws.law import Law, Point
 
 @dataclass(frozen=True)
 class StaticFriction(Document):
-    """The surface f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
+    """The surface f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ₂/(1 + (δ/δ₂)^r) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
 
     Parameters
     ----------
@@ -25,6 +25,7 @@ class StaticFriction(Document):
     force_rate_exponent : q > 0.
     drop : Δ₀ ≥ 0, what f_s(0, δ) falls by from a vanishing to an infinite force rate.
     drop_scale, drop_exponent : δ₁ > 0, the force rate at which half of that is gone, and p > 0.
+    second_drop, second_drop_scale, second_drop_exponent : Δ₂ ≥ 0, δ₂ > 0 and r > 0 of a second step of that fall.
 
     The growth with rest is Kato's; static friction falling with the force rate is the finding of Johannes, Green &
     Brockley, Wear 24 (1973) 381, in a form of our own.
@@ -46,6 +47,9 @@ class StaticFriction(Document):
     drop: float = 0.0
     drop_scale: float = 1.0
     drop_exponent: float = 1.0
+    second_drop: float = 0.0
+    second_drop_scale: float = 1.0
+    second_drop_exponent: float = 1.0
 
 
 Pencil = Annotated[Point | None, Point | Literal["infinity"] | None]
@@ -70,6 +74,8 @@ class BogaczRyczek(Law):
     alpha : fall of friction after break-away, a number or nodes (f_s, α).
     beta : slip speed over which it falls.
     phi, psi, eta : angles in degrees.
+    upper_turn : what a turn of ẇ from + to − on the upper branch does: ``down`` goes to the lower branch with the angle
+        `eta`, ``back`` goes back along the upper line.
 
     Change the geometry point by point with :func:`dataclasses.replace`.
 
@@ -94,6 +100,7 @@ class BogaczRyczek(Law):
     phi: float = -58.0
     psi: float = 39.0
     eta: float = 89.0
+    upper_turn: Literal["down", "back"] = "down"
 
     def __post_init__(self) -> None:
         for name in "ACD":

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.documents import did_you_mean
 from stickslip.files.units import unit_of
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from stickslip.laws.law import Law
 
 Pointer = tuple[str | int, ...]
+T = TypeVar("T")
 
 
 def pointers(law: Law) -> dict[str, Pointer]:
@@ -107,10 +110,67 @@ def with_values(law: Law, values: Mapping[str, float]) -> Law:
     >>> with_values(StaticKinetic(break_away=1.0, kinetic=0.6), {"kinetic": 0.5})
     StaticKinetic(break_away=1.0, kinetic=0.5)
     """
-    document = law.to_dict()
-    for pointer, number in zip(_pointers_to(law, document, values), values.values(), strict=True):
-        put(document, pointer, float(number))
-    return type(law).from_dict(document, type(law).__name__)
+    return Replacement(law, values)(values.values())
+
+
+class Replacement:
+    """Other values for some numbers of a law, again and again: where they stand is looked up once.
+
+    Parameters
+    ----------
+    law : whose other numbers stay.
+    names : of the numbers.
+
+    Raises
+    ------
+    InputError
+        for a name the law does not have; where it is called, for values that do not make a law.
+
+    >>> from stickslip.laws import StaticKinetic
+    >>> Replacement(StaticKinetic(break_away=1.0, kinetic=0.6), ["kinetic"])([0.5])
+    StaticKinetic(break_away=1.0, kinetic=0.5)
+    """
+
+    def __init__(self, law: Law, names: Iterable[str]) -> None:
+        self.law = law
+        self._pointers = _pointers_to(law, law.to_dict(), names)
+        self._paths = ["/" + "/".join(map(str, pointer)) for pointer in self._pointers]
+
+    def __call__(self, values: Iterable[float]) -> Law:
+        """The law with these values of its numbers, in the order of the names."""
+        numbers = [float(number) for number in values]
+        if isinstance(self.law.core, _core.Law):
+            try:
+                core = self.law.core.with_numbers(list(zip(self._paths, numbers, strict=True)))
+            except ValueError:
+                pass  # its document says what is wrong, and takes a number that was not set
+            else:
+                table = {item.name: getattr(self.law, item.name) for item in fields(self.law)}
+                for (key, *rest), number in zip(self._pointers, numbers, strict=True):
+                    table[str(key)] = _replaced(table[str(key)], rest, number)
+                return _made(type(self.law), table | {"core": core})
+        document = self.law.to_dict()
+        for pointer, number in zip(self._pointers, numbers, strict=True):
+            put(document, pointer, number)
+        return type(self.law).from_dict(document, type(self.law).__name__)
+
+
+def _made(kind: type[T], table: dict[str, Any]) -> T:
+    """A frozen dataclass of these values, which are known to be good."""
+    made = object.__new__(kind)
+    vars(made).update(table)
+    return made
+
+
+def _replaced(part: Any, pointer: Sequence[str | int], number: float) -> Any:
+    """A part of a law with another number at a place in it."""
+    if not pointer:
+        return number
+    key, *rest = pointer
+    if isinstance(part, tuple):
+        return tuple(_replaced(item, rest, number) if place == key else item for place, item in enumerate(part))
+    table = {item.name: getattr(part, item.name) for item in fields(part)}
+    return _made(type(part), table | {str(key): _replaced(table[str(key)], rest, number)})
 
 
 def put(document: Any, pointer: Pointer, number: float) -> None:

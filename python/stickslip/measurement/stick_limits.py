@@ -38,6 +38,9 @@ FEW = 24
 BLUR = 2.5
 """A break-away is then known to so many samples only, and mostly seen too early."""
 
+ALIKE = 2.0
+"""Errors of limits within this ratio of the usual one differ by their noise."""
+
 LIMIT_COST = 3.0
 """What a free limit costs in deviance: it is known to about a sample and was looked for over some ten."""
 
@@ -245,7 +248,31 @@ def refine_sticks(
             if found is not None:
                 refined[choice].append(found)
     best = min(choices, key=lambda choice: total[choice])
-    return refined[best], best
+    return _with_usual_errors(refined[best]), best
+
+
+def _with_usual_errors(sticks: list[Stick]) -> list[Stick]:
+    """The sticks with one error for all starts and one for all ends in the record, where these are alike."""
+    starts = _usual([stick.start_error for stick in sticks], [stick.starts for stick in sticks])
+    ends = _usual([stick.end_error for stick in sticks], [stick.ends for stick in sticks])
+    return [
+        replace(stick, start_error=start, end_error=end) for stick, start, end in zip(sticks, starts, ends, strict=True)
+    ]
+
+
+def _usual(errors: list[float], seen: list[bool]) -> list[float]:
+    """Errors of limits, those that are `seen` and within a factor of `ALIKE` of their median by their root mean square.
+
+    The evidence of a limit is narrower or wider by the same noise that shifts its peak (limits of one record that are seen
+    later have narrower ones, with correlations down to -0.8), so a mean weighed by its widths would be off by more than its
+    error. Only what differs by more than that noise does is the limit's own.
+    """
+    found = np.array(errors)
+    alike = np.array(seen, bool)
+    if alike.any():
+        alike &= np.abs(np.log(found / np.median(found[alike]))) < math.log(ALIKE)
+        found[alike] = math.sqrt(float(np.mean(found[alike] ** 2)))
+    return [float(error) for error in found]
 
 
 def _likeliest(search: LimitSearch, stretches: list[_OneStick], joint: Joint) -> float:

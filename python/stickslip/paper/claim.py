@@ -1,7 +1,8 @@
 """A claim of the paper: a fact in our words, how it is measured, when it counts as reproduced.
 
 `basis` says what stands behind a success: ``calibration`` (a free number was chosen so that this comes out), ``reading`` (our
-reading of the law says so by construction) or ``follows`` (nothing was chosen for it).
+reading of the law says so by construction) or ``follows`` (nothing was chosen for it). `source` says whether the paper
+states the fact or we infer it from its words.
 """
 
 from __future__ import annotations
@@ -12,6 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from stickslip.paper.study import Study
+
+#: The paper says it; the numbers of the check are ours all the same.
+STATED = "stated"
 
 REPRODUCED, PARTLY, NOT = "reproduced", "partly", "not reproduced"
 
@@ -26,7 +30,10 @@ class Evidence(NamedTuple):
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim of the paper: where it stands, what it says, how it is measured and when it counts as reproduced."""
+    """A claim of the paper: where it stands, what it says, how it is measured and when it counts as reproduced.
+
+    `source` is :data:`STATED` or ``inferred: …`` with what of it the paper does not say.
+    """
 
     id: str
     section: str
@@ -35,6 +42,7 @@ class Claim:
     threshold: str
     basis: str
     check: Callable[[Study], Evidence] = field(repr=False)
+    source: str = STATED
 
 
 def listed(values: list[float], digits: int = 3) -> str:

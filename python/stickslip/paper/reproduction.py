@@ -14,19 +14,19 @@ from stickslip.files.documents import write_text, write_whole
 from stickslip.model.drive import Harmonic
 from stickslip.paper import DAMPING, oscillator
 from stickslip.paper.checks import CLAIMS
-from stickslip.paper.claim import NOT, PARTLY, REPRODUCED
+from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, STATED
 from stickslip.paper.scoring import score
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_COLUMNS = ["section", "claim", "evidence", "basis", "verdict"]
+_COLUMNS = ["section", "claim", "source", "evidence", "basis", "verdict"]
 
 #: What the words of the table mean.
 LEGEND = (
-    "Every claim is a fact of the paper in our words. The basis says what a success rests on. Calibration: a number that "
-    "the paper leaves open was chosen so that it comes out. Reading: our reading of the law says so by construction. "
-    "Follows: nothing was chosen for it."
+    "Every claim is in our words. The source says whether the paper states it or what of it we infer. The basis says what a "
+    "success rests on. Calibration: a number that the paper leaves open was chosen so that it comes out. Reading: our "
+    "reading of the law says so by construction. Follows: nothing was chosen for it."
 )
 
 
@@ -121,9 +121,14 @@ def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict
 
 
 def summary(scores: pd.DataFrame) -> str:
-    """How many claims came out, in one sentence."""
+    """How many claims came out, in two sentences."""
     count = {verdict: int((scores["verdict"] == verdict).sum()) for verdict in (REPRODUCED, PARTLY, NOT)}
-    return f"Of {len(scores)} claims {count[REPRODUCED]} are reproduced, {count[PARTLY]} partly, {count[NOT]} not."
+    stated = scores[scores["source"] == STATED]
+    shown = int((stated["verdict"] == REPRODUCED).sum())
+    return (
+        f"Of {len(scores)} claims {count[REPRODUCED]} are reproduced, {count[PARTLY]} partly, {count[NOT]} not. "
+        f"Of the {len(stated)} among them that the paper states {shown} are reproduced."
+    )
 
 
 def markdown(scores: pd.DataFrame) -> str:
@@ -143,11 +148,19 @@ def markdown(scores: pd.DataFrame) -> str:
         "",
         summary(scores) + " " + LEGEND,
         "",
-        "| id | section | the paper says | verdict | evidence | basis |",
-        "|---|---|---|---|---|---|",
+        "| id | section | the paper says | verdict | evidence | basis | source |",
+        "|---|---|---|---|---|---|---|",
     ]
     for name, row in scores.iterrows():
-        cells = (f"`{name}`", row["section"], row["claim"], row["verdict"], row["evidence"], row["basis"])
+        cells = (
+            f"`{name}`",
+            row["section"],
+            row["claim"],
+            row["verdict"],
+            row["evidence"],
+            row["basis"],
+            row["source"],
+        )
         lines.append("| " + " | ".join(map(_cell, cells)) + " |")
     lines += ["", "## How each is checked", "", "| id | what is looked at | counts as reproduced |", "|---|---|---|"]
     lines += [f"| `{name}` | {_cell(row['measured'])} | {_cell(row['threshold'])} |" for name, row in scores.iterrows()]

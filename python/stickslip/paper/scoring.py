@@ -18,8 +18,9 @@ def claims() -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame indexed by id: section of the paper, claim, measured (what is looked at), threshold (when it counts as
-    reproduced) and basis (``calibration: …``, ``reading: …``, ``follows``: what a success of our model rests on).
+    DataFrame indexed by id: section of the paper, claim, source (``stated`` by the paper or ``inferred: …`` by us), measured
+    (what is looked at), threshold (when it counts as reproduced) and basis (``calibration: …``, ``reading: …``,
+    ``follows``: what a success of our model rests on).
 
     >>> claims().loc["end-of-oscillation", "section"]
     '9'
@@ -31,6 +32,7 @@ def claims() -> pd.DataFrame:
             "id": s.id,
             "section": s.section,
             "claim": s.sentence,
+            "source": s.source,
             "measured": s.measured,
             "threshold": s.threshold,
             "basis": s.basis,
@@ -64,8 +66,9 @@ def score(
 
     Returns
     -------
-    DataFrame indexed by id: section, claim, measured, threshold, verdict (``reproduced``, ``partly``,
-    ``not reproduced``), value, evidence, basis (``calibration: …``, ``reading: …``, ``follows``).
+    DataFrame indexed by id: section, claim, source (``stated``, ``inferred: …``), measured, threshold, verdict
+    (``reproduced``, ``partly``, ``not reproduced``), value, evidence, basis (``calibration: …``, ``reading: …``,
+    ``follows``).
 
     Raises
     ------
@@ -93,7 +96,7 @@ def score(
         if progress is not None:
             progress(done, len(chosen))
     table = claims().loc[[claim.id for claim in chosen]]
-    table.insert(4, "verdict", [evidence.verdict for evidence in found])
-    table.insert(5, "value", [evidence.value for evidence in found])
-    table.insert(6, "evidence", [evidence.sentence for evidence in found])
+    table.insert(5, "verdict", [evidence.verdict for evidence in found])
+    table.insert(6, "value", [evidence.value for evidence in found])
+    table.insert(7, "evidence", [evidence.sentence for evidence in found])
     return table

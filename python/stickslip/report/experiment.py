@@ -145,7 +145,7 @@ def run(
     Returns
     -------
     DataFrame over the names of the records: source, state (``"measured"``, ``"finished before"``, ``"failed"``), message, and
-    what a summary of the record prints.
+    what a summary of the record prints. Its ``attrs["law"]`` is the report of the identified law, or why there is none.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def run(
         if progress is not None:
             progress(name, done, len(sources))
     table = pd.DataFrame.from_dict({name: rows[name] for name in sources}, orient="index").rename_axis("record")
-    _together(plan, table)
+    table.attrs["law"] = _together(plan, table)
     return table
 
 
@@ -362,8 +362,8 @@ def _events(parts: Mapping[str, Any]) -> pd.DataFrame:
     return pd.concat(tables) if tables else pd.DataFrame()
 
 
-def _together(plan: Experiment, table: pd.DataFrame) -> None:
-    """What is made of all records: one table, one law, one report."""
+def _together(plan: Experiment, table: pd.DataFrame) -> str:
+    """What is made of all records: one table, one law, one report. Returns what is to be said of the law."""
     import pandas as pd
 
     from stickslip.identification import Identification, identify
@@ -409,6 +409,7 @@ def _together(plan: Experiment, table: pd.DataFrame) -> None:
         if len(together) > MOST_ROWS:
             report.text(f"The first {MOST_ROWS} of {len(together)}; all are in break_away.csv.")
     report.write(results / "report.html")
+    return law.report() if law is not None else f"No law was identified: {why}" if why else ""
 
 
 MOST_ROWS = 500

@@ -32,6 +32,9 @@ OKABE_ITO = {
     "grey": "#999999",
 }
 
+#: One colour per mass of a system.
+MASS_COLOURS = [OKABE_ITO[name] for name in ("blue", "orange", "green", "purple", "sky", "vermilion", "black")]
+
 #: One colour per mode of the automaton, the same in every picture.
 MODE_COLOURS = {
     "stick": OKABE_ITO["vermilion"],

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import ABOVE, MODE_COLOURS, OKABE_ITO, label, new_axes, units_of
+from stickslip.laws.state_law import StateLaw
+from stickslip.show.canvas import ABOVE, MASS_COLOURS, OKABE_ITO, label, new_axes, shade_sticks, units_of
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
+    from stickslip.model.system import System
     from stickslip.simulation.orbit import Orbit
 
 
@@ -28,7 +32,8 @@ def time_series(
 
     Parameters
     ----------
-    orbit : any orbit.
+    orbit : any orbit. Of several masses each has a colour, and friction that of the mass whose contact it is; their sticks
+        are thick lines.
     ax : three axes, or one that all three curves share; default a new figure with three under each other.
     start, stop : the span of time; default the whole orbit.
     units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``; default by the system.
@@ -51,9 +56,8 @@ def time_series(
     if len(panels) != 3:
         raise InputError(f"time_series: expected three axes or one, got {len(panels)}")
     shared = panels[0] is panels[2]
-    segments = orbit.segments
     # A jump of friction needs both its sides: sample just before each event as well.
-    edges = segments["t"].to_numpy()
+    edges = changes(orbit)
     edges = edges[(edges >= start) & (edges <= stop)]
     grid = orbit.times()
     before = np.nextafter(edges, -np.inf)
@@ -66,21 +70,56 @@ def time_series(
         ("v", "velocity ẋ", "velocity", "--" if shared else "-"),
         ("force", "friction F", "force", ":" if shared else "-"),
     )
+    alone = motion["x"].ndim == 1
     for panel, (key, name, kind, line) in zip(panels, curves, strict=True):
-        panel.plot(
-            times, motion[key], color=OKABE_ITO["black"], ls=line, lw=1.1, label=name, rasterized=times.size > 20_000
-        )
+        for curve, values, stuck in columns(orbit, motion, key):
+            color = OKABE_ITO["black"] if alone else MASS_COLOURS[curve % len(MASS_COLOURS)]
+            text = name if alone else f"mass {curve}" if key == "x" else None
+            panel.plot(times, values, color=color, ls=line, lw=1.1, label=text, rasterized=times.size > 20_000)
+            if not alone:
+                panel.plot(times, np.where(stuck, values, np.nan), color=color, lw=2.6)
         if not shared:
             # Two lines, as three panels are low.
             panel.set_ylabel(label(name, kind, which).replace(" (", "\n("))
-    begins, ends = segments["t"].to_numpy(), np.append(segments["t"].to_numpy()[1:], orbit.t_end)
-    sticks = (segments["direction"].to_numpy() == 0) & (ends > start) & (begins < stop)
     for panel in {id(panel): panel for panel in panels}.values():
-        for begin, end in zip(begins[sticks], ends[sticks], strict=True):
-            panel.axvspan(max(begin, start), min(end, stop), color=MODE_COLOURS["stick"], alpha=0.14, lw=0)
+        if alone:
+            shade_sticks(panel, times, motion["stuck"].to_numpy())
         panel.margins(x=0)
     panels[2].set_xlabel(label("time t", "time", which))
-    if shared:
+    if shared or not alone:
         panels[0].legend(**ABOVE, ncols=3)
+    if shared:
         panels[0].set_ylabel("x, ẋ, F" + (" (dimensionless)" if which == "dimensionless" else " (SI)"))
     return panels
+
+
+def changes(orbit: Orbit) -> NDArray[np.float64]:
+    """The times at which the motion or its friction has a corner or a jump, that of the start among them."""
+    contacts = getattr(orbit.system, "contacts", (orbit.system,))
+    smooth = any(isinstance(contact.law, StateLaw) for contact in contacts)
+    times = orbit.events["t"] if smooth else orbit.segments["t"]
+    return np.asarray(times, dtype=float)
+
+
+def columns(
+    orbit: Orbit, motion: xr.Dataset, name: str
+) -> Iterator[tuple[int, NDArray[np.float64], NDArray[np.bool_]]]:
+    """Each curve of a sampled quantity, with the number of its mass and where that sticks to a drive.
+
+    Parameters
+    ----------
+    orbit : what was sampled.
+    motion : its samples, from ``orbit.to_xarray``.
+    name : of a variable; one of contacts (force) belongs to the mass of the contact.
+    """
+    values: Any = motion[name].to_numpy()
+    stuck = motion["stuck"].to_numpy()
+    if values.ndim == 1:
+        yield 0, values, stuck
+        return
+    contacts = cast("System", orbit.system).contacts
+    drives = {contact.mass: number for number, contact in enumerate(contacts) if contact.other is None}
+    free = np.zeros(len(values), dtype=bool)
+    masses = [contact.mass for contact in contacts] if "contact" in motion[name].dims else range(values.shape[1])
+    for column, mass in enumerate(masses):
+        yield mass, values[:, column], stuck[:, drives[mass]] if mass in drives else free

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,6 +22,7 @@ from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Work
 from stickslip.simulation.state_orbit import Mark, StateOrbit, masses_of, state_laws_of
+from stickslip.simulation.time_limit import TimeLimit
 
 METHODS = ("LSODA", "Radau", "BDF", "DOP853", "RK45")
 #: So many steps at one time lead nowhere.
@@ -120,7 +120,7 @@ def integrate(
         return core.rates(min(t, before), np.ascontiguousarray(y))
 
     up, seen, idle = math.inf, 0.0, 0
-    deadline = math.inf if max_seconds is None else time.monotonic() + max_seconds
+    limit = TimeLimit.after(max_seconds, "integrate")
 
     def time_left(t: float, _: NDArray[np.float64]) -> float:
         """Zero at the end of the step in which the time is up."""
@@ -130,7 +130,7 @@ def integrate(
         seen = t
         if idle > _IDLE:
             raise _Stalled(t)
-        if up == math.inf and time.monotonic() >= deadline:
+        if up == math.inf and limit.passed:
             up = t
         return min(up - t, 1.0)
 

@@ -318,7 +318,13 @@ def load(path: str | Path) -> Orbit:
     """
     tree = read_tree(path, "orbit file")
     if tree.attrs.get("stickslip") != "orbit":
-        raise InputError(f"{path}: expected an orbit, got another netCDF file; make one with Orbit.save")
+        measured = tree.attrs.get("command") == "stickslip measure"
+        what = (
+            "a measured friction; identify takes it, xarray.open_datatree opens it"
+            if measured
+            else "another netCDF file"
+        )
+        raise InputError(f"{path}: expected an orbit, as Orbit.save makes it, got {what}")
     try:
         tables = {name: _table(tree[name].to_dataset()) for name in ("events", "segments")}
         whole = int(tree.attrs["checksum"]) == _checksum(tree.attrs, tables)

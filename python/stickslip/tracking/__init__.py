@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from stickslip.tracking.batch import track_films
     from stickslip.tracking.bodies import rigid_body
     from stickslip.tracking.check_film import draw_tracks, tracks_over_film, write_check_film
+    from stickslip.tracking.field import displacement_field, field_figure, field_plot
     from stickslip.tracking.follow import track
     from stickslip.tracking.scale.calibration import Calibration, Lens, read_calibration
     from stickslip.tracking.scale.scale_check import FreeFall, free_fall
@@ -25,7 +26,10 @@ _HOME = {
     "FreeFall": "scale.scale_check",
     "Lens": "scale.calibration",
     "Setup": "setup",
+    "displacement_field": "field",
     "draw_tracks": "check_film",
+    "field_figure": "field",
+    "field_plot": "field",
     "film": "synthetic",
     "free_fall": "scale.scale_check",
     "read_calibration": "scale.calibration",
@@ -44,7 +48,10 @@ __all__ = [
     "FreeFall",
     "Lens",
     "Setup",
+    "displacement_field",
     "draw_tracks",
+    "field_figure",
+    "field_plot",
     "film",
     "free_fall",
     "read_calibration",

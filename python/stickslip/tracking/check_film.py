@@ -42,7 +42,7 @@ def write_check_film(
     progress : called with (what, pictures done, pictures in all).
     """
     rate = float(motion.attrs["frame_rate"]) or 25.0
-    film = Film(source, times=motion["time"].to_numpy(), raw=Setup.from_toml(motion.attrs.get("setup", "")).raw)
+    film = _film(motion, source)
 
     def drawn() -> Iterator[Picture]:
         for index, (_, picture) in enumerate(film):
@@ -53,6 +53,11 @@ def write_check_film(
 
     # slow motion stays slow: no more than 30 pictures a second are shown
     return write_pictures(path, drawn(), min(rate, 30.0) if rate > 1 else 5.0, lossless=False)
+
+
+def _film(motion: xr.Dataset, source: str | Path | list[Path]) -> Film:
+    """The film of a motion, with the times of that."""
+    return Film(source, times=motion["time"].to_numpy(), raw=Setup.from_toml(motion.attrs.get("setup", "")).raw)
 
 
 def draw_tracks(picture: Picture, motion: xr.Dataset, index: int) -> Picture:
@@ -118,7 +123,7 @@ def tracks_over_film(
     from stickslip.show.canvas import OKABE_ITO, new_axes, verbatim
 
     middle = motion.sizes["time"] // 2
-    for index, (_, picture) in enumerate(Film(source, times=motion["time"].to_numpy())):
+    for index, (_, picture) in enumerate(_film(motion, source)):
         if picture is not None and index >= middle:
             break
     else:

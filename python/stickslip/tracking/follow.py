@@ -146,8 +146,7 @@ class _Seen:
 
 
 def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progress | None) -> xr.Dataset:
-    times = setup.folder / setup.times if setup.times is not None else None
-    film = Film(source, setup.frame_rate, times, grey=setup.grey, raw=setup.raw)
+    film = setup.film(source)
     seen, tracks = _followed(film, setup, progress)
     doubts = _unclear(film, setup, seen, tracks)
     if (size := _doubted_size(setup, seen, tracks, bool(doubts))) is not None:
@@ -205,8 +204,10 @@ def _doubted_size(setup: Setup, seen: _Seen, tracks: list[Track], unclear: bool)
     """The usual diameter of markers, where none was given and what was taken for them is `unclear` or changes its size."""
     if setup.finder != "blob" or setup.size is not None or setup.level is not None:
         return None
-    film = [detections.rows() for detections in seen.pictures]
-    sizes = [np.array([row.size for row in track.rows(film)]) for track in tracks]
+    sizes = [
+        np.array([seen.pictures[frame].size[index] for frame, index in zip(track.frames, track.indices, strict=True)])
+        for track in tracks
+    ]
     own = np.array([np.median(one) for one in sizes])
     usual = float(np.quantile(own, 0.5, method="lower"))
     if np.mean(np.abs(np.log(own / usual)) < math.log(ALIKE)) <= 0.5:
@@ -248,7 +249,7 @@ def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
     seen = _Seen([], [], [], [], shape)
     if first is None:
         return seen
-    box = _box(setup, first, film.name)
+    box = setup.box(first, film.name)
     total = len(film)
 
     def pictures() -> Iterator[Picture | None]:
@@ -263,15 +264,6 @@ def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
         seen.pictures.append(found.best(max(CROWD, 3 * setup.count)).moved(box[1].start, box[0].start))
         seen.whole.append(whole)
     return seen
-
-
-def _box(setup: Setup, first: Picture, name: str) -> tuple[slice, slice]:
-    """The part of the pictures that is looked at."""
-    height, width = first.shape[:2]
-    left, top, wide, high = setup.region or (0, 0, width, height)
-    if left >= width or top >= height:
-        raise InputError(f"{name}: the region begins at ({left}, {top}), outside of pictures of {width} x {height} px")
-    return slice(top, min(height, top + high)), slice(left, min(width, left + wide))
 
 
 def _finder(setup: Setup, first: Picture, name: str) -> Finder:

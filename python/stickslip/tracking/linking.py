@@ -31,7 +31,7 @@ PATIENCE = 5
 """A track seen less often than this dies when it is missed three times; longer ones wait for their marker."""
 
 
-@dataclass
+@dataclass(eq=False)
 class Track:
     """One thing followed through a film.
 
@@ -218,6 +218,7 @@ def _pairs(tracks: list[Track], rows: list[Row], frame: int, limits: Limits) -> 
     """Which track goes on with which detection, by numbers."""
     possible: list[tuple[int, int, float]] = []
     alone = []
+    x, y, label = np.array([(row.x, row.y, row.label) for row in rows]).reshape(-1, 3).T
     for number, track in enumerate(tracks):
         seen = len(track.frames)
         # how clearly a track has been seen: a marker must not give way to passing clutter
@@ -230,11 +231,11 @@ def _pairs(tracks: list[Track], rows: list[Row], frame: int, limits: Limits) -> 
         step = 0.5 * ahead * math.hypot(track.vx, track.vy)
         reach = limits.reach * min(1 + 0.25 * (gap - 1), 2.0)
         far = reach + 2 * step
-        for index, row in enumerate(rows):
-            same = row.label == track.label or (row.label < 0 and track.label < 0)
-            labelled = row.label >= 0 and same
-            if not labelled and (not same or abs(row.x - track.x) > far or abs(row.y - track.y) > far):
-                continue
+        labelled = track.label >= 0
+        like = label == track.label if labelled else label < 0
+        near = like if labelled else like & (np.abs(x - track.x) <= far) & (np.abs(y - track.y) <= far)
+        for index in np.flatnonzero(near).tolist():
+            row = rows[index]
             here = math.hypot(row.x - track.x, row.y - track.y)
             there = math.hypot(row.x - there_x, row.y - there_y)
             # what flies is expected ahead, what jumps back and forth where it was; the other costs half the last step more

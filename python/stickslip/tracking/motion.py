@@ -76,7 +76,7 @@ def motion_dataset(
             "frame_rate": rate,
             "calibration": calibration.to_json(),
             "scale_error": calibration.scale_error,
-            "version": _version(),
+            "version": package_version(),
             "notes": list(calibration.notes),
         },
     )
@@ -87,7 +87,8 @@ def save_motion(motion: xr.Dataset, path: str | Path) -> Path:
     return write_netcdf(path, motion)
 
 
-def _version() -> str:
+def package_version() -> str:
+    """The version that goes into a file."""
     from stickslip import _core
 
     return str(_core.__version__)

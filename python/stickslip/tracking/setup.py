@@ -13,6 +13,7 @@ from stickslip.files.documents import check_keys, number, read_toml
 from stickslip.files.schema import Document, Kind, Limits, Positive, Says, kinds
 from stickslip.tracking.finding.response_map import check_marker
 from stickslip.tracking.video.raw import Raw
+from stickslip.tracking.video.source import Film, Picture
 
 Box = tuple[int, int, int, int]
 
@@ -144,6 +145,27 @@ class Setup(Document):
     def grey(self) -> bool:
         """Whether the colours of a picture are not needed."""
         return self.channel == "grey" and (self.finder != "blob" or self.marker in ("dark", "bright"))
+
+    def film(self, source: str | Path | list[Path]) -> Film:
+        """The pictures of a source, with the times and in the colours that the setup asks for."""
+        times = self.folder / self.times if self.times is not None else None
+        return Film(source, self.frame_rate, times, grey=self.grey, raw=self.raw)
+
+    def box(self, picture: Picture, name: str) -> tuple[slice, slice]:
+        """The part of the pictures of a film of this `name` that is looked at, rows and columns.
+
+        Raises
+        ------
+        InputError
+            where the region begins outside of them.
+        """
+        height, width = picture.shape[:2]
+        left, top, wide, high = self.region or (0, 0, width, height)
+        if left >= width or top >= height:
+            raise InputError(
+                f"{name}: the region begins at ({left}, {top}), outside of pictures of {width} x {height} px"
+            )
+        return slice(top, min(height, top + high)), slice(left, min(width, left + wide))
 
     @classmethod
     def of(cls, given: Setup | Mapping[str, Any] | str | Path | None, **options: Any) -> Setup:

@@ -330,27 +330,6 @@ impl Frame {
         let own = self.coupling(c, c);
         (own - given <= 1e-9 * own).then_some(share)
     }
-
-    /// Give the held contacts exactly zero slip velocity, at no change of momentum where two masses meet.
-    pub(crate) fn stop(&self, held: &Held, clock: Clock, v: &mut [f64]) {
-        self.keep(held, |_| 0.0, clock, v);
-    }
-
-    /// The same for any slip velocity.
-    pub(crate) fn keep(&self, held: &Held, kept: impl Fn(usize) -> f64, clock: Clock, v: &mut [f64]) {
-        let mut drive = ZERO;
-        let slip: Vec<f64> = held
-            .contacts
-            .iter()
-            .map(|&c| {
-                self.drives[c].expand(clock, &mut drive);
-                drive[0] - self.across(c, |i| v[i]) - kept(c)
-            })
-            .collect();
-        for (row, &c) in held.contacts.iter().enumerate() {
-            self.push(c, held.force(row, |at| slip[at]), v);
-        }
-    }
 }
 
 /// One Taylor expansion; its memory is used again for the next.
@@ -380,6 +359,9 @@ pub(crate) struct Motion {
     grown: Vec<Grown>,
     acceleration: Vec<f64>,
     wanted: Vec<f64>,
+    /// What rounding took of the positions and velocities along the steps so far: of a slip speed that is less than the
+    /// rounding of the velocities it is all there is.
+    lost: Vec<[f64; 2]>,
 }
 
 impl Motion {
@@ -402,12 +384,34 @@ impl Motion {
             grown: vec![Grown::default(); c],
             acceleration: vec![0.0; n],
             wanted: vec![0.0; c],
+            lost: vec![[0.0; 2]; n],
         }
     }
 
-    /// The drive velocity of a contact and its rate at the start.
-    pub(crate) fn drive(&self, contact: usize) -> (f64, f64) {
-        (self.drive[contact][0], self.drive[contact][1])
+    /// The slip velocity of a contact at velocities, to the rounding of itself.
+    pub(crate) fn slip(&self, frame: &Frame, c: usize, v: &[f64]) -> f64 {
+        self.drive[c][0] - frame.across(c, |i| v[i]) - frame.across(c, |i| self.lost[i][1])
+    }
+
+    /// Give the held contacts exactly zero slip velocity, at no change of momentum where two masses meet.
+    pub(crate) fn stop(&mut self, frame: &Frame, held: &Held, v: &mut [f64]) {
+        self.keep(frame, held, |_| 0.0, v);
+    }
+
+    /// The same for any slip velocity.
+    pub(crate) fn keep(&mut self, frame: &Frame, held: &Held, kept: impl Fn(usize) -> f64, v: &mut [f64]) {
+        if held.contacts.is_empty() {
+            return;
+        }
+        let slip = held.contacts.iter().map(|&c| self.slip(frame, c, v) - kept(c));
+        let slip: Vec<f64> = slip.collect();
+        self.acceleration.fill(0.0);
+        for (row, &c) in held.contacts.iter().enumerate() {
+            frame.push(c, held.force(row, |at| slip[at]), &mut self.acceleration);
+        }
+        for (i, change) in self.acceleration.iter().enumerate() {
+            (v[i], self.lost[i][1]) = add((v[i], self.lost[i][1]), (*change, 0.0));
+        }
     }
 
     /// All drive velocities.
@@ -521,7 +525,11 @@ impl Motion {
         for k in 0..ORDER {
             self.free(frame, k);
             for (c, force_line) in force_lines.iter().enumerate() {
-                let w = self.drive[c][k] - frame.across(c, |i| self.v[i][k]);
+                let w = if k == 0 {
+                    self.slip(frame, c, v)
+                } else {
+                    self.drive[c][k] - frame.across(c, |i| self.v[i][k])
+                };
                 self.press(frame, c, k);
                 if force_line.apart() {
                     (self.u[c][k], self.force[c][k]) = (force_line.sign() * w, 0.0);
@@ -594,6 +602,7 @@ impl Motion {
     fn expand_single(&mut self, frame: &Frame, law: &Law, force_line: ForceLine, x0: f64, v0: f64) {
         let [spring, damper] = frame.near.row(0).first().map_or([0.0; 2], |(_, near)| *near);
         let response = frame.response(0, 0);
+        let slip = self.drive[0][0] - v0 - self.lost[0][1];
         let (x, v, u) = (&mut self.x[0], &mut self.v[0], &mut self.u[0]);
         let (force, drive, input) = (&mut self.force[0], &self.drive[0], &self.input[0]);
         (x[0], v[0]) = (x0, v0);
@@ -606,11 +615,7 @@ impl Motion {
         if force_line.holds() {
             for k in 0..ORDER {
                 let wanted = (k + 1) as f64 * drive[k + 1];
-                u[k] = if k == 0 {
-                    force_line.sign() * (drive[0] - v[0])
-                } else {
-                    0.0
-                };
+                u[k] = if k == 0 { force_line.sign() * slip } else { 0.0 };
                 force[k] = (wanted - input[k] + spring * x[k] + damper * v[k]) / response;
                 x[k + 1] = v[k] * INVERSE[k + 1];
                 v[k + 1] = drive[k + 1];
@@ -622,7 +627,7 @@ impl Motion {
         let grown = &mut self.grown[0];
         let pull = response * direction;
         for k in 0..ORDER {
-            u[k] = direction * (drive[k] - v[k]);
+            u[k] = direction * if k == 0 { slip } else { drive[k] - v[k] };
             let size = if smooth {
                 law.extend(u, k, grown)
             } else {
@@ -823,8 +828,8 @@ impl Motion {
     }
 
     /// Move positions and velocities on by `h`, and what rounding took of both: many short steps add up to what one long step is.
-    pub(crate) fn advance(&self, h: f64, x: &mut [f64], v: &mut [f64], lost: &mut [[f64; 2]]) {
-        for (i, [of_x, of_v]) in lost.iter_mut().enumerate() {
+    pub(crate) fn advance(&mut self, h: f64, x: &mut [f64], v: &mut [f64]) {
+        for (i, [of_x, of_v]) in self.lost.iter_mut().enumerate() {
             (x[i], *of_x) = add((x[i], *of_x), (gain(&self.x[i], h), 0.0));
             (v[i], *of_v) = add((v[i], *of_v), (gain(&self.v[i], h), 0.0));
         }

@@ -15,7 +15,18 @@ use super::table::Table;
 use super::{Adhesion, End, Friction, Hold, Memory, Piece, Point, StaticFriction};
 use crate::elementary::tan;
 use crate::error::Error;
-use crate::parameters::{Limited, Parameters, parameters};
+use crate::parameters::{Limited, Parameters, parameters, words};
+
+words! {
+    /// The way that slip takes where its acceleration turns from + to − on the upper branch; the paper does not say it.
+    pub enum UpperTurn {
+        /// Down to the lower branch, with slope tan η.
+        #[default]
+        Down = "down",
+        /// Back along the upper line; the lower branch is met on the common line alone.
+        Back = "back",
+    }
+}
 
 parameters! {
     /// The friction law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
@@ -44,6 +55,9 @@ parameters! {
         pub psi: f64 = 39.0 => [ANGLE.search(-89.99, 89.99)],
         /// η in degrees: angle of the steepest climb, and of every passage between the branches but D's.
         pub eta: f64 = 89.0 => [ANGLE.search(0.01, 89.99)],
+        /// What a turn of ẇ from + to − on the upper branch does.
+        #[serde(default)]
+        pub upper_turn: UpperTurn = UpperTurn::Down => [],
     }
 }
 
@@ -120,7 +134,7 @@ impl BogaczRyczek {
 
     fn upper(&self, memory: &Memory) -> Piece {
         let slope = self.upper_slope(memory.anchor);
-        // It is left by rising beyond the corner or by a turn, never at a low end.
+        // It is left by rising beyond the corner, by a turn or into a stick, never at a low end.
         Piece {
             reverses: true,
             ..Piece::line(memory.anchor, slope, 0.0, memory.corner[0], UPPER)
@@ -281,8 +295,7 @@ impl Friction for BogaczRyczek {
     }
 
     fn feels_force_rate(&self) -> bool {
-        let surface = &self.static_friction;
-        surface.drop > 0.0 || surface.limit > 0.0 && surface.force_rate_scale.is_some()
+        self.static_friction.feels_force_rate()
     }
 
     fn leave(&self, force: f64, memory: &mut Memory) -> Piece {
@@ -294,7 +307,8 @@ impl Friction for BogaczRyczek {
     fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece {
         self.leave(self.static_friction.without_rest(memory.force_rate), memory);
         let rising = self.rising(u, memory);
-        if u >= memory.corner[0] || balance >= rising.force(u) {
+        let upper = balance >= rising.force(u) || self.upper_turn == UpperTurn::Back;
+        if u >= memory.corner[0] || upper {
             return rising;
         }
         let lower = self.lower(memory);
@@ -324,7 +338,7 @@ impl Friction for BogaczRyczek {
             (STEEP, End::High) => self.rising(u, memory),
             // Where the static limit is small, the lower branch may lie above near w = 0: the way back is then the same line.
             (FALL | UPPER, End::Reversal { rising: false })
-                if self.lower(memory).force(u) < piece.force(u) =>
+                if self.upper_turn == UpperTurn::Down && self.lower(memory).force(u) < piece.force(u) =>
             {
                 self.steep_down([u, piece.force(u)], memory)
             }

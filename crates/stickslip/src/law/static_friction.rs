@@ -6,11 +6,11 @@ use crate::error::Error;
 use crate::parameters::{Kind, Limited, Limits, Parameters, Value, parameters};
 
 parameters! {
-    /// f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
+    /// f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ₂/(1 + (δ/δ₂)^r) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).
     ///
     /// The growth with rest is Kato's (Kato, Sato & Matsubayashi, Wear 20 (1972) 315); the fall with the force rate follows
     /// the finding of Johannes, Green & Brockley (Wear 24 (1973) 381) in a form of our own, for what rest adds and, with Δ₀, for
-    /// what there is without rest.
+    /// what there is without rest, there in one step or two.
     #[derive(Copy)]
     pub struct StaticFriction {
         /// f_0 = f_s(0, δ → ∞).
@@ -39,6 +39,15 @@ parameters! {
         /// Exponent q.
         #[serde(default = "crate::law::one")]
         pub force_rate_exponent: f64 = 1.0 => [PURE.positive().search(0.05, 10.0)],
+        /// What f_s(0, δ) falls by in a second step, Δ₂.
+        #[serde(default)]
+        pub second_drop: f64 = 0.0 => [FORCE.not_negative()],
+        /// Force rate δ₂ at which half of that is gone.
+        #[serde(default = "crate::law::one")]
+        pub second_drop_scale: f64 = 1.0 => [FORCE_RATE],
+        /// Exponent r.
+        #[serde(default = "crate::law::one")]
+        pub second_drop_exponent: f64 = 1.0 => [PURE.positive().search(0.05, 100.0).ratio()],
     }
 }
 
@@ -55,7 +64,26 @@ impl StaticFriction {
             exponent: 1.0,
             force_rate_scale: None,
             force_rate_exponent: 1.0,
+            second_drop: 0.0,
+            second_drop_scale: 1.0,
+            second_drop_exponent: 1.0,
         }
+    }
+
+    /// The steps in which f_s(0, δ) falls: how far, at which force rate and how steeply.
+    fn drops(&self) -> impl Iterator<Item = [f64; 3]> {
+        let first = [self.drop, self.drop_scale, self.drop_exponent];
+        let second = [
+            self.second_drop,
+            self.second_drop_scale,
+            self.second_drop_exponent,
+        ];
+        [first, second].into_iter().filter(|[drop, ..]| *drop > 0.0)
+    }
+
+    /// Whether static friction depends on the force rate.
+    pub(super) fn feels_force_rate(&self) -> bool {
+        self.drops().next().is_some() || self.limit > 0.0 && self.force_rate_scale.is_some()
     }
 
     /// f_s(t_s, δ).
@@ -77,10 +105,10 @@ impl StaticFriction {
             curvature: 0.0,
             softening: 0.0,
         };
-        if self.drop > 0.0 {
-            let [share, falls] = fall(hold.force_rate, self.drop_scale, self.drop_exponent);
-            at.force += self.drop * share;
-            at.softening = self.drop * falls;
+        for [drop, scale, exponent] in self.drops() {
+            let [share, falls] = fall(hold.force_rate, scale, exponent);
+            at.force += drop * share;
+            at.softening += drop * falls;
         }
         if self.limit > 0.0 && hold.stick_time > 0.0 {
             let [share, falls] = self.softened(hold.force_rate);
@@ -99,10 +127,9 @@ impl StaticFriction {
 
     /// f_s(0, δ).
     pub(super) fn without_rest(&self, force_rate: f64) -> f64 {
-        if self.drop == 0.0 {
-            return self.initial;
-        }
-        self.initial + self.drop * fall(force_rate, self.drop_scale, self.drop_exponent)[0]
+        self.drops().fold(self.initial, |force, [drop, scale, exponent]| {
+            force + drop * fall(force_rate, scale, exponent)[0]
+        })
     }
 
     /// The part of the growth with rest that is left at a force rate, and how fast it falls with that.
@@ -114,7 +141,9 @@ impl StaticFriction {
 
     /// sup of −∂f_s/∂δ between two force rates, whatever the rest.
     pub(super) fn softening_bound(&self, rates: [f64; 2]) -> f64 {
-        let drop = self.drop * steepest(rates, self.drop_scale, self.drop_exponent);
+        let drop = self.drops().fold(0.0, |sum, [drop, scale, exponent]| {
+            sum + drop * steepest(rates, scale, exponent)
+        });
         let growth = self.force_rate_scale.map_or(0.0, |scale| {
             self.limit * steepest(rates, scale, self.force_rate_exponent)
         });

@@ -33,7 +33,7 @@ impl Loop<'_> {
         let mut at_rest = Vec::new();
         let mut force = vec![0.0; self.contacts.len()];
         for c in 0..self.contacts.len() {
-            let w = self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]);
+            let w = self.motion.slip(&self.frame, c, &self.v);
             if self.frame.normals[c].is_some() && self.normal(c) <= self.faint(c) {
                 (self.contacts[c].direction, self.contacts[c].apart) = (w.signum(), true);
                 continue;
@@ -98,7 +98,7 @@ impl Loop<'_> {
                 .collect(),
         );
         let (mut motion, mut v) = (self.motion.clone(), self.v.clone());
-        self.frame.stop(&held, self.clock, &mut v);
+        motion.stop(&self.frame, &held, &mut v);
         motion.expand(&self.frame, &self.laws, &force_lines, &held, &self.x, &v);
         motion.force[c][1].abs()
     }
@@ -117,7 +117,7 @@ impl Loop<'_> {
             return;
         }
         let all = self.frame.held(zero.clone());
-        self.frame.stop(&all, self.clock, &mut self.v);
+        self.motion.stop(&self.frame, &all, &mut self.v);
         // The static limit, and what slip would start with.
         let of_law: Vec<[f64; 2]> = zero
             .iter()
@@ -162,7 +162,7 @@ impl Loop<'_> {
             if row_of[c].is_some() {
                 continue;
             }
-            let speed = contact.direction * (self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]));
+            let speed = contact.direction * self.motion.slip(&self.frame, c, &self.v);
             let force = self.friction(c, speed.max(0.0));
             self.frame.relieve(&mut required, c, force);
         }

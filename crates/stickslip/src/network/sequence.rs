@@ -100,7 +100,7 @@ pub fn resume(
     motion.clock = Clock { high: t, low: 0.0 };
     motion.motion.aim(&motion.frame, motion.clock);
     let speeds: Vec<f64> = (0..layout.contacts)
-        .map(|c| motion.motion.drive(c).0 - motion.frame.across(c, |i| motion.v[i]))
+        .map(|c| motion.motion.slip(&motion.frame, c, &motion.v))
         .collect();
     for (c, contact) in motion.contacts.iter_mut().enumerate() {
         let at = layout.contact(c);
@@ -135,7 +135,7 @@ pub fn resume(
     }
     let stuck = (0..contact_states.len()).filter(|&c| contact_states[c] == ContactState::Stick);
     let held = motion.frame.held(stuck.collect());
-    motion.frame.stop(&held, motion.clock, &mut motion.v);
+    motion.motion.stop(&motion.frame, &held, &mut motion.v);
     Ok(motion.orbit(system, run, go_on))
 }
 

@@ -112,7 +112,7 @@ impl Loop<'_> {
 
     /// The bodies of contact `c` part.
     fn part(&mut self, c: usize) {
-        let w = self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]);
+        let w = self.motion.slip(&self.frame, c, &self.v);
         let contact = &mut self.contacts[c];
         if contact.direction == 0.0 {
             contact.direction = w.signum();
@@ -123,7 +123,7 @@ impl Loop<'_> {
 
     /// The bodies of contact `c` meet: they slip on, or it arrives at zero slip velocity.
     fn meet(&mut self, c: usize) -> Option<usize> {
-        let w = self.motion.drive(c).0 - self.frame.across(c, |i| self.v[i]);
+        let w = self.motion.slip(&self.frame, c, &self.v);
         let contact = &mut self.contacts[c];
         contact.apart = false;
         contact.direction = w.signum();

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use super::closed::Closed;
 use super::state::{ContactState, Layout, Moving};
 use super::varied::{Parameter, Varied, difference};
 use crate::clock::Clock;
@@ -15,6 +16,9 @@ use crate::system::System;
 /// A phase of more steps has run away from the motion it was taken from, to where its law grows without bound.
 const MOST_STEPS: u32 = 10_000;
 
+/// The order of an expansion of which numbers and their rates at its start are asked.
+const RATES: usize = 2;
+
 /// The systems around one parameter.
 type Around<'a> = [(Frame, Vec<&'a Law>); 4];
 
@@ -24,6 +28,8 @@ pub(super) struct Course<'a> {
     pub(super) frame: Frame,
     pub(super) laws: Vec<&'a Law>,
     pub(super) layout: Layout,
+    /// The closed form, where there is one.
+    closed: Option<Closed>,
     /// The parameters that change the motion within a phase: which, and the systems around it.
     acting: Vec<(usize, Around<'a>)>,
     /// Memory for a look at what would be.
@@ -118,6 +124,7 @@ impl<'a> Course<'a> {
             varied,
             laws: laws(base),
             layout: Layout::of(base),
+            closed: Closed::of(varied),
             spare: RefCell::new(Expansion::of(&frame, acting.len())),
             frame,
             acting,
@@ -156,8 +163,10 @@ impl<'a> Course<'a> {
                 .filter(|&c| force_lines[c].holds())
                 .collect(),
         );
+        // What systems beside this one would give is asked only where parameters have lanes.
+        let acting = self.acting.len() * usize::from(state.numbers[0].rates.len() > 1);
         Mode {
-            beside: (self.acting.iter())
+            beside: (self.acting[..acting].iter())
                 .map(|(_, beside)| {
                     beside
                         .each_ref()
@@ -177,7 +186,38 @@ impl<'a> Course<'a> {
         tau: f64,
         expansion: &mut Expansion,
     ) {
-        self.walk(start, contact_states, tau, expansion, &mut |_| {});
+        if !self.leap(start, contact_states, tau, expansion) {
+            self.walk(start, contact_states, tau, expansion, &mut |_| {});
+        }
+    }
+
+    /// The same in closed form, false where there is none; the expansion is good at that time alone.
+    fn leap(
+        &self,
+        start: &Moving,
+        contact_states: &[ContactState],
+        tau: f64,
+        expansion: &mut Expansion,
+    ) -> bool {
+        let (Some(closed), &[contact_state]) = (&self.closed, contact_states) else {
+            return false;
+        };
+        if contact_state != ContactState::Stick && self.frame.is_smooth(0, contact_state.direction()) {
+            return false;
+        }
+        let mut here = start.clone();
+        let clock = Clock {
+            high: start.numbers[0].value,
+            low: 0.0,
+        };
+        self.stop(&mut here, contact_states);
+        if !closed.move_on(&mut here, contact_state, clock, tau) {
+            return false;
+        }
+        let mode = self.mode(&here, contact_states);
+        self.expand(RATES, &here, contact_states, &mode, clock.after(tau), expansion);
+        (expansion.begin, expansion.h) = (tau, 0.0);
+        true
     }
 
     /// The same from a expansion near by.
@@ -337,17 +377,21 @@ impl<'a> Course<'a> {
         motion.aim(&self.frame, clock);
         motion.expand(&self.frame, &self.laws, force_lines, held, x, v);
         let rate = self.frame.rate;
-        let sizes = x.iter().map(|x| rate * x.abs()).chain(v.iter().map(|v| v.abs()));
-        let scale = sizes
-            .fold(self.frame.push, f64::max)
-            .max(motion.speed(&self.frame, force_lines))
-            .max(f64::MIN_POSITIVE);
-        let step = motion.reach(&self.frame, force_lines, scale);
-        // The series of a motion that stands still is good for ever.
-        expansion.reach = if step.is_finite() {
-            motion.agreed(&self.frame, &self.laws, force_lines, scale, step)
+        expansion.reach = if order < ORDER {
+            0.0
         } else {
-            f64::INFINITY
+            let sizes = x.iter().map(|x| rate * x.abs()).chain(v.iter().map(|v| v.abs()));
+            let scale = sizes
+                .fold(self.frame.push, f64::max)
+                .max(motion.speed(&self.frame, force_lines))
+                .max(f64::MIN_POSITIVE);
+            let step = motion.reach(&self.frame, force_lines, scale);
+            // The series of a motion that stands still is good for ever.
+            if step.is_finite() {
+                motion.agreed(&self.frame, &self.laws, force_lines, scale, step)
+            } else {
+                f64::INFINITY
+            }
         };
         expansion.lanes = number(0).rates.len();
         expansion.moving.clear();
@@ -364,7 +408,7 @@ impl<'a> Course<'a> {
                 );
             }
         }
-        self.give(mode, clock, expansion);
+        self.give(order, mode, clock, expansion);
         let acting: Vec<usize> = self.acting_on(expansion.lanes).map(|(_, _, lane)| lane).collect();
         let line = |c: usize| {
             let counts = matches!(contact_states[c], ContactState::Slip(_)) && !smooth(c);
@@ -422,7 +466,7 @@ impl<'a> Course<'a> {
     }
 
     /// What the parameters change while the motion is held.
-    fn give(&self, mode: &Mode, clock: Clock, expansion: &mut Expansion) {
+    fn give(&self, order: usize, mode: &Mode, clock: Clock, expansion: &mut Expansion) {
         let own = &expansion.motion;
         for (((which, systems), helds), (beside, given)) in
             self.acting.iter().zip(&mode.beside).zip(&mut expansion.acting)
@@ -431,12 +475,12 @@ impl<'a> Course<'a> {
                 systems.iter().zip(helds).zip(beside.iter_mut())
             {
                 motion.aim(frame, clock);
-                motion.give(frame, laws, &mode.force_lines, held, own, acceleration);
+                motion.give(order, frame, laws, &mode.force_lines, held, own, acceleration);
             }
             let step = self.varied.parameters[*which].step;
             let differ = |rows: &mut [Series], of: fn(&Beside) -> &[Series]| {
                 for (row, series) in rows.iter_mut().enumerate() {
-                    for (k, term) in series.iter_mut().enumerate() {
+                    for (k, term) in series[..=order].iter_mut().enumerate() {
                         *term = difference(beside.each_ref().map(|beside| of(beside)[row][k]), step);
                     }
                 }
@@ -455,7 +499,7 @@ impl<'a> Course<'a> {
         };
         let expansion = &mut *self.spare.borrow_mut();
         self.expand(
-            2,
+            RATES,
             state,
             contact_states,
             &self.mode(state, contact_states),
@@ -516,14 +560,22 @@ impl Expansion {
     }
 
     fn number(&self, of: &Series, along: impl Fn(&Tangent) -> &Wide) -> Dual {
-        let (value, slope) = slope_at(of, self.h);
+        let (value, slope) = if self.h == 0.0 {
+            (of[0], of[1])
+        } else {
+            slope_at(of, self.h)
+        };
         let mut number = self.gather(value, |tangent| wide_at(along(tangent), self.h)[0]);
         number.rates[self.lanes - 1] += slope;
         number
     }
 
     fn rate(&self, of: &Series, along: impl Fn(&Tangent) -> &Wide) -> Dual {
-        let (value, slope) = slope_at(&derivative(of), self.h);
+        let (value, slope) = if self.h == 0.0 {
+            (of[1], 2.0 * of[2])
+        } else {
+            slope_at(&derivative(of), self.h)
+        };
         let mut number = self.gather(value, |tangent| wide_at(along(tangent), self.h)[1]);
         number.rates[self.lanes - 1] += slope;
         number
@@ -557,5 +609,85 @@ impl Expansion {
     /// Its rate.
     pub(super) fn force_rate(&self, contact: usize) -> Dual {
         self.rate(&self.motion.force[contact], |tangent| &tangent.force[contact])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::{ContactState, Course};
+    use crate::system::System;
+    use crate::variation::state::State;
+    use crate::variation::varied::Varied;
+
+    #[test]
+    fn the_closed_form_moves_as_the_variational_equation_does() {
+        // Damping of the phase is 0.3 − slope: it oscillates, hardly or not at all, dies or grows.
+        for slope in [0.0, -0.5, -0.3, 1.69, 1.7, 1.71, 2.2] {
+            for (tau, forces) in [(4.0, 2), (1e-3, 1), (0.4, 0), (9.0, 1)] {
+                let harmonics = [
+                    json!({"amplitude": 0.4, "frequency": 0.7, "phase": 0.2}),
+                    json!({"amplitude": 0.2, "frequency": 2.3, "phase": -1.0}),
+                ];
+                let document = json!({
+                    "mass": 1.3, "stiffness": 0.9, "damping": 0.3, "drive_velocity": 0.4,
+                    "law": {"type": "StaticKinetic", "break_away": 1.0, "kinetic": 0.6},
+                    "forcing": harmonics[..forces],
+                });
+                let named = [
+                    "/mass",
+                    "/stiffness",
+                    "/damping",
+                    "/drive_velocity",
+                    "/law/kinetic",
+                ];
+                let of_forces = ["/forcing/0/amplitude", "/forcing/0/frequency", "/forcing/0/phase"];
+                let paths: Vec<String> = named
+                    .iter()
+                    .chain(if forces > 0 { &of_forces[..] } else { &[] })
+                    .map(ToString::to_string)
+                    .collect();
+                let (system, _) = System::read(document.clone()).expect("a good system");
+                let varied = Varied::new(&system, &document, &paths).expect("good numbers");
+                let course = Course::new(&varied);
+                let mut numbers = vec![7.0, 0.5, -0.2, 0.6, slope, 0.0, f64::INFINITY];
+                numbers.resize(course.layout.width(), 0.0);
+                let start = State {
+                    numbers,
+                    flags: vec![Default::default()],
+                }
+                .seeded(course.all_lanes());
+                let (mut stepped, mut leapt) = (course.expansion(), course.expansion());
+                for contact_state in [
+                    ContactState::Slip(1.0),
+                    ContactState::Slip(-1.0),
+                    ContactState::Stick,
+                ] {
+                    course.walk(&start, &[contact_state], tau, &mut stepped, &mut |_| {});
+                    assert!(course.leap(&start, &[contact_state], tau, &mut leapt));
+                    let pairs = [
+                        (stepped.x(0), leapt.x(0)),
+                        (stepped.v(0), leapt.v(0)),
+                        (stepped.force(0), leapt.force(0)),
+                        (stepped.force_rate(0), leapt.force_rate(0)),
+                    ];
+                    for (stepped, leapt) in pairs {
+                        let size = stepped
+                            .rates
+                            .iter()
+                            .fold(stepped.value.abs(), |most, rate| most.max(rate.abs()));
+                        let both = stepped.rates.iter().zip(leapt.rates.iter());
+                        for (one, other) in both.chain([(&stepped.value, &leapt.value)]) {
+                            // The other one takes differences of the fourth order by the frequency.
+                            assert!(
+                                (one - other).abs() < 1e-8 * size.max(1.0),
+                                "{one} {other} of {contact_state:?} with the slope {slope} at {tau}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
     }
 }

@@ -73,7 +73,14 @@ class Shown:
         )
 
 
-def shown(system: Oscillator, cycles: float, x0: float | None = None, v0: float | None = None) -> Shown:
+def shown(
+    system: Oscillator,
+    cycles: float,
+    x0: float | None = None,
+    v0: float | None = None,
+    *,
+    max_seconds: float | None = None,
+) -> Shown:
     """The end of a run over a number of natural periods, and of 30 loadings of the spring; default start: rest.
 
     >>> from stickslip.laws import StaticKinetic
@@ -84,7 +91,7 @@ def shown(system: Oscillator, cycles: float, x0: float | None = None, v0: float 
     loading = 2 * system.law.break_away_force() / (system.stiffness * speed)
     period = system.natural_period
     t_end = cycles * period + min(cycles, 30) * loading
-    orbit = simulate(system, t_end, x0, v0, max_events=int(100 * cycles))
+    orbit = simulate(system, t_end, x0, v0, int(100 * cycles), max_seconds)
     least = _STEADY * speed * period
     table = orbit.events
     times, sticks = table["t"].to_numpy(), table["stick_time"].to_numpy()

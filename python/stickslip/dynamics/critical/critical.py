@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,9 +21,10 @@ from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, 
 from stickslip.dynamics.periodic.event_sequence import check_one, with_number
 from stickslip.dynamics.periodic.return_map import Lost, forcing_period
 from stickslip.errors import InputError, UnfinishedWarning
-from stickslip.files.documents import number, time_limit
+from stickslip.files.documents import number
 from stickslip.files.notebook import InNotebook, waiting_by_stage
 from stickslip.model.system import Oscillator
+from stickslip.simulation.time_limit import TimeIsUp, TimeLimit
 
 _PATH = "/drive_velocity"
 #: Special points of cycles that a run can show.
@@ -108,30 +108,22 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
         return f"<CriticalVelocities {', '.join(said)}>"
 
 
-class _TimeIsUp(Exception):
-    """The limit of time is reached."""
-
-
 class _Watch:
     """Says how far a search is, and ends it at a limit of time."""
 
-    def __init__(self, progress: Callable[[str, int, int], Any] | None, max_seconds: float | None) -> None:
-        self.say = waiting_by_stage(progress)
-        self.until = math.inf if max_seconds is None else time.monotonic() + max_seconds
+    def __init__(self, progress: Callable[[str, int, int], Any] | None, limit: TimeLimit) -> None:
+        self.say, self.limit = waiting_by_stage(progress), limit
 
     def __call__(self, what: str, done: int, n: int) -> None:
-        self.go_on()
+        self.limit.keep()
         self.say(what, done, n)
-
-    def go_on(self, *_: int) -> None:
-        """Nothing, before the limit."""
-        if time.monotonic() > self.until:
-            raise _TimeIsUp
 
     def shown(self, *run: Any) -> Shown:
         """A run, before the limit."""
-        self.go_on()
-        return shown(*run)
+        found = shown(*run, max_seconds=self.limit.left)
+        if found.stop == "max_seconds":
+            raise TimeIsUp
+        return found
 
 
 def critical_velocities(
@@ -155,7 +147,7 @@ def critical_velocities(
     bounds : (low, high) of the drive velocity that is searched; default from a hundredth of F_s/√(k m) to three times that.
     progress : called as ``progress(what, done, n)`` through three stages: ``"runs"`` over the drive velocity, ``"cycles"`` of
         those runs that are followed, ``"confirmation"`` of what was found.
-    max_seconds : time on the clock > 0 after which the search ends, asked between runs and between points of a cycle, with a
+    max_seconds : time on the clock > 0 after which the search ends, asked during runs and between points of a cycle, with a
         warning and with what it has confirmed by then (without ``"end_of_stick_slip"``, the greatest of several);
         default none.
 
@@ -194,13 +186,12 @@ def critical_velocities(
     steady, neutral = steady_changes(system, _PATH, (low, high))
     smooth = [value for kind, value in steady if kind == "hopf"]
     nature = criticality(system, _PATH, smooth[-1], high - low) if smooth else None
-    time_limit(max_seconds, "critical_velocities")
     found: list[tuple[str, float]] = []
     points: list[SpecialPoint] = []
-    watch = _Watch(progress, max_seconds)
+    watch = _Watch(progress, TimeLimit.after(max_seconds, "critical_velocities"))
     try:
         ends = _search(system, (low, high), steady, neutral, watch, found, points)
-    except _TimeIsUp:
+    except TimeIsUp:
         warnings.warn(
             "critical_velocities: the search ended after max_seconds and is unfinished; raise max_seconds to go on",
             UnfinishedWarning,
@@ -408,7 +399,7 @@ def _branches(
     for _, value in steady:
         watch("cycles", done, count)
         done += 1
-        new = born_branch(with_number(system, _PATH, value), value, family, branches, 200, watch.go_on)
+        new = born_branch(with_number(system, _PATH, value), value, family, branches, 200, watch.limit.keep)
         if new is not None:
             branches.append(new)
     watch("cycles", count, count)
@@ -444,8 +435,10 @@ def _branch(
         sequence = cycle.closed.sequence
         start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
         way = start.direction * (1.0 if start.direction[-1] > 0 else -1.0)
-        up = Walk(family, 200, watch.go_on).go(Point(start.here, start.values, way))
-        down = Walk(family, 60, watch.go_on).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
+        up = Walk(family, 200, watch.limit.keep).go(Point(start.here, start.values, way))
+        down = (
+            Walk(family, 60, watch.limit.keep).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
+        )
     except (InputError, Lost):
         return None
     return up if down is None else down.reversed().joined(up)

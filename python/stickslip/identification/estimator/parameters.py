@@ -68,6 +68,8 @@ class Parameters:
 
     def plain(self, vector: Array) -> Array:
         """Values of the free parameters."""
+        if not self.logarithmic.any():
+            return vector
         return np.where(self.logarithmic, np.exp(np.clip(np.where(self.logarithmic, vector, 0.0), -700, 700)), vector)
 
     def values(self, vector: Array) -> dict[str, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +12,13 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.static.break_away import StaticFriction
+from stickslip.identification.static.break_away import (
+    FEWEST_ROWS,
+    StaticFriction,
+    break_away_rows,
+    fit_static_friction,
+    is_relative,
+)
 from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
@@ -22,6 +29,33 @@ WITH_DRIVE = 0.02
 """Slip that is slower than that part of the drive velocity is none."""
 CLIPPED = 0.02
 """More than this part of the samples at the last reading, ten times as many as at the one before, is a clipped instrument."""
+
+
+@dataclass
+class BreakAways:
+    """What the break-aways of records tell without a law, found once for all laws that are fitted to them.
+
+    Attributes
+    ----------
+    records : all of them.
+    """
+
+    records: list[FrictionRecord]
+
+    @cached_property
+    def rows(self) -> pd.DataFrame:
+        """Those with a known stick time."""
+        return break_away_rows(self.records)
+
+    @cached_property
+    def static(self) -> StaticFriction | None:
+        """The fits of static friction, None for too few rows."""
+        return fit_static_friction(self.records) if len(self.rows) >= FEWEST_ROWS else None
+
+    @cached_property
+    def relative(self) -> tuple[bool, list[str]]:
+        """Whether friction drifts, so that break-aways are taken above the kinetic force of their slip, and a sentence."""
+        return is_relative(self.rows)
 
 
 @dataclass(frozen=True)

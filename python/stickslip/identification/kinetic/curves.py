@@ -60,10 +60,14 @@ FORMULAS = {
     "load": "load * (N - {load:.4g})",
     "drift": "drift * (x - {position:.4g})",
     "restoring": "restoring * (x - {position:.4g})",
+    "gravity_sine": "gravity_sine * sin(x)",
+    "gravity_cosine": "gravity_cosine * cos(x)",
     "inertia": "inertia * dw/dt",
     "offset": "offset",
 }
-OF_MOTION = ("restoring", "inertia")
+GRAVITY = ("gravity_sine", "gravity_cosine")
+"""Torque of a weight on an arm that turns by the angle x; it has no constant, so that a constant is friction or an offset."""
+OF_MOTION = ("restoring", *GRAVITY, "inertia")
 """Terms that are no friction: they keep their sign when the slip turns."""
 
 
@@ -72,7 +76,7 @@ class Rows:
     """Points of friction over slip velocity, in the order of the record; NaN columns are not known.
 
     `source` names the record of each, `acceleration` is given where the record contradicts the inertia of its rig. Where
-    records differ by more than chance they lie `apart`, and each counts as one.
+    records differ by more than chance they lie `apart`, and each counts as one. `turning`: the position is an angle in rad.
     """
 
     w: Array
@@ -84,6 +88,7 @@ class Rows:
     series: bool
     apart: bool = False
     acceleration: Array | None = None
+    turning: bool = False
 
     def __len__(self) -> int:
         return len(self.w)
@@ -174,6 +179,9 @@ class Curve:
                 return np.zeros(len(rows)) if rows.acceleration is None else rows.acceleration
             case "restoring":
                 return rows.position - self.middle[1]
+            case "gravity_sine" | "gravity_cosine":
+                turn = np.sin if term == "gravity_sine" else np.cos
+                return np.asarray(turn(rows.position)) if rows.turning else np.zeros(len(rows))
             case "load":
                 return np.asarray(sense * (rows.load - self.middle[0]))
             case "drift":
@@ -278,7 +286,10 @@ class SteadyFit:
     def __call__(
         self, slip_velocity: npt.ArrayLike, load: npt.ArrayLike | None = None, position: npt.ArrayLike | None = None
     ) -> Array:
-        """Friction at these slip velocities, any shape; load and place at their means where they are not given."""
+        """Friction and offset at these slip velocities, any shape; load and place at their means where they are not given.
+
+        Gravity of an arm is left out unless the position is given.
+        """
         w = np.asarray(slip_velocity, dtype=float)
         return np.asarray(self.curve.columns(self._at(w, load, position)) @ self.numbers).reshape(w.shape)
 
@@ -301,6 +312,11 @@ class SteadyFit:
         middle = self(w, load, position)
         return middle - half, middle + half
 
+    def of_motion(self, rows: Rows) -> Array:
+        """What of the force is none of friction: gravity, a spring, inertia."""
+        others = [term in OF_MOTION for term in self.curve.terms]
+        return np.asarray(self.curve.columns(rows)[:, others] @ self.numbers[others])
+
     @property
     def vector(self) -> Array:
         """The numbers, the scale among them, in the order of `parameters`."""
@@ -316,6 +332,11 @@ class SteadyFit:
         at = dict(zip(self.parameters.index, values.tolist(), strict=True))
         own = {name: number for name, number in at.items() if not name.endswith(BY_SENSE)}
         return {name: number + sense * at.get(name + BY_SENSE, 0.0) for name, number in own.items()}
+
+    def with_covariance(self, covariance: Array, freedom: float) -> SteadyFit:
+        """The same fit with other intervals."""
+        table = _table(list(self.parameters.index), self.vector, covariance, freedom)
+        return replace(self, parameters=table, covariance=covariance, freedom=freedom)
 
     def at_rest(self, slow: float, w: float = 0.0) -> tuple[float, float, float]:
         """Friction at rest, or at this speed, the mean of both ways and without offset: value and ends of its 95 % interval.
@@ -336,7 +357,8 @@ class SteadyFit:
         beside = [
             np.broadcast_to(mean if value is None else value, w.shape).astype(float).ravel() for value, mean in given
         ]
-        return Rows(w.ravel(), unknown, unknown, beside[0], beside[1], np.full(w.size, ""), False)
+        none = np.full(w.size, "")
+        return Rows(w.ravel(), unknown, unknown, beside[0], beside[1], none, False, turning=position is not None)
 
 
 def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -345,20 +367,28 @@ def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str
     varied = float(speed.max() / speed.min())
     both_ways = bool((rows.w > 0).any() and (rows.w < 0).any())
     loads = np.isfinite(rows.load).all() and float(np.ptp(rows.load)) > 0.05 * abs(float(rows.load.mean()))
-    extras = ["load"] if loads else []
+    extras: dict[str, tuple[str, ...]] = {"load": ("load",)} if loads else {}
     if np.isfinite(rows.position).all() and float(np.ptp(rows.position)) > 0:
         # to and fro a force of the place (gravity, a spring) shows; one way only, friction that changes along the path
-        extras.append("restoring" if both_ways else "drift")
+        place = "restoring" if both_ways else "drift"
+        extras[place] = (place,)
+        if both_ways and rows.turning:
+            extras["gravity"] = GRAVITY
     if rows.acceleration is not None:
-        extras.append("inertia")
-    subsets = list(chain.from_iterable(combinations(extras, n) for n in range(len(extras) + 1)))
+        extras["inertia"] = ("inertia",)
+    subsets = [
+        subset
+        for subset in chain.from_iterable(combinations(extras, n) for n in range(len(extras) + 1))
+        if not {"restoring", "gravity"} <= set(subset)  # over a small angle the one is the other
+    ]
     for shape in shapes:
         if shape != "Coulomb" and varied < ONE_SPEED:
             continue
         for subset in subsets:
-            yield ", ".join([shape, *subset]), (terms := (*SHAPES[shape], *subset))
+            more = tuple(chain.from_iterable(extras[name] for name in subset))
+            yield ", ".join([shape, *subset]), (terms := (*SHAPES[shape], *more))
             if both_ways:
-                yield ", ".join([shape, "offset", *subset]), (*SHAPES[shape], "offset", *subset)
+                yield ", ".join([shape, "offset", *subset]), (*SHAPES[shape], "offset", *more)
                 friction = [term for term in terms if term not in OF_MOTION]
                 if len(friction) > 1:  # a kinetic force that differs by the sense is an offset
                     yield ", ".join([shape, "asymmetric", *subset]), (*terms, *(term + BY_SENSE for term in friction))
@@ -388,7 +418,6 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
         return None  # two of its terms are one and the same on these rows
     covariance, freedom = _covariance(rows, scaled, rest)
     covariance /= np.outer(size, size)
-    table, _ = estimate(Parameters([Parameter(name) for name in names]), np.array(values), covariance, freedom)
     losses = held_back(rows, blank)
     if losses is None:
         return None
@@ -399,7 +428,7 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
     return SteadyFit(
         form=form,
         formula="f(w > 0) = " + " + ".join(side).format(**marks),
-        parameters=table,
+        parameters=_table(names, np.array(values), covariance, freedom),
         covariance=covariance,
         rms=float(np.sqrt(np.mean(rest**2))),
         held_back=float(np.sqrt(np.average(plain, weights=1 / rows.error**2))),
@@ -408,6 +437,11 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
         curve=curve,
         numbers=numbers,
     )
+
+
+def _table(names: list[str], values: Array, covariance: Array, freedom: float) -> pd.DataFrame:
+    """Value, error and interval by name."""
+    return estimate(Parameters([Parameter(name) for name in names]), values, covariance, freedom)[0]
 
 
 def _falls(rows: Rows, curve: Curve, numbers: Array) -> bool:
@@ -495,4 +529,19 @@ def held_back(rows: Rows, blank: Curve | FreeCurve) -> Array | None:
         curve, numbers, _ = blank.solve(rows.take(others))
         aside = rows.take(part)
         losses[part] = ((aside.force - curve.columns(aside) @ numbers) / aside.error) ** 2
+    return losses
+
+
+def linear_losses(rows: Rows, columns: Array) -> Array:
+    """Weighted squared misfit of every row, predicted by a sum of columns, in units of the errors, fitted to the others."""
+    target = rows.force / rows.error
+    size = np.linalg.norm(columns, axis=0)
+    both = np.column_stack([columns / np.where(size > 0, size, 1.0), target])
+    # what a part says of the numbers is in its triangle, so the others need not be gone through again
+    triangles = [np.linalg.qr(both[part], mode="r") for part in rows.parts]
+    losses = np.zeros(len(rows))
+    for number, part in enumerate(rows.parts):
+        others = np.concatenate(triangles[:number] + triangles[number + 1 :])
+        numbers = np.linalg.lstsq(others[:, :-1], others[:, -1], rcond=None)[0]
+        losses[part] = (both[part, -1] - both[part, :-1] @ numbers) ** 2
     return losses

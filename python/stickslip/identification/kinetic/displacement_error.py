@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg.lapack import dtbtrs
+
+from stickslip import _core
 
 Array = npt.NDArray[np.float64]
-Samples = npt.NDArray[np.int_]
-
-STEEPEST_FALL = 0.9
-"""A law that falls faster with w than m / h per unit of it cannot be followed with samples every h."""
-DEPENDENT = 1e-14
-"""Of a motion that others make up no more than this part is left by rounding."""
 
 
 @dataclass(frozen=True)
@@ -68,33 +62,9 @@ class DisplacementError:
         >>> bool(np.allclose(found, 1 - np.cos(t), atol=1e-2)), bool(np.allclose(free[:, 1], np.sin(t), atol=1e-2))
         (True, True)
         """
-        n, h2 = difference.size, self.step**2 / self.mass
-        begins, _, rows = _stretches(lengths or (n,))
-        drag = np.maximum((self.damping + slope) * self.step / (2 * self.mass), -STEEPEST_FALL)
-        # Central differences, row by row the next sample from the two before it, of which every stretch begins with its own.
-        band = np.zeros((3, n), order="F")
-        band[0] = 1.0
-        band[0, rows] += drag[rows - 1]
-        band[1, rows - 1] = self.stiffness * h2 - 2
-        band[2, rows - 2] = 1 - drag[rows - 1]
-        pushed = np.zeros((n, 3 if carried is None else 4), order="F")
-        pushed[rows, 0] = h2 * difference[rows - 1]
-        pushed[begins, 1] = 1.0
-        pushed[begins + 1, 1:3] = 1.0, self.step
-        if carried is not None:
-            pushed[rows, 3] = h2 * carried[rows - 1]
-        found, _ = dtbtrs(band, pushed, uplo="L", overwrite_b=True)
-        return found[:, 0], found[:, 1:]
-
-
-@lru_cache(maxsize=64)
-def _stretches(lengths: tuple[int, ...], more: int = 0) -> tuple[Samples, Samples, Samples]:
-    """Of stretches with so many more rows each: the first row, the stretch of each row, the rows with two before them."""
-    sizes = np.array(lengths) + more
-    begins = np.cumsum(sizes) - sizes
-    rows = np.arange(sizes.sum())
-    stretch = np.repeat(np.arange(sizes.size), sizes)
-    return begins, stretch, rows[rows >= begins[stretch] + 2]
+        oscillator = self.step, self.mass, self.damping, self.stiffness
+        found = _core.displacement_errors(oscillator, difference, slope, carried, lengths or (difference.size,))
+        return found[0], found[1:].T
 
 
 def without(open_motions: Array, residual: Array, prior: Array, lengths: tuple[int, ...] = ()) -> Array:
@@ -116,36 +86,5 @@ def without(open_motions: Array, residual: Array, prior: Array, lengths: tuple[i
     >>> without(line[:, None], 2 * line, np.array([np.inf])).round(12) + 0.0
     array([0., 0., 0., 0.])
     """
-    lengths = lengths or (residual.size,)
-    bounded = np.flatnonzero(np.isfinite(prior))
-    begins, stretch, _ = _stretches(lengths, bounded.size)
-    # Behind the samples of a stretch comes a row for each motion that is bounded there.
-    extra = (begins + lengths)[:, None] + np.arange(bounded.size)
-    sampled = np.ones(stretch.size, dtype=bool)
-    sampled[extra] = False
-    rest = np.zeros(stretch.size)
-    known = np.isfinite(residual)
-    rest[sampled] = np.where(known, residual, 0.0)
-
-    def along(one: Array, other: Array) -> Array:
-        return np.add.reduceat(one * other, begins)[stretch]
-
-    basis: list[Array] = []
-    for number, motion in enumerate(open_motions.T):
-        column = np.zeros(stretch.size)
-        column[sampled] = np.where(known, motion, 0.0)
-        column[extra[:, bounded == number]] = 1 / prior[number]
-        # Of a law that falls steeply they grow beyond what a square may be.
-        largest = np.maximum.reduceat(np.abs(column), begins)[stretch]
-        column /= np.where(largest > 0, largest, 1.0)
-        size = along(column, column)
-        # Twice is enough for a basis that is orthogonal to rounding (Kahan and Parlett).
-        for other in (*basis, *basis):
-            column = column - along(other, column) * other
-        left = along(column, column)
-        # What the motions before it make up but for rounding explains nothing more.
-        column[left <= DEPENDENT**2 * size] = 0.0
-        basis.append(column / np.sqrt(np.where(left > 0, left, 1.0)))
-    for column in basis:
-        rest -= along(column, rest) * column
-    return rest
+    motions = np.ascontiguousarray(open_motions.T)
+    return _core.without(motions, residual, prior.tolist(), lengths or (residual.size,))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.least_squares import OUTLIER, minimize
+from stickslip.identification.estimator.least_squares import OUTLIER, acting, minimize
 from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.uncertainty import (
     clipped_scale,
@@ -28,7 +28,7 @@ from stickslip.identification.kinetic.motion import WITH_MEMORY, Motion
 from stickslip.identification.law_parameters import parameters_of_law
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import Coulomb, Law
-from stickslip.laws.numbers import numbers, value, with_values
+from stickslip.laws.numbers import Replacement, numbers, value, with_values
 from stickslip.laws.state_law import StateLaw
 
 Array = npt.NDArray[np.float64]
@@ -71,6 +71,26 @@ class BranchFit:
     shifts: Mapping[str, pd.Series] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class _BreakAways:
+    """The break-aways of a record that are compared, each column of shape (n,)."""
+
+    slip: list[tuple[int, int]]
+    stick_time: Array
+    force: Array
+    rate: Array
+    sense: Array
+    stated: Array
+
+    @classmethod
+    def of(cls, table: pd.DataFrame) -> _BreakAways | None:
+        """Of a table of them; None of an empty one."""
+        if not len(table):
+            return None
+        names = ("stick_time", "force", "rate", "sense", "stated")
+        return cls(table["slip"].to_list(), *(table[name].to_numpy(float) for name in names))
+
+
 class Problem:
     """Records, a kind of law, and the numbers that are free: what residuals are made of.
 
@@ -94,25 +114,25 @@ class Problem:
         every_row: bool = False,
         guessed: Mapping[str, float] | None = None,
     ) -> None:
-        self.law = law
         self.guessed = dict(guessed or {})
         # A constant in the measured force is no number of the law; it stands last.
         self.free = [*free, OFFSET] if offset else list(free)
         self.parameters = parameters_of_law(law, self.free, within, constraints)
+        self.law = law
         self.relative = relative
         # Break-aways tell Coulomb's law nothing, but it predicts them.
         self.every_row = every_row
         self.motions = [Motion.of(record, type(law)) for record in records]
         self.groups: list[tuple[int, str]] = []
         self.stated: list[Array] = []
-        self.tables = [self._rows(motion) for motion in self.motions]
-        for number, motion in enumerate(self.motions):
+        self.tables = [_BreakAways.of(self._rows(motion)) for motion in self.motions]
+        for number, (motion, table) in enumerate(zip(self.motions, self.tables, strict=True)):
             if motion.stretches:
                 self.groups.append((number, "kinetic"))
                 self.stated.append(motion.misfit_error())
-            if len(self.tables[number]):
+            if table is not None:
                 self.groups.append((number, "break-away"))
-                self.stated.append(self.tables[number]["stated"].to_numpy())
+                self.stated.append(table.stated)
         if not self.groups:
             raise InputError(
                 "identify: the records hold no stretch of slip whose history is known: take longer records, with "
@@ -148,6 +168,15 @@ class Problem:
 
     # --- numbers <-> law
 
+    @property
+    def law(self) -> Law:
+        """The law whose other numbers are held."""
+        return self._replacement.law
+
+    @law.setter
+    def law(self, law: Law) -> None:
+        self._replacement = Replacement(law, [item.name for item in self.parameters.all if item.name != OFFSET])
+
     def numbers(self, law: Law) -> Array:
         """The search vector of a law."""
         return self.parameters.vector({name: 0.0 if name == OFFSET else value(law, name) for name in self.free})
@@ -155,7 +184,7 @@ class Problem:
     def at(self, numbers: Array) -> Law:
         """The law with these free numbers."""
         values = self.parameters.values(numbers)
-        return with_values(self.law, {name: number for name, number in values.items() if name != OFFSET})
+        return self._replacement([values[item.name] for item in self.parameters.all if item.name != OFFSET])
 
     def offset(self, numbers: Array) -> float:
         """The constant in the measured force."""
@@ -178,16 +207,13 @@ class Problem:
             if motion.stretches:
                 found.append(motion.misfit(law, offset))
             table = self.tables[number]
-            if len(table):
-                limit = law.break_away_force(
-                    table["stick_time"].to_numpy(), (table["sense"] * table["rate"]).to_numpy()
-                )
-                rest = table["force"].to_numpy() - limit
+            if table is not None:
+                rest = table.force - law.break_away_force(table.stick_time, table.sense * table.rate)
                 if offset:
-                    rest = rest - offset * table["sense"].to_numpy()
+                    rest = rest - offset * table.sense
                 if self.relative:
                     ahead = motion.record.force - motion.replay(law) - offset
-                    means = [motion.record.sense(*slip) * motion.work_mean(ahead, *slip) for slip in table["slip"]]
+                    means = [motion.record.sense(*slip) * motion.work_mean(ahead, *slip) for slip in table.slip]
                     rest = rest - np.array(means)
                 found.append(rest)
         return found
@@ -241,6 +267,35 @@ class Problem:
             columns.append((up - down) / (above - below) if above != below else np.zeros_like(up))
         return np.stack(columns, axis=1)
 
+    def refuse(self, silent: npt.NDArray[np.bool_]) -> None:
+        """Refuse free numbers of which the residuals say nothing, one flag for each."""
+        names = [name for name, none in zip(self.free, silent, strict=True) if none]
+        if names:
+            raise InputError(
+                f"identify: the records say nothing about {', '.join(names)} of {type(self.law).__name__}: leave it out of "
+                "the free parameters, or add records in which it acts"
+            )
+
+    def refuse_silent(self, start: Law) -> None:
+        """Refuse a free number that acts neither at the start nor beside it, before anything is searched.
+
+        A number that does not act at one place may act at another, such as a node that other numbers move. So it is looked
+        for at the start, and where all others lie a tenth of their size above and below.
+        """
+        low, high = self.bounds()
+        middle = self.numbers(start)
+        tenth = 0.1 * (np.abs(middle) + 0.1 * np.array([self._scales[name] for name in self.free]))
+        silent = np.ones(len(self.free), dtype=bool)
+        for side in (0.0, 1.0, -1.0):
+            try:
+                steep = self.jacobian(np.clip(middle + side * tenth, low, high), self.column)
+            except InputError:
+                continue
+            silent &= ~acting(steep)
+            if not silent.any():
+                return
+        self.refuse(silent)
+
     def slope(self, numbers: Array, name: str) -> Array:
         """Derivative of all residuals by a number of the law that is not free, one-sided where one side makes no law."""
         law, offset, error = self.at(numbers), self.offset(numbers), self.guessed[name]
@@ -274,6 +329,7 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
     # A search cannot start on a limit.
     inside = 1e-6 * np.array([problem.scale(name) for name in problem.free])
     numbers = np.clip(numbers, low + inside, high - inside)
+    problem.refuse_silent(problem.at(numbers))
     groups = problem.groups_at(numbers)
     record_scatter = _record_scatter(problem, groups)
     sigma, tau = _scales(problem, groups, record_scatter)
@@ -385,12 +441,7 @@ def _result(
     jacobian = problem.jacobian(numbers, problem.column) * factor[:, None]
     names = problem.free
     length = np.linalg.norm(jacobian, axis=0)
-    silent = [name for name, size in zip(names, length, strict=True) if size == 0 or not math.isfinite(size)]
-    if silent:
-        raise InputError(
-            f"identify: the records say nothing about {', '.join(silent)} of {type(problem.law).__name__}: leave it out of "
-            "the free parameters, or add records in which it acts"
-        )
+    problem.refuse((length == 0) | ~np.isfinite(length))
     left, singular, right = np.linalg.svd(jacobian / length, full_matrices=False)
     if singular[-1] < 1e-7 * singular[0]:
         mixed = [name for name, part in zip(names, right[-1], strict=True) if abs(part) > 0.3]

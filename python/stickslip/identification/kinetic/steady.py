@@ -24,17 +24,17 @@ from stickslip.identification.kinetic.curves import (
     BLOCKS,
     COLUMNS,
     FEW,
+    GRAVITY,
     ONE_SPEED,
     SHAPES,
-    FreeCurve,
     Rows,
     SteadyFit,
     fit_form,
     forms_of,
-    held_back,
     inertia_error,
     record_scatter_of,
 )
+from stickslip.identification.kinetic.misfit import behind, widened
 from stickslip.identification.kinetic.motion import SENSE, extrapolated_note
 from stickslip.identification.records import check_same_units, opened, stated_units
 from stickslip.laws import Asymmetric, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
@@ -51,19 +51,12 @@ FEWEST = 4
 """Samples of which a median has an error."""
 OCTAVE = 2.0
 """Ratio of the ends of a range of speeds in which that is asked."""
-GAIN = 0.02
-"""A form whose mean squared misfit of held-back rows is less than this share lower predicts no better, however surely."""
-EVIDENCE = 2.0
-"""By so much the sum of squared misfits, in units of the stated errors, must differ to tell two forms apart."""
-
 TIED = 0.9
 """Correlation of load and logarithm of the speed from which on no form that has both is chosen: one stands for the other."""
 APART = 0.1
 """Friction that misses the curve by more than this part of it is named."""
 CURVED = 12
 """Of a free curve on either side, beside which it is seen whether the force follows the acceleration."""
-NODES = 6
-"""Of a free curve on either side, by which forms are measured where rows are many."""
 BEYOND = 1000.0
 """A logarithm goes on to so many times the fastest speed measured."""
 
@@ -87,13 +80,16 @@ class SteadyFriction(Result):
 
     Attributes
     ----------
-    rows : DataFrame of the points: slip_velocity, force, force_error, source.
+    rows : DataFrame of the points: slip_velocity, force, force_error, source, and motion_force, what of the force is
+        gravity, a spring or inertia by the chosen form.
     fits : by name of the form, the best prediction of held-back rows first.
     chosen : name of the chosen form.
     undecided : names of forms that predict held-back rows as well, within one standard error.
     notes : plain sentences.
     command : what to type to do it again.
     stated : units of force and slip velocity.
+    valid : whether intervals and asymmetry hold: not where the force follows position or time as no form does, which is
+        the first of the notes.
     """
 
     rows: pd.DataFrame
@@ -103,6 +99,7 @@ class SteadyFriction(Result):
     notes: list[str]
     command: str
     stated: Mapping[str, str] = field(default_factory=dict)
+    valid: bool = True
 
     @property
     def best(self) -> SteadyFit:
@@ -199,7 +196,10 @@ class SteadyFriction(Result):
         """The chosen form and its formula."""
         units = [f"{name} in {unit}" for name, unit in self.stated.items() if unit != "1"]
         words = f" ({', '.join(units).replace('_', ' ')})" if units else ""
-        return [f"Friction over slip velocity: {self.chosen}{words}", self.best.formula]
+        doubt = (
+            [] if self.valid else ["Intervals and differences by the sense of slip are NOT valid: see the first note."]
+        )
+        return [f"Friction over slip velocity: {self.chosen}{words}", self.best.formula, *doubt]
 
     def estimates(self) -> pd.DataFrame:
         """The numbers of the chosen form."""
@@ -219,6 +219,7 @@ class SteadyFriction(Result):
             "form": self.chosen,
             "formula": self.best.formula,
             "parameters": self.parameters.to_dict("index"),
+            "valid": self.valid,
             "forms": self.table().to_dict("index"),
             "law": None if law is None else law.to_dict(),
             "notes": self.notes,
@@ -248,6 +249,7 @@ class SteadyFriction(Result):
             "values": {name: row["value"] for name, row in plain["parameters"].items()},
             "intervals": {name: [row["low"], row["high"]] for name, row in plain["parameters"].items()},
             "rms": self.best.rms,
+            "intervals_valid": self.valid,
             "notes": self.notes,
         }
         velocity = self.stated.get("slip_velocity", "1")
@@ -292,7 +294,9 @@ class SteadyFriction(Result):
         """Points and curves at speeds up to `most`, with medians of many points where that is finite."""
         from stickslip.show.canvas import OKABE_ITO
 
-        w, force, error = (self.rows[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
+        names = ("slip_velocity", "force", "force_error", "motion_force")
+        w, force, error, other = (self.rows[name].to_numpy() for name in names)
+        force = force - other
         shown = np.abs(w) <= most
         w, force, error = w[shown], force[shown], error[shown]
         if len(w) > 500:
@@ -334,10 +338,10 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     rate-and-state friction) or f_k + Δ exp(−(w / w_s)ⁿ) + b w with n = 1 (Stribeck) or 2 (Gaussian Stribeck), turned over
     for w < 0. Each is also tried with an offset that keeps its sign (an instrument's zero, gravity), with every number of its
     own on either side (asymmetric), with a term in the load where that was varied, and with one in the place where the record
-    tells it: to and fro a force that keeps its sign too (gravity, a spring), one way only a drift of the friction. All are
-    fitted by least squares and judged by rows that were held back from the fit; the simplest form within one standard error
-    of the best is chosen. Where records lie further apart than chance makes them, each counts as one, whole records are
-    held back, and what sets them apart is in the intervals.
+    tells it: to and fro a force that keeps its sign too (a spring; of an angle q gravity, a sin q + b cos q), one way only a
+    drift of the friction. All are fitted by least squares and judged by rows that were held back from the fit; the simplest
+    form within one standard error of the best is chosen. Where records lie further apart than chance makes them, each counts
+    as one, whole records are held back, and what sets them apart is in the intervals.
 
     Parameters
     ----------
@@ -356,6 +360,8 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     Limits: no memory and no acceleration; a loop becomes its middle, and the intervals hold its width only as scatter. An
     offset shows only where the record slides both ways. Intervals count correlated rows as fewer and stated errors that
     are too small as larger; they are those of the chosen form, and `notes` say where others that predict as well differ.
+    Where a free curve over speed, position or time predicts held-back rows better than the form, the first notes say so and
+    the intervals are widened; after one of position or time `valid` is False.
 
     Source: the choice is the one-standard-error rule of Breiman, Friedman, Olshen & Stone, Classification and Regression
     Trees (1984), Section 3.4.3; records that differ as in Paule & Mandel, J. Res. Natl. Bur. Stand. 87 (1982) 377.
@@ -412,10 +418,12 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         notes.append(
             f"{law} was asked for; {chosen}, its limit, predicts held-back rows as well or is all that can be fitted."
         )
-    notes = [*_disagreement(rows, fits[chosen]), *notes, *_words(rows, fits, chosen, undecided)]
+    fits[chosen], missed, valid = widened(rows, fits[chosen])
+    notes = [*missed, *_disagreement(rows, fits[chosen]), *notes, *_words(rows, fits, chosen, undecided)]
     data = {"slip_velocity": rows.w, "force": rows.force, "force_error": measured.error, "source": rows.source}
+    data["motion_force"] = fits[chosen].of_motion(rows)
     command = shlex.join(["stickslip", "identify", *names, "--steady", *(["--law", law] if law else [])])
-    return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command, units[0][1])
+    return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command, units[0][1], valid)
 
 
 def _fits(rows: Rows, shapes: Iterable[str]) -> dict[str, SteadyFit]:
@@ -470,6 +478,7 @@ def _rows(tree: Any, name: str) -> tuple[Rows, dict[str, str], list[str]]:
     if not moving.any():
         raise InputError(f"{name}: nothing slides in it, so it holds no friction of slip; measure a record that slides")
     units = stated_units(data)
+    rows = replace(rows, turning="displacement" in data and data["displacement"].attrs.get("units") == "rad")
     return rows.take(moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}, notes
 
 
@@ -573,7 +582,8 @@ def _joined(parts: list[Rows]) -> Rows:
     if any(part.acceleration is not None for part in parts):
         given = [np.zeros(len(part)) if part.acceleration is None else part.acceleration for part in parts]
         columns["acceleration"] = np.concatenate(given)
-    rows = Rows(**columns, series=all(part.series for part in parts))
+    columns |= {name: all(getattr(part, name) for part in parts) for name in ("series", "turning")}
+    rows = Rows(**columns)
     if not (np.isfinite(rows.error) & (rows.error > 0)).all():
         return replace(rows, error=np.ones(len(rows)))
     # a row whose scatter happens to be small is not known that much better than the others
@@ -586,7 +596,7 @@ def _choose(rows: Rows, fits: dict[str, SteadyFit]) -> tuple[str, list[str]]:
         apart = {form: fit for form, fit in fits.items() if "load" not in fit.parameters.index or _flat(form)}
         fits = apart or fits
     best = min(fits.values(), key=lambda fit: float(fit.losses.mean()))
-    equals = [fit for fit in fits.values() if fit is best or not _behind(rows, fit.losses, best.losses)]
+    equals = [fit for fit in fits.values() if fit is best or not behind(rows, fit.losses, best.losses)]
 
     def cost(fit: SteadyFit) -> tuple[int, bool, float]:
         return len(fit.parameters), not fit.form.startswith("Coulomb,"), float(fit.losses.mean())
@@ -598,17 +608,6 @@ def _choose(rows: Rows, fits: dict[str, SteadyFit]) -> tuple[str, list[str]]:
 def _flat(form: str) -> bool:
     """Whether friction of this form is the same at every speed."""
     return form.split(", ")[0] == "Coulomb"
-
-
-def _behind(rows: Rows, losses: Array, best: Array) -> bool:
-    """Whether held-back rows are predicted worse than by the best, for sure and so that it matters."""
-    parts = rows.parts if len(rows.parts) <= BLOCKS or rows.apart else np.array_split(np.arange(len(rows)), BLOCKS)
-    means = np.array([float((losses - best)[part].mean()) for part in parts])
-    error = float(np.std(means, ddof=1)) / math.sqrt(len(means)) if len(means) > 1 else 0.0
-    gain = float(means.mean())
-    # rows that are all met to within their errors cannot tell forms apart, however alike they are missed
-    decided = not rows.known or float(np.sum(losses - best)) > EVIDENCE
-    return gain > error and gain > GAIN * float(best.mean()) and decided
 
 
 def _disagreement(rows: Rows, best: SteadyFit) -> list[str]:
@@ -674,8 +673,13 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
             "All slip is one way, so an offset of the instrument or of gravity cannot be told from the kinetic force "
             "and is in it."
         )
-    notes += _asymmetry(best) + _confounded(rows, fits, chosen) + _extrapolated(rows, fits, [chosen, *undecided])
-    notes += _unlike_all(rows, best)
+    if "gravity_sine" in best.parameters.index:
+        arm = math.hypot(*best.parameters.loc[list(GRAVITY), "value"])
+        notes.append(
+            f"The force has a part of {arm:.3g} that follows the sine of the angle, as the weight of an arm has it; it is "
+            "not part of the law."
+        )
+    notes += _asymmetry(rows, best) + _confounded(rows, fits, chosen) + _extrapolated(rows, fits, [chosen, *undecided])
     apart = np.sqrt(best.losses / np.median(best.losses)) if np.median(best.losses) > 0 else np.zeros(1)
     if len(rows) <= FEW and float(apart.max()) > STANDS_OUT:
         at = int(np.argmax(apart))
@@ -691,15 +695,18 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
     return notes
 
 
-def _asymmetry(best: SteadyFit) -> list[str]:
+def _asymmetry(rows: Rows, best: SteadyFit) -> list[str]:
     """That friction differs by the sense of the slip."""
     if not best.by_sense:
         return []
+    doubt = (
+        "" if np.isfinite(rows.position).all() else " Gravity may look the same: record the position, which tells it."
+    )
     w = best.curve.reference
     forward, backward = (float(abs(best([sense * w])[0])) for sense in (1.0, -1.0))
     return [
         f"Friction differs by the sense of the slip, and by more than a constant: at w = {w:.3g} it is "
-        f"{forward:.3g} forward (w > 0) and {backward:.3g} backward. The law is Asymmetric."
+        f"{forward:.3g} forward (w > 0) and {backward:.3g} backward. The law is Asymmetric.{doubt}"
     ]
 
 
@@ -735,17 +742,4 @@ def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str]) -> l
         f"Nothing was measured below w = {slow:.3g}. Friction goes on to {value:.3g} at rest ({low:.3g} to {high:.3g}) by "
         f"the chosen form, and to anything from {lowest:.3g} to {highest:.3g} by those that predict as well: the "
         "break-away force of the law is an extrapolation; measure slower, or a break-away."
-    ]
-
-
-def _unlike_all(rows: Rows, best: SteadyFit) -> list[str]:
-    """That friction over slip velocity has a shape of its own: a free curve predicts held-back rows better."""
-    free = FreeCurve.of(rows, NODES, best.curve)
-    losses = None if len(rows) < 4 * free.count else held_back(rows, free)
-    if losses is None or not _behind(rows, best.losses, losses):
-        return []
-    gain = 100 * (math.sqrt(float(best.losses.mean() / losses.mean())) - 1)
-    return [
-        "Friction over slip velocity has another shape than any of these forms: a free curve misses held-back rows "
-        f"{gain:.2g} % less. The intervals are those of the nearest curve of this form."
     ]

@@ -15,9 +15,10 @@ import pandas as pd
 from stickslip.errors import InputError
 from stickslip.files.notebook import OfTable, waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
+from stickslip.identification.guesses.evidence import BreakAways, Guess
 from stickslip.identification.guesses.first_guess import GUESSES
-from stickslip.identification.kinetic.force_fit import Problem, fit_branches
-from stickslip.identification.law_fit import Options, fit_law
+from stickslip.identification.kinetic.force_fit import OFFSET, Problem, fit_branches
+from stickslip.identification.law_fit import LawFit, Options
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.static.break_away import break_away_rows, is_relative
@@ -125,7 +126,7 @@ def compare_laws(
     """
     records = [_thinned(record) for record in read_records(friction)]
     candidates = _candidates(laws, pieces)
-    parts = folds(records)
+    parts, break_aways = folds(records), BreakAways(records)
     offsets = [False, True] if any(record.both_senses() for record in records) else [False]
     breaks = any(len(record.break_away) for record in records)
     found: dict[str, Identification] = {}
@@ -141,7 +142,14 @@ def compare_laws(
                 raise InputError(
                     f"adhesion is a state of {kind}, so its break-aways cannot be predicted like the others'"
                 )
-            whole = fit_law(records, kind, Options(pieces=count, offset=offset))
+            fit = LawFit(records, kind, Options(pieces=count, offset=offset), break_aways)
+            for problem in fit.problems if len(fit.problems) == 1 else []:
+                # What no part tells is known before anything is fitted.
+                for train, _ in parts:
+                    _learnt(
+                        train, problem.law, [name for name in problem.free if name != OFFSET], fit.guess, offset
+                    ).refuse_silent(problem.law)
+            whole = fit.identify()
             errors[label] = [held_back(whole, train, test, offset) for train, test in parts]
             found[label] = whole
         except InputError as error:
@@ -201,18 +209,25 @@ def folds(records: list[FrictionRecord]) -> list[Fold]:
     return found
 
 
+def _learnt(
+    train: list[FrictionRecord], law: Law, names: Sequence[str], limits: Identification | Guess, offset: bool
+) -> Problem:
+    """The problem of learning a law from some parts."""
+    drifts = not isinstance(law, Coulomb) and is_relative(break_away_rows(train))[0]
+    return Problem(
+        train, law, names, relative=drifts, constraints=limits.constraints, within=limits.within, offset=offset
+    )
+
+
 def held_back(
     whole: Identification, train: list[FrictionRecord], test: list[FrictionRecord], offset: bool
 ) -> tuple[Array, Array]:
     """Errors of the prediction of held-back slip (NaN where nothing is compared) and break-aways."""
     names = [str(name) for name in whole.parameters.index]
-    drifts = not isinstance(whole.law, Coulomb) and is_relative(break_away_rows(train))[0]
-    learnt = Problem(
-        train, whole.law, names, relative=drifts, constraints=whole.constraints, within=whole.within, offset=offset
-    )
+    learnt = _learnt(train, whole.law, names, whole, offset)
     fitted = fit_branches(learnt, whole.law)
     constant = 0.0 if fitted.offset is None else float(fitted.offset["value"])
-    problem = Problem(test, fitted.law, names, relative=drifts, every_row=True)
+    problem = Problem(test, fitted.law, names, relative=learnt.relative, every_row=True)
     kinetic = []
     for motion in problem.motions:
         usual = float(np.median(motion.record.force_error)) or 1.0

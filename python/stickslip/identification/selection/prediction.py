@@ -49,7 +49,7 @@ DRAWS = 32
 KINDS = ("stick_slip", "almost_harmonic", "stable_slip")
 UNKNOWN = "unknown"
 """The kind of a record that cannot be told: it speaks neither for a law nor against it."""
-QUANTITIES = ("stick_time", "stick_rate", "mean_force", "max_force", "main_line")
+QUANTITIES = ("stick_time", "stick_rate", "mean_force", "min_force", "max_force", "main_line")
 RATIOS = ("stick_time", "stick_rate", "main_line")
 """Quantities whose errors are parts of them."""
 STATED = ("stiffness", "drive_velocity")
@@ -69,7 +69,7 @@ class Prediction(OfTable):
     table : DataFrame over the runs: kind (as measured, missing for a run that is a rig alone), predicted_kind (the most
         probable), probability of each kind by its name, beyond (distance from the records of the law in e-folds of
         stiffness, drive velocity and mass; 0 between them), fastest_slip (of the predicted motion); then for `stick_time`
-        (median, s), `stick_rate` (sticks per second), `mean_force`, `max_force` (the highest spring force of the steady
+        (median, s), `stick_rate` (sticks per second), `mean_force`, `min_force` and `max_force` (of the spring in the steady
         motion) and `main_line` (Hz, of the acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and
         ``_high``.
     sentences : what the numbers hold, and what was predicted wrongly.
@@ -336,8 +336,10 @@ def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
         half = max(REACH * spread, law.reach[name] * law.misfit[name] * math.sqrt(1 + beyond))
         if name in RATIOS:
             low, high = value * math.exp(-half), value * math.exp(min(half, 700.0))
-        else:  # friction does not turn round
-            low, high = (np.array([-half, half]) + value).clip(*((0.0, math.inf) if value > 0 else (-math.inf, 0.0)))
+        else:
+            low, high = value - half, value + half
+        if name in ("mean_force", "max_force"):  # friction does not turn round
+            low, high = np.array([low, high]).clip(*((0.0, math.inf) if value > 0 else (-math.inf, 0.0)))
         row |= dict(zip(columns(name), (*measured.get(name, (math.nan, math.nan)), value, low, high), strict=True))
     return row
 
@@ -377,6 +379,7 @@ def _numbers_of(read: Reading) -> dict[str, float]:
     rate = _rate(read.sticks["t"].to_numpy())[0]
     return {
         "stick_rate": rate,
+        "min_force": float(read.trace["spring"].min()),
         "max_force": float(read.trace["spring"].max()),
         "stick_time": float(read.sticks["stick_time"].median()) if len(read.sticks) else math.nan,
         "mean_force": float(read.trace["spring"].mean()),
@@ -409,7 +412,7 @@ def _measured(run: FrictionRecord, system: Oscillator) -> dict[str, tuple[float,
     mean = float(np.mean(force))
     found["mean_force"] = (mean, float(np.std(force)) * math.sqrt(correlation_time(force - mean) / force.size))
     spring = steady_part(measured_trace_of(run, system), run)["spring"]
-    found["max_force"] = (float(spring.max()), math.nan)
+    found |= {"min_force": (float(spring.min()), math.nan), "max_force": (float(spring.max()), math.nan)}
     line = main_line(np.gradient(run.slip_velocity), run.step, rate=found["stick_rate"][0])
     found["main_line"] = (line.frequency, line.error)
     return found
@@ -426,12 +429,15 @@ def _counts(table: pd.DataFrame, lengths: Sequence[float]) -> list[str]:
     """How many sticks come in the time asked for, and the highest spring force."""
     found = []
     for (name, row), length in zip(table.iterrows(), lengths, strict=True):
-        rate, force = ([row[column] for column in columns(quantity)[2:]] for quantity in ("stick_rate", "max_force"))
+        rate, least, force = (
+            [row[column] for column in columns(quantity)[2:]] for quantity in ("stick_rate", "min_force", "max_force")
+        )
         if math.isfinite(length) and math.isfinite(rate[0]):
             count, low, high = (length * value for value in rate)
             found.append(
-                f"{name}: {count:.0f} sticks ({math.floor(low)} to {math.ceil(high)}) in {length:.4g} of steady motion, "
-                f"with a spring force of at most {force[0]:.4g} ({force[1]:.4g} to {force[2]:.4g})."
+                f"{name}: {count:.0f} sticks ({math.floor(low)} to {math.ceil(high)}) in {length:.4g} of steady motion, one "
+                f"in {1 / rate[0]:.4g} ({1 / rate[2]:.4g} to {1 / rate[1]:.4g}), with a spring force from {least[0]:.4g} "
+                f"({least[1]:.4g} to {least[2]:.4g}) to {force[0]:.4g} ({force[1]:.4g} to {force[2]:.4g})."
             )
     return found
 

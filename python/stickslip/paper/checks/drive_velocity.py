@@ -93,11 +93,12 @@ CLAIMS: tuple[Claim, ...] = (
     Claim(
         "hopf-square-root",
         "4, 9",
-        "It is one like a smooth Hopf bifurcation: its amplitude grows as a square root (meant by that name, not stated).",
+        "It is one like a smooth Hopf bifurcation: its amplitude grows as a square root.",
         "exponent of the amplitude over the distance of s from the end of the limit cycle",
         "0.5 ± 0.15 as in a smooth Hopf bifurcation; partly: another one above 0.2",
         "follows",
         _square_root,
+        "inferred: it is said to be characteristic of a Hopf bifurcation, not how the amplitude grows",
     ),
     Claim(
         "stick-slip-at-small-s",

@@ -146,5 +146,6 @@ CLAIMS: tuple[Claim, ...] = (
         "all four kinds at one u₀; partly: two or three of them",
         "calibration: f_s(0, δ) and d",
         _kinds(0.40),
+        "inferred: one amplitude is said at s = 0.30, and asked here as well",
     ),
 )

@@ -126,6 +126,7 @@ CLAIMS: tuple[Claim, ...] = (
         "one from all of them at each s; partly: at some s",
         "follows",
         _single_cycle,
+        "inferred: it is said of stick-slip, and asked here of almost-harmonic vibration as well",
     ),
     Claim(
         "passage",

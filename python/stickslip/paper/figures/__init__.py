@@ -29,6 +29,7 @@ from stickslip.paper.figures.motion import (
     regimes,
     translation_of_d,
 )
+from stickslip.paper.figures.trade_offs import trade_offs
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,6 +51,7 @@ __all__ = [
     "static_friction",
     "steep_climbs",
     "stick_slip_geometry",
+    "trade_offs",
     "translation_of_d",
 ]
 

@@ -27,15 +27,28 @@ class Match:
     Attributes
     ----------
     x, y : its centre in px.
-    x_error, y_error : standard errors, from what is left over.
     gradient : displacement gradients ((∂u/∂x, ∂u/∂y), (∂v/∂x, ∂v/∂y)); zeros where only a shift was fitted.
+    covariance : of x, y and, where they were fitted, the gradients row by row, from what is left over.
+    residual : its standard deviation in grey levels.
+    correlation : of the piece, as it was fitted, with what was found.
     """
 
     x: float
     y: float
-    x_error: float
-    y_error: float
     gradient: Array
+    covariance: Array
+    residual: float
+    correlation: float
+
+    @property
+    def x_error(self) -> float:
+        """Standard error of x."""
+        return math.sqrt(self.covariance[0, 0])
+
+    @property
+    def y_error(self) -> float:
+        """Standard error of y."""
+        return math.sqrt(self.covariance[1, 1])
 
 
 @dataclass(frozen=True)
@@ -87,8 +100,23 @@ class Subset:
             return None
         return np.asarray(np.linalg.inv(normal))
 
-    def find(self, picture: npt.NDArray[np.float32] | npt.NDArray[np.uint8], x: float, y: float) -> Match | None:
-        """The piece in a picture, near its centre's place (x, y); None where it is not there or has too little texture."""
+    @property
+    def plain(self) -> bool:
+        """Whether it has too little texture to be found."""
+        return self._inverse is None
+
+    def find(
+        self,
+        picture: npt.NDArray[np.float32] | npt.NDArray[np.uint8],
+        x: float,
+        y: float,
+        gradient: Array | None = None,
+    ) -> Match | None:
+        """The piece in a picture, near its centre's place (x, y); None where it is not there or has too little texture.
+
+        `gradient` is that of its displacement to begin with, for pieces that have turned far.
+        """
+        from scipy.linalg import block_diag
         from scipy.ndimage import map_coordinates, spline_filter
 
         inverse = self._inverse
@@ -101,6 +129,8 @@ class Subset:
         spline = spline_filter(window.astype(float), order=5, mode="mirror")
         grid = np.stack([*self._grid, np.ones(self.piece.size)])
         warp = np.array([[1, 0, x - left], [0, 1, y - top], [0, 0, 1.0]])
+        if gradient is not None:
+            warp[:2, :2] += gradient
         shape = max(wide, high) / 2
         for _ in range(ITERATIONS):
             columns, rows, _one = warp @ grid
@@ -122,6 +152,10 @@ class Subset:
         if not math.hypot(found_x - x, found_y - y) <= FARTHEST:
             return None
         left_over = here - self._design @ solution
-        noise = float(np.sqrt(left_over @ left_over / max(1, here.size - len(solution)))) / gain
-        errors = noise * np.sqrt(np.diag(inverse)[:2])
-        return Match(found_x, found_y, float(errors[0]), float(errors[1]), warp[:2, :2] - np.eye(2))
+        square, whole = float(left_over @ left_over), float(np.sum((here - here.mean()) ** 2))
+        residual = math.sqrt(square / max(1, here.size - len(solution)))
+        forward = warp[:2, :2]
+        moved = block_diag(forward, *([np.kron(forward, np.eye(2))] if self.affine else []))  # steps are in the piece
+        covariance = (residual / gain) ** 2 * moved @ inverse[:-2, :-2] @ moved.T
+        correlation = math.sqrt(max(1 - square / whole, 0.0))
+        return Match(found_x, found_y, forward - np.eye(2), covariance, residual, correlation)

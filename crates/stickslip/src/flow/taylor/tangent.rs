@@ -68,6 +68,9 @@ pub(crate) struct Given {
 
 /// Series along several directions at `h`, and their slopes.
 pub(crate) fn wide_at(series: &Wide, h: f64) -> [Lanes; 2] {
+    if h == 0.0 {
+        return [series[0], series[1]];
+    }
     let (mut value, mut slope) = (series[ORDER], Lanes::NOTHING);
     for term in series[..ORDER].iter().rev() {
         for lane in 0..ABREAST {
@@ -100,9 +103,10 @@ pub(crate) fn stiffening(law: &Law, u: &Series) -> Series {
 
 impl Motion {
     /// What this system, aimed at the same clock, would give to another motion: its accelerations go to `acceleration`,
-    /// friction to the own forces.
+    /// friction to the own forces, up to the `order`.
     pub(crate) fn give(
         &mut self,
+        order: usize,
         frame: &Frame,
         laws: &[&Law],
         force_lines: &[ForceLine],
@@ -111,7 +115,7 @@ impl Motion {
         acceleration: &mut [Series],
     ) {
         let mut free = std::mem::take(&mut self.acceleration);
-        for k in 0..ORDER {
+        for k in 0..order {
             let given = &mut free;
             frame.freely(k, |i| self.input[i][k], (&motion.x, &motion.v), given);
             for (c, force_line) in force_lines.iter().enumerate() {
