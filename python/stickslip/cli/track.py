@@ -125,7 +125,7 @@ def _field(sources: list[Any], options: argparse.Namespace, given: dict[str, Any
         "source": field.attrs["source"],
         "pictures": field.sizes["time"],
         "pieces": field.sizes["x"] * field.sizes["y"],
-        "found": int(last["u"].notna().sum()),
+        "found": int(last["u"].count()),
         **{
             name: {
                 "from": float(last[name].min()),

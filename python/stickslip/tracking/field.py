@@ -138,7 +138,7 @@ def displacement_field(
             found = [None if piece.plain else one for piece, one in zip(pieces, start, strict=True)]
         else:
             found = [_followed(grey, before, piece, one) for piece, one in zip(pieces, last, strict=True)]
-            last = [before if one is None else one for before, one in zip(last, found, strict=True)]
+            last = [old if one is None else one for old, one in zip(last, found, strict=True)]
         before = grey
         tables.append(np.array([_row(one, first) for one, first in zip(found, start, strict=True)]))
     columns = 2 * len(NAMES) + 1
