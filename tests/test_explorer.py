@@ -228,6 +228,11 @@ def test_symbols_are_those_of_the_documentation():
     assert [row["symbol"] for row in oscillator()] == ["s", "D", "k", "m"]
 
 
+def test_names_and_words_hold_no_source_text():
+    pages = [*oscillator(), *(row for law in laws().values() for row in law["numbers"])]
+    assert [row for row in pages if re.search(r"`|None|:class:", row["name"] + row["words"])] == []
+
+
 def law_of(document):
     """The law that a document of the page means: a pencil that is not there lies at infinity."""
     at_infinity = {"D": "infinity"} if document["type"] == "BogaczRyczek" and document["D"] is None else {}

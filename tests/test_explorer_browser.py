@@ -43,6 +43,11 @@ def opened(browser, address):
     assert browser.problems == []
 
 
+def button(words):
+    """The expression of a button of the lesson."""
+    return f"[...document.querySelectorAll('#lesson button')].find((one) => one.textContent === '{words}')"
+
+
 def facts(browser):
     browser.run(FRAME)
     return browser.run("document.getElementById('facts').textContent")
@@ -131,7 +136,7 @@ def test_laws_of_every_kind_can_be_taken_by_hand(opened, law):
     if law == "LuGre":
         assert "internal state" in said
         return
-    assert "events" in said
+    assert "event" in said
     keys = opened.run("[...document.querySelectorAll('.handle')].map((one) => one.dataset.key)")
     assert keys
     before = opened.run("JSON.stringify(explorer.state.system.law)")
@@ -211,6 +216,7 @@ def test_a_motion_that_carries_on_keeps_to_its_kind(opened, address):
 def test_every_step_of_every_lesson_sets_a_state_and_names_what_is_there(opened):
     lessons = opened.run("explorer.lessons.all")
     assert len(lessons) == 7
+    opened.run("new Promise((done) => setTimeout(done, 50))")
     for i, lesson in enumerate(lessons):
         assert lesson["title"]
         for j, step in enumerate(lesson["steps"]):
@@ -222,6 +228,18 @@ def test_every_step_of_every_lesson_sets_a_state_and_names_what_is_there(opened)
             assert step["paragraphs"][0], where
             for panel in step["look"]:
                 assert opened.run(f"document.getElementById('{panel}') !== null"), f"{where}: {panel}"
+            marked = opened.run("[...document.querySelectorAll('.look > .plot')].map(({ id }) => id).sort()")
+            assert marked == sorted(panel for panel in step["look"] if panel != "record-box"), where
+            # What is to be looked at is in sight, from its title on.
+            tops = opened.run(
+                "[...document.querySelectorAll('figure.look')].map((one) => one.getBoundingClientRect().top)"
+            )
+            floor = opened.run("document.getElementById('panels').getBoundingClientRect().top")
+            assert all(floor - 1 <= top <= 800 for top in tops), where
+            values = opened.run("[...document.querySelectorAll('#lesson input[type=number]')].map((one) => one.value)")
+            assert len(values) == len(step["moves"]), where
+            assert all(np.isfinite(float(value)) for value in values), where
+            assert opened.run(f"{button('Back')}.disabled") == (j == 0), where
 
 
 def test_what_the_lessons_say_is_so(opened):
@@ -241,6 +259,107 @@ def test_what_the_lessons_say_is_so(opened):
     assert "chaotic" in said("#forced")
     assert said("#stick-slip&start.x0=[1.2]&start.v0=[0]").startswith("Stable slip")
     assert said("#stable-slip").startswith("Stable slip")
+
+
+def test_the_questions_of_the_lessons_are_answered_on_the_page(opened):
+    # A slider of the lesson moves the state.
+    opened.run("explorer.lessons.show(5, 2)")
+    assert facts(opened).startswith("Stable slip at x = 1.4")
+    for push, says in ((0.3, "Stick-slip"), (-0.12, "Stable slip"), (-0.36, "Stick-slip")):
+        opened.run(
+            f"""(() => {{ const range = document.querySelector('#lesson input[type=range]');
+            range.value = {round((push + 0.6) / 1.2 * 500)}; range.dispatchEvent(new Event('input')); }})()"""
+        )
+        said = facts(opened)
+        assert said.startswith(says), push
+        assert f"ẋ₀ = {push}".replace("-", "−") in said
+    # A click into the phase plane that is highlighted, and a motion said without digits of rounding.
+    opened.run("explorer.lessons.show(3, 2)")
+    opened.run(FRAME)
+    x, y = opened.run(
+        """(() => { const { plot } = explorer.panels.find(({ plot }) => plot.host.id === 'phase');
+        const box = plot.host.getBoundingClientRect();
+        return [box.x + plot.px(1.2), box.y + plot.py(0)]; })()"""
+    )
+    opened.drag((x, y), (x, y))
+    said = facts(opened)
+    assert re.match(r"Stable slip at x = 1[.]\d{4}; started at x₀ = 1[.]", said)
+    assert "amplitude" not in said
+
+
+def test_the_orbit_diagram_says_where_the_sweeps_found_another_motion(opened):
+    for link, another in (("#forced", True), ("#stick-slip", False), ("#almost-harmonic", False)):
+        opened.run(f"explorer.open('{link}')")
+        opened.run(FRAME)
+        swept(opened)
+        opened.run(FRAME)
+        assert opened.run("explorer.diagram.another") is another, link
+
+
+def test_colours_are_named_below_each_picture_that_has_them(opened):
+    def key(panel):
+        row = f"document.getElementById('{panel}').closest('figure').querySelector('div.key')"
+        return opened.run(f"[...({row}?.children ?? [])].map((one) => one.textContent)")
+
+    swept(opened)
+    opened.run(FRAME)
+    assert key("diagram") == ["stick-slip", "almost-harmonic", "stable slip"]
+    opened.run("document.getElementById('basin').scrollIntoView({ block: 'center' })")
+    opened.wait("explorer.idle && explorer.cells('basin')")
+    opened.run(FRAME)
+    assert key("basin") == ["stick-slip", "stable slip", "paler: others of its kind"]
+    assert "almost-harmonic" in key("regimes")
+
+
+def test_a_long_table_is_folded_and_its_rings_take_their_neighbours_with_them(opened):
+    nodes = [[w, 0.5 - 0.1 * w] for w in np.linspace(0, 2, 97)]
+    law = {"type": "Tabulated", "kinetic": nodes, "break_away": 0.6}
+    opened.run(f"explorer.change([['system.law', {json.dumps(law)}], ['t_end', 157.0796326794]])")
+    opened.run(FRAME)
+    assert opened.run("document.getElementById('time').value") == "157.08"
+    assert opened.run("document.querySelectorAll('.handle').length") <= 10
+    assert opened.run("document.querySelector('#numbers details').open") is False
+    opened.run("document.querySelector('.handle[data-key=\"kinetic.48\"]').focus()")
+    opened.key("ArrowUp")
+    opened.run(FRAME)
+    moved = np.array(opened.run("explorer.state.system.law.kinetic")) - nodes
+    assert moved[48, 1] > 0
+    assert moved[42, 1] == pytest.approx(moved[48, 1] / 2, rel=0.1)
+    assert not moved[:37].any()
+    assert not moved[60:].any()
+    assert not moved[:, 0].any()
+
+
+def test_a_name_is_not_given_twice(opened):
+    opened.run(FRAME)
+    labels = opened.run("[...document.querySelectorAll('.handle')].map((one) => one.getAttribute('aria-label'))")
+    assert {label.partition(":")[0] for label in labels} >= {"pencil D", "line l, lower end", "line l, upper end"}
+    # A pencil stands upright, the damping in italics.
+    assert opened.run("[...document.querySelectorAll('#numbers b')].map((one) => one.textContent)") == ["B", "D"]
+    names = opened.run("[...document.querySelectorAll('#numbers input')].map((one) => one.getAttribute('aria-label'))")
+    assert len([name for name in names if name]) == len({name for name in names if name})
+
+
+def test_a_lesson_on_a_phone_holds_what_is_moved_beside_the_words_that_answer(opened):
+    opened.resize(360, 740, touch=True)
+    opened.run("explorer.lessons.show(0, 3)")
+    opened.run(FRAME)
+    box = "(id) => document.querySelector(id).getBoundingClientRect().toJSON()"
+    assert opened.run(f"({box})('header')")["height"] <= 64
+    slider, said = (opened.run(f"({box})('{one}')") for one in ("#lesson input[type=range]", "#facts"))
+    assert slider["height"] >= 44
+    assert 0 <= slider["top"] < slider["bottom"] <= said["top"] < said["bottom"] <= 740
+    assert opened.run("document.querySelector('figure.look').getBoundingClientRect().top") < 740
+    # The words stay while one reads the panels, and nothing else lies over them.
+    opened.run("scrollBy(0, 900)")
+    assert opened.run(f"({box})('#facts')")["top"] == 0
+    assert opened.run("getComputedStyle(document.querySelector('figure.rig')).position") == "static"
+    small = opened.run(
+        """[...document.querySelectorAll('button, select, input[type=range]')].filter((one) => {
+        const { width, height } = one.getBoundingClientRect(); return width && Math.min(width, height) < 43.9;
+        }).map((one) => one.outerHTML.slice(0, 80))"""
+    )
+    assert small == []
 
 
 def test_a_report_comes_alive_where_scripts_run_and_keeps_its_pictures_elsewhere(browser, tmp_path):
@@ -298,6 +417,22 @@ def test_a_record_dropped_on_the_page_gives_its_law_back(opened, address, preset
         )
         assert found == pytest.approx(true, rel=slack), path
     assert opened.run("explorer.record.breaks.length > 5") == (preset == "stick-slip")
+    if preset == "forced":
+        assert "something about every number" in said_of_the_record(opened)
+        return
+    # Of what the motion never does it says nothing: here no climb begins at a turn of the slip.
+    opened.run("document.querySelectorAll('#record-box input:not(:checked)').forEach((box) => box.click())")
+    fitted(opened)
+    said = said_of_the_record(opened)
+    silent = re.search(r"says nothing about ([^:]*): hold them", said)[1].split(", ")
+    assert {"D₁", "D₂"} <= set(silent)
+    assert not {"B₂", "φ", "ψ"} & set(silent)
+    assert "stickslip measure orbit.csv --rig RIG.toml" in said
+
+
+def said_of_the_record(browser):
+    browser.run(FRAME)
+    return browser.run("document.querySelector('#record-box p').textContent")
 
 
 def value_of(state, path):

@@ -36,6 +36,6 @@ export function showAxes(data: Data, state: State): void {
   }
   for (const end of ["low", "high"] as const) {
     const input = field<HTMLInputElement>(end);
-    if (document.activeElement !== input) input.value = String(state.diagram[end]);
+    if (document.activeElement !== input) input.value = String(+state.diagram[end].toPrecision(6));
   }
 }

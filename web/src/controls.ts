@@ -3,6 +3,9 @@ import type { Data, NumberPage } from "./data";
 import type { Change } from "./panels/panel";
 import { type Document, type State, get } from "./state";
 
+/** Whether a number of a law is one of the paper's pencils: points, set upright where one letter means a number too. */
+export const isPencil = (law: Document, path: string): boolean => law["type"] === "BogaczRyczek" && /^[ABCD](\.|$)/.test(path);
+
 export function element<K extends keyof HTMLElementTagNameMap>(tag: K, properties: object = {}, ...children: (Node | string)[]): HTMLElementTagNameMap[K] {
   const made = document.createElement(tag);
   Object.assign(made as object, properties);
@@ -10,9 +13,18 @@ export function element<K extends keyof HTMLElementTagNameMap>(tag: K, propertie
   return made;
 }
 
+/** The velocity a motion starts with. */
+const PUSH: NumberPage = { path: "", symbol: "ẋ₀", name: "push", words: "velocity that the push gives", unit: "velocity", low: -0.6, high: 0.6 };
+const FORCING: NumberPage[] = [
+  { path: "forcing.0.amplitude", symbol: "u₀", name: "amplitude", words: "amplitude of the forcing", unit: "force", low: 0, high: 0.5 },
+  { path: "forcing.0.frequency", symbol: "Ω", name: "frequency", words: "angular frequency of the forcing", unit: "", low: 0.1, high: 4 },
+];
+/** Nodes of a table above which it is folded. */
+const FOLDED = 12;
+
 export class Controls {
   private shape = "";
-  private readonly refreshers: ((state: State) => void)[] = [];
+  private refreshers: { input: HTMLInputElement; refresh(state: State): void }[] = [];
 
   constructor(
     private readonly host: HTMLElement,
@@ -28,11 +40,19 @@ export class Controls {
       this.shape = shape;
       this.build(state);
     }
-    for (const refresh of this.refreshers) refresh(state);
+    this.refreshers = this.refreshers.filter(({ input }) => input.isConnected);
+    for (const { refresh } of this.refreshers) refresh(state);
+  }
+
+  /** Sliders of numbers by their paths in the state, to stand elsewhere on the page. */
+  sliders(paths: string[], { system: { law } }: State): HTMLElement[] {
+    const known: Record<string, NumberPage> = { "start.v0.0": PUSH };
+    for (const page of [...this.data.oscillator, ...FORCING]) known[`system.${page.path}`] = page;
+    for (const page of this.data.laws[law.type]!.numbers) known[`system.law.${page.path}`] = page;
+    return paths.filter((path) => path in known).map((path) => this.slider(known[path]!, path));
   }
 
   private build(state: State): void {
-    this.refreshers.length = 0;
     const { law, forcing } = state.system as Document;
     const groups: HTMLElement[] = [];
     groups.push(this.group("Rig", this.data.oscillator.map((page) => this.slider(page, `system.${page.path}`))));
@@ -41,13 +61,12 @@ export class Controls {
     groups.push(this.group("Chain", chain.map((page) => this.slider(page, `chain.${page.path}`))));
     if (forcing.length)
       groups.push(
-        this.group("Forcing", [
-          this.slider({ path: "", symbol: "u₀", name: "amplitude", words: "amplitude of the forcing", unit: "force", low: 0, high: 0.5 }, "system.forcing.0.amplitude"),
-          this.slider({ path: "", symbol: "Ω", name: "frequency", words: "angular frequency of the forcing", unit: "", low: 0.1, high: 4 }, "system.forcing.0.frequency"),
-        ]),
+        this.group("Forcing", FORCING.map((page) => this.slider(page, `system.${page.path}`))),
       );
     const page = this.data.laws[law.type]!;
-    groups.push(this.group("Law", page.numbers.flatMap((one) => this.rows(one, law))));
+    const within = (one: NumberPage) => one.path.startsWith("static_friction.");
+    for (const [name, numbers] of [["Law", page.numbers.filter((one) => !within(one))], ["Static friction fₛ", page.numbers.filter(within)]] as const)
+      if (numbers.length) groups.push(this.group(name, numbers.flatMap((one) => this.rows(one, law))));
     this.host.replaceChildren(...groups);
   }
 
@@ -55,14 +74,16 @@ export class Controls {
   private rows(page: NumberPage, law: Document): HTMLElement[] {
     const value = get(law, page.path);
     const path = `system.law.${page.path}`;
-    const pencil = law["type"] === "BogaczRyczek" && ["A", "C", "D"].includes(page.path);
     const rows: HTMLElement[] = [];
-    if (pencil) rows.push(this.infinity(page, law));
+    if (isPencil(law, page.path) && page.path !== "B") rows.push(this.infinity(page, law));
     if (typeof value === "number") rows.push(this.slider(page, path));
     else if (typeof value === "string") rows.push(element("p", { className: "words" }, `${page.symbol}: ${value}`));
     else if (Array.isArray(value)) {
-      const nodes: string[] = Array.isArray(value[0]) ? value.flatMap((_: unknown, i: number) => [`${path}.${i}.0`, `${path}.${i}.1`]) : [`${path}.0`, `${path}.1`];
-      rows.push(element("div", { className: "nodes" }, element("i", {}, page.symbol), ...nodes.map((one) => this.field(one, page.words))));
+      const pairs: string[] = Array.isArray(value[0]) ? value.map((_: unknown, i: number) => `${path}.${i}`) : [path];
+      const sides = page.unit === "velocity, force" ? ["slip velocity", "force"] : page.path === "l" ? ["slope", "height at w = 0"] : ["first", "second"];
+      const fields = pairs.flatMap((pair, i) => sides.map((side, j) => this.number(`${pair}.${j}`, `${page.words}: ${pairs.length > 1 ? `node ${i + 1}, ` : ""}${side}`)));
+      const table = element("div", { className: "nodes" }, element(isPencil(law, page.path) ? "b" : "i", {}, page.symbol), ...fields);
+      rows.push(pairs.length > FOLDED ? element("details", {}, element("summary", {}, `${page.symbol}: ${pairs.length} nodes`), table) : table);
     }
     return rows;
   }
@@ -77,14 +98,8 @@ export class Controls {
     input.addEventListener("change", () => {
       if (Number.isFinite(input.valueAsNumber)) this.change([[path, input.valueAsNumber]]);
     });
-    this.refreshers.push((state) => {
-      if (document.activeElement !== input) input.value = String(+Number(get(state, path)).toPrecision(8));
-    });
+    this.refreshers.push({ input, refresh: (state) => document.activeElement !== input && (input.value = String(+Number(get(state, path)).toPrecision(8))) });
     return input;
-  }
-
-  private field(path: string, label: string): HTMLElement {
-    return this.number(path, label);
   }
 
   private slider(page: NumberPage, path: string): HTMLElement {
@@ -99,7 +114,7 @@ export class Controls {
       const share = range.valueAsNumber / steps;
       this.change([[path, choices ? choices[range.valueAsNumber] : +(low + share * (top - low)).toPrecision(4)]]);
     });
-    this.refreshers.push((state) => {
+    const refresh = (state: State) => {
       const value = Number(get(state, path));
       // A number far from the usual range brings its own.
       if (value > top || (first && !choices && low === 0 && value > 0 && value < top / 50)) top = value * (value > top ? 1.5 : 3);
@@ -108,7 +123,8 @@ export class Controls {
       range.value = String(Math.round(share * steps));
       range.style.setProperty("--at", `${100 * Math.max(0, Math.min(1, share))}%`);
       range.setAttribute("aria-valuetext", String(value));
-    });
+    };
+    this.refreshers.push({ input: range, refresh });
     return element("div", { className: "number", title: words }, element("i", {}, symbol), element("span", {}, name === symbol ? words : name), this.number(path, `${name} ${symbol}, as a number`), range);
   }
 

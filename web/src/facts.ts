@@ -2,6 +2,7 @@
 import { type Core, Refused } from "./core";
 import { type Orbit, RELEASE } from "./orbit";
 import type { Scene } from "./panels/panel";
+import { plain } from "./plot";
 import type { Measured } from "./record";
 import { type State, documentOf, varied } from "./state";
 import { REGIMES, REGIME_NAMES, type Steady, lookOf, steady } from "./sweeps";
@@ -52,12 +53,21 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
       const kind = settled.chaos > 0.7 ? ": chaotic" : settled.chaos < 0.3 ? ": two frequencies" : "";
       if (!Number.isNaN(settled.chaos)) say(`${kind} (0–1 test K = `, settled.chaos, 2, ")");
     }
-    if (settled.x[1] - settled.x[0] > 1e-9) say(", amplitude ", (settled.x[1] - settled.x[0]) / 2, 5);
+    // Of a motion that comes to rest an amplitude would only say how long one has waited.
+    if (["stable_slip", "at_rest"].includes(REGIME_NAMES[settled.regime]!)) say(" at x = ", settled.mean, 4);
+    else say(", amplitude ", (settled.x[1] - settled.x[0]) / 2, 5);
   }
   const last = orbit.events.findLast(({ kind, t, contact }) => kind === RELEASE && contact === 0 && t > 0.6 * orbit.words.t_last);
   if (last) {
     say(", sticks for ", last.stickTime, 4);
     say(" and breaks away at ", Math.abs(last.force), 4);
+  }
+  const { x0, v0 } = state.start;
+  if (x0 || v0) {
+    host.append("; started at x₀ = ");
+    strong(plain(x0?.[0] ?? 0));
+    host.append(", ẋ₀ = ");
+    strong(plain(v0?.[0] ?? state.system["drive_velocity"]));
   }
   host.append(`. ${orbit.words.events} ${orbit.words.events === 1 ? "event" : "events"}, ${orbit.words.exact ? "each exact" : "by Taylor series"}`);
   if (orbit.words.stop !== "t_end") host.append(`; ${orbit.words.sentence}`);

@@ -10,6 +10,8 @@ export interface Fit {
   broken: number;
   /** Whether no step makes it better. */
   done: boolean;
+  /** The paths of numbers of which the record says nothing, found at the end. */
+  silent?: string[];
 }
 
 /** The force of the law along the record, sample by sample. */
@@ -35,7 +37,8 @@ function residuals(core: Core, law: Document, record: Measured): { rows: Float64
   return { rows, kinetic: Math.sqrt(kinetic), broken: Math.sqrt(broken) };
 }
 
-const square = (rows: Float64Array) => rows.reduce((sum, one) => sum + one * one, 0);
+const dot = (a: Float64Array, b: Float64Array) => a.reduce((sum, value, k) => sum + value * b[k]!, 0);
+const square = (rows: Float64Array) => dot(rows, rows);
 
 /** x of A x = b by elimination with pivots; null where A is singular. */
 function solve(a: number[][], b: number[]): number[] | null {
@@ -53,6 +56,34 @@ function solve(a: number[][], b: number[]): number[] | null {
     }
   }
   return m.map((row, i) => row[n]! / row[i]!);
+}
+
+/** A number of which the record says nothing: moved by its whole size, it changes the forces by less than this share or than the noise, as the others make up for it. */
+const SILENT = 1e-3;
+
+/** What of a column lies along none of the axes. */
+const rest = (column: Float64Array, axes: Float64Array[]) => axes.reduce((left, axis) => {
+  const share = dot(left, axis);
+  return left.map((value, k) => value - share * axis[k]!);
+}, column);
+
+/** Axes of the space of the columns, but of what is left of one by rounding. */
+function axesOf(columns: Float64Array[]): Float64Array[] {
+  const axes: Float64Array[] = [];
+  for (const column of columns) {
+    const left = rest(column, axes);
+    const length = Math.sqrt(square(left));
+    if (length > 1e-6 * Math.sqrt(square(column))) axes.push(left.map((value) => value / length));
+  }
+  return axes;
+}
+
+/** The length of each column that no sum of the others makes up for. */
+function own(columns: Float64Array[]): number[] {
+  // In their own space the columns are as short as they are many.
+  const axes = axesOf(columns);
+  const short = columns.map((column) => Float64Array.from(axes, (axis) => dot(axis, column)));
+  return short.map((column, i) => Math.sqrt(square(rest(column, axesOf(short.filter((_, j) => j !== i))))));
 }
 
 /** How good a law is on a record as it stands. */
@@ -76,8 +107,9 @@ export function* fit(core: Core, start: Document, paths: string[], record: Measu
       throw error;
     }
   };
+  let columns: Float64Array[] = [];
   for (let step = 0; step < 60; step++) {
-    const columns: Float64Array[] = [];
+    columns = [];
     for (let i = 0; i < paths.length; i++) {
       columns.push(new Float64Array(now.rows.length));
       for (const h of [1e-4, -1e-4]) {
@@ -88,7 +120,6 @@ export function* fit(core: Core, start: Document, paths: string[], record: Measu
         break;
       }
     }
-    const dot = (a: Float64Array, b: Float64Array) => a.reduce((sum, value, k) => sum + value * b[k]!, 0);
     const normal = columns.map((a) => columns.map((b) => dot(a, b)));
     const down = columns.map((a) => -dot(a, now.rows));
     const floor = 1e-12 * Math.max(...normal.map((row, i) => row[i]!), 1e-300);
@@ -107,5 +138,8 @@ export function* fit(core: Core, start: Document, paths: string[], record: Measu
     }
     if (damping >= 1e9) break;
   }
-  yield { law, kinetic: now.kinetic, broken: now.broken, done: true };
+  const size = Math.sqrt(square(Float64Array.from(record.force)) / record.t.length);
+  const noise = Math.sqrt(square(now.rows) / record.t.length);
+  const silent = own(columns).flatMap((length, i) => (length < Math.max(SILENT * size, noise) ? [paths[i]!] : []));
+  yield { law, kinetic: now.kinetic, broken: now.broken, done: true, silent };
 }

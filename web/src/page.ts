@@ -26,7 +26,7 @@ import { type Measured, readRecord } from "./record";
 import { RecordBox, free } from "./recordbox";
 import { Sound } from "./sound";
 import { type Document, type State, fromLink, get, presetState, put, toLink, toToml } from "./state";
-import { REGIMES, type Steady, Sweeper } from "./sweeps";
+import { type Steady, Sweeper } from "./sweeps";
 import { theme } from "./theme";
 import { toolbar } from "./toolbar";
 
@@ -69,6 +69,8 @@ export class Page {
   private readonly boxes: PanelBoxes;
   record: Measured | null = savedRecord();
   fitting = false;
+  /** The numbers of which a record said nothing when a law was fitted to it. */
+  silent: { of: string; paths: string[] } | null = null;
   readonly sound = new Sound();
   readonly lessons: Lessons;
 
@@ -115,8 +117,8 @@ export class Page {
     const host = { state: () => this.state, ready: () => Boolean(this.orbit && !this.refused), draw: (panel: Panel) => this.drawPanel(panel) };
     this.jobs = new Jobs({ returns, basin, regimes, phase: phase.plot }, host, program, core.module);
     this.box = new RecordBox($("record-box"), (paths) => this.fit(program, paths), () => this.measure(null));
-    this.lessons = new Lessons($("lesson"), data.lessons, (link) => this.open(link));
     this.controls = new Controls($("numbers"), data, (changes) => this.change(changes));
+    this.lessons = new Lessons($("lesson"), data.lessons, (link) => this.open(link), (paths) => this.controls.sliders(paths, this.state));
     this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.state = this.opened();
     this.boxes = new PanelBoxes($("panel-boxes"), this.panels, (shown) => this.change([["view.panels", shown]]));
@@ -250,15 +252,8 @@ export class Page {
     $<HTMLSelectElement>("type").value = this.state.system["law"].type;
     $<HTMLInputElement>("forced").checked = this.state.system["forcing"].length > 0;
     $<HTMLSelectElement>("spectrum-of").value = String(this.state.view.derivative);
-    $<HTMLInputElement>("time").value = String(this.state.t_end);
+    $<HTMLInputElement>("time").value = String(+this.state.t_end.toPrecision(6));
     this.axisOptions();
-    $("regime-key").replaceChildren(
-      ...[0, 1, 2, 4].map((regime) => {
-        const word = Object.assign(document.createElement("span"), { textContent: REGIMES[regime]! });
-        word.style.setProperty("--c", theme().regimes[regime]!);
-        return word;
-      }),
-    );
     const preset = this.data.presets[this.state.preset];
     $<HTMLSelectElement>("presets").value = this.state.preset;
     $("source").textContent = preset?.source ?? "";
@@ -289,6 +284,7 @@ export class Page {
   /** Take a record of a file, or none. */
   measure(record: Measured | null): void {
     this.record = record;
+    this.silent = null;
     this.fitting = false;
     this.update(true);
   }
@@ -311,6 +307,7 @@ export class Page {
     this.fitter ??= new Sweeper(program, this.core.module, ({ fit, refused }) => {
       this.fitting = !(refused || fit?.done);
       if (fit) this.change([["system.law", fit.law]]);
+      if (fit?.silent) this.silent = { of: JSON.stringify(fit.law), paths: fit.silent };
       if (refused) this.notes = [refused];
       this.stale = true;
     });
@@ -327,7 +324,9 @@ export class Page {
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
     }
-    this.box.show(this.record, law, this.data.laws[law.type]!, quality, this.fitting);
+    // Said of the law that was fitted, not of what is made of it afterwards.
+    const { silent } = this;
+    this.box.show(this.record, law, this.data.laws[law.type]!, quality, this.fitting, silent?.of === JSON.stringify(law) ? silent.paths : null);
   }
 
   /** One sentence on the steady motion, and what there is to say about the link. */

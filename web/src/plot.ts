@@ -51,6 +51,8 @@ export class Plot {
   ratio = 1;
   /** Pixels of the canvas for one of the page, where it is to be another than the screen's. */
   sharpness: number | null = null;
+  /** Whether a pointer is down on it: what it points at stays where it is. */
+  held = false;
   /** Pixels of the page for one of the drawing: words and lines are larger on a large screen. */
   zoom = 1;
   x: Range = { low: 0, high: 1 };
@@ -236,8 +238,14 @@ export function draggable(plot: Plot, move: (x: number, y: number) => void, nudg
   const follow = ({ offsetX, offsetY }: PointerEvent) => move(offsetX / plot.zoom, offsetY / plot.zoom);
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
+    plot.held = true;
     follow(event);
   });
+  for (const end of ["pointerup", "pointercancel"] as const)
+    canvas.addEventListener(end, (event) => {
+      plot.held = false;
+      if (end === "pointerup") follow(event);
+    });
   canvas.addEventListener("pointermove", (event) => {
     if (event.buttons) follow(event);
   });

@@ -1,5 +1,5 @@
 /** The record among the numbers: what it is, which numbers are fitted to it, and how good they are. */
-import { element } from "./controls";
+import { element, isPencil } from "./controls";
 import type { LawPage } from "./data";
 import type { Fit } from "./fit";
 import { plain } from "./plot";
@@ -36,7 +36,7 @@ export class RecordBox {
 
   private paths: string[] = [];
 
-  show(record: Measured | null, law: Document, page: LawPage, quality: Omit<Fit, "law" | "done"> | null, busy: boolean): void {
+  show(record: Measured | null, law: Document, page: LawPage, quality: Omit<Fit, "law" | "done"> | null, busy: boolean, silent: string[] | null): void {
     this.host.hidden = !record;
     if (!record) return;
     const all = free(law, page);
@@ -51,7 +51,7 @@ export class RecordBox {
             else this.held.add(path);
             this.paths = all.map((one) => one.path).filter((one) => !this.held.has(one));
           };
-          return element("label", {}, box, element("i", {}, symbol));
+          return element("label", {}, box, element(isPencil(law, path) ? "b" : "i", {}, symbol));
         }),
       );
     }
@@ -60,8 +60,15 @@ export class RecordBox {
     const measure = quality
       ? `Misfit (rms): ${plain(+quality.kinetic.toPrecision(3))} while it slips` + (record.breaks.length ? `, ${plain(+quality.broken.toPrecision(3))} at ${record.breaks.length} break-aways. ` : ". ")
       : "";
-    const command = record.command ?? "stickslip identify";
-    this.words.textContent = `${record.name.replace(/^.*[/\\]/, "")}: ${record.t.length} samples. ${measure}The fitted numbers have no intervals here; `;
-    this.words.append(element("code", {}, `${command} --law ${law["type"]}`), " has them.");
+    const name = record.name.replace(/^.*[/\\]/, "");
+    this.words.textContent = `${name}: ${record.t.length} samples. ${measure}`;
+    if (silent) {
+      const mute = all.filter(({ path }) => silent.includes(path)).map(({ symbol }) => symbol);
+      this.words.append(element("strong", {}, mute.length ? `This record says nothing about ${mute.join(", ")}: hold them. ` : "This record says something about every number that was fitted. "));
+    }
+    this.words.append("The fitted numbers have no intervals here; ");
+    // A file of columns is measured first: its rig file says what they are.
+    if (!record.command) this.words.append(element("code", {}, `stickslip measure ${name} --rig RIG.toml -o friction.nc`), " and ");
+    this.words.append(element("code", {}, `${record.command ?? "stickslip identify friction.nc"} --law ${law["type"]}`), record.command ? " has them." : " have them.");
   }
 }

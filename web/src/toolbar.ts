@@ -32,6 +32,8 @@ function choices(page: Page): void {
   $<HTMLInputElement>("forced").onchange = ({ target }) =>
     page.change([["system.forcing", (target as HTMLInputElement).checked ? [{ amplitude: 0.05, frequency: 1.25, phase: 0 }] : []]]);
   $("lessons").onclick = () => (page.lessons.at ? page.lessons.close() : page.lessons.show(0, 0));
+  const more = $("more");
+  more.onclick = () => more.setAttribute("aria-expanded", String(more.parentElement!.classList.toggle("open")));
   $("theme").onclick = () => {
     document.documentElement.dataset["theme"] = document.documentElement.dataset["theme"] === "dark" ? "light" : "dark";
     page.redrawAll();

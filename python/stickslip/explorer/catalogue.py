@@ -43,6 +43,11 @@ def _symbol(name: str, words: str, position: int) -> str:
     return re.sub(r"_([0-9sk])$", lambda match: match[1].translate(_UNDER), symbol)
 
 
+def _spoken(words: str) -> str:
+    """Words as they are read to someone: no marks of source text, and nothing of what Python calls None."""
+    return re.sub(r"[,;] None\b[^.;]*|:\w+:(?=`)", "", words).replace("`", "")
+
+
 def _range(value: object, unit: str) -> tuple[float, float]:
     """From where to where a slider goes."""
     if unit == "angle":
@@ -54,7 +59,7 @@ def _range(value: object, unit: str) -> tuple[float, float]:
 
 def _numbers(table: Law | StaticFriction, document: dict[str, Any], path: str = "") -> list[dict[str, Any]]:
     """Every parameter of a law or of a table within it."""
-    words = _parameters(type(table))
+    words = {name: _spoken(said) for name, said in _parameters(type(table)).items()}
     shared: dict[str, int] = {}
     numbers: list[dict[str, Any]] = []
     for item in fields(table):
@@ -122,7 +127,7 @@ def oscillator() -> list[dict[str, Any]]:
             "path": name,
             "symbol": {"drive_velocity": "s", "damping": "D", "stiffness": "k", "mass": "m"}[name],
             "name": "belt speed" if name == "drive_velocity" else name,
-            "words": words[name].rstrip("."),
+            "words": _spoken(words[name]).rstrip("."),
             "unit": "",
             "low": 0.05 if name in ("stiffness", "mass") else 0.0,
             "high": high,

@@ -1,9 +1,15 @@
 /** The orbit diagram: the sweep up strong, the sweep down pale, coloured by regime; one drags the number itself. */
-import { draggable, plain, widen } from "../plot";
+import { draggable, plain, rangeOf, widen } from "../plot";
 import { get } from "../state";
-import { type Steady } from "../sweeps";
+import { REGIMES, type Steady } from "../sweeps";
 import { theme } from "../theme";
 import { Panel, type Scene } from "./panel";
+
+/** The heights of a motion in the diagram. */
+const heightsOf = (row: Steady, forced: boolean, drive: number): ArrayLike<number> => (forced ? row.section.map(([, v]) => drive - v) : row.turns);
+
+/** Share of the picture by which the ends of a motion differ from those of another one. */
+const APART = 0.04;
 
 export class Diagram extends Panel {
   change?: (value: number) => void;
@@ -33,7 +39,7 @@ export class Diagram extends Panel {
     if (this.refused) return p.say(this.refused);
     p.x = { low: diagram.low, high: diagram.high };
     const drive = (i: number): number => (diagram.over === "drive_velocity" ? this.values[i]! : system["drive_velocity"]);
-    const heights = (row: Steady, i: number): ArrayLike<number> => (forced ? row.section.map(([, v]) => drive(i) - v) : row.turns);
+    const heights = (row: Steady, i: number) => heightsOf(row, forced, drive(i));
     let [low, high] = [0, 0];
     for (const rows of [this.up, this.down])
       rows.forEach((row, i) => {
@@ -43,11 +49,13 @@ export class Diagram extends Panel {
         }
       });
     p.y = widen({ low, high });
+    const { regimes, soft } = theme();
     p.labels.x = diagram.over === "drive_velocity" ? "belt speed s" : diagram.over.replace(/^law\./, "").replaceAll("_", " ");
     p.labels.y = forced ? "w at t = 2πn/Ω" : "w where ẇ = 0";
+    const rows = [...this.up, ...this.down];
+    this.key(regimes.flatMap((colour, i) => (rows.some((row) => row?.regime === i) ? [[colour, REGIMES[i]!]] : [])));
     p.axes();
     const step = (p.px(diagram.high) - p.px(diagram.low)) / Math.max(1, this.values.length - 1);
-    const { regimes, soft } = theme();
     for (const [rows, alpha, size] of [[this.down, 0.35, 2.4], [this.up, 0.95, 1.5]] as const)
       rows.forEach((row, i) => {
         if (!row) return;
@@ -75,7 +83,21 @@ export class Diagram extends Panel {
     g.fillText(`no answer in 3 s at ${this.lost.map((i) => plain(this.values[i]!)).join(", ")}`, p.pad.left + 6, p.pad.top + 2);
   }
 
-  override time({ state: { diagram, system } }: Scene): void {
+  /** Whether the motion on the page is another one than the sweeps found at its number. */
+  private isAnother(heights: ArrayLike<number>, forced: boolean, drive: number): boolean {
+    const { x, y } = this.plot;
+    const column = Math.round(((this.at - x.low) / (x.high - x.low)) * (this.values.length - 1));
+    const swept = [this.up[column], this.down[column]];
+    const here = rangeOf(heights);
+    return swept.every((row) => {
+      if (!row || !heights.length) return false;
+      const there = rangeOf(heightsOf(row, forced, drive));
+      return Math.max(Math.abs(there.low - here.low), Math.abs(there.high - here.high)) > APART * (y.high - y.low);
+    });
+  }
+  another = false;
+
+  override time({ settled, state: { diagram, system } }: Scene): void {
     const p = this.plot;
     const g = p.over;
     p.begin(g);
@@ -87,5 +109,24 @@ export class Diagram extends Panel {
     g.lineWidth = 1.6;
     p.segment(g, x, p.pad.top, x, p.height - p.pad.bottom);
     p.dot(g, this.at, p.y.low, 6, theme().card, theme().accent);
+    const forced = system["forcing"].length > 0;
+    const heights = settled ? heightsOf(settled, forced, system["drive_velocity"]) : [];
+    const seen = new Set<number>();
+    for (const height of Array.from(heights)) {
+      const y = Math.round(p.py(height) / 3);
+      if (!seen.has(y)) p.dot(g, this.at, height, 3, theme().card, theme().accent);
+      seen.add(y);
+    }
+    this.another = this.isAnother(heights, forced, system["drive_velocity"]);
+    if (!this.another) return;
+    const words = "rings: this motion; the sweeps found another";
+    g.font = "600 11px system-ui, sans-serif";
+    g.fillStyle = theme().card;
+    const width = g.measureText(words).width + 8;
+    g.fillRect(p.width - p.pad.right - width, p.pad.top, width, 16);
+    g.fillStyle = theme().accent;
+    g.textAlign = "right";
+    g.textBaseline = "top";
+    g.fillText(words, p.width - p.pad.right - 4, p.pad.top + 2);
   }
 }

@@ -1,6 +1,6 @@
 /** Motions over a plane of two numbers, from coarse to fine: the regime map, and the basins of attraction; a click goes there. */
 import { type Range, draggable } from "../plot";
-import type { Steady } from "../sweeps";
+import { REGIMES, type Steady } from "../sweeps";
 import { theme } from "../theme";
 import { Panel, type Scene } from "./panel";
 
@@ -51,27 +51,43 @@ export class Grid extends Panel {
     [this.cells, this.refused, this.found] = [[], "", []];
   }
 
+  /** What the colours of the cells mean: only those that there are. */
+  private legend(): [string, string][] {
+    const cells = this.cells.filter((cell) => cell !== undefined);
+    const { regimes, ink, card } = theme();
+    const mixed = (colour: string, share: number, other: string) => `color-mix(in srgb, ${colour} ${share}%, ${other})`;
+    const entries = regimes.flatMap((colour, i): [string, string][] => (cells.some(({ regime }) => regime === i) ? [[mixed(colour, 75, card), REGIMES[i]!]] : []));
+    const first = regimes[cells[0]?.regime ?? 0]!;
+    const ranks = cells.map((cell) => this.rank(cell));
+    if (ranks.some(Boolean)) entries.push([mixed(regimes[cells[ranks.findIndex(Boolean)]!.regime]!, 35, card), this.apart ? "paler: others of its kind" : "paler: repeats after several turns"]);
+    const wild = cells.find(({ period }) => !period);
+    if (wild) entries.push([mixed(mixed(regimes[wild.regime] ?? first, 75, card), 65, ink), "darker: does not repeat"]);
+    return entries;
+  }
+
+  /** How many other motions of its kind were found before it. */
+  private rank({ regime, period, mean, x }: Steady): number {
+    if (!this.apart) return period > 1 ? 1 : 0;
+    const near = 1e-3 * Math.max(x[1] - x[0], Math.abs(mean), 1e-12);
+    const alike = this.found.filter((one) => one.regime === regime);
+    const rank = alike.findIndex((one) => one.period === period && (!period || Math.abs(one.mean - mean) < near));
+    if (rank >= 0) return rank;
+    this.found.push({ mean, regime, period });
+    return alike.length;
+  }
+
   /** The colour of a regime; paler for each other motion of it, darker where it does not repeat. */
-  private paint({ regime, period, mean, x }: Steady): void {
+  private paint(cell: Steady): void {
     const g = this.plot.base;
-    g.fillStyle = theme().regimes[regime]!;
-    let rank = period > 1 ? 1 : 0;
-    if (this.apart) {
-      const near = 1e-3 * Math.max(x[1] - x[0], Math.abs(mean), 1e-12);
-      const alike = this.found.filter((one) => one.regime === regime);
-      rank = alike.findIndex((one) => one.period === period && (!period || Math.abs(one.mean - mean) < near));
-      if (rank < 0) {
-        rank = alike.length;
-        this.found.push({ mean, regime, period });
-      }
-    }
-    g.globalAlpha = Math.max(0.2, 0.75 - 0.25 * rank);
+    g.fillStyle = theme().regimes[cell.regime]!;
+    g.globalAlpha = Math.max(0.2, 0.75 - 0.25 * this.rank(cell));
   }
 
   draw(): void {
     const p = this.plot;
     const g = p.base;
-    if (this.refused) return p.say(this.refused);
+    if (this.refused || !this.cells.length) return p.say(this.refused || "computing …");
+    this.key(this.legend());
     p.axes();
     p.clip(g);
     const { ink, card } = theme();

@@ -8,6 +8,8 @@ export interface Handle {
   /** The path of the number in the law, unique among the handles. */
   key: string;
   label: string;
+  /** What it is, where its label does not say so. */
+  name?: string;
   w: number;
   f: number;
   set(w: number, f: number): Change[];
@@ -34,6 +36,33 @@ const slopeOf = (angle: number) => Math.tan((angle * Math.PI) / 180);
 /** Growth that stands on top of another force. */
 export const ABOVE: Record<string, string> = { limit: "kinetic", growth: "kinetic" };
 
+/** Rings that a table of nodes has at most. */
+const RINGS = 9;
+
+/** Rings of nodes: of a long table some of them, each of which takes the nodes up to the next rings with it. */
+function nodeHandles(path: string, symbol: string, nodes: [number, number][], drawn: Drawn): Handle[] {
+  const last = nodes.length - 1;
+  const few = nodes.length <= RINGS;
+  const chosen = few ? nodes.map((_, i) => i) : Array.from({ length: RINGS }, (_, k) => Math.round((k * last) / (RINGS - 1)));
+  return chosen.map((i, k) => {
+    const [w, f] = nodes[i]!;
+    const name = `${symbol} ${i + 1} of ${nodes.length}`;
+    const handle = { key: `${path}.${i}`, label: i ? "" : symbol, name, w, f };
+    const [before, after] = [nodes[chosen[k - 1] ?? -1]?.[0], nodes[chosen[k + 1] ?? -1]?.[0]];
+    if (few) {
+      const gap = 0.005 * drawn.right;
+      const between = (to: number) => Math.min((after ?? Infinity) - gap, Math.max((before ?? 0) + gap, to));
+      return { ...handle, set: (to, force) => [[`law.${path}.${i}`, [i ? neat(between(to), drawn.right) : 0, within(force, drawn.top)]]] };
+    }
+    // One at the ring, falling to nothing at the rings beside it.
+    const share = (at: number) => {
+      const end = at < w ? before : after;
+      return at === w ? 1 : end === undefined ? 0 : Math.max(0, 1 - (at - w) / (end - w));
+    };
+    return { ...handle, set: (_to, force) => [[`law.${path}`, nodes.map(([at, height]) => [at, share(at) ? within(height + share(at) * (force - f), drawn.top) : height])]] };
+  });
+}
+
 /** The handles of a law by the dimensions of its parameters: points, nodes, levels at w = 0, scales along w. */
 export function handlesOf(law: Document, page: LawPage, drawn: Drawn): Handle[] {
   if (law["type"] === "BogaczRyczek") return paperHandles(law, drawn);
@@ -41,20 +70,7 @@ export function handlesOf(law: Document, page: LawPage, drawn: Drawn): Handle[] 
   for (const { path, symbol, unit } of page.numbers) {
     if (path.includes(".")) continue; // of a law within: it is shown by its own name in the numbers
     const value = law[path];
-    if (unit === "velocity, force" && Array.isArray(value))
-      value.forEach(([w, f]: [number, number], i: number) =>
-        handles.push({
-          key: `${path}.${i}`,
-          label: i ? "" : symbol,
-          w,
-          f,
-          set: (to, force) => {
-            const [before, after] = [value[i - 1]?.[0] ?? 0, value[i + 1]?.[0] ?? Infinity];
-            const gap = 0.005 * drawn.right;
-            return [[`law.${path}.${i}`, [i ? neat(Math.min(after - gap, Math.max(before + gap, to)), drawn.right) : 0, within(force, drawn.top)]]];
-          },
-        }),
-      );
+    if (unit === "velocity, force" && Array.isArray(value)) handles.push(...nodeHandles(path, symbol, value, drawn));
     else if (typeof value !== "number") continue;
     else if (unit === "force" || unit === "velocity, force") {
       const below = ABOVE[path] ? law[ABOVE[path]] : 0;
@@ -77,7 +93,7 @@ function paperHandles(law: Document, { upper, breakAway, corner, top }: Drawn): 
   for (const name of ["A", "B", "C", "D"]) {
     const point = law[name];
     if (!point) continue;
-    handles.push({ key: name, label: name, w: point[0], f: point[1], set: (w, f) => [[`law.${name}`, [round(name === "B" ? Math.min(0, w) : w), round(f)]]] });
+    handles.push({ key: name, label: name, name: `pencil ${name}`, w: point[0], f: point[1], set: (w, f) => [[`law.${name}`, [round(name === "B" ? Math.min(0, w) : w), round(f)]]] });
   }
   const [slope, intercept] = law["l"];
   const low = Math.max(0.12, (0.15 - intercept) / slope);
@@ -85,7 +101,8 @@ function paperHandles(law: Document, { upper, breakAway, corner, top }: Drawn): 
   for (const [key, here, there] of [["l.0", low, high], ["l.1", high, low]] as const)
     handles.push({
       key,
-      label: key === "l.1" ? "l" : "",
+      label: "l",
+      name: key === "l.1" ? "line l, upper end" : "line l, lower end",
       w: here,
       f: slope * here + intercept,
       set: (w, f) => {

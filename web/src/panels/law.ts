@@ -124,13 +124,13 @@ export class Law extends Panel {
         button.remove();
         this.buttons.delete(key);
       }
-    for (const { key, label, w, f } of handles) {
+    for (const { key, label, name, w, f } of handles) {
       const button = this.buttons.get(key) ?? this.button(key);
       const [x, y] = [this.plot.px(w), this.plot.py(f)];
       button.style.transform = `translate(${x * this.plot.zoom}px, ${y * this.plot.zoom}px)`;
       button.dataset["label"] = label;
       button.hidden = !Number.isFinite(x + y) || x < this.plot.pad.left - 8 || x > this.plot.width + 4 || y < -4 || y > this.plot.height - this.plot.pad.bottom + 8;
-      button.setAttribute("aria-label", `${label || key}: slip velocity ${w.toPrecision(4)}, force ${f.toPrecision(4)}; arrow keys move it`);
+      button.setAttribute("aria-label", `${name ?? (label || key)}: slip velocity ${w.toPrecision(4)}, force ${f.toPrecision(4)}; arrow keys move it`);
     }
   }
 

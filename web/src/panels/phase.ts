@@ -22,8 +22,12 @@ export class Phase extends Panel {
     const { faint, soft, ink } = theme();
     const [x, v, mode] = [orbit.x[0]!, orbit.v[0]!, orbit.mode[0]!];
     const measured = record?.x && { x: record.x, v: record.w.map((w) => system["drive_velocity"] - w) };
-    p.x = widen(rangeOf([...rangeEnds(x), ...rangeEnds(measured?.x ?? [])]));
-    p.y = widen(rangeOf([...rangeEnds(v), ...rangeEnds(measured?.v ?? [])]));
+    if (!p.held) {
+      p.x = widen(rangeOf([...rangeEnds(x), ...rangeEnds(measured?.x ?? [])]));
+      // A mass that slips steadily is a point, not a picture of rounding.
+      const least = 0.1 * Math.abs(system["drive_velocity"]);
+      p.y = widen(rangeOf([-least, least, ...rangeEnds(v), ...rangeEnds(measured?.v ?? [])]));
+    }
     p.axes();
     p.clip(g);
     if (measured) p.cloud(measured.x, measured.v);

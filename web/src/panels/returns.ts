@@ -19,7 +19,7 @@ export class Returns extends Panel {
     const p = this.plot;
     const g = p.base;
     const values = this.row?.section.map(([x]) => x) ?? [];
-    if (this.refused || values.length < 2) return p.say(this.refused || (this.row ? "nothing returns: the motion rests" : ""));
+    if (this.refused || values.length < 2) return p.say(this.refused || (this.row ? "nothing returns: the motion rests" : "computing …"));
     const forced = system["forcing"].length > 0;
     p.x = p.y = widen(rangeOf(values));
     p.labels = forced ? { x: "x at t = 2πn/Ω", y: "x one period later" } : { x: "maximum of x", y: "next maximum" };
