@@ -27,7 +27,7 @@ ARROWS = {
     "tracking": {"_core", "errors", "files", "show"},
     "dynamics": {"_core", "errors", "files", "laws", "model", "simulation"},
     "examples": {"errors", "model", "simulation"},
-    "identification": {"dynamics", "errors", "files", "laws", "measurement", "model", "show", "simulation"},
+    "identification": {"_core", "dynamics", "errors", "files", "laws", "measurement", "model", "show", "simulation"},
     "explorer": {"_core", "errors", "files", "identification", "laws", "model", "simulation"},
     "report": {"_core", "errors", "explorer", "files", "identification", "laws", "measurement", "show", "tracking"},
     "paper": {

@@ -137,8 +137,8 @@ impl Law {
         for (path, number) in numbers {
             let missing =
                 || PyValueError::new_err(format!("the law has no number {path} that could be {number}"));
-            let place = document.pointer_mut(&path).filter(|_| number.is_finite());
-            *place.ok_or_else(missing)? = number.into();
+            let number_there = document.pointer_mut(&path).filter(|_| number.is_finite());
+            *number_there.ok_or_else(missing)? = number.into();
         }
         Self::of(document)
     }

@@ -102,12 +102,16 @@ pub fn without(motions: &[&[f64]], residual: &[f64], prior: &[f64], lengths: &[u
             // Of a law that falls steeply they grow beyond what a square may be.
             let largest = column.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
             if largest > 0.0 {
-                column.iter_mut().for_each(|value| *value /= largest);
+                for value in column.iter_mut() {
+                    *value /= largest;
+                }
             }
             let size = dot(column, column);
             // Twice is enough for a basis that is orthogonal to rounding (Kahan and Parlett).
             for _ in 0..2 {
-                before.iter().for_each(|other| project_out(other, column));
+                for other in before.iter() {
+                    project_out(other, column);
+                }
             }
             let rest = dot(column, column);
             // What the motions before it make up but for rounding explains nothing more.
@@ -116,14 +120,16 @@ pub fn without(motions: &[&[f64]], residual: &[f64], prior: &[f64], lengths: &[u
             } else {
                 0.0
             };
-            column.iter_mut().for_each(|value| *value *= scale);
+            for value in column.iter_mut() {
+                *value *= scale;
+            }
         }
         let first = left.len();
         known(residual, &mut left);
         left.extend(bounded.iter().map(|_| 0.0));
-        basis
-            .iter()
-            .for_each(|column| project_out(column, &mut left[first..]));
+        for column in &basis {
+            project_out(column, &mut left[first..]);
+        }
         begin += length;
     }
     left

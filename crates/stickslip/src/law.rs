@@ -283,6 +283,7 @@ macro_rules! laws {
         /// Any friction law, as one tagged document: `{"type": "Coulomb", "kinetic": 0.5}`.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(tag = "type")]
+        #[expect(clippy::large_enum_variant, reason = "laws are few and looked at in each phase: a pointer would cost more")]
         pub enum Law { $(#[doc = "See the struct of that name."] $name($name)),+ }
 
         impl Law {

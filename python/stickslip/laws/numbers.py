@@ -168,7 +168,7 @@ def _replaced(part: Any, pointer: Sequence[str | int], number: float) -> Any:
         return number
     key, *rest = pointer
     if isinstance(part, tuple):
-        return tuple(_replaced(item, rest, number) if place == key else item for place, item in enumerate(part))
+        return tuple(_replaced(item, rest, number) if position == key else item for position, item in enumerate(part))
     table = {item.name: getattr(part, item.name) for item in fields(part)}
     return _made(type(part), table | {str(key): _replaced(table[str(key)], rest, number)})
 

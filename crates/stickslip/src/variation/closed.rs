@@ -98,16 +98,16 @@ impl Closed {
             ContactState::Hold(_) => return false,
         };
         let at = layout.contact(0);
-        let places = [x, v, 0, at, at + 1];
-        let own = places.map(|place| state.numbers[place].value);
+        let positions = [x, v, 0, at, at + 1];
+        let own = positions.map(|position| state.numbers[position].value);
         let Some(moved) = self.slip(own, direction, clock, tau) else {
             return false;
         };
         let lanes = state.numbers[0].rates.len();
         let moved = moved.map(|Moved { value, slopes }| {
             let mut number = Dual::fixed(value, lanes);
-            for (place, slope) in places.into_iter().zip(slopes) {
-                number.shift(slope, &state.numbers[place]);
+            for (position, slope) in positions.into_iter().zip(slopes) {
+                number.shift(slope, &state.numbers[position]);
             }
             // Where only time counts no parameter has a lane.
             if lanes > 1 {

@@ -655,7 +655,7 @@ mod tests {
                 numbers.resize(course.layout.width(), 0.0);
                 let start = State {
                     numbers,
-                    flags: vec![Default::default()],
+                    flags: vec![crate::variation::Flags::default()],
                 }
                 .seeded(course.all_lanes());
                 let (mut stepped, mut leapt) = (course.expansion(), course.expansion());

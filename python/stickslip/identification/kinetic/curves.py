@@ -341,8 +341,8 @@ def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str
     extras: dict[str, tuple[str, ...]] = {"load": ("load",)} if loads else {}
     if np.isfinite(rows.position).all() and float(np.ptp(rows.position)) > 0:
         # to and fro a force of the place (gravity, a spring) shows; one way only, friction that changes along the path
-        place = "restoring" if both_ways else "drift"
-        extras[place] = (place,)
+        of_position = "restoring" if both_ways else "drift"
+        extras[of_position] = (of_position,)
         if both_ways and rows.turning:
             extras["gravity"] = GRAVITY
     if rows.acceleration is not None:

@@ -59,9 +59,9 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
     if layout.header and all(_is_number(name, layout.decimal) for name in header):
         # as numpy's savetxt writes it: the names behind the comment mark
         above = [line for line in lines[layout.skip_rows : rows[0][0] - 1] if line.strip()]
-        names = cells(above[-1].lstrip("# \t")) if above else []
-        if len(names) == len(header) > 1 and not any(_is_number(name, layout.decimal) for name in names):
-            header, rows = names, [(rows[0][0] - 1, above[-1]), *rows]
+        words = cells(above[-1].lstrip("# \t")) if above else []
+        if len(words) == len(header) > 1 and not any(_is_number(word, layout.decimal) for word in words):
+            header, rows = words, [(rows[0][0] - 1, above[-1]), *rows]
     units: tuple[str, ...] = ()
     if layout.header:
         first_row, rows = rows[0][0], rows[1:]

@@ -104,6 +104,10 @@ pub(crate) fn stiffening(law: &Law, u: &Series) -> Series {
 impl Motion {
     /// What this system, aimed at the same clock, would give to another motion: its accelerations go to `acceleration`,
     /// friction to the own forces, up to the `order`.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "two motions, and what one gives to the other"
+    )]
     pub(crate) fn give(
         &mut self,
         order: usize,
