@@ -228,6 +228,15 @@ def arm(
     return xr.DataTree(xr.Dataset(columns))
 
 
+def test_gravity_is_not_passed_over_for_a_spring_of_unknown_zero() -> None:
+    found = fit_steady(arm(101, exponent=1.4), law="ExponentialStribeck")
+    assert "gravity" in found.chosen
+    low, high = found.best.interval([0.6, -0.6])
+    part = 0.11 + 0.08 * np.exp(-(4.0**1.4))
+    truth = np.array([part + 0.036, -1.12 * part - 0.036])
+    assert ((low <= truth) & (truth <= high)).all()
+
+
 @pytest.mark.parametrize(("weight", "larger"), [((0.05, 0.3), 1.12), ((0.2, -1.1), 0.9)])
 def test_gravity_of_the_arm_is_told_from_friction_that_differs_by_the_sense(weight, larger) -> None:
     found = fit_steady(arm(1, weight, larger))

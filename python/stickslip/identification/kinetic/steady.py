@@ -603,7 +603,9 @@ def _choose(rows: Rows, fits: dict[str, SteadyFit]) -> tuple[str, list[str]]:
     equals = [fit for fit in fits.values() if fit is best or not behind(rows, fit.losses, best.losses)]
 
     def cost(fit: SteadyFit) -> tuple[int, bool, float]:
-        return len(fit.parameters), not fit.form.startswith("Coulomb,"), float(fit.losses.mean())
+        # the angle at which a spring pushes nothing is a number too, so that it is no simpler than gravity
+        rest = rows.turning and "restoring" in fit.parameters.index
+        return len(fit.parameters) + rest, not fit.form.startswith("Coulomb,"), float(fit.losses.mean())
 
     chosen = min(equals, key=cost)
     return chosen.form, [fit.form for fit in equals if fit is not chosen]
@@ -706,6 +708,8 @@ def _asymmetry(rows: Rows, best: SteadyFit) -> list[str]:
     doubt = (
         "" if np.isfinite(rows.position).all() else " Gravity may look the same: record the position, which tells it."
     )
+    if "restoring" in best.parameters.index:
+        doubt = " A constant part of that may be the spring's or gravity's, whose zero is not known."
     w = best.curve.reference
     forward, backward = (float(abs(best([sense * w])[0])) for sense in (1.0, -1.0))
     return [
