@@ -603,8 +603,9 @@ def _choose(rows: Rows, fits: dict[str, SteadyFit]) -> tuple[str, list[str]]:
     equals = [fit for fit in fits.values() if fit is best or not behind(rows, fit.losses, best.losses)]
 
     def cost(fit: SteadyFit) -> tuple[int, bool, float]:
-        # the angle at which a spring pushes nothing is a number too, so that it is no simpler than gravity
-        rest = rows.turning and "restoring" in fit.parameters.index
+        # without an offset the angle at which a spring pushes nothing is a number that is missing: no simpler than gravity
+        names = set(fit.parameters.index)
+        rest = rows.turning and "restoring" in names and "offset" not in names
         return len(fit.parameters) + rest, not fit.form.startswith("Coulomb,"), float(fit.losses.mean())
 
     chosen = min(equals, key=cost)
