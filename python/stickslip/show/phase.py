@@ -57,11 +57,6 @@ def phase_plane(
     late = times >= start
     which = units_of(system, units)
     ax.set(xlabel=label("position x", "position", which), ylabel=label("velocity ẋ", "velocity", which))
-    contacts = [
-        contact for contact in getattr(system, "contacts", (system,)) if getattr(contact, "other", None) is None
-    ]
-    for speed in {contact.drive_velocity for contact in contacts if isinstance(contact.drive_velocity, float)}:
-        ax.axhline(speed, color=OKABE_ITO["grey"], lw=0.6, ls="--", zorder=0)
     many = motion["x"].ndim > 1
     for (mass, x, stuck), (_, v, _) in zip(columns(orbit, motion, "x"), columns(orbit, motion, "v"), strict=True):
         if show_transient and transient > 0:
@@ -85,6 +80,11 @@ def phase_plane(
                 "zorder": 3,
             }
             ax.plot(np.where(held, x, np.nan), np.where(held, v, np.nan), **thick)
+    contacts = [
+        contact for contact in getattr(system, "contacts", (system,)) if getattr(contact, "other", None) is None
+    ]
+    for speed in {contact.drive_velocity for contact in contacts if isinstance(contact.drive_velocity, float)}:
+        ax.axhline(speed, color=OKABE_ITO["grey"], lw=0.6, ls="--", zorder=0)
     if many:
         ax.legend(**ABOVE, ncols=5)
     return ax
