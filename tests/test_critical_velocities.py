@@ -147,7 +147,7 @@ def test_the_command_ends_after_max_seconds_with_one_line(tmp_path, capsys):
     out, err = capsys.readouterr()
     assert out.splitlines()[0] == "none confirmed so far"
     assert err == (
-        "stickslip: critical_velocities: the search ended after max_seconds and is unfinished; raise max_seconds to go on\n"
+        "stickslip: critical: the search ended after max_seconds and is unfinished; raise max_seconds to go on\n"
     )
 
 
@@ -191,8 +191,13 @@ def test_a_fold_is_found_once_where_the_parameter_stands_still_along_the_branch(
     system, _ = evidence.oscillator(6)
     start = ss.periodic_orbit(system.with_number("drive_velocity", 0.2))
     found = ss.continuation(start.system, "drive_velocity", (0.18, 0.3), guess=start, seeds=0)
-    assert [point.kind for point in found.special_points] == ["fold"]
-    assert found.special_points[0].parameter == pytest.approx(0.274884517637, abs=1e-10)
+    fold, touch = found.special_points
+    assert fold.kind == "fold"
+    assert fold.parameter == pytest.approx(0.274884517637, abs=1e-10)
+    # Undamped and under constant friction all cycles of one speed are harmonic: they begin to touch w = 0 at x̂ = s/ω.
+    half = fold.parameter * np.sqrt(system.mass / system.stiffness)
+    assert (touch.kind, touch.parameter) == ("crossing_sliding", pytest.approx(fold.parameter, abs=1e-9))
+    assert np.ptp(touch.x) / 2 == pytest.approx(half, abs=1e-8)
 
 
 def test_no_cycle_is_looked_for_where_a_motion_decays_slowly(monkeypatch):

@@ -19,7 +19,7 @@ VALUES = {
     "law": ["RateState"], "free": ["kinetic"], "fixed": ["kinetic=1"], "bounds": ["kinetic=0:1"], "pieces": ["2"],
     "ties": ["kinetic=limit"], "duration": ["5"],
     "shooting": ["records"], "starts": ["1"], "zero_error": ["0.1"], "scale_error": ["0.1"], "compare": [],
-    "predict": ["not-there.nc"], "output": ["law.toml"], "plot": ["law.png"], "report": ["law.html"],
+    "predict": ["not-there.nc"], "output": ["law.toml"], "plot": ["law.png"], "report": ["law.html"], "table": ["law.csv"],
 }  # fmt: skip
 """What follows an option; flags are followed by nothing."""
 

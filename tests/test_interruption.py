@@ -287,5 +287,5 @@ def test_the_command_line_ends_sweeps_too(tmp_path, capsys):
     assert main(ask) == 0
     out, err = capsys.readouterr()
     assert '"unfinished": 1' in out
-    assert err.startswith("stickslip: orbit_diagram: 2 of 2 runs ended after max_seconds and are unfinished; raise")
+    assert err.startswith("stickslip: sweep: 2 of 2 runs ended after max_seconds and are unfinished; raise")
     assert err.count("\n") == 1

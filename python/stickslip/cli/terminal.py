@@ -8,8 +8,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from stickslip.files.notebook import lines_in_a_log
-
 Commands = argparse._SubParsersAction
 
 
@@ -51,6 +49,8 @@ class Bar:
     def __enter__(self) -> Bar:
         from rich.console import Console
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+        from stickslip.files.notebook import lines_in_a_log
 
         columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
         console = Console(stderr=True)

@@ -569,9 +569,9 @@ def _scales(rows: Rows, blank: Curve) -> list[float]:
             best = int(np.argmin(y))
             a = min(max(best, 1), x.size - 2)
             left, right = x[a] - x[a - 1], x[a + 1] - x[a]
-            bend = (y[a + 1] - y[a]) / right - (y[a] - y[a - 1]) / left
+            turn = (y[a + 1] - y[a]) / right - (y[a] - y[a - 1]) / left
             slope = ((y[a + 1] - y[a]) / right * left + (y[a] - y[a - 1]) / left * right) / (left + right)
-            vertex = x[a] - slope * (left + right) / (2 * bend) if bend > 0 else x[best]
+            vertex = x[a] - slope * (left + right) / (2 * turn) if turn > 0 else x[best]
             found = float(np.clip(vertex, x[max(best - 1, 0)], x[min(best + 1, x.size - 1)]))
             if np.min(np.abs(x - found)) < CLOSE:
                 break
