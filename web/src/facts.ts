@@ -50,7 +50,8 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
       else say(", period ", settled.periodTime, 6);
     } else if (settled.period === 0) {
       host.append(", does not repeat");
-      const kind = settled.chaos > 0.7 ? ": chaotic" : settled.chaos < 0.3 ? ": two frequencies" : "";
+      // A hint and no proof: chaos that is weak, and a long period, look like the other.
+      const kind = settled.chaos > 0.7 ? ": likely chaotic" : settled.chaos < 0.3 ? ": likely two frequencies" : "";
       if (!Number.isNaN(settled.chaos)) say(`${kind} (0–1 test K = `, settled.chaos, 2, ")");
     }
     // Of a motion that comes to rest an amplitude would only say how long one has waited.
