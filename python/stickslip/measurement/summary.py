@@ -51,15 +51,18 @@ def summary(friction: xr.DataTree) -> dict[str, str]:
     force, time, speed = (_unit(friction, name) for name in ("force", "time", "slip_velocity"))
     length = speed.split("/")[0] if speed != "1" else "rad" if force.endswith("N m") else "1" if force == "1" else "m"
     found = facts(friction)
+    # The error of forward_force is forward_error.
+    errors = {name.removesuffix("_error"): name for name in found if name.endswith("_error")}
     texts = {}
     for name, value in found.items():
-        if name.endswith("_error") and name.removesuffix("_error") in found:
+        value_of = name.removesuffix("_error")
+        if value_of != name and {value_of, f"{value_of}_force"} & set(found):
             continue
         unit = next(
             (unit_of(of, force, length, time) for of, names in DIMENSIONS.items() if re.fullmatch(names, name)), ""
         )
-        error = found.get(f"{name}_error", 0.0)
-        text = value if isinstance(value, str) else rounded(value, float(error))
+        error = errors.get(name) or errors.get(name.removesuffix("_force"), "")
+        text = value if isinstance(value, str) else rounded(value, float(found.get(error, 0.0)))
         texts[name] = " ".join([text, SHORT.get(unit, unit)]).removesuffix(" 1").strip()
     return texts
 
