@@ -94,6 +94,16 @@ def test_source_files_that_a_page_names_are_there(page):
     assert [name for name in named if not any(path.endswith(f"/{name}") for path in SOURCES)] == []
 
 
+def test_every_page_is_in_the_contents():
+    named = set()
+    for page in DOCS.rglob("*.md"):
+        for listed in re.findall(r"(?s)```\{toctree\}\n(.*?)```", page.read_text(encoding="utf-8")):
+            lines = [line.strip() for line in listed.splitlines() if line.strip() and not line.startswith(":")]
+            named |= {(page.parent / line).resolve().relative_to(DOCS) for line in lines}
+    pages = {page.relative_to(DOCS).with_suffix("") for page in DOCS.rglob("*.md")}
+    assert pages - named == {Path("index")}
+
+
 def prose(page):
     """The sentences of a page, without code, tables, headings, formulae and the addresses of links."""
     text = FENCE.sub("\n\n", page.read_text(encoding="utf-8"))
