@@ -11,6 +11,7 @@ from stickslip.laws.bands import friction_table as friction_table
 from stickslip.laws.bogacz_ryczek import BogaczRyczek as BogaczRyczek
 from stickslip.laws.bogacz_ryczek import StaticFriction as StaticFriction
 from stickslip.laws.bouc_wen import BoucWen as BoucWen
+from stickslip.laws.code import law_code as law_code
 from stickslip.laws.combined import Combined as Combined
 from stickslip.laws.coulomb import Coulomb as Coulomb
 from stickslip.laws.cubic import Cubic as Cubic
