@@ -20,6 +20,9 @@ const RESONANT: f64 = 0.05;
 
 /// The oscillator behind a system, and how its numbers change with each parameter.
 pub(super) struct Closed {
+    /// Mass, damping, stiffness, drive velocity.
+    system: [f64; SYSTEM],
+    /// These, then amplitude, frequency and phase of every force.
     numbers: Vec<f64>,
     /// For each number the lanes of the parameters that change it, and how much.
     rates: Vec<Vec<(usize, f64)>>,
@@ -85,7 +88,11 @@ impl Closed {
                 }
             }
         }
-        Some(Self { numbers: own, rates })
+        Some(Self {
+            system: *own.first_chunk()?,
+            numbers: own,
+            rates,
+        })
     }
 
     /// Add `slope` times what the parameters change of a number of the system.
@@ -143,9 +150,7 @@ impl Closed {
 
     /// The force of the contact and its rate while it sticks at `x`.
     pub(super) fn holding(&self, x: &Dual, t: &Dual) -> [Dual; 2] {
-        let [_, damping, stiffness, drive, ..] = self.numbers[..] else {
-            return [x, t].map(Clone::clone);
-        };
+        let [_, damping, stiffness, drive] = self.system;
         let [force, rate] = self.forcing(t);
         let [mut force, mut rate] = [-force, -rate];
         force.value += damping * drive + stiffness * x.value;
@@ -178,13 +183,13 @@ impl Closed {
                     v,
                 })
             }
-            ContactState::Slip(direction) => self.go_slipping(start, direction, t, tau),
+            ContactState::Slip(direction) => self.go_slipping(start, direction, &t, tau),
             ContactState::Hold(_) => None,
         }
     }
 
-    fn go_slipping(&self, start: &Moving, direction: f64, t: Dual, tau: f64) -> Option<Moved> {
-        let [mass, damping, stiffness, drive] = *self.numbers.first_chunk::<SYSTEM>()?;
+    fn go_slipping(&self, start: &Moving, direction: f64, t: &Dual, tau: f64) -> Option<Moved> {
+        let [mass, damping, stiffness, drive] = self.system;
         let at = LAYOUT.contact(0);
         let positions = [LAYOUT.x(0), LAYOUT.v(0), 0, at, at + 1];
         let own = positions.map(|position| start.numbers[position].value);
@@ -210,7 +215,7 @@ impl Closed {
         let (offset, slope) = (&start.numbers[at], &start.numbers[at + 1]);
         let w = drive - v.value;
         let mut friction = Dual::fixed(direction * offset.value + slope.value * w, lanes);
-        let [mut acceleration, _] = self.forcing(&t);
+        let [mut acceleration, _] = self.forcing(t);
         acceleration.value =
             (acceleration.value + friction.value - damping * v.value - stiffness * x.value) / mass;
         x.rates[lanes - 1] = v.value;
@@ -246,7 +251,7 @@ impl Closed {
     /// Position and velocity at the end of a slip, with their derivatives by the numbers of the state and of the system.
     fn slip(&self, own: [f64; STATE], direction: f64, clock: Clock, tau: f64) -> Option<[Slope; 2]> {
         let [x0, v0, _, offset, slope] = own;
-        let [mass, damping, stiffness, drive] = *self.numbers.first_chunk::<SYSTEM>()?;
+        let [mass, damping, stiffness, drive] = self.system;
         let drag = damping + slope;
         let (gamma, natural) = (0.5 * drag / mass, stiffness / mass);
         if !(stiffness > 0.0 && gamma * gamma < 2.0 * natural) {
