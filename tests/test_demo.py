@@ -15,7 +15,7 @@ SCORED = ("end-of-stick-slip", "end-of-oscillation")
 
 @pytest.fixture(scope="module", params=["short", pytest.param("whole", marks=pytest.mark.slow)])
 def report(request, tmp_path_factory):
-    """The report; the short one of half as many pictures, without the refinement of the law, two claims, few drive velocities."""
+    """The report; the short one of half the pictures, without the refinement of the law, with few claims and speeds."""
     folder = tmp_path_factory.mktemp("demo")
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "short":

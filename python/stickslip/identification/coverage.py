@@ -159,7 +159,7 @@ def coverage(
     repetitions, share. A repetition that was refused counts as an interval that does not hold the truth.
 
     >>> from dataclasses import replace
-    >>> table = coverage(replace(CASES["StaticKinetic"], duration=20.0), repetitions=2, fresh=2)
+    >>> table = coverage(replace(CASES["StaticKinetic"], duration=40.0), repetitions=2, fresh=2)
     >>> list(table.index), bool((table["scatter"] < 1e-4).all())
     (['break_away', 'kinetic'], True)
     """
