@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.dynamics import sign_changes, steady_motion
+from stickslip.dynamics import diagrams, sign_changes, steady_motion
 from stickslip.dynamics.sections import Surface, points_of
 from stickslip.dynamics.sweep import NUMBERS, Chunk, Look, period_of
 from stickslip.model.parameters import document_of
@@ -332,3 +332,36 @@ def test_a_motion_is_handed_on_with_what_its_contact_remembers():
     regime = diagram["regime"].to_numpy()
     changes = regime[np.flatnonzero(regime[1:] != regime[:-1]) + 1].tolist()
     assert [regime[0], *changes] == ["stick_slip", "almost_harmonic", "stable_slip"]
+
+
+@pytest.mark.parametrize(
+    ("law", "damping", "first", "ends"),
+    [
+        # Where stick-slip ends, by `critical_velocities`; a long plain run from rest agrees on either side of it.
+        (ss.laws.ExponentialStribeck(1.0, 0.6, 0.1), 0.05, 1.46, 1.57246026),
+        (ss.laws.StaticKinetic(1.0, 0.5), 0.1, 0.47, 0.54904631),
+        (ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], break_away=1.0), 0.0, 1.30, 1.35497010),
+    ],
+)
+@pytest.mark.parametrize("periods", [150, 170])
+def test_a_motion_that_is_swept_up_is_followed_to_where_it_ends(law, damping, first, ends, periods):
+    system = ss.Oscillator(damping, first, law)
+    for velocity, regime in ((ends - 1e-3, "stick_slip"), (ends + 1e-3, "stable_slip")):
+        beside = Look(2000.0, 20.0, 1e-6)
+        assert rows_of(system, "drive_velocity", [velocity], beside, "closed form")["regime"] == [regime]
+    values = np.arange(first, ends + 0.03, 0.01)
+    diagram = ss.orbit_diagram(system, "drive_velocity", values, direction="up", periods=periods)
+    sticks = values[diagram["regime"].to_numpy() == "stick_slip"]
+    assert ends - 0.01 < sticks[-1] < ends
+
+
+def test_a_sweep_does_not_depend_on_how_it_is_cut_into_tasks(monkeypatch):
+    system = ss.Oscillator(0.1, 0.5, ss.laws.StaticKinetic(1.0, 0.5))
+    values = np.arange(0.5, 0.56, 0.01)
+
+    def swept():
+        return ss.orbit_diagram(system, "drive_velocity", values, direction=("up", "down"), periods=150)
+
+    whole = swept()
+    monkeypatch.setattr(diagrams, "CHUNK", 1)
+    assert swept().equals(whole)
