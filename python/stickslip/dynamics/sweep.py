@@ -81,8 +81,8 @@ class Chunk:
     `values` has a row for each run and a column for each path. Each starts from `start` (default stuck at x = 0; a velocity
     that is not a number is that of the drive); in a `chain` only the first, the others where the one before ended, and
     `backwards` the last row is the first. `before` has the values, the regime's number and max x − min x of the row where it
-    starts, if that is one: the core follows a motion that changes suddenly in smaller steps. Where the motion has a closed form the column ``restart`` says how it goes on: x,
-    w, the mode and what the contact remembers; else it is not a number.
+    starts, if that is one: the core follows a motion that changes suddenly in smaller steps. Where the motion has a closed
+    form the column ``restart`` says how it goes on: x, w, the mode and what the contact remembers; else it is not a number.
     """
 
     document: str
