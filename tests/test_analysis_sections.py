@@ -299,6 +299,17 @@ def test_a_torus_is_not_called_more_than_not_repeating():
     assert rows["parting"][0] < 10
 
 
+@pytest.mark.parametrize(("amplitude", "frequency"), [(0.3, 1.96), (0.1, 1.4125)])
+def test_weak_chaos_is_not_told_before_it_shows(amplitude, frequency):
+    system = ss.Oscillator(0.05, 0.3, ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(amplitude, frequency))
+    look = Look(130.0, 20.0, 1e-6, decide=500)
+    words = [
+        rows_of(system, "drive_velocity", [0.3], replace(look, decide=decide))["recurrence"].item()
+        for decide in (500, 5000)
+    ]
+    assert words == ["undecided", "chaotic"]
+
+
 def test_the_motion_that_is_called_chaotic_parts_from_its_neighbours():
     system = ss.Oscillator(
         damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 1.3)

@@ -266,10 +266,10 @@ def period_of(system: Oscillator | System) -> float:
 def recurrence(regime: Array, period: Array, parting: Array, decide: int) -> Array:
     """How motions come back, in a word; the criteria stand in :data:`stickslip.simulation.regimes.RECURRENCE`.
 
-    >>> recurrence(np.array(["stick_slip"] * 3), np.array([2, 0, 0]), np.array([np.nan, 1e8, 3.0]), 500).tolist()
-    ['periodic', 'chaotic', 'not_repeating']
+    >>> recurrence(np.array(["stick_slip"] * 4), np.array([2, 0, 0, 0]), np.array([np.nan, 1e8, 300.0, 3.0]), 500).tolist()
+    ['periodic', 'chaotic', 'undecided', 'not_repeating']
     """
     rests = np.isin(regime, ("at_rest", "stable_slip"))
     with np.errstate(invalid="ignore"):
-        cases = [rests, period > 0, parting > PARTS * decide, parting <= PARTS * decide]
+        cases = [rests, period > 0, parting > PARTS * decide, parting <= PARTS]
     return np.select(cases, ["rests", "periodic", "chaotic", "not_repeating"], "undecided")
