@@ -280,7 +280,8 @@ def periodic_orbit(
     ----------
     system : autonomous or with harmonic forcing, of one mass or several; its drives follow no table. Contacts under laws
         without an internal state must not close a loop.
-    guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
+    guess : None: the motion that a long run from rest on the drive settles on, of several masses where that is refused from
+        rest at unlike positions; (x, v): a state near the orbit, for orbits
         that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit`: its last state; a
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
     t_end : length of the run that is looked at for a return; default 150 natural periods and, where these are not
@@ -335,18 +336,37 @@ def event_cycle(
         lengths = [150 * slowest, 600 * slowest]
     else:
         lengths = [*(slowest * count * (periods or 1) for count in _FROM_GUESS), 30 * slowest]
-    refusals = []
-    for length in lengths:
-        try:
-            cycle, moved = _closed(system, length, start, settles, periods)
-        except InputError as refusal:
-            # Where disturbances decay slowly a motion has not settled by the first length; a guess may need a longer one.
-            refusals.append(refusal)
-            continue
-        # A run leaves an orbit that repels: of a guess the first returns count that close near themselves.
-        if settles or length == lengths[-1] or moved < _NEAR:
-            return cycle
-    raise refusals[0 if settles else -1]
+    # Masses that begin alike may move alike, at the edge of the motions that a disturbance leads to.
+    starts = [start, *_unlike(system)] if settles else [start]
+    for begin in starts:
+        refusals = []
+        for length in lengths:
+            try:
+                cycle, moved = _closed(system, length, begin, settles, periods)
+            except InputError as refusal:
+                # Where disturbances decay slowly a motion has not settled by the first length; a guess may need a longer one.
+                refusals.append(refusal)
+                continue
+            # A run leaves an orbit that repels: of a guess the first returns count that close near themselves.
+            if settles or length == lengths[-1] or moved < _NEAR:
+                return cycle
+    # A motion that has come to rest by the end of a longer run says most.
+    raise next((one for one in refusals if str(one) == STEADY), refusals[0 if settles else -1])
+
+
+def _unlike(system: Oscillator | System) -> list[tuple[Any, Any]]:
+    """Starts on the drive in which no two masses are at the same position, for a system of several."""
+    masses = system.masses if isinstance(system, System) else 1
+    if masses == 1:
+        return []
+    # Spread evenly, whatever the number of masses, over what a tenth or all of the static friction displaces one of them.
+    shares = np.arange(masses) * ((5**0.5 - 1) / 2) % 1.0
+    rate = 2 * math.pi / system.natural_period
+    displaced = max(
+        float(np.max(contact.law.break_away_force())) / (system.mass[contact.mass][contact.mass] * rate**2)
+        for contact in system.contacts
+    )
+    return [(part * displaced * shares, None) for part in (0.1, 1.0)]
 
 
 def _closed(
