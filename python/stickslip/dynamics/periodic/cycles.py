@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -269,7 +270,12 @@ def _early(sequence: EventSequence, force: float | None) -> EventSequence:
 
 
 def periodic_orbit(
-    system: Oscillator | System, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
+    system: Oscillator | System,
+    guess: Any = None,
+    *,
+    t_end: float | None = None,
+    periods: int | None = None,
+    progress: Callable[[], Any] = lambda: None,
 ) -> PeriodicOrbit | StateCycle:
     """A periodic orbit, stable or not, by Newton's method on its event sequence.
 
@@ -288,6 +294,7 @@ def periodic_orbit(
         enough, 600. From a guess runs of 2.5, 6 and 15 periods are tried first, so that an orbit that repels is found
         before the run has left it, then one of 30, the only one under laws with an internal state.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
+    progress : called before each run and each round of Newton's method.
 
     Returns
     -------
@@ -310,12 +317,17 @@ def periodic_orbit(
     if isinstance(system, Oscillator | System) and system.integrated:
         from stickslip.dynamics.periodic.state_cycles import state_cycle
 
-        return state_cycle(system, guess, t_end=t_end, periods=periods)
-    return event_cycle(system, guess, t_end=t_end, periods=periods)
+        return state_cycle(system, guess, t_end=t_end, periods=periods, progress=progress)
+    return event_cycle(system, guess, t_end=t_end, periods=periods, progress=progress)
 
 
 def event_cycle(
-    system: Oscillator | System, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
+    system: Oscillator | System,
+    guess: Any = None,
+    *,
+    t_end: float | None = None,
+    periods: int | None = None,
+    progress: Callable[[], Any] = lambda: None,
 ) -> PeriodicOrbit:
     """A periodic orbit of laws without an internal state; :func:`periodic_orbit` calls it.
 
@@ -342,7 +354,7 @@ def event_cycle(
         refusals = []
         for length in lengths:
             try:
-                cycle, moved = _closed(system, length, begin, settles, periods)
+                cycle, moved = _closed(system, length, begin, settles, periods, progress)
             except InputError as refusal:
                 # Where disturbances decay slowly a motion has not settled by the first length; a guess may need a longer one.
                 refusals.append(refusal)
@@ -356,11 +368,10 @@ def event_cycle(
 
 def _unlike(system: Oscillator | System) -> list[tuple[Any, Any]]:
     """Starts on the drive in which no two masses are at the same position, for a system of several."""
-    masses = system.masses if isinstance(system, System) else 1
-    if masses == 1:
+    if isinstance(system, Oscillator) or system.masses == 1:
         return []
     # Spread evenly, whatever the number of masses, over what a tenth or all of the static friction displaces one of them.
-    shares = np.arange(masses) * ((5**0.5 - 1) / 2) % 1.0
+    shares = np.arange(system.masses) * ((5**0.5 - 1) / 2) % 1.0
     rate = 2 * math.pi / system.natural_period
     displaced = max(
         float(np.max(contact.law.break_away_force())) / (system.mass[contact.mass][contact.mass] * rate**2)
@@ -370,15 +381,21 @@ def _unlike(system: Oscillator | System) -> list[tuple[Any, Any]]:
 
 
 def _closed(
-    system: Any, length: float, start: tuple[Any, Any], settles: bool, periods: int | None
+    system: Any,
+    length: float,
+    start: tuple[Any, Any],
+    settles: bool,
+    periods: int | None,
+    progress: Callable[[], Any],
 ) -> tuple[PeriodicOrbit, float]:
     """The orbit near the returns of a run, and how far from these its start is, in sizes of the motion.
 
     The returns near the end of the run where it settles, else those near its start.
     """
+    progress()
     sequence, kinds = _run(system, length, *start, pieces=4 if settles else 1)
     part, forcing_periods = find(system, sequence, kinds, settles, periods)
-    closed, rounds = close(part, forcing_periods)
+    closed, rounds = close(part, forcing_periods, progress=progress)
     moved = np.abs(closed.sequence.start[closed.coordinates] - part.start[closed.coordinates])
     sizes = size_of(system, part.start, closed.coordinates)
     if periods is None:
