@@ -92,7 +92,10 @@ def run(options: argparse.Namespace) -> None:
         except KeyboardInterrupt as stop:
             if isinstance(stop, Interrupted):
                 more = stop.result
-                result = more if result is None else replace(result, branches=(*result.branches, more))
+                if result is None:
+                    result = more
+                elif more.values:
+                    result = replace(result, branches=(*result.branches, more))
             if result is None:
                 raise
             interrupted = True
