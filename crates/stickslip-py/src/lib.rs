@@ -5,6 +5,7 @@ mod batch;
 mod law;
 mod orbit;
 mod rows;
+mod spots;
 mod stability;
 mod state;
 mod sweep;
@@ -70,5 +71,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(law::static_friction, module)?)?;
     module.add_function(wrap_pyfunction!(law::displacement_errors, module)?)?;
     module.add_function(wrap_pyfunction!(law::without, module)?)?;
+    module.add("ALIKE", spots::ALIKE)?;
+    module.add_function(wrap_pyfunction!(spots::blurred, module)?)?;
+    module.add_function(wrap_pyfunction!(spots::spot_centre, module)?)?;
+    module.add_function(wrap_pyfunction!(spots::spot_near, module)?)?;
     module.add_function(wrap_pyfunction!(law_facts, module)?)
 }
