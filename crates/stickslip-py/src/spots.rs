@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use numpy::ndarray::{Array2, ArrayView2, Axis, Slice, Zip, s};
+use numpy::ndarray::{Array2, ArrayView2, Axis, Zip, s};
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use stickslip::elementary::{exp, hypot, ln};
@@ -22,6 +22,8 @@ const SAME: f64 = 0.9;
 const LEAST_GROUND: u32 = 12;
 /// Of a centre in px.
 const LEAST_ERROR: f64 = 0.005;
+/// Pixels of a line that are summed side by side.
+const LANES: usize = 16;
 
 type Picture<'a> = ArrayView2<'a, u8>;
 
@@ -84,33 +86,41 @@ fn blur(picture: Picture<'_>, sigma: f64) -> Array2<u8> {
     }
     let weights = gaussian(sigma);
     let reach = (weights.len() / 2).cast_signed();
+    let padded = wide.next_multiple_of(LANES);
     let from = |count: usize| (-reach..count.cast_signed() + reach).map(move |at| mirrored(at, count));
     let columns: Vec<usize> = from(wide).collect();
-    let mut line = vec![0_u16; columns.len()];
-    let mut across = vec![0_u16; high * wide];
-    for (row, sums) in picture.rows().into_iter().zip(across.chunks_exact_mut(wide)) {
+    let mut line = vec![0_u16; padded + weights.len()];
+    let mut across = Vec::with_capacity(high * padded);
+    for row in picture.rows() {
         for (value, &column) in line.iter_mut().zip(&columns) {
             *value = row[column].into();
         }
-        for (ahead, &weight) in line.windows(wide).zip(&weights) {
-            for (sum, value) in sums.iter_mut().zip(ahead) {
-                *sum += weight * value;
+        for first in (0..padded).step_by(LANES) {
+            let mut sums = [0_u16; LANES];
+            for (ahead, &weight) in line[first..].windows(LANES).zip(&weights) {
+                for (sum, value) in sums.iter_mut().zip(ahead) {
+                    *sum += weight * value;
+                }
             }
+            across.extend_from_slice(&sums);
         }
     }
-    let rows: Vec<usize> = from(high).collect();
-    let mut sums = vec![0_u32; wide];
+    let rows: Vec<usize> = from(high).map(|row| row * padded).collect();
     let mut blurred = Vec::with_capacity(across.len());
     for near in rows.windows(weights.len()) {
-        sums.fill(1 << 15);
-        for (&row, &weight) in near.iter().zip(&weights) {
-            for (sum, &value) in sums.iter_mut().zip(&across[row * wide..]) {
-                *sum += u32::from(weight) * u32::from(value);
+        for first in (0..padded).step_by(LANES) {
+            let mut sums = [1_u32 << 15; LANES];
+            for (&row, &weight) in near.iter().zip(&weights) {
+                for (sum, &value) in sums.iter_mut().zip(&across[row + first..][..LANES]) {
+                    *sum += u32::from(weight) * u32::from(value);
+                }
             }
+            blurred.extend(sums.map(|sum| sum.to_le_bytes()[2]));
         }
-        blurred.extend(sums.iter().map(|sum| sum.to_le_bytes()[2]));
     }
-    Array2::from_shape_vec((high, wide), blurred).expect("a row of sums for each of the picture")
+    let blurred =
+        Array2::from_shape_vec((high, padded), blurred).expect("a row of sums for each of the picture");
+    blurred.slice(s![.., ..wide]).to_owned()
 }
 
 /// The connected parts of what lies above a height, eight neighbours each, in the order of their first pixels; each with the
@@ -152,18 +162,27 @@ fn parts(picture: Picture<'_>, cut: f64) -> (Array2<u32>, Vec<(Part, [usize; 2])
 fn dilated(mask: &Array2<bool>, reach: usize) -> Array2<bool> {
     let mut found = mask.clone();
     for axis in [Axis(0), Axis(1)] {
-        let from = found.clone();
-        let count = found.len_of(axis);
-        for shift in 1..=reach.min(count.saturating_sub(1)) {
-            let (first, last) = (Slice::from(..count - shift), Slice::from(shift..));
-            for (to, of) in [(first, last), (last, first)] {
-                found
-                    .slice_axis_mut(axis, to)
-                    .zip_mut_with(&from.slice_axis(axis, of), |found, &set| *found |= set);
+        for mut line in found.lanes_mut(axis) {
+            let from: Vec<bool> = line.iter().copied().collect();
+            // how many of the line from `reach` before to `reach` after are set
+            let mut near = from.iter().take(reach).filter(|&&set| set).count();
+            for (at, found) in line.iter_mut().enumerate() {
+                near += usize::from(from.get(at + reach).is_some_and(|&set| set));
+                *found = near > 0;
+                near -= usize::from(at >= reach && from[at - reach]);
             }
         }
     }
     found
+}
+
+/// The first value up to which there are more than `count`.
+fn passing(counts: &[u32], count: u32) -> Option<usize> {
+    let mut below = 0;
+    counts.iter().position(|more| {
+        below += more;
+        below > count
+    })
 }
 
 /// How many values there are in a mask, their upper median, and the upper median of what they are off it.
@@ -173,19 +192,12 @@ fn levels(values: Picture<'_>, mask: &Array2<bool>) -> (u32, usize, usize) {
         .and(mask)
         .for_each(|&value, &set| counts[usize::from(value)] += u32::from(set));
     let count: u32 = counts.iter().sum();
-    let middle = |counts: &[u32]| {
-        let mut below = 0;
-        counts.iter().position(|more| {
-            below += more;
-            below > count / 2
-        })
-    };
-    let median = middle(&counts).unwrap_or(255);
+    let median = passing(&counts, count / 2).unwrap_or(255);
     let mut apart = [0_u32; 256];
     for (value, more) in counts.iter().enumerate() {
         apart[value.abs_diff(median)] += more;
     }
-    (count, median, middle(&apart).unwrap_or(256))
+    (count, median, passing(&apart, count / 2).unwrap_or(256))
 }
 
 /// Sums over a picture: of the weights, of these times x, y, x², y² and xy.
@@ -437,10 +449,17 @@ fn nearest(
     known: Known,
 ) -> Option<Row> {
     let crown = || {
-        let mut values: Vec<u8> = work.iter().copied().collect();
-        let brighter = whole((0.125 * PI * like.size * like.size).round_ties_even());
-        let middle = values.len().saturating_sub(brighter.max(1));
-        f64::from(*values.select_nth_unstable(middle).1)
+        let mut counts = [0_u32; 256];
+        // from the brightest on
+        work.iter().for_each(|value| counts[usize::from(!value)] += 1);
+        let half = (0.125 * PI * like.size * like.size).round_ties_even() - 1.0;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "pixels of a spot"
+        )]
+        let brighter = passing(&counts, half as u32).unwrap_or(255);
+        255.0 - brighter as f64
     };
     let cuts = known.0.map_or_else(
         || {

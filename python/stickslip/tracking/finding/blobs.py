@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip import _core
-from stickslip.tracking.finding.detections import Detections, Row
+from stickslip.tracking.finding.detections import Array, Detections, Row
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.video.vision import vision
 
