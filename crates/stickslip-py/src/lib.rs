@@ -1,4 +1,5 @@
-//! The boundary between the core and Python: conversions only. Documents cross it as JSON, numbers as arrays.
+//! The boundary between the core and Python: conversions, and loops over pixels that need no core. Documents cross it as
+//! JSON, numbers as arrays.
 #![warn(clippy::disallowed_methods)]
 
 mod batch;
