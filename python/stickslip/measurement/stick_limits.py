@@ -42,6 +42,9 @@ BLUR = 2.5
 ALIKE = 2.0
 """Errors of limits within this ratio of the usual one differ by their noise."""
 
+WIDTHS = 4
+"""The evidence of a limit is looked at as far as so many of its standard errors on each side, in halves of them."""
+
 LIMIT_COST = 3.0
 """What a free limit costs in deviance: it is known to about a sample and was looked for over some ten."""
 
@@ -460,18 +463,35 @@ class _OneStick:
         a, b = float(positions[wide[0]]) - spacing, float(positions[wide[-1]]) + spacing
         a, b = max(a, float(positions[0])), min(b, float(positions[-1]))
         fine = np.linspace(a, b, int(np.clip(math.ceil(5 * (b - a) / spacing), 2, 16)) + 1)
-        deviances = value(fine) if b > a else np.zeros(len(fine))
-        deviances[~np.isfinite(deviances)] = np.inf
+        deviances = _deviances(value, fine)
+        best, width = _peak(fine, deviances)
+        # a parabola through points farther apart than the peak is wide misses it: the peak is steeper on one side
+        if 0 < WIDTHS * width < len(fine) / 2 * (fine[1] - fine[0]) and fine[0] < best < fine[-1]:
+            fine = np.linspace(max(best - WIDTHS * width, a), min(best + WIDTHS * width, b), 4 * WIDTHS + 1)
+            deviances = _deviances(value, fine)
+            best, _ = _peak(fine, deviances)
         likelihood = np.exp(-0.5 * (deviances - deviances.min()))
         likelihood /= likelihood.sum()
         mean = float(likelihood @ fine)
         spread = math.sqrt(float(likelihood @ (fine - mean) ** 2))
         # a grid cannot tell less than a part of its spacing
         spread = max(spread, (fine[1] - fine[0]) / math.sqrt(12), 1e-3 * self.search.step)
-        if soft:
-            return mean, spread
-        i = int(np.clip(np.argmin(deviances), 1, len(fine) - 2))
-        left, lowest, right = deviances[i - 1 : i + 2]
-        corner = left + right - 2 * lowest
-        shift = float(np.clip(0.5 * (left - right) / corner, -1, 1)) if 0 < corner < np.inf else 0.0
-        return float(fine[i] + shift * (fine[1] - fine[0])), spread
+        return (mean if soft else best), spread
+
+
+def _deviances(value: Callable[[Array], Array], positions: Array) -> Array:
+    """Deviances at some positions, infinite where there is none; 0 where the positions are one."""
+    found = value(positions) if positions[-1] > positions[0] else np.zeros(len(positions))
+    return np.where(np.isfinite(found), found, np.inf)
+
+
+def _peak(positions: Array, deviances: Array) -> tuple[float, float]:
+    """Place of the least deviance by a parabola, and its standard error; 0 where it has no curvature."""
+    i = int(np.clip(np.argmin(deviances), 1, len(positions) - 2))
+    left, lowest, right = deviances[i - 1 : i + 2]
+    corner = left + right - 2 * lowest
+    if not 0 < corner < np.inf:
+        return float(positions[i]), 0.0
+    spacing = float(positions[1] - positions[0])
+    shift = float(np.clip(0.5 * (left - right) / corner, -1, 1))
+    return float(positions[i]) + shift * spacing, spacing * math.sqrt(2 / corner)
