@@ -11,7 +11,7 @@ from stickslip.identification import identify
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import read_records
 from stickslip.measurement import Rig, measure
-from stickslip.measurement.stick_limits import _OneStick
+from stickslip.measurement.stick_limits import FINEST, _OneStick
 
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
 DRIVE, DAMPING, STEP = 0.1, 0.05, 2 * np.pi / 60
@@ -120,4 +120,4 @@ def test_a_limit_is_found_to_a_part_of_its_error_however_narrow_its_evidence_is(
     search = SimpleNamespace(search=SimpleNamespace(step=1.0))
     found, error = _OneStick._centre(search, deviance, positions, deviance(positions), False)
     assert abs(found - true) < 0.1 * width
-    assert 0.8 * width < error < 1.25 * width
+    assert 0.8 * max(width, FINEST) < error < 1.25 * max(width, FINEST)

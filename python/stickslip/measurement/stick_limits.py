@@ -42,6 +42,9 @@ BLUR = 2.5
 ALIKE = 2.0
 """Errors of limits within this ratio of the usual one differ by their noise."""
 
+FINEST = 0.06
+"""No limit is known to less than this part of a sample: what the shutter blurs moves it by as much, and no noise shows it."""
+
 WIDTHS = 4
 """The evidence of a limit is looked at as far as so many of its standard errors on each side, in halves of them."""
 
@@ -474,9 +477,7 @@ class _OneStick:
         likelihood /= likelihood.sum()
         mean = float(likelihood @ fine)
         spread = math.sqrt(float(likelihood @ (fine - mean) ** 2))
-        # a grid cannot tell less than a part of its spacing
-        spread = max(spread, (fine[1] - fine[0]) / math.sqrt(12), 1e-3 * self.search.step)
-        return (mean if soft else best), spread
+        return (mean if soft else best), max(spread, FINEST * self.search.step)
 
 
 def _deviances(value: Callable[[Array], Array], positions: Array) -> Array:
