@@ -1,5 +1,9 @@
 //! Spots in pictures, as the tracker measures them: outline, ground and centre. The formulas are those in
 //! `tracking/finding/blobs.py`, in loops over a few thousand pixels for every marker of every picture.
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "views of arrays are two words and a pointer"
+)]
 
 use std::f64::consts::PI;
 
@@ -368,8 +372,7 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
     });
     let of = Moments::of(&shares.view(), |share| share).central();
     let weight = of.weight;
-    // also where nothing is left of it
-    if !(weight > 0.0) {
+    if weight <= 0.0 {
         return None;
     }
     let [xx, yy, xy] = [of.xx, of.yy, of.xy].map(|sum| sum / weight);
