@@ -1,6 +1,7 @@
 """Records cut anywhere: what a record's ends hide must not be measured as friction."""
 
 import functools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from stickslip.identification import identify
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import read_records
 from stickslip.measurement import Rig, measure
+from stickslip.measurement.stick_limits import FINEST, _OneStick
 
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
 DRIVE, DAMPING, STEP = 0.1, 0.05, 2 * np.pi / 60
@@ -103,3 +105,19 @@ def test_break_aways_that_are_seen_late_weigh_no_more_than_others():
     true = events("release")[1:] - (events("release")[1] - 4.0)
     late = friction["break_away"]["t"].to_numpy() - true[: len(errors)]
     assert 0.4 < np.sqrt(np.mean((late / errors) ** 2)) < 1.7
+
+
+@pytest.mark.parametrize(("width", "skew"), [(0.03, 0.1), (0.03, -0.1), (0.3, 1.0), (1.5, -20.0)])
+def test_a_limit_is_found_to_a_part_of_its_error_however_narrow_its_evidence_is(width, skew):
+    """The evidence of a break-away in a clear record is a thirtieth of a sample wide, and steeper on one side."""
+    true = 4.37
+
+    def deviance(at):
+        off = (at - true) / skew
+        return 2 * (np.exp(off) - 1 - off) * (skew / width) ** 2
+
+    positions = np.linspace(0, 10, 11)
+    search = SimpleNamespace(search=SimpleNamespace(step=1.0))
+    found, error = _OneStick._centre(search, deviance, positions, deviance(positions), False)
+    assert abs(found - true) < 0.1 * width
+    assert 0.8 * max(width, FINEST) < error < 1.25 * max(width, FINEST)

@@ -5,6 +5,7 @@ import struct
 import numpy as np
 import pytest
 
+from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.tracking import Calibration, Film, Lens, read_calibration, read_osp, track
 from stickslip.tracking.finding.blobs import find_blobs
@@ -83,6 +84,14 @@ def test_a_blob_is_found_to_a_hundredth_of_a_pixel():
         assert found.size[0] == pytest.approx(20, rel=0.05)
     assert np.std(errors) < 0.01
     assert abs(np.mean(errors)) < 0.005
+
+
+@pytest.mark.parametrize("shape", [(1, 7), (5, 9), (64, 61)])
+def test_a_picture_is_blurred_as_opencv_does_it(shape):
+    rng = np.random.default_rng(0)
+    for sigma in (0.8, 1.0, 2.5, *rng.uniform(0.8, 12, 40)):
+        picture = rng.integers(0, 256, shape, dtype=np.uint8)
+        np.testing.assert_array_equal(_core.blurred(picture, sigma), cv2.GaussianBlur(picture, (0, 0), sigma))
 
 
 def test_uneven_light_does_not_hide_a_blob():

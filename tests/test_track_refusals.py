@@ -59,6 +59,9 @@ def test_pictures_damaged_in_the_middle_are_told_and_the_film_goes_on(tmp_path, 
     middle, size = len(data) // 2, len(data) // 8  # more than one picture of ten
     data[middle : middle + size] = np.random.default_rng(0).bytes(size)
     (tmp_path / "scratched.avi").write_bytes(bytes(data))
+    decoded = [[picture for _, picture in Film(tmp_path / "scratched.avi") if picture is not None] for _ in range(8)]
+    for again in decoded[1:]:
+        np.testing.assert_array_equal(again, decoded[0])
     motion = track(tmp_path / "scratched.avi")
     lost = motion["lost"].values[:, 0]
     seen = {"picture cannot be read", "not found", "y: cut off at the edge"}  # the last in what is left of a picture

@@ -533,6 +533,7 @@ if __name__ == "__main__":
     reader.add_argument("--alone", action="store_true", help="without the other programs")
     reader.add_argument("--kept", action="store_true", help="a page of what is done, nothing new")
     given = reader.parse_args()
+    given.folder.mkdir(parents=True, exist_ok=True)
     if given.only:
         print(" | ".join(line(given.folder, given.only, not given.alone)["cells"]))
     else:

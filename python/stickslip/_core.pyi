@@ -1,10 +1,11 @@
 from collections.abc import Callable
-from typing import final
+from typing import Protocol, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "ALIKE",
     "BOUNDARIES",
     "BRANCHES",
     "ENDINGS",
@@ -22,6 +23,7 @@ __all__ = [
     "System",
     "__version__",
     "batch",
+    "blurred",
     "chaos",
     "displacement_errors",
     "event_sequence",
@@ -31,6 +33,8 @@ __all__ = [
     "law_facts",
     "regime",
     "section",
+    "spot_centre",
+    "spot_near",
     "static_friction",
     "sweep",
     "without",
@@ -140,6 +144,27 @@ class StateSystem:
     def states(self, t: _Floats, y: _Floats) -> list[_Floats]: ...
 
 def law_facts() -> str: ...
+
+ALIKE: float
+_Picture = NDArray[np.uint8]
+_Spot = tuple[float, float, float, float, float, float, float, int, bool, bool]
+_Known = tuple[float | None, float | None, float | None]
+
+class _Like(Protocol):
+    @property
+    def size(self) -> float: ...
+    @property
+    def contrast(self) -> float: ...
+    @property
+    def score(self) -> float: ...
+
+def blurred(picture: _Picture, sigma: float) -> _Picture: ...
+def spot_centre(
+    picture: _Picture, work: _Picture, part: tuple[float, int, int, int, int, int], known: _Known
+) -> _Spot | None: ...
+def spot_near(
+    picture: _Picture, work: _Picture, like: _Like, place: tuple[float, float], known: _Known
+) -> _Spot | None: ...
 def static_friction(
     growth: tuple[float, float, float],
     force_rate_scale: float | None,

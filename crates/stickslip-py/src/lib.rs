@@ -1,10 +1,12 @@
-//! The boundary between the core and Python: conversions only. Documents cross it as JSON, numbers as arrays.
+//! The boundary between the core and Python: conversions, and loops over pixels that need no core. Documents cross it as
+//! JSON, numbers as arrays.
 #![warn(clippy::disallowed_methods)]
 
 mod batch;
 mod law;
 mod orbit;
 mod rows;
+mod spots;
 mod stability;
 mod state;
 mod sweep;
@@ -70,5 +72,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(law::static_friction, module)?)?;
     module.add_function(wrap_pyfunction!(law::displacement_errors, module)?)?;
     module.add_function(wrap_pyfunction!(law::without, module)?)?;
+    module.add("ALIKE", spots::ALIKE)?;
+    module.add_function(wrap_pyfunction!(spots::blurred, module)?)?;
+    module.add_function(wrap_pyfunction!(spots::spot_centre, module)?)?;
+    module.add_function(wrap_pyfunction!(spots::spot_near, module)?)?;
     module.add_function(wrap_pyfunction!(law_facts, module)?)
 }

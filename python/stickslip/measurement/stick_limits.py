@@ -11,7 +11,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg import LinAlgError
+from scipy.linalg.lapack import dpotrf, dpotrs
 
 from stickslip.measurement.signals.pieces import DEGREE, GAUSS_NODES, GAUSS_WEIGHTS, Oscillator
 from stickslip.measurement.sticks import Stick, own_period
@@ -41,6 +42,12 @@ BLUR = 2.5
 ALIKE = 2.0
 """Errors of limits within this ratio of the usual one differ by their noise."""
 
+FINEST = 0.06
+"""No limit is known to less than this part of a sample: what the shutter blurs moves it by as much, and no noise shows it."""
+
+WIDTHS = 4
+"""The evidence of a limit is looked at as far as so many of its standard errors on each side, in halves of them."""
+
 LIMIT_COST = 3.0
 """What a free limit costs in deviance: it is known to about a sample and was looked for over some ten."""
 
@@ -58,7 +65,24 @@ class Evidence:
 
     def integrated(self) -> float:
         """The level integrated out."""
-        return self.constant - self.linear**2 / self.square + math.log(self.square)
+        return float(_integrated(self.square, self.linear, self.constant))
+
+
+def _integrated(square: npt.ArrayLike, linear: npt.ArrayLike, constant: npt.ArrayLike) -> Array:
+    """The evidences of :class:`Evidence` with these numbers, the level integrated out."""
+    return np.asarray(np.asarray(constant) - np.square(linear) / square + np.log(square))
+
+
+def _factor(matrix: Array) -> Array:
+    """Lower triangle of a Cholesky factor; what SciPy adds to LAPACK costs as much for a matrix as small as these."""
+    factor, failed = dpotrf(matrix, lower=True, clean=False)
+    if failed:
+        raise LinAlgError("the matrix is not positive definite")
+    return np.asarray(factor)
+
+
+def _solve(factor: Array, right: Array) -> Array:
+    return np.asarray(dpotrs(factor, right, lower=True)[0])
 
 
 @dataclass(frozen=True)
@@ -110,11 +134,11 @@ class LimitSearch:
         if joined == "end":
             ends, free = slice(count - tied, count), slice(0, count - tied)
         inner, cross = matrix[free, free], matrix[free, ends].sum(axis=1)
-        factor = cho_factor(inner, lower=True, check_finite=False)
-        solved = cho_solve(factor, np.stack([right[free], cross], axis=1), check_finite=False)
+        factor = _factor(inner)
+        solved = _solve(factor, np.stack([right[free], cross], axis=1))
         row = 2 if joined == "start" else 5
         log_prior = _log_determinant(prior[free, free], held[row : row if soft else row + 1, free])
-        determinant = 2 * float(np.sum(np.log(np.diagonal(factor[0]))))
+        determinant = 2 * float(np.sum(np.log(np.diagonal(factor))))
         return Evidence(
             float(matrix[ends, ends].sum() - cross @ solved[:, 1]),
             float(right[ends].sum() - cross @ solved[:, 0]),
@@ -123,9 +147,9 @@ class LimitSearch:
 
     @staticmethod
     def _inner(matrix: Array, right: Array, prior: Array, held: Array, rows: list[int]) -> float:
-        factor = cho_factor(matrix, lower=True, check_finite=False)
-        determinant = 2 * float(np.sum(np.log(np.diagonal(factor[0]))))
-        misfit = -float(right @ cho_solve(factor, right, check_finite=False))
+        factor = _factor(matrix)
+        determinant = 2 * float(np.sum(np.log(np.diagonal(factor))))
+        misfit = -float(right @ _solve(factor, right))
         return misfit + determinant - _log_determinant(prior, held[rows])
 
     def _system(self, start: float, end: float, origin: float, soft: bool) -> tuple[Array, Array, float, Array, Array]:
@@ -147,7 +171,7 @@ class LimitSearch:
         weights = strength * h * reference.weights
         if soft:
             weights = weights * (1 + (rate * h * reference.nodes) ** -2)
-        change = np.tensordot(factors, reference.derivatives, 1)
+        change = (factors @ reference.derivatives.reshape(len(factors), -1)).reshape(basis.shape[1], -1)
         prior = (change * weights) @ change.T
         right = weighted.T @ y + target * (change @ weights)
         constant = float(w @ (y * y)) / self.noise**2 + target**2 * float(weights.sum())
@@ -170,7 +194,7 @@ class _Reference:
         powers = (positions - interval)[:, None] ** np.arange(DEGREE + 1)
         values = np.zeros((len(positions), count + DEGREE))
         local = np.einsum("np,npj->nj", powers, self.pieces[interval])
-        np.put_along_axis(values, interval[:, None] + np.arange(DEGREE + 1), local, axis=1)
+        values[np.arange(len(positions))[:, None], interval[:, None] + np.arange(DEGREE + 1)] = local
         return values
 
 
@@ -188,16 +212,16 @@ def _reference(count: int) -> _Reference:
     powers = 1 / np.array([math.factorial(p) for p in range(DEGREE + 1)])
     taylor = np.array([spline(np.arange(float(count)), nu=p) for p in range(DEGREE + 1)]) * powers[:, None, None]
     pieces = np.stack([taylor[:, i, i : i + DEGREE + 1] for i in range(count)])
-    return _Reference(nodes, weights, np.swapaxes(derivatives, 1, 2), ends, pieces)
+    return _Reference(nodes, weights, np.ascontiguousarray(np.swapaxes(derivatives, 1, 2)), ends, pieces)
 
 
 def _log_determinant(precision: Array, held: Array) -> float:
     """Log determinant of a precision that leaves the held states open, per unit of those states."""
     own = held.T @ held
     scale = float(np.trace(own) / np.trace(precision)) if len(held) else 1.0
-    factor = cho_factor(scale * precision + own, lower=True, check_finite=False)
+    factor = _factor(scale * precision + own)
     rank = len(precision) - len(held)
-    return 2 * float(np.sum(np.log(np.diagonal(factor[0])))) - rank * math.log(scale)
+    return 2 * float(np.sum(np.log(np.diagonal(factor)))) - rank * math.log(scale)
 
 
 def refine_sticks(
@@ -371,24 +395,33 @@ class _OneStick:
             ),
         )
 
-    def value(self, start: float, end: float) -> float:
-        total = self.rest(start, end)
+    def values(self, starts: Array, ends: Array) -> Array:
+        """The deviance of each pair of limits, (starts, ends); infinite where they leave no stick."""
+        longer = ends - starts[:, None] > self.search.step
+        first, last = (np.searchsorted(self.inside, one) for one in (starts, ends))
+        square, linear, constant = self.sums[:, None, last] - self.sums[:, first, None]
         if self.stick.starts:
-            total = total + self.beside("before", start, self.before)
+            for row in np.flatnonzero(longer.any(axis=1)):
+                slip = self.beside("before", float(starts[row]), self.before)
+                square[row] += slip.square
+                linear[row] += slip.linear
+                constant[row] += slip.constant
         if self.stick.ends:
-            total = total + self.beside("soft" if self.soft else "hard", end, self.after)
-        return total.integrated()
+            for column in np.flatnonzero(longer.any(axis=0)):
+                slip = self.beside("soft" if self.soft else "hard", float(ends[column]), self.after)
+                square[:, column] += slip.square
+                linear[:, column] += slip.linear
+                constant[:, column] += slip.constant
+        found = np.full(longer.shape, np.inf)
+        found[longer] = _integrated(square[longer], linear[longer], constant[longer])
+        return found
 
     def refined(self, soft: bool, before: float, after: float) -> tuple[Stick | None, float]:
         """The stick with its limits and errors, or None, and the deviance of the stretch, under these cut-offs."""
         self.soft, self.before, self.after = soft, before, after
         stick, step = self.stick, self.search.step
         starts, ends = self.positions()
-        table = np.full((len(starts), len(ends)), np.inf)
-        for i, start in enumerate(starts):
-            for j, end in enumerate(ends):
-                if end - start > step:
-                    table[i, j] = self.value(float(start), float(end))
+        table = self.values(starts, ends)
         best = float(np.min(table))
         if not math.isfinite(best):
             return None, 0.0
@@ -396,12 +429,16 @@ class _OneStick:
         start, end = float(starts[row]), float(ends[column])
         start_error, end_error = stick.start_error, stick.end_error
         if len(starts) > 1:
-            start, start_error = self._centre(lambda to: self.value(to, end), starts, table[:, column], False)
+            start, start_error = self._centre(
+                lambda to: self.values(to, ends[[column]]).ravel(), starts, table[:, column], False
+            )
         if len(ends) > 1:
-            end, end_error = self._centre(lambda to: self.value(start, to), ends, table[row], self.soft)
+            end, end_error = self._centre(
+                lambda to: self.values(np.array([start]), to).ravel(), ends, table[row], self.soft
+            )
             if self.search.few:
                 end_error = math.hypot(end_error, BLUR * step)
-        best = min(best, self.value(start, end))
+        best = min(best, self.values(np.array([start]), np.array([end])).item())
         # no slip looks like rest for as long as the free mass takes to swing to and fro
         if (stick.starts or stick.ends) and end - start < own_period(self.search.oscillator):
             without = min(
@@ -421,7 +458,7 @@ class _OneStick:
         return np.linspace(a, b, max(math.ceil((b - a) / self.search.step), 2) + 1)
 
     def _centre(
-        self, value: Callable[[float], float], positions: Array, values: Array, soft: bool
+        self, value: Callable[[Array], Array], positions: Array, values: Array, soft: bool
     ) -> tuple[float, float]:
         """Place and spread of a limit under its evidence, on a grid fine enough for it."""
         wide = np.flatnonzero(values < values.min() + 15)
@@ -429,18 +466,33 @@ class _OneStick:
         a, b = float(positions[wide[0]]) - spacing, float(positions[wide[-1]]) + spacing
         a, b = max(a, float(positions[0])), min(b, float(positions[-1]))
         fine = np.linspace(a, b, int(np.clip(math.ceil(5 * (b - a) / spacing), 2, 16)) + 1)
-        deviances = np.array([value(float(position)) if b > a else 0.0 for position in fine])
-        deviances[~np.isfinite(deviances)] = np.inf
+        deviances = _deviances(value, fine)
+        best, width = _peak(fine, deviances)
+        # a parabola through points farther apart than the peak is wide misses it: the peak is steeper on one side
+        if 0 < WIDTHS * width < len(fine) / 2 * (fine[1] - fine[0]) and fine[0] < best < fine[-1]:
+            fine = np.linspace(max(best - WIDTHS * width, a), min(best + WIDTHS * width, b), 4 * WIDTHS + 1)
+            deviances = _deviances(value, fine)
+            best, _ = _peak(fine, deviances)
         likelihood = np.exp(-0.5 * (deviances - deviances.min()))
         likelihood /= likelihood.sum()
         mean = float(likelihood @ fine)
         spread = math.sqrt(float(likelihood @ (fine - mean) ** 2))
-        # a grid cannot tell less than a part of its spacing
-        spread = max(spread, (fine[1] - fine[0]) / math.sqrt(12), 1e-3 * self.search.step)
-        if soft:
-            return mean, spread
-        i = int(np.clip(np.argmin(deviances), 1, len(fine) - 2))
-        left, lowest, right = deviances[i - 1 : i + 2]
-        corner = left + right - 2 * lowest
-        shift = float(np.clip(0.5 * (left - right) / corner, -1, 1)) if 0 < corner < np.inf else 0.0
-        return float(fine[i] + shift * (fine[1] - fine[0])), spread
+        return (mean if soft else best), max(spread, FINEST * self.search.step)
+
+
+def _deviances(value: Callable[[Array], Array], positions: Array) -> Array:
+    """Deviances at some positions, infinite where there is none; 0 where the positions are one."""
+    found = value(positions) if positions[-1] > positions[0] else np.zeros(len(positions))
+    return np.where(np.isfinite(found), found, np.inf)
+
+
+def _peak(positions: Array, deviances: Array) -> tuple[float, float]:
+    """Place of the least deviance by a parabola, and its standard error; 0 where it has no curvature."""
+    i = int(np.clip(np.argmin(deviances), 1, len(positions) - 2))
+    left, lowest, right = deviances[i - 1 : i + 2]
+    corner = left + right - 2 * lowest
+    if not 0 < corner < np.inf:
+        return float(positions[i]), 0.0
+    spacing = float(positions[1] - positions[0])
+    shift = float(np.clip(0.5 * (left - right) / corner, -1, 1))
+    return float(positions[i]) + shift * spacing, spacing * math.sqrt(2 / corner)

@@ -322,10 +322,11 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
         doubts += remarks(mass, x[:, mass], y[:, mass], size[:, mass])
     if setup.reference:  # before the scatter is judged, which is the camera's until then
         doubts.append(_steady(setup.reference, x, y, x_error, y_error, lost))
+    copied = film.copied
     for mass in range(shape[1]):
         if mass not in (setup.reference or ()):
             axes = (x[:, mass], x_error[:, mass]), (y[:, mass], y_error[:, mass])
-            doubts += _widen(mass, times, film.copied, *axes)
+            doubts += _widen(mass, times, copied, *axes)
     calibration = PIXELS
     if setup.calibration is not None:
         calibration = read_calibration(

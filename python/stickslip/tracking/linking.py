@@ -216,42 +216,41 @@ def link(film: Rows, limits: Limits) -> list[Track]:
 
 def _pairs(tracks: list[Track], rows: list[Row], frame: int, limits: Limits) -> list[tuple[int, int]]:
     """Which track goes on with which detection, by numbers."""
-    possible: list[tuple[int, int, float]] = []
-    alone = []
+    gaps = [frame - track.frames[-1] for track in tracks]
+    # after a few missed pictures the last velocity says nothing any more
+    aheads = [gap if gap <= 3 else 0 for gap in gaps]
+    steps = [0.5 * ahead * math.hypot(track.vx, track.vy) for ahead, track in zip(aheads, tracks, strict=True)]
+    reaches = [limits.reach * min(1 + 0.25 * (gap - 1), 2.0) for gap in gaps]
+    # how clearly a track has been seen: a marker must not give way to passing clutter
+    seen = [len(track.frames) for track in tracks]
+    weights = [track.score / n * (0.3 if n < PATIENCE else 1.0) for track, n in zip(tracks, seen, strict=True)]
+    alone = [1.15 * weight for weight in weights]  # what it costs to leave it waiting
     x, y, label = np.array([(row.x, row.y, row.label) for row in rows]).reshape(-1, 3).T
-    for number, track in enumerate(tracks):
-        seen = len(track.frames)
-        # how clearly a track has been seen: a marker must not give way to passing clutter
-        weight = track.score / seen * (0.3 if seen < PATIENCE else 1.0)
-        alone.append(1.15 * weight)  # what it costs to leave it waiting
-        gap = frame - track.frames[-1]
-        # after a few missed pictures the last velocity says nothing any more
-        ahead = gap if gap <= 3 else 0
-        there_x, there_y = track.x + ahead * track.vx, track.y + ahead * track.vy
-        step = 0.5 * ahead * math.hypot(track.vx, track.vy)
-        reach = limits.reach * min(1 + 0.25 * (gap - 1), 2.0)
-        far = reach + 2 * step
-        labelled = track.label >= 0
-        like = label == track.label if labelled else label < 0
-        near = like if labelled else like & (np.abs(x - track.x) <= far) & (np.abs(y - track.y) <= far)
-        for index in np.flatnonzero(near).tolist():
-            row = rows[index]
-            here = math.hypot(row.x - track.x, row.y - track.y)
-            there = math.hypot(row.x - there_x, row.y - there_y)
-            # what flies is expected ahead, what jumps back and forth where it was; the other costs half the last step more
-            cost = min(here + step, there) if track.flies else min(here, there + step)
-            cut, fresh = row.cut_x or row.cut_y, gap <= 3
-            size, contrast = _apart(row.size, track.size), _apart(row.contrast, track.contrast)
-            # a marker that was away for longer must prove itself: noise comes by all the time
-            patience = 1.0 if fresh else 0.6
-            alike = (size < patience * limits.size and contrast < patience * limits.contrast) or (cut and fresh)
-            if not labelled and (cost > reach or not alike):
-                continue
-            # of two candidates at one place the one that looks like before
-            if not cut:
-                cost += 2.0 * min(gap, 4) * track.size * (size + contrast)
-            cost *= weight / reach
-            possible.append((number, index, min(cost, 0.5 * alone[-1]) if labelled else cost))
+    at = np.array([(track.x, track.y, track.label) for track in tracks]).reshape(-1, 3)
+    far = np.array(reaches) + 2 * np.array(steps)
+    here_x, here_y, own, far = (column[:, None] for column in (*at.T, far))
+    near = (label == own) & (label >= 0) | (label < 0) & (own < 0) & (abs(x - here_x) <= far) & (abs(y - here_y) <= far)
+    possible: list[tuple[int, int, float]] = []
+    for number, index in np.argwhere(near).tolist():
+        track, row, gap = tracks[number], rows[index], gaps[number]
+        step, reach, labelled = steps[number], reaches[number], track.label >= 0
+        there_x, there_y = track.x + aheads[number] * track.vx, track.y + aheads[number] * track.vy
+        here = math.hypot(row.x - track.x, row.y - track.y)
+        there = math.hypot(row.x - there_x, row.y - there_y)
+        # what flies is expected ahead, what jumps back and forth where it was; the other costs half the last step more
+        cost = min(here + step, there) if track.flies else min(here, there + step)
+        cut, fresh = row.cut_x or row.cut_y, gap <= 3
+        size, contrast = _apart(row.size, track.size), _apart(row.contrast, track.contrast)
+        # a marker that was away for longer must prove itself: noise comes by all the time
+        patience = 1.0 if fresh else 0.6
+        alike = (size < patience * limits.size and contrast < patience * limits.contrast) or (cut and fresh)
+        if not labelled and (cost > reach or not alike):
+            continue
+        # of two candidates at one place the one that looks like before
+        if not cut:
+            cost += 2.0 * min(gap, 4) * track.size * (size + contrast)
+        cost *= weights[number] / reach
+        possible.append((number, index, min(cost, 0.5 * alone[number]) if labelled else cost))
     return _least(possible, alone, len(rows))
 
 
@@ -372,10 +371,10 @@ def _first_distance(track: Track, film: Rows, x: float, y: float) -> float:
 
 def _same_thing(one: Track, other: Track, film: Rows) -> bool:
     """Whether one is a part of the other: they are nearer to each other than half a diameter."""
-    indices = dict(zip(other.frames, other.indices, strict=True))
-    apart = [
-        math.dist(row[:2], film[frame][indices[frame]][:2])
-        for frame, row in zip(one.frames, one.rows(film), strict=True)
-        if frame in indices
-    ]
-    return bool(apart) and float(np.median(apart)) < 0.5 * max(one.size, other.size)
+    _, *both = np.intersect1d(one.frames, other.frames, assume_unique=True, return_indices=True)
+    if not len(both[0]):
+        return False
+    own, its = (
+        np.array([row[:2] for row in track.rows(film)])[among] for track, among in zip((one, other), both, strict=True)
+    )
+    return float(np.median(np.hypot(*(own - its).T))) < 0.5 * max(one.size, other.size)

@@ -20,7 +20,7 @@ FAINT = 0.75
 MOST_ALTERNATIVES = 3
 """Where there are more rivals than this for every marker, whole pictures are looked at."""
 
-KEPT = 1 << 26
+KEPT = 1 << 28
 """Bytes of pictures that are kept until a whole picture shows that nothing new has come."""
 
 LONGEST = 256

@@ -236,7 +236,8 @@ class Film:
 
     def _open(self, path: Path) -> Any:
         cv2 = vision()
-        capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+        # several threads fill what is damaged in a picture with what another of them has done so far, never the same
+        capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
         if not capture.isOpened():
             what = "is empty" if path.stat().st_size == 0 else "is no video, or a truncated or damaged one"
             raise InputError(f"{path}: the file {what}; copy or export it again")
