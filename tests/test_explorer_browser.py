@@ -416,7 +416,7 @@ def test_a_record_dropped_on_the_page_gives_its_law_back(opened, address, preset
             for state in ("explorer.state", f"explorer.data.presets['{preset}'].state")
         )
         assert found == pytest.approx(true, rel=slack), path
-    assert opened.run("explorer.record.breaks.length > 5") == (preset == "stick-slip")
+    assert opened.run("explorer.records[0].breaks.length > 5") == (preset == "stick-slip")
     if preset == "forced":
         assert "something about every number" in said_of_the_record(opened)
         return

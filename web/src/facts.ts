@@ -26,15 +26,26 @@ export function settle(core: Core, state: State): Steady | null {
   }
 }
 
-export function sceneOf(core: Core, state: State, orbit: Orbit, settled: Steady | null, record: Measured | null): Scene {
+export function sceneOf(core: Core, state: State, orbit: Orbit, settled: Steady | null, records: Measured[]): Scene {
   // The last third, at most forty natural periods of it.
   const period = 2 * Math.PI * Math.sqrt(state.system["mass"] / state.system["stiffness"]);
   const from = Math.max(0.6 * orbit.words.t_last, orbit.words.t_last - 40 * period);
-  return { core, state, orbit, steady: Math.max(0, orbit.t.findIndex((t) => t >= from)), settled, record };
+  return { core, state, orbit, steady: Math.max(0, orbit.t.findIndex((t) => t >= from)), settled, records };
+}
+
+/** The largest Lyapunov exponent and its standard error; null while it is computed, undefined where nobody computes it. */
+export type Exponent = [value: number, error: number] | null | undefined;
+
+/** What a motion that does not repeat is. The exponent tells; the 0–1 test is a hint, which weak chaos and long periods deceive. */
+function kindOf(chaos: number, exponent: Exponent): string {
+  if (!exponent) return chaos > 0.7 ? ": likely chaotic" : chaos < 0.3 ? ": likely two frequencies" : "";
+  const [value, error] = exponent;
+  if (value > 3 * error) return ": chaotic";
+  return value < -3 * error ? ": it still settles, or its period is long" : chaos > 0.3 ? ": undecided" : ": two frequencies";
 }
 
 /** Add the sentence to an element. */
-export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled: Steady | null): void {
+export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled: Steady | null, exponent?: Exponent): void {
   const strong = (text: string, name = "") => host.append(Object.assign(document.createElement("b"), { textContent: text, className: name }));
   const name = settled ? REGIMES[settled.regime]! : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
   strong(name[0]!.toUpperCase() + name.slice(1), "regime");
@@ -50,9 +61,12 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
       else say(", period ", settled.periodTime, 6);
     } else if (settled.period === 0) {
       host.append(", does not repeat");
-      // A hint and no proof: chaos that is weak, and a long period, look like the other.
-      const kind = settled.chaos > 0.7 ? ": likely chaotic" : settled.chaos < 0.3 ? ": likely two frequencies" : "";
-      if (!Number.isNaN(settled.chaos)) say(`${kind} (0–1 test K = `, settled.chaos, 2, ")");
+      host.append(kindOf(settled.chaos, exponent));
+      if (!Number.isNaN(settled.chaos)) say(" (0–1 test K = ", settled.chaos, 2, ")");
+      if (exponent) {
+        say("; Lyapunov exponent λ = ", exponent[0], 3);
+        say(" ± ", exponent[1], 3);
+      } else if (exponent === null) host.append("; Lyapunov exponent: computing …");
     }
     // Of a motion that comes to rest an amplitude would only say how long one has waited.
     if (["stable_slip", "at_rest"].includes(REGIME_NAMES[settled.regime]!)) say(" at x = ", settled.mean, 4);

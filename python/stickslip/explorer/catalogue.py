@@ -89,18 +89,19 @@ def _numbers(table: Law | StaticFriction, document: dict[str, Any], path: str = 
 
 def full(law: Law) -> dict[str, Any]:
     """The document of a law with every parameter in it; a pencil at infinity, or what else is None, as null."""
+    document = {item.name: getattr(law, item.name) for item in fields(law)}
+    inner = {name: full(value) if isinstance(value, Law) else value for name, value in document.items()}
+    return {"type": type(law).__name__, **_plain(inner)}
 
-    def whole(table: Document) -> dict[str, Any]:
-        document = {}
-        for item in fields(table):
-            value = getattr(table, item.name)
-            document[item.name] = whole(value) if isinstance(value, Document) and not isinstance(value, Law) else value
-            if isinstance(value, Law):
-                document[item.name] = full(value)
-        return document
 
-    tagged: dict[str, Any] = json.loads(json.dumps({"type": type(law).__name__, **whole(law)}))
-    return tagged
+def whole(table: Document) -> dict[str, Any]:
+    """A document with every number in it, those that have their usual value too."""
+    return _plain({item.name: getattr(table, item.name) for item in fields(table)})
+
+
+def _plain(values: dict[str, Any]) -> dict[str, Any]:
+    plain: dict[str, Any] = json.loads(json.dumps(values, default=whole))
+    return plain
 
 
 def laws() -> dict[str, Any]:

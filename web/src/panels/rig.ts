@@ -1,6 +1,7 @@
 /** The rig: belt, masses, springs, damper, the friction arrow in the colour of its branch, the forcing arrow. */
 import { indexAt, valueAt } from "../orbit";
 import { type Plot, rangeOf } from "../plot";
+import type { Document } from "../state";
 import { SERIF, colourOf, theme } from "../theme";
 import { Panel, type Scene } from "./panel";
 
@@ -53,6 +54,12 @@ function arrow(g: Layer, x: number, y: number, length: number, colour: string, n
   g.textAlign = sign > 0 ? "left" : "right";
   g.textBaseline = "middle";
   g.fillText(name, x + length + sign * 5, y);
+}
+
+/** The normal force of a contact over that of its law, as the core has it: 0 where the bodies part. */
+export function normalForce({ constant, harmonics, position, velocity }: Document, t: number, x: number, v: number): number {
+  const waves = harmonics.reduce((sum: number, { amplitude, frequency, phase = 0 }: Document) => sum + amplitude * Math.cos(frequency * t + phase), 0);
+  return Math.max(0, constant + waves + position * x + velocity * v);
 }
 
 function belt(g: Layer, left: number, right: number, ground: number, way: number): void {
@@ -174,6 +181,16 @@ export class Rig extends Panel {
       const w = orbit.w[i]![index]!;
       const words = mode < 0 ? "sticks" : w >= 0 ? "slips back" : "slips ahead";
       g.fillText(count > 2 ? words.split(" ")[0]! : words, x, middle - 4);
+      const { normal_force: normal } = system;
+      if (normal) {
+        const down = Math.min(40, 16 * normalForce(normal, t, valueAt(orbit.t, orbit.x[i]!, t), valueAt(orbit.t, orbit.v[i]!, t)));
+        g.save();
+        g.translate(left + 14, ground - block.h - 3 - down);
+        g.rotate(Math.PI / 2);
+        arrow(g, 0, 0, down, soft, "");
+        g.restore();
+        if (!i) g.fillText("n", left + 24, ground - block.h - 9);
+      }
       const force = valueAt(orbit.t, orbit.force[i]!, t);
       arrow(g, x + block.w / 2 + 3, ground - 12, Math.max(-60, Math.min(60, (force / strongest) * (count > 1 ? 26 : 54))), colour, count > 1 ? "" : "f");
       if (!i)
