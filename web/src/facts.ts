@@ -62,11 +62,14 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
     } else if (settled.period === 0) {
       host.append(", does not repeat");
       host.append(kindOf(settled.chaos, exponent));
-      if (!Number.isNaN(settled.chaos)) say(" (0–1 test K = ", settled.chaos, 2, ")");
-      if (exponent) {
-        say("; Lyapunov exponent λ = ", exponent[0], 3);
-        say(" ± ", exponent[1], 3);
-      } else if (exponent === null) host.append("; Lyapunov exponent: computing …");
+      host.append(" (");
+      if (!Number.isNaN(settled.chaos)) say("0–1 test K = ", settled.chaos, 2, ", ");
+      host.append("Lyapunov exponent ");
+      if (!exponent) host.append(exponent === null ? "computing …)" : "unknown)");
+      else {
+        strong(`${plain(+exponent[0].toFixed(4))} ± ${plain(+exponent[1].toPrecision(1))}`);
+        host.append(")");
+      }
     }
     // Of a motion that comes to rest an amplitude would only say how long one has waited.
     if (["stable_slip", "at_rest"].includes(REGIME_NAMES[settled.regime]!)) say(" at x = ", settled.mean, 4);

@@ -435,7 +435,9 @@ export class Page {
   /** Hear the motion; a change of it is heard at once. */
   listen(): void {
     if (!this.orbit || this.refused) return this.sound.stop();
-    this.sound.play(this.core, this.orbit, this.natural, $<HTMLInputElement>("pitch").valueAsNumber);
+    // At its left end the slider leaves the pitch as it is: of a system in SI units.
+    const { valueAsNumber: pitch, min } = $<HTMLInputElement>("pitch");
+    this.sound.play(this.core, this.orbit, this.natural, pitch > Number(min) ? pitch : this.natural / (2 * Math.PI), this.state.view.derivative === 3 ? 3 : 1);
   }
 
   toml(): string {

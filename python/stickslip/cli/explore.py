@@ -17,7 +17,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "file",
         nargs="*",
         metavar="FILE",
-        help="a law or system file (.toml), an orbit (.nc), friction records (.nc, several are fitted together), or a lesson (.md)",
+        help="a law or system file (.toml), an orbit (.nc), friction records (.nc) to be fitted together, or a lesson (.md)",
     )
     command.add_argument(
         "-o", "--output", metavar="PAGE.html", help="where the page goes; default: a cache of the user"

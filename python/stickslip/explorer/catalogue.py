@@ -17,6 +17,8 @@ from stickslip.model.system import Oscillator
 #: A symbol at the start of a description, or before a relation or a comma: f_s, Δ∞, σ₀, γ, z∞.
 _SYMBOL = re.compile(r"(?<![\w/])((?:[A-Zα-ωΑ-Ω]|[a-zμ])(?:_[A-Za-z0-9]{1,2}|[₀-₉]|∞)?)(?=\s*(?:[><≥≤,.;=:(]|$))")
 _UNDER = str.maketrans("0123456789sk", "₀₁₂₃₄₅₆₇₈₉ₛₖ")
+#: The paper says of all three that they are angles in degrees.
+_ANGLES = {"phi": "angle of A’s lines", "psi": "angle of C’s lines", "eta": "angle of D’s lines"}
 _GREEK = {"phi": "φ", "psi": "ψ", "eta": "η", "alpha": "α", "beta": "β", "gamma": "γ"}
 
 
@@ -76,7 +78,7 @@ def _numbers(table: Law | StaticFriction, document: dict[str, Any], path: str = 
         number = {
             "path": path + item.name,
             "symbol": _symbol(item.name, said, position),
-            "name": said.rstrip(".") if item.name in _GREEK else item.name.replace("_", " "),
+            "name": _ANGLES.get(item.name, said.rstrip(".") if item.name in _GREEK else item.name.replace("_", " ")),
             "words": said.rstrip("."),
             "unit": unit,
             "low": low,

@@ -122,22 +122,26 @@ export class Rig extends Panel {
     const p: Plot = this.plot;
     const g = p.over;
     p.begin(g);
+    // On a high panel everything is larger.
+    const zoom = Math.max(1, Math.min(2, p.height / 150));
+    g.scale(zoom, zoom);
+    const [wide, high] = [p.width / zoom, p.height / zoom];
     const { dark, ink, soft, card, accent } = theme();
     const count = orbit.x.length;
-    const narrow = p.width < 480;
+    const narrow = wide < 480;
     const block = { w: Math.max(46, (narrow ? 86 : 104) - 12 * (count - 1)), h: 52 };
-    const ground = p.height - 36;
+    const ground = high - 36;
     const wall = narrow ? 34 : 52;
     const ranges = orbit.x.map((x) => rangeOf(x));
     const reach = Math.max(...ranges.map(({ high }) => high), 0) - Math.min(...ranges.map(({ low }) => low), 0) || 1;
     const strongest = Math.max(...orbit.force.map((force) => rangeOf(force)).flatMap(({ low, high }) => [-low, high])) || 1;
     const fastest = Math.max(...orbit.v.map((v) => rangeOf(v)).flatMap(({ low, high }) => [-low, high]));
-    const room = p.width - wall - 90;
+    const room = wide - wall - 90;
     const gap = count > 1 ? (room - 60) / count : 0;
     const rest = wall + (count > 1 ? 70 + block.w / 2 : room * 0.4);
     const unit = (count > 1 ? gap - block.w : room * 0.48) / reach;
     const s: number = system["drive_velocity"];
-    const right = p.width - (narrow ? 30 : 60);
+    const right = wide - (narrow ? 30 : 60);
     belt(g, wall + (narrow ? 36 : 60), right, ground, s * t * unit);
     g.lineWidth = 2;
     g.strokeStyle = ink;
@@ -189,7 +193,8 @@ export class Rig extends Panel {
         g.rotate(Math.PI / 2);
         arrow(g, 0, 0, down, soft, "");
         g.restore();
-        if (!i) g.fillText("n", left + 24, ground - block.h - 9);
+        g.font = `italic 14px ${SERIF}`;
+        if (!i) g.fillText("n", left + 26, ground - block.h - 10);
       }
       const force = valueAt(orbit.t, orbit.force[i]!, t);
       arrow(g, x + block.w / 2 + 3, ground - 12, Math.max(-60, Math.min(60, (force / strongest) * (count > 1 ? 26 : 54))), colour, count > 1 ? "" : "f");
@@ -201,6 +206,6 @@ export class Rig extends Panel {
     g.fillStyle = soft;
     g.textAlign = "right";
     g.font = "12px system-ui, sans-serif";
-    g.fillText(`t = ${t.toFixed(orbit.words.t_last < 20 ? 3 : 1)}`, p.width - 14, 16);
+    g.fillText(`t = ${t.toFixed(orbit.words.t_last < 20 ? 3 : 1)}`, wide - 14, 16);
   }
 }
