@@ -41,7 +41,9 @@ function kindOf(chaos: number, exponent: Exponent): string {
   if (!exponent) return chaos > 0.7 ? ": likely chaotic" : chaos < 0.3 ? ": likely two frequencies" : "";
   const [value, error] = exponent;
   if (value > 3 * error) return ": chaotic";
-  return value < -3 * error ? ": it still settles, or its period is long" : chaos > 0.3 ? ": undecided" : ": two frequencies";
+  // Only of forced motions there is a 0–1 test.
+  if (value < -3 * error || Number.isNaN(chaos)) return ": it still settles, or its period is long";
+  return chaos < 0.3 ? ": two frequencies" : ": undecided";
 }
 
 /** Add the sentence to an element. */
