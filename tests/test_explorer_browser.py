@@ -263,7 +263,8 @@ def test_what_the_lessons_say_is_so(opened):
     assert said("#almost-harmonic&system.law.D=[0.33,1.9]").startswith("Stable slip")
     assert said("#stick-slip&system.law.D=[0.33,3]") == said("#stick-slip")
     assert "repeats after 2 forcing periods" in said("#forced&system.forcing.0.amplitude=0.01")
-    assert "chaotic" in said("#forced")
+    said("#forced")
+    assert ": chaotic" in settled(opened)
     assert said("#stick-slip&start.x0=[1.2]&start.v0=[0]").startswith("Stable slip")
     assert said("#stable-slip").startswith("Stable slip")
 
@@ -509,7 +510,7 @@ def test_several_records_are_fitted_together(opened):
 
 def test_a_motion_that_does_not_repeat_has_its_exponent(opened, address):
     opened.open(f"{address}#forced")
-    assert "Lyapunov exponent" in facts(opened)
+    assert "does not repeat" in facts(opened)
     value, error = re.search(
         r"does not repeat: chaotic .* Lyapunov exponent (0[.]\d+) ± (0[.]\d+)\)", settled(opened)
     ).groups()

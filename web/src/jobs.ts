@@ -1,12 +1,12 @@
 /** What is computed beside the page for the panels below, one after another, where they are seen: return map, basins, regime map. */
 import { axisName } from "./axes";
 import { Grid } from "./panels/grid";
-import type { Exponent } from "./facts";
+import { steadyQuestion } from "./facts";
 import type { Panel } from "./panels/panel";
 import type { Returns } from "./panels/returns";
 import { type Plot, type Range, widen } from "./plot";
 import { type State, documentOf, put, varied } from "./state";
-import { type Ask, type SweepPart, Sweeper, lookOf } from "./sweeps";
+import { type Ask, type Chaos, type SweepPart, Sweeper, lookOf } from "./sweeps";
 
 /** Something computed for one panel. */
 interface Job {
@@ -57,8 +57,8 @@ export class Jobs {
     module: WebAssembly.Module,
   ) {
     this.sweeper = new Sweeper(program, module, (part) => this.hear(part));
-    this.exponents = this.exponentJob();
-    this.all = [this.exponents, returnsJob(panels.returns), basinJob(panels.basin, panels.phase), regimesJob(panels.regimes)];
+    this.chaotic = this.chaosJob();
+    this.all = [this.chaotic, returnsJob(panels.returns), basinJob(panels.basin, panels.phase), regimesJob(panels.regimes)];
     const seen = new IntersectionObserver(
       (entries) => {
         for (const { target, isIntersecting } of entries) {
@@ -84,7 +84,7 @@ export class Jobs {
   /** Begin the next of those whose panel is seen and whose answer is of another state. */
   next(): void {
     if (!this.host.ready()) return;
-    this.exponents.seen = this.host.wild();
+    this.chaotic.seen = this.host.wild();
     const next = this.all.find((job) => job.seen && job.key !== this.key(job));
     const outdated = this.running && this.running.key !== this.key(this.running);
     if (!next || (this.running && !outdated)) return;
@@ -99,21 +99,21 @@ export class Jobs {
     if (!job) return;
     job.hear(part);
     if (job.panel) this.stale = job.panel;
-    else this.host.tell();
     if (!part.done && !part.refused) return;
     this.running = null;
+    if (!job.panel) this.host.tell();
     this.next();
   }
 
-  private readonly exponents: Job;
-  private found: Exponent = null;
+  private readonly chaotic: Job;
+  private found: Chaos | null = null;
 
-  /** The exponent of the motion on the page. */
-  get exponent(): Exponent {
-    return this.exponents.key === this.key(this.exponents) ? this.found : null;
+  /** What tells whether the motion on the page is chaotic; null while it is computed. */
+  get chaos(): Chaos | null {
+    return this.running !== this.chaotic && this.chaotic.key === this.key(this.chaotic) ? this.found : null;
   }
 
-  private exponentJob(): Job {
+  private chaosJob(): Job {
     return {
       panel: null, key: "", seen: false,
       depends: ({ system, chain, start }) => [system, chain, start],
@@ -121,10 +121,10 @@ export class Jobs {
         this.found = null;
         const { mass, stiffness, forcing } = state.system;
         const t_end = (RETURNS * 2 * Math.PI) / (forcing[0]?.frequency || Math.sqrt(stiffness / mass));
-        return { exponent: { system: documentOf(state), ...state.start, t_end, transient: 0.2, max_events: 1e6 } };
+        return { test: steadyQuestion(state, true), exponent: { system: documentOf(state), ...state.start, t_end, transient: 0.2, max_events: 1e6 } };
       },
       // Of some motions there is no derivative: then the 0–1 test stands alone.
-      hear: ({ exponent }) => (this.found = exponent),
+      hear: ({ chaos }) => (this.found = chaos ?? this.found),
     };
   }
 

@@ -361,7 +361,7 @@ export class Page {
       strong(this.refused, "bad");
       return;
     }
-    sayMotion(host, this.state, this.orbit!, this.settled, this.settled?.period === 0 ? this.jobs.exponent : undefined);
+    sayMotion(host, this.state, this.orbit!, this.settled, this.jobs.chaos);
   }
 
   /** What can be swept or mapped may have changed with the law. */

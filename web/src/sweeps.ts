@@ -48,9 +48,16 @@ export interface FitAsk {
   records: Measured[];
 }
 
-/** The exponent of one motion. */
-export interface ExponentAsk {
+/** What a motion that does not repeat is told by: the growth rate K of the 0–1 test, not a number where there is none, and its largest Lyapunov exponent with its standard error, where its motion has a derivative. */
+export interface Chaos {
+  test: number;
+  exponent: [value: number, error: number] | null;
+}
+
+/** Both of one motion. */
+export interface ChaosAsk {
   id: number;
+  test: Parameters<typeof steady>[1];
   exponent: { system: Document; x0: number[] | null; v0: number[] | null; t_end: number; transient: number; max_events: number };
 }
 
@@ -66,7 +73,7 @@ export interface SweepPart {
   /** Whether this says only that the work goes on. */
   alive?: boolean;
   fit?: Fit;
-  exponent?: [number, number];
+  chaos?: Chaos;
 }
 
 /** What is looked at after so many periods; later and longer where the time to run says that the motion is a slow one. */
@@ -119,9 +126,11 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
       channel.port2.postMessage(0);
     });
   /** The pieces of a sweep, or the steps of a fit. */
-  function* pieces(ask: SweepAsk | FitAsk | ExponentAsk): Generator<Partial<SweepPart>> {
+  function* pieces(ask: SweepAsk | FitAsk | ChaosAsk): Generator<Partial<SweepPart>> {
     if ("exponent" in ask) {
-      yield { done: true, exponent: Array.from(core.ask(Verb.lyapunov, ask.exponent).numbers) as [number, number] };
+      const test = steady(core, ask.test).rows[0]?.chaos ?? NaN;
+      yield { chaos: { test, exponent: null } };
+      yield { done: true, chaos: { test, exponent: Array.from(core.ask(Verb.lyapunov, ask.exponent).numbers) as [number, number] } };
       return;
     }
     if ("records" in ask) {
@@ -140,7 +149,7 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
       yield { from, done: next >= rows.length, ...answer };
     }
   }
-  const answer = async (ask: SweepAsk | FitAsk | ExponentAsk) => {
+  const answer = async (ask: SweepAsk | FitAsk | ChaosAsk) => {
     const part = { id: ask.id, from: 0, rows: [], done: false, events: 0 };
     scope.postMessage({ ...part, alive: true });
     try {
@@ -164,7 +173,7 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
 }
 
 /** What a worker is asked. */
-export type Ask = Omit<SweepAsk, "id"> | Omit<FitAsk, "id"> | Omit<ExponentAsk, "id">;
+export type Ask = Omit<SweepAsk, "id"> | Omit<FitAsk, "id"> | Omit<ChaosAsk, "id">;
 
 /** A worker of the page; one that has been silent for too long is ended and replaced, and goes on after the motion it stood at. */
 export class Sweeper {
