@@ -28,7 +28,7 @@ def text_of(data: bytes) -> str:
     """Five letters for four bytes (RFC 1924), with a comma for the one letter that could end an element of a page.
 
     >>> text_of(b"slip")
-    'b7f^R'
+    'b8KmF'
     """
     return base64.b85encode(data).decode("ascii").replace("<", ",")
 
