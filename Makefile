@@ -112,7 +112,7 @@ explorer: .tools/.rust web/node_modules
 	rustup target add $(WASM)
 	RUSTC_BOOTSTRAP=1 CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS=-Zlocation-detail=none \
 		cargo build --quiet --locked --profile wasm --package stickslip-wasm --target $(WASM)
-	$(PYTHON) web/pack.py target/$(WASM)/wasm/stickslip_wasm.wasm python/stickslip/explorer/core.wasm.lzma
+	$(PYTHON) python/stickslip/explorer/packing.py target/$(WASM)/wasm/stickslip_wasm.wasm python/stickslip/explorer/core.wasm.lzma
 	cd web && npm run --silent build
 
 web/node_modules: web/package-lock.json

@@ -15,7 +15,7 @@ import wasmtime
 
 import stickslip as ss
 from stickslip import _core
-from stickslip.explorer import content_of, page
+from stickslip.explorer import content_of, content_of_system, page
 from stickslip.explorer.catalogue import full, laws, oscillator
 from stickslip.explorer.page import described_presets, presets
 from stickslip.laws import Law
@@ -23,7 +23,7 @@ from stickslip.laws.state_law import StateLaw
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = ROOT / "python" / "stickslip" / "explorer"
-ORBIT, STATES, STEADY, CURVE, SURFACE = range(5)
+ORBIT, STATES, STEADY, CURVE, SURFACE, LYAPUNOV = range(6)
 STALE = "the shipped core gives other numbers than this one: run make explorer"
 
 
@@ -157,6 +157,30 @@ def test_an_orbit_diagram_is_that_of_the_package_to_the_bit(module):
     assert at == len(numbers)
 
 
+def test_the_largest_exponent_is_that_of_the_package(module):
+    """The paper's chaotic motion: both follow the same phases, the package with as many directions as there are."""
+    system = ss.paper.oscillator(0.3, forcing=ss.Harmonic(0.03, 1.25))
+    t_end = 150 * 2 * np.pi / 1.25
+    question = {"system": json.loads(system.to_json()), "t_end": t_end, "max_events": 10**6, "transient": 0.2}
+    _, (exponent, error) = module.ask(LYAPUNOV, question)
+    known = ss.lyapunov(system, t_end, transient=0.2)
+    assert exponent == pytest.approx(known.exponents[0], rel=1e-6)
+    assert exponent > 3 * error > 0
+
+
+def test_a_varying_normal_force_and_a_stop_give_the_same_bits(module):
+    law = ss.laws.StaticKinetic(1.0, 0.6)
+    normal = ss.NormalForce(harmonics=ss.Harmonic(0.3, 0.7), position=0.2)
+    system = ss.Oscillator(0.05, 0.2, law, normal_force=normal, springs=ss.Spring.stop(0.5, 40.0))
+    state = content_of_system(system, 40.0)["state"]["system"]
+    question = {"t_end": 40.0, "x0": [0.3], "max_events": 10**7, "per_segment": 1, "samples": 0}
+    words, numbers = module.ask(ORBIT, {"system": state, **question})
+    events = numbers[words["samples"] * 6 :].reshape(-1, 8)
+    here = rows(ss.simulate(system, 40.0, x0=0.3))
+    assert len(here) > 20
+    assert same_bits(events, here), STALE
+
+
 def test_the_module_refuses_with_the_sentences_of_the_package(module):
     system = json.loads(ss.paper.oscillator(0.2).to_json())
     run = {"t_end": 10.0, "max_events": 1000, "per_segment": 1, "samples": 0}
@@ -169,7 +193,7 @@ def test_the_module_refuses_with_the_sentences_of_the_package(module):
             _core.System(json.dumps(system | change))
         with pytest.raises(ValueError, match=re.escape(str(here.value))):
             module.ask(ORBIT, {"system": system | change, **run})
-    with pytest.raises(ValueError, match="expected the number of a question from 0 to 4, got 9"):
+    with pytest.raises(ValueError, match="expected the number of a question from 0 to 5, got 9"):
         module.ask(9, {})
     with pytest.raises(ValueError, match="internal state"):
         module.ask(ORBIT, {"system": system | {"law": json.loads(Law.ALL["LuGre"].example().to_json())}, **run})
@@ -199,7 +223,7 @@ def test_the_shipped_files_name_no_machine_and_no_network():
 
 def test_the_page_is_whole_and_asks_no_network():
     text = page()
-    assert not re.findall(r"(?:src|href)=", text.partition('<script type="application/json" id="data">')[0])
+    assert not re.findall(r"(?:src|href)=", text.partition('id="data">')[0])
     assert 'null</script>\n<script type="application/octet-stream"' in text  # no state: the first preset
     assert len(text.encode()) <= 450_000
 
@@ -275,6 +299,7 @@ def test_files_become_states(tmp_path):
     assert (state["t_end"], state["start"]["x0"], state["system"]["drive_velocity"]) == (77.0, [0.5], 0.3)
     assert state["system"]["forcing"] == [{"amplitude": 0.03, "frequency": 1.25, "phase": 0.0}]
     assert state["system"]["law"] == full(system.law)
+    assert (state["system"]["normal_force"], state["system"]["springs"]) == (None, [])
 
     ss.simulate(system, 50.0, x0=0.25).save(tmp_path / "orbit.nc")
     state = content_of(tmp_path / "orbit.nc")["state"]

@@ -1,14 +1,20 @@
 /** The numbers that the orbit diagram and the regime map may be over, and from where to where they go. */
+import { FORCING, NORMAL_FORCE, SPRING } from "./controls";
 import type { Data, NumberPage } from "./data";
 import { FRESH, type State, get, put } from "./state";
 
 const field = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
-function sweepable(data: Data, { system: { law, forcing } }: State): Pick<NumberPage, "path" | "symbol">[] {
+/** A number as an axis is named. */
+export const axisName = (path: string): string => (path === "drive_velocity" ? "belt speed s" : path.replace(/^law\./, "").replaceAll(/\.\d+/g, "").replaceAll(/[._]/g, " "));
+
+function sweepable(data: Data, { system: { law, forcing, normal_force, springs } }: State): Pick<NumberPage, "path" | "symbol">[] {
   const numbers = data.laws[law.type]!.numbers.filter((page) => typeof get(law, page.path) === "number" && !("choices" in page));
   return [
     ...data.oscillator,
-    ...(forcing.length ? [{ path: "forcing.0.amplitude", symbol: "u₀" }, { path: "forcing.0.frequency", symbol: "Ω" }] : []),
+    ...(forcing.length ? FORCING : []),
+    ...(normal_force ? NORMAL_FORCE : []),
+    ...(springs.length ? SPRING : []),
     ...numbers.map((page) => ({ ...page, path: `law.${page.path}` })),
   ];
 }

@@ -15,10 +15,18 @@ export function element<K extends keyof HTMLElementTagNameMap>(tag: K, propertie
 
 /** The velocity a motion starts with. */
 const PUSH: NumberPage = { path: "", symbol: "ẋ₀", name: "push", words: "velocity that the push gives", unit: "velocity", low: -0.6, high: 0.6 };
-const FORCING: NumberPage[] = [
+export const FORCING: NumberPage[] = [
   { path: "forcing.0.amplitude", symbol: "u₀", name: "amplitude", words: "amplitude of the forcing", unit: "force", low: 0, high: 0.5 },
   { path: "forcing.0.frequency", symbol: "Ω", name: "frequency", words: "angular frequency of the forcing", unit: "", low: 0.1, high: 4 },
 ];
+export const NORMAL_FORCE: NumberPage[] = [
+  { path: "normal_force.constant", symbol: "n₀", name: "constant part", words: "constant part of the normal force, over that of the law", unit: "", low: 0, high: 3 },
+  { path: "normal_force.harmonics.0.amplitude", symbol: "nₐ", name: "swing", words: "amplitude of its harmonic", unit: "", low: 0, high: 1 },
+  { path: "normal_force.harmonics.0.frequency", symbol: "Ωₙ", name: "frequency of the swing", words: "angular frequency of its harmonic", unit: "", low: 0.1, high: 4 },
+  { path: "normal_force.position", symbol: "nₓ", name: "with x", words: "what it gains with the displacement, ∂n/∂x", unit: "", low: -2, high: 2 },
+  { path: "normal_force.velocity", symbol: "nᵥ", name: "with ẋ", words: "what it gains with the velocity, ∂n/∂ẋ", unit: "", low: -2, high: 2 },
+];
+export const SPRING: NumberPage[] = [{ path: "springs.0.cubic", symbol: "κ₃", name: "cubic part", words: "factor of x³ in the force of the spring", unit: "", low: -1, high: 3 }];
 /** Nodes of a table above which it is folded. */
 const FOLDED = 12;
 
@@ -34,8 +42,8 @@ export class Controls {
 
   /** Show the numbers of a state; built anew only where it has other numbers. */
   show(state: State): void {
-    const { law, forcing } = state.system as Document;
-    const shape = JSON.stringify([law.type, forcing.length, state.chain.masses > 1, Object.entries(law).map(([key, value]) => [key, Array.isArray(value) ? value.length : value === null])]);
+    const { law, forcing, normal_force, springs } = state.system as Document;
+    const shape = JSON.stringify([law.type, forcing.length, normal_force?.harmonics.length, springs[0]?.nodes.length, state.chain.masses > 1, Object.entries(law).map(([key, value]) => [key, Array.isArray(value) ? value.length : value === null])]);
     if (shape !== this.shape) {
       this.shape = shape;
       this.build(state);
@@ -47,13 +55,13 @@ export class Controls {
   /** Sliders of numbers by their paths in the state, to stand elsewhere on the page. */
   sliders(paths: string[], { system: { law } }: State): HTMLElement[] {
     const known: Record<string, NumberPage> = { "start.v0.0": PUSH };
-    for (const page of [...this.data.oscillator, ...FORCING]) known[`system.${page.path}`] = page;
+    for (const page of [...this.data.oscillator, ...FORCING, ...NORMAL_FORCE, ...SPRING]) known[`system.${page.path}`] = page;
     for (const page of this.data.laws[law.type]!.numbers) known[`system.law.${page.path}`] = page;
     return paths.filter((path) => path in known).map((path) => this.slider(known[path]!, path));
   }
 
   private build(state: State): void {
-    const { law, forcing } = state.system as Document;
+    const { law, forcing, normal_force, springs } = state.system as Document;
     const groups: HTMLElement[] = [];
     groups.push(this.group("Rig", this.data.oscillator.map((page) => this.slider(page, `system.${page.path}`))));
     const chain: NumberPage[] = [{ path: "masses", symbol: "n", name: "masses in a row", words: "masses in a row", unit: "", low: 1, high: 5, choices: [1, 2, 3, 4, 5] }];
@@ -63,6 +71,13 @@ export class Controls {
       groups.push(
         this.group("Forcing", FORCING.map((page) => this.slider(page, `system.${page.path}`))),
       );
+    const there = ({ path }: NumberPage) => get(state.system, path) !== undefined;
+    if (normal_force) groups.push(this.group("Normal force", NORMAL_FORCE.filter(there).map((page) => this.slider(page, `system.${page.path}`))));
+    springs.forEach(({ nodes }: Document, i: number) => {
+      const rows = i ? [] : SPRING.map((page) => this.slider(page, `system.${page.path}`));
+      if (nodes?.length) rows.push(this.nodes(nodes.map((_: unknown, k: number) => `system.springs.${i}.nodes.${k}`), ["displacement", "force"], "node of the spring", element("i", {}, "x, r")));
+      groups.push(this.group(springs.length > 1 ? `Spring ${i + 1}` : "Spring", rows));
+    });
     const page = this.data.laws[law.type]!;
     const within = (one: NumberPage) => one.path.startsWith("static_friction.");
     for (const [name, numbers] of [["Law", page.numbers.filter((one) => !within(one))], ["Static friction fₛ", page.numbers.filter(within)]] as const)
@@ -81,11 +96,16 @@ export class Controls {
     else if (Array.isArray(value)) {
       const pairs: string[] = Array.isArray(value[0]) ? value.map((_: unknown, i: number) => `${path}.${i}`) : [path];
       const sides = page.unit === "velocity, force" ? ["slip velocity", "force"] : page.path === "l" ? ["slope", "height at w = 0"] : ["first", "second"];
-      const fields = pairs.flatMap((pair, i) => sides.map((side, j) => this.number(`${pair}.${j}`, `${page.words}: ${pairs.length > 1 ? `node ${i + 1}, ` : ""}${side}`)));
-      const table = element("div", { className: "nodes" }, element(isPencil(law, page.path) ? "b" : "i", {}, page.symbol), ...fields);
+      const table = this.nodes(pairs, sides, page.words, element(isPencil(law, page.path) ? "b" : "i", {}, page.symbol));
       rows.push(pairs.length > FOLDED ? element("details", {}, element("summary", {}, `${page.symbol}: ${pairs.length} nodes`), table) : table);
     }
     return rows;
+  }
+
+  /** Pairs of numbers as fields. */
+  private nodes(pairs: string[], sides: string[], words: string, symbol: HTMLElement): HTMLElement {
+    const fields = pairs.flatMap((pair, i) => sides.map((side, j) => this.number(`${pair}.${j}`, `${words}: ${pairs.length > 1 ? `node ${i + 1}, ` : ""}${side}`)));
+    return element("div", { className: "nodes" }, symbol, ...fields);
   }
 
   private group(name: string, rows: HTMLElement[]): HTMLElement {

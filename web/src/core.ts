@@ -1,6 +1,6 @@
 /** The core as WebAssembly: a question in JSON, words and numbers back. The only file that knows the module's memory. */
 
-import { unlzma } from "./lzma";
+import { fromBase85, unlzma } from "./lzma";
 
 interface Exports {
   memory: WebAssembly.Memory;
@@ -12,7 +12,7 @@ interface Exports {
   numbers_len(): number;
 }
 
-export const Verb = { orbit: 0, states: 1, steady: 2, curve: 3, surface: 4 } as const;
+export const Verb = { orbit: 0, states: 1, steady: 2, curve: 3, surface: 4, lyapunov: 5 } as const;
 export type Verb = (typeof Verb)[keyof typeof Verb];
 
 const encoder = new TextEncoder();
@@ -55,7 +55,5 @@ export class Core {
   }
 }
 
-/** The module from base64 of LZMA. */
-export function unpack(base64: string): Promise<WebAssembly.Module> {
-  return WebAssembly.compile(unlzma(Uint8Array.from(atob(base64.trim()), (letter) => letter.charCodeAt(0))));
-}
+/** The module from the packed text of its element. */
+export const unpack = (text: string): Promise<WebAssembly.Module> => WebAssembly.compile(unlzma(fromBase85(text.trim())));

@@ -28,7 +28,7 @@ let shared: Promise<{ module: WebAssembly.Module; data: Data }> | null = null;
 
 export class StickSlip extends HTMLElement {
   state!: State;
-  private record: Measured | null = null;
+  private records: Measured[] = [];
   private panels: Panel[] = [];
   private core!: Core;
   private scene: Scene | null = null;
@@ -55,7 +55,7 @@ export class StickSlip extends HTMLElement {
     this.core = new Core(module);
     const own = JSON.parse(this.querySelector("script")?.textContent ?? "{}");
     this.state = { ...structuredClone(FRESH), ...(own.state ?? fromLink(this.getAttribute("address") ?? "", known.presets).state) };
-    this.record = own.record ?? null;
+    this.records = own.records ?? [];
     this.playing = !this.hasAttribute("still") && !matchMedia("(prefers-reduced-motion: reduce)").matches;
     const hosts = (this.getAttribute("panels") ?? "rig,law,phase").split(",").filter((name) => name in PANELS);
     const grid = element("div", { className: "live" });
@@ -97,9 +97,9 @@ export class StickSlip extends HTMLElement {
     this.words.replaceChildren();
     try {
       const orbit = simulate(this.core, this.state);
-      const settled = settle(this.core, this.state);
-      this.scene = sceneOf(this.core, this.state, orbit, settled, this.record);
-      sayMotion(this.words, this.state, orbit, settled);
+      const settled = settle(this.core, this.state, true);
+      this.scene = sceneOf(this.core, this.state, orbit, settled, this.records);
+      sayMotion(this.words, this.state, orbit, settled, { test: settled?.chaos ?? NaN, exponent: null });
       for (const panel of this.panels) {
         panel.plot.fit();
         panel.draw(this.scene);

@@ -5,36 +5,49 @@ import type { Scene } from "./panels/panel";
 import { plain } from "./plot";
 import type { Measured } from "./record";
 import { type State, documentOf, varied } from "./state";
-import { REGIMES, REGIME_NAMES, type Steady, lookOf, steady } from "./sweeps";
+import { type Chaos, REGIMES, REGIME_NAMES, type Steady, lookOf, steady } from "./sweeps";
 
 /** Periods that are left out before a motion counts as steady. */
 const TRANSIENT = 80;
 /** Returns by which a forced motion that does not repeat is told regular from chaotic. */
 const DECIDE = 400;
 
-/** The steady motion of a state; null where the core does not tell it. */
-export function settle(core: Core, state: State): Steady | null {
+/** What the core is asked for the steady motion of a state; the 0–1 test, where there is one, takes three times as long as the rest. */
+export function steadyQuestion(state: State, test = false): Parameters<typeof steady>[1] {
   const { names, row } = varied(state, "drive_velocity");
-  const values = row(state.system["drive_velocity"]);
-  const look = { ...lookOf(state, TRANSIENT), decide: state.system["forcing"].length ? DECIDE : 0 };
-  const question = { system: documentOf(state), names, values, look, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
+  const look = { ...lookOf(state, TRANSIENT), decide: test && state.system["forcing"].length ? DECIDE : 0 };
+  return { system: documentOf(state), names, values: row(state.system["drive_velocity"]), look, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
+}
+
+/** The steady motion of a state; null where the core does not tell it. */
+export function settle(core: Core, state: State, test = false): Steady | null {
   try {
-    return steady(core, question).rows[0] ?? null;
+    return steady(core, steadyQuestion(state, test)).rows[0] ?? null;
   } catch (error) {
     if (!(error instanceof Refused)) throw error;
     return null;
   }
 }
 
-export function sceneOf(core: Core, state: State, orbit: Orbit, settled: Steady | null, record: Measured | null): Scene {
+export function sceneOf(core: Core, state: State, orbit: Orbit, settled: Steady | null, records: Measured[]): Scene {
   // The last third, at most forty natural periods of it.
   const period = 2 * Math.PI * Math.sqrt(state.system["mass"] / state.system["stiffness"]);
   const from = Math.max(0.6 * orbit.words.t_last, orbit.words.t_last - 40 * period);
-  return { core, state, orbit, steady: Math.max(0, orbit.t.findIndex((t) => t >= from)), settled, record };
+  return { core, state, orbit, steady: Math.max(0, orbit.t.findIndex((t) => t >= from)), settled, records };
 }
 
-/** Add the sentence to an element. */
-export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled: Steady | null): void {
+/** What a motion that does not repeat is. The exponent tells; the 0–1 test is a hint, which weak chaos and long periods deceive. */
+function kindOf({ test, exponent }: Chaos): string {
+  if (!exponent) return test > 0.7 ? ": likely chaotic" : test < 0.3 ? ": likely two frequencies" : "";
+  const [value, error] = exponent;
+  if (value > 3 * error) return ": chaotic";
+  // Only of forced motions there is a 0–1 test.
+  if (value < -3 * error || Number.isNaN(test)) return ": it still settles, or its period is long";
+  return test < 0.3 ? ": two frequencies" : ": undecided";
+}
+
+/** Add the sentence to an element; `chaos` is null while it is computed. */
+export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled: Steady | null, chaos: Chaos | null): void {
   const strong = (text: string, name = "") => host.append(Object.assign(document.createElement("b"), { textContent: text, className: name }));
   const name = settled ? REGIMES[settled.regime]! : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
   strong(name[0]!.toUpperCase() + name.slice(1), "regime");
@@ -50,9 +63,12 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
       else say(", period ", settled.periodTime, 6);
     } else if (settled.period === 0) {
       host.append(", does not repeat");
-      // A hint and no proof: chaos that is weak, and a long period, look like the other.
-      const kind = settled.chaos > 0.7 ? ": likely chaotic" : settled.chaos < 0.3 ? ": likely two frequencies" : "";
-      if (!Number.isNaN(settled.chaos)) say(`${kind} (0–1 test K = `, settled.chaos, 2, ")");
+      if (chaos) {
+        const known: string[] = [];
+        if (!Number.isNaN(chaos.test)) known.push(`0–1 test K = ${chaos.test.toFixed(2)}`);
+        if (chaos.exponent) known.push(`Lyapunov exponent ${plain(+chaos.exponent[0].toFixed(4))} ± ${plain(+chaos.exponent[1].toPrecision(1))}`);
+        host.append(kindOf(chaos), known.length ? ` (${known.join(", ")})` : "");
+      } else host.append(" (chaotic? computing …)");
     }
     // Of a motion that comes to rest an amplitude would only say how long one has waited.
     if (["stable_slip", "at_rest"].includes(REGIME_NAMES[settled.regime]!)) say(" at x = ", settled.mean, 4);

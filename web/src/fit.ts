@@ -20,21 +20,22 @@ export function predicted(core: Core, law: Document, record: Measured): Float64A
   return core.ask(Verb.curve, { law, t, w, stuck, force_rate: rate }).numbers.subarray(0, t.length);
 }
 
-/** Two groups of equal weight, each with the sum of its squares 1/n of what its rows have. */
-function residuals(core: Core, law: Document, record: Measured): { rows: Float64Array; kinetic: number; broken: number } {
-  const { t, w, force, stuck, breaks } = record;
-  const model = predicted(core, law, record);
-  const first = known(record);
-  const weight = t.map((_, i) => (stuck[i] || i < first ? 0 : Math.abs(w[i]!)));
-  const whole = weight.reduce((sum, one) => sum + one, 0) || 1;
-  const times = breaks.map(([time]) => time);
-  const rates = breaks.map(([, rate]) => rate);
-  const limits = core.ask(Verb.surface, { law, stick_times: times, force_rates: rates, pairs: true }).numbers;
-  const rows = new Float64Array(t.length + breaks.length);
-  let [kinetic, broken] = [0, 0];
-  for (let i = 0; i < t.length; i++) kinetic += (rows[i] = weight[i] ? (model[i]! - force[i]!) * Math.sqrt(weight[i]! / whole) : 0) ** 2;
-  breaks.forEach(([, , height], i) => (broken += (rows[t.length + i] = (limits[i]! - height) / Math.sqrt(breaks.length)) ** 2));
-  return { rows, kinetic: Math.sqrt(kinetic), broken: Math.sqrt(broken) };
+/** Two groups of equal weight, each with the sum of its squares 1/n of what its rows have, over all records. */
+function residuals(core: Core, law: Document, records: Measured[]): { rows: Float64Array; kinetic: number; broken: number } {
+  const weights = records.map((record) => {
+    const first = known(record);
+    return record.t.map((_, i) => (record.stuck[i] || i < first ? 0 : Math.abs(record.w[i]!)));
+  });
+  const whole = weights.flat().reduce((sum, one) => sum + one, 0) || 1;
+  const breaks = records.flatMap((record) => record.breaks);
+  const limits = core.ask(Verb.surface, { law, stick_times: breaks.map(([time]) => time), force_rates: breaks.map(([, rate]) => rate), pairs: true }).numbers;
+  const slips = records.flatMap((record, n) => {
+    const model = predicted(core, law, record);
+    return weights[n]!.map((weight, i) => (weight ? (model[i]! - record.force[i]!) * Math.sqrt(weight / whole) : 0));
+  });
+  const sticks = breaks.map(([, , height], i) => (limits[i]! - height) / Math.sqrt(breaks.length));
+  const size = (rows: number[]) => Math.sqrt(rows.reduce((sum, one) => sum + one * one, 0));
+  return { rows: Float64Array.from([...slips, ...sticks]), kinetic: size(slips), broken: size(sticks) };
 }
 
 const dot = (a: Float64Array, b: Float64Array) => a.reduce((sum, value, k) => sum + value * b[k]!, 0);
@@ -87,21 +88,21 @@ function own(columns: Float64Array[]): number[] {
 }
 
 /** How good a law is on a record as it stands. */
-export function judge(core: Core, law: Document, record: Measured): Omit<Fit, "law" | "done"> {
-  const { kinetic, broken } = residuals(core, law, record);
+export function judge(core: Core, law: Document, records: Measured[]): Omit<Fit, "law" | "done"> {
+  const { kinetic, broken } = residuals(core, law, records);
   return { kinetic, broken };
 }
 
 /** Better and better laws: one a step, the last one `done`; null after each piece of work between. Numbers that the record does not move stay. */
-export function* fit(core: Core, start: Document, paths: string[], record: Measured): Generator<Fit | null> {
+export function* fit(core: Core, start: Document, paths: string[], records: Measured[]): Generator<Fit | null> {
   let law = start;
-  let now = residuals(core, law, record);
+  let now = residuals(core, law, records);
   let damping = 1e-3;
   const sizes = paths.map((path) => Math.abs(get(law, path)) || 0.1);
   const moved = (by: number[]) => paths.reduce((one, path, i) => put(one, path, get(law, path) + by[i]! * sizes[i]!), law);
   const tried = (candidate: Document) => {
     try {
-      return residuals(core, candidate, record);
+      return residuals(core, candidate, records);
     } catch (error) {
       if (error instanceof Refused) return null; // numbers that make no law
       throw error;
@@ -138,8 +139,8 @@ export function* fit(core: Core, start: Document, paths: string[], record: Measu
     }
     if (damping >= 1e9) break;
   }
-  const size = Math.sqrt(square(Float64Array.from(record.force)) / record.t.length);
-  const noise = Math.sqrt(square(now.rows) / record.t.length);
+  const forces = Float64Array.from(records.flatMap((record) => record.force));
+  const [size, noise] = [forces, now.rows].map((all) => Math.sqrt(square(all) / forces.length)) as [number, number];
   const silent = own(columns).flatMap((length, i) => (length < Math.max(SILENT * size, noise) ? [paths[i]!] : []));
   yield { law, kinetic: now.kinetic, broken: now.broken, done: true, silent };
 }

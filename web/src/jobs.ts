@@ -1,23 +1,28 @@
 /** What is computed beside the page for the panels below, one after another, where they are seen: return map, basins, regime map. */
+import { axisName } from "./axes";
 import { Grid } from "./panels/grid";
+import { steadyQuestion } from "./facts";
 import type { Panel } from "./panels/panel";
 import type { Returns } from "./panels/returns";
 import { type Plot, type Range, widen } from "./plot";
 import { type State, documentOf, put, varied } from "./state";
-import { type Ask, type SweepPart, Sweeper, lookOf } from "./sweeps";
+import { type Ask, type Chaos, type SweepPart, Sweeper, lookOf } from "./sweeps";
 
 /** Something computed for one panel. */
 interface Job {
-  panel: Panel;
+  panel: Panel | null;
   /** What its answer is of. */
   key: string;
-  /** Whether the panel is in the window. */
+  /** Whether the panel is in the window, or a motion is shown of which it tells something. */
   seen: boolean;
   /** What it depends on: it is done again only where that changed. */
   depends(state: State): unknown;
   ask(state: State): Ask;
   hear(part: SweepPart): void;
 }
+
+/** Periods over which an exponent is averaged: two digits. */
+const RETURNS = 600;
 
 export interface Beside {
   returns: Returns;
@@ -32,10 +37,11 @@ interface Host {
   state(): State;
   /** Whether there is a motion at all. */
   ready(): boolean;
+  /** Whether it moves and does not repeat. */
+  wild(): boolean;
   draw(panel: Panel): void;
+  tell(): void;
 }
-
-const axisName = (path: string): string => (path === "drive_velocity" ? "belt speed s" : path.replace(/^law\./, "").replaceAll("_", " "));
 
 export class Jobs {
   /** The panel to which something has come that is not drawn yet. */
@@ -51,18 +57,19 @@ export class Jobs {
     module: WebAssembly.Module,
   ) {
     this.sweeper = new Sweeper(program, module, (part) => this.hear(part));
-    this.all = [returnsJob(panels.returns), basinJob(panels.basin, panels.phase), regimesJob(panels.regimes)];
+    this.chaotic = this.chaosJob();
+    this.all = [this.chaotic, returnsJob(panels.returns), basinJob(panels.basin, panels.phase), regimesJob(panels.regimes)];
     const seen = new IntersectionObserver(
       (entries) => {
         for (const { target, isIntersecting } of entries) {
-          const job = this.all.find(({ panel }) => panel.plot.host === target);
+          const job = this.all.find(({ panel }) => panel?.plot.host === target);
           if (job) job.seen = isIntersecting;
         }
         this.next();
       },
       { threshold: 0.25 },
     );
-    for (const { panel } of this.all) seen.observe(panel.plot.host);
+    for (const { panel } of this.all) if (panel) seen.observe(panel.plot.host);
   }
 
   private key(job: Job): string {
@@ -77,28 +84,53 @@ export class Jobs {
   /** Begin the next of those whose panel is seen and whose answer is of another state. */
   next(): void {
     if (!this.host.ready()) return;
+    this.chaotic.seen = this.host.wild();
     const next = this.all.find((job) => job.seen && job.key !== this.key(job));
     const outdated = this.running && this.running.key !== this.key(this.running);
     if (!next || (this.running && !outdated)) return;
     this.running = next;
     next.key = this.key(next);
     this.sweeper.ask(next.ask(this.host.state()));
-    this.host.draw(next.panel);
+    if (next.panel) this.host.draw(next.panel);
   }
 
   private hear(part: SweepPart): void {
     const job = this.running;
     if (!job) return;
     job.hear(part);
-    this.stale = job.panel;
+    if (job.panel) this.stale = job.panel;
     if (!part.done && !part.refused) return;
     this.running = null;
+    if (!job.panel) this.host.tell();
     this.next();
+  }
+
+  private readonly chaotic: Job;
+  private found: Chaos | null = null;
+
+  /** What tells whether the motion on the page is chaotic; null while it is computed. */
+  get chaos(): Chaos | null {
+    return this.running !== this.chaotic && this.chaotic.key === this.key(this.chaotic) ? this.found : null;
+  }
+
+  private chaosJob(): Job {
+    return {
+      panel: null, key: "", seen: false,
+      depends: ({ system, chain, start }) => [system, chain, start],
+      ask: (state) => {
+        this.found = null;
+        const { mass, stiffness, forcing } = state.system;
+        const t_end = (RETURNS * 2 * Math.PI) / (forcing[0]?.frequency || Math.sqrt(stiffness / mass));
+        return { test: steadyQuestion(state, true), exponent: { system: documentOf(state), ...state.start, t_end, transient: 0.2, max_events: 1e6 } };
+      },
+      // Of some motions there is no derivative: then the 0–1 test stands alone.
+      hear: ({ chaos }) => (this.found = chaos ?? this.found),
+    };
   }
 
   /** How many motions a panel shows. */
   cells(id: string): number {
-    const panel = this.all.find(({ panel: one }) => one.plot.host.id === id)?.panel;
+    const panel = this.all.find(({ panel: one }) => one?.plot.host.id === id)?.panel;
     return panel instanceof Grid ? panel.cells.length : 0;
   }
 }

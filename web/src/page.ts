@@ -2,7 +2,7 @@
 import { axesWithin, showAxes } from "./axes";
 import { Controls } from "./controls";
 import { Core, Refused, unpack } from "./core";
-import { type Data, data as readData, savedRecord, savedState } from "./data";
+import { type Data, data as readData, savedRecords, savedState } from "./data";
 import { DiagramSweep } from "./diagramsweep";
 import { pageWith, toCsv } from "./export";
 import { sayMotion, sceneOf, settle } from "./facts";
@@ -67,7 +67,7 @@ export class Page {
   private fitter: Sweeper | null = null;
   private readonly box: RecordBox;
   private readonly boxes: PanelBoxes;
-  record: Measured | null = savedRecord();
+  records: Measured[] = savedRecords();
   fitting = false;
   /** The numbers of which a record said nothing when a law was fitted to it. */
   silent: { of: string; paths: string[] } | null = null;
@@ -114,9 +114,15 @@ export class Page {
     };
     surface.redraw = () => this.drawPanel(surface);
     this.sweeps = new DiagramSweep(this.diagram, program, core.module);
-    const host = { state: () => this.state, ready: () => Boolean(this.orbit && !this.refused), draw: (panel: Panel) => this.drawPanel(panel) };
+    const host = {
+      state: () => this.state,
+      ready: () => Boolean(this.orbit && !this.refused),
+      wild: () => this.settled?.period === 0,
+      draw: (panel: Panel) => this.drawPanel(panel),
+      tell: () => this.tell(),
+    };
     this.jobs = new Jobs({ returns, basin, regimes, phase: phase.plot }, host, program, core.module);
-    this.box = new RecordBox($("record-box"), (paths) => this.fit(program, paths), () => this.measure(null));
+    this.box = new RecordBox($("record-box"), (paths) => this.fit(program, paths), (record) => this.measure(this.records.filter((one) => one !== record)));
     this.controls = new Controls($("numbers"), data, (changes) => this.change(changes));
     this.lessons = new Lessons($("lesson"), data.lessons, (link) => this.open(link), (paths) => this.controls.sliders(paths, this.state));
     this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -219,7 +225,7 @@ export class Page {
   }
 
   scene(): Scene | null {
-    return this.orbit && sceneOf(this.core, this.state, this.orbit, this.settled, this.record);
+    return this.orbit && sceneOf(this.core, this.state, this.orbit, this.settled, this.records);
   }
 
   /** Whether the orbit diagram would look another one: its own number moves no point of it. */
@@ -250,7 +256,8 @@ export class Page {
     this.compute();
     this.controls.show(this.state);
     $<HTMLSelectElement>("type").value = this.state.system["law"].type;
-    $<HTMLInputElement>("forced").checked = this.state.system["forcing"].length > 0;
+    const { forcing, normal_force, springs } = this.state.system;
+    for (const [id, on] of [["forced", forcing.length], ["pressed", normal_force], ["stopped", springs.length]] as const) $<HTMLInputElement>(id).checked = Boolean(on);
     $<HTMLSelectElement>("spectrum-of").value = String(this.state.view.derivative);
     $<HTMLInputElement>("time").value = String(+this.state.t_end.toPrecision(6));
     this.axisOptions();
@@ -281,20 +288,23 @@ export class Page {
     return this.jobs.idle;
   }
 
-  /** Take a record of a file, or none. */
-  measure(record: Measured | null): void {
-    this.record = record;
+  /** Lay records over the motion. */
+  measure(records: Measured[]): void {
+    this.records = records;
     this.silent = null;
     this.fitting = false;
     this.update(true);
   }
 
-  /** A file that was dropped: a record of the rig on the page, or what is wrong with it. */
+  /** A file that was dropped: a record of the rig on the page, beside those that are there, or a page that was saved; or what is wrong with it. */
   read(name: string, text: string): void {
     try {
+      const page = /^\s*<!doctype html/i.test(text) ? new DOMParser().parseFromString(text, "text/html") : null;
+      if (page) return this.take(name, page);
       const { stiffness, drive_velocity, forcing } = this.state.system;
       const push = (t: number) => forcing.reduce((sum: number, { amplitude, frequency, phase = 0 }: Document) => sum + amplitude * frequency * Math.sin(frequency * t + phase), 0);
-      this.measure(readRecord(name, text, (t) => stiffness * drive_velocity + push(t)));
+      const record = readRecord(name, text, drive_velocity, (t) => stiffness * drive_velocity + push(t));
+      this.measure([...this.records.filter((one) => one.name !== name), record]);
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       this.notes = [error.message];
@@ -302,8 +312,18 @@ export class Page {
     }
   }
 
+  /** The state and the records of a page that was saved. */
+  private take(name: string, page: globalThis.Document): void {
+    const read = (id: string) => JSON.parse(page.getElementById(id)?.textContent || "null");
+    const [state, records] = [read("state"), read("records")];
+    if (!state?.system) throw new Refused(`${name}: expected a page that Save page or stickslip explore wrote, got another one; choose a CSV file or such a page`);
+    this.state = { ...structuredClone(presetState(this.presetOf(state.preset), this.data.presets)), ...state };
+    this.update();
+    this.measure(records ?? []);
+  }
+
   private fit(program: string, paths: string[]): void {
-    if (!this.record || !paths.length) return;
+    if (!this.records.length || !paths.length) return;
     this.fitter ??= new Sweeper(program, this.core.module, ({ fit, refused }) => {
       this.fitting = !(refused || fit?.done);
       if (fit) this.change([["system.law", fit.law]]);
@@ -312,7 +332,7 @@ export class Page {
       this.stale = true;
     });
     this.fitting = true;
-    this.fitter.ask({ law: this.state.system["law"], paths, record: this.record });
+    this.fitter.ask({ law: this.state.system["law"], paths, records: this.records });
     this.tellRecord();
   }
 
@@ -320,13 +340,13 @@ export class Page {
     const { law } = this.state.system;
     let quality: Omit<Fit, "law" | "done"> | null = null;
     try {
-      if (this.record) quality = judge(this.core, law, this.record);
+      if (this.records.length) quality = judge(this.core, law, this.records);
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
     }
     // Said of the law that was fitted, not of what is made of it afterwards.
     const { silent } = this;
-    this.box.show(this.record, law, this.data.laws[law.type]!, quality, this.fitting, silent?.of === JSON.stringify(law) ? silent.paths : null);
+    this.box.show(this.records, law, this.data.laws[law.type]!, quality, this.fitting, silent?.of === JSON.stringify(law) ? silent.paths : null);
   }
 
   /** One sentence on the steady motion, and what there is to say about the link. */
@@ -341,7 +361,7 @@ export class Page {
       strong(this.refused, "bad");
       return;
     }
-    sayMotion(host, this.state, this.orbit!, this.settled);
+    sayMotion(host, this.state, this.orbit!, this.settled, this.jobs.chaos);
   }
 
   /** What can be swept or mapped may have changed with the law. */
@@ -368,7 +388,7 @@ export class Page {
     }
     const scene = this.scene();
     if (scene && !this.refused) {
-      if (this.playing) this.clock += step * this.speed * Math.max(1 / this.natural, this.record ? scene.orbit.words.t_last / 150 : 0);
+      if (this.playing) this.clock += step * this.speed * Math.max(1 / this.natural, this.records.length ? scene.orbit.words.t_last / 150 : 0);
       if (this.clock > scene.orbit.words.t_last) this.clock = 0.6 * scene.orbit.words.t_last;
       for (const panel of this.panels) if (panel.plot.width && panel.plot.height) panel.time(scene, this.clock);
     }
@@ -415,7 +435,9 @@ export class Page {
   /** Hear the motion; a change of it is heard at once. */
   listen(): void {
     if (!this.orbit || this.refused) return this.sound.stop();
-    this.sound.play(this.core, this.orbit, this.natural, $<HTMLInputElement>("pitch").valueAsNumber);
+    // At its left end the slider leaves the pitch as it is: of a system in SI units.
+    const { valueAsNumber: pitch, min } = $<HTMLInputElement>("pitch");
+    this.sound.play(this.core, this.orbit, this.natural, pitch > Number(min) ? pitch : this.natural / (2 * Math.PI), this.state.view.derivative === 3 ? 3 : 1);
   }
 
   toml(): string {
@@ -453,6 +475,6 @@ export class Page {
   }
 
   savedPage(): string {
-    return pageWith(this.source, { state: this.shown, record: this.record });
+    return pageWith(this.source, { state: this.shown, records: this.records });
   }
 }

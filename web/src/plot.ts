@@ -18,7 +18,7 @@ export function ticks({ low, high }: Range, about: number): number[] {
 export function plain(value: number): string {
   if (Math.abs(value) < 1e-12) return "0";
   const far = Math.abs(value) >= 1e4 || Math.abs(value) < 1e-3;
-  return (far ? value.toExponential(1) : String(+value.toPrecision(6))).replace("-", "−");
+  return (far ? value.toExponential(1).replace(".0e", "e") : String(+value.toPrecision(6))).replace("-", "−");
 }
 
 /** A number as one sets it by hand: to a part in ten thousand of what is seen. */
@@ -57,7 +57,7 @@ export class Plot {
   zoom = 1;
   x: Range = { low: 0, high: 1 };
   y: Range = { low: 0, high: 1 };
-  pad = { left: 54, right: 12, top: 10, bottom: 36 };
+  pad = { left: 60, right: 12, top: 10, bottom: 36 };
 
   constructor(
     readonly host: HTMLElement,
@@ -155,7 +155,7 @@ export class Plot {
     g.textBaseline = "bottom";
     g.fillText(this.labels.x, right, this.height - 1);
     g.save();
-    g.translate(11, (this.pad.top + bottom) / 2);
+    g.translate(8, (this.pad.top + bottom) / 2);
     g.rotate(-Math.PI / 2);
     g.textAlign = "center";
     g.textBaseline = "middle";

@@ -11,10 +11,12 @@ export interface Measured {
   /** Rate of the force while stuck. */
   rate: number[];
   x: number[] | null;
+  /** Velocity of the drive, where it is known. */
+  drive: number | null;
   /** Stick time, force rate and break-away force of each. */
   breaks: [number, number, number][];
-  /** What to type for intervals of the fitted numbers. */
-  command?: string;
+  /** The friction file it is of, for `stickslip identify`. */
+  file?: string;
 }
 
 const NAMES: Record<string, string[]> = {
@@ -25,8 +27,10 @@ const NAMES: Record<string, string[]> = {
   stuck: ["stuck", "branch"],
 };
 
-/** Read a CSV file with named columns, or a record as JSON; `adhesion` is the force rate that the rig would put on a stick at a time. */
-export function readRecord(name: string, text: string, adhesion: (t: number) => number): Measured {
+/** Read a CSV file with named columns, or a record as JSON, of a rig with such a drive; `adhesion` is the force rate that it would put on a stick at a time. */
+export function readRecord(name: string, text: string, drive: number, adhesion: (t: number) => number): Measured {
+  if (/^\uFFFDHDF|^CDF[\x01\x02\x05]/.test(text) || /\.(nc|toml|md)$/i.test(name))
+    throw new Refused(`${name}: expected a CSV file or a page that was saved, got one that the command line reads; run stickslip explore ${name}, which opens this page with it inside`);
   if (/^\s*\{/.test(text)) {
     let record: Measured;
     try {
@@ -36,7 +40,7 @@ export function readRecord(name: string, text: string, adhesion: (t: number) => 
     }
     const same = ["w", "force", "stuck", "rate"].every((key) => (record as any)[key]?.length === record.t?.length);
     if (!same || !record.breaks) throw new Refused(`${name}: expected the columns t, w, force, stuck and rate of one length, and breaks; write it by stickslip explore`);
-    return { ...record, name };
+    return { ...record, drive: record.drive ?? drive, name };
   }
   const [head = "", ...lines] = text.trim().split(/\r?\n/);
   const header = head.split(",").map((word) => word.trim());
@@ -60,7 +64,7 @@ export function readRecord(name: string, text: string, adhesion: (t: number) => 
   // The page's own CSV says the branch, −1 while stuck; others may say 1 or true.
   const branch = header[at["stuck"]!] === "branch";
   const stuck = w.map((one, i) => (mark.length ? (branch ? mark[i]! < 0 : mark[i] !== 0) : Math.abs(one) < 1e-6 * fast));
-  return { name, t, // At its end a slip is as fast as rounding lets it be.
+  return { name, t, drive, // At its end a slip is as fast as rounding lets it be.
     w: w.map((one, i) => (stuck[i] || Math.abs(one) < 1e-12 * fast ? 0 : one)), force, stuck, x: x.length ? x : null, ...sticks(t, force, stuck, adhesion) };
 }
 

@@ -18,6 +18,7 @@ export function free(law: Document, page: LawPage): { path: string; symbol: stri
 export class RecordBox {
   /** The paths that are not ticked. */
   readonly held = new Set<string>(["exponent"]);
+  private readonly list = element("div");
   private readonly words = element("p", { className: "words" });
   private readonly ticks = element("div", { className: "ticks" });
   private readonly button = element("button", { type: "button", textContent: "Fit" });
@@ -26,19 +27,18 @@ export class RecordBox {
   constructor(
     private readonly host: HTMLElement,
     private readonly fit: (paths: string[]) => void,
-    drop: () => void,
+    private readonly drop: (record: Measured) => void,
   ) {
     this.button.onclick = () => this.fit(this.paths);
-    const away = element("button", { type: "button", textContent: "Remove" });
-    away.onclick = drop;
-    host.append(element("legend", {}, "Record"), this.words, this.ticks, this.button, away);
+    host.append(element("legend", {}, "Record"), this.list, this.words, this.ticks, this.button);
   }
 
   private paths: string[] = [];
 
-  show(record: Measured | null, law: Document, page: LawPage, quality: Omit<Fit, "law" | "done"> | null, busy: boolean, silent: string[] | null): void {
-    this.host.hidden = !record;
-    if (!record) return;
+  show(records: Measured[], law: Document, page: LawPage, quality: Omit<Fit, "law" | "done"> | null, busy: boolean, silent: string[] | null): void {
+    this.host.hidden = !records.length;
+    if (!records.length) return;
+    this.names(records);
     const all = free(law, page);
     const shape = JSON.stringify([law["type"], all, [...this.held]]);
     if (shape !== this.shape) {
@@ -57,18 +57,40 @@ export class RecordBox {
     }
     this.paths = all.map(({ path }) => path).filter((path) => !this.held.has(path));
     this.button.textContent = busy ? "Fitting …" : "Fit";
+    const breaks = records.reduce((sum, record) => sum + record.breaks.length, 0);
     const measure = quality
-      ? `Misfit (rms): ${plain(+quality.kinetic.toPrecision(3))} while it slips` + (record.breaks.length ? `, ${plain(+quality.broken.toPrecision(3))} at ${record.breaks.length} break-aways. ` : ". ")
+      ? `Misfit (rms): ${plain(+quality.kinetic.toPrecision(3))} while it slips` + (breaks ? `, ${plain(+quality.broken.toPrecision(3))} at ${breaks} break-aways. ` : ". ")
       : "";
-    const name = record.name.replace(/^.*[/\\]/, "");
-    this.words.textContent = `${name}: ${record.t.length} samples. ${measure}`;
+    this.words.textContent = measure;
+    const these = records.length > 1 ? "These records say" : "This record says";
     if (silent) {
       const mute = all.filter(({ path }) => silent.includes(path)).map(({ symbol }) => symbol);
-      this.words.append(element("strong", {}, mute.length ? `This record says nothing about ${mute.join(", ")}: hold them. ` : "This record says something about every number that was fitted. "));
+      this.words.append(element("strong", {}, mute.length ? `${these} nothing about ${mute.join(", ")}: hold them. ` : `${these} something about every number that was fitted. `));
     }
     this.words.append("The fitted numbers have no intervals here; ");
     // A file of columns is measured first: its rig file says what they are.
-    if (!record.command) this.words.append(element("code", {}, `stickslip measure ${name} --rig RIG.toml -o friction.nc`), " and ");
-    this.words.append(element("code", {}, `${record.command ?? "stickslip identify friction.nc"} --law ${law["type"]}`), record.command ? " has them." : " have them.");
+    const plainly = records.filter(({ file }) => !file);
+    for (const record of plainly) this.words.append(element("code", {}, `stickslip measure ${nameOf(record)} --rig RIG.toml -o ${frictionOf(record)}`), " and ");
+    const files = records.map((record) => record.file ?? frictionOf(record)).join(" ");
+    this.words.append(element("code", {}, `stickslip identify ${files} --law ${law["type"]}`), plainly.length ? " have them." : " has them.");
+  }
+
+  /** A line for each record, with a button that takes it away; built anew where others come. */
+  private names(records: Measured[]): void {
+    const shape = records.map(({ name, t }) => `${name} ${t.length}`).join();
+    if (this.list.dataset["shape"] === shape) return;
+    this.list.dataset["shape"] = shape;
+    this.list.replaceChildren(
+      ...records.map((record) => {
+        const away = element("button", { type: "button", textContent: "Remove" });
+        away.setAttribute("aria-label", `Remove ${nameOf(record)}`);
+        away.onclick = () => this.drop(record);
+        return element("div", { className: "line" }, element("span", {}, `${nameOf(record)}: ${record.t.length} samples`), away);
+      }),
+    );
   }
 }
+
+const nameOf = ({ name }: Measured): string => name.replace(/^.*[/\\]/, "");
+/** What `stickslip measure` makes of a record. */
+const frictionOf = (record: Measured): string => nameOf(record).replace(/\.\w+$/, "") + ".nc";

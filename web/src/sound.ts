@@ -1,18 +1,18 @@
-/** The steady motion as a tone: its velocity between maxima of the displacement, the natural frequency at a pitch one hears. */
+/** The steady motion as a tone: its velocity, or friction, between maxima of the displacement, the natural frequency at a pitch one hears. */
 import { type Core, Verb } from "./core";
 import { type Orbit, wholePeriods } from "./orbit";
 
 /** Seconds of a cross-fade. */
 const FADE = 0.04;
 
-/** The velocity so that 2π/`natural` lasts 1/`pitch` seconds, at most four seconds of it. */
-export function samples(core: Core, orbit: Orbit, natural: number, pitch: number, rate: number): Float32Array<ArrayBuffer> {
+/** The velocity (1), or friction (3), so that 2π/`natural` lasts 1/`pitch` seconds, at most four seconds of it. */
+export function samples(core: Core, orbit: Orbit, natural: number, pitch: number, rate: number, of: 1 | 3): Float32Array<ArrayBuffer> {
   const [from, to] = wholePeriods(orbit);
   const perSecond = (pitch * 2 * Math.PI) / natural;
   const count = Math.max(2, Math.min(4 * rate, Math.round(((to - from) / perSecond) * rate)));
-  const v = core.ask(Verb.states, { from, to, count }).numbers.subarray(count, 2 * count);
+  const v = core.ask(Verb.states, { from, to, count }).numbers.subarray(of * count, (of + 1) * count);
   const mean = v.reduce((sum, value) => sum + value, 0) / count;
-  const peak = v.reduce((most, value) => Math.max(most, Math.abs(value - mean)), 0.05);
+  const peak = v.reduce((most, value) => Math.max(most, Math.abs(value - mean)), 1e-3 * Math.abs(mean) + 1e-12);
   return Float32Array.from(v, (value) => (0.35 * (value - mean)) / peak);
 }
 
@@ -24,9 +24,9 @@ export class Sound {
     return this.playing !== null;
   }
 
-  play(core: Core, orbit: Orbit, natural: number, pitch: number): void {
+  play(core: Core, orbit: Orbit, natural: number, pitch: number, of: 1 | 3): void {
     const context = (this.context ??= new AudioContext());
-    const tone = samples(core, orbit, natural, pitch, context.sampleRate);
+    const tone = samples(core, orbit, natural, pitch, context.sampleRate, of);
     const buffer = context.createBuffer(1, tone.length, context.sampleRate);
     buffer.copyToChannel(tone, 0);
     const [source, gain] = [context.createBufferSource(), context.createGain()];

@@ -45,7 +45,7 @@ export function presetState(name: string, presets: Record<string, Preset>): Stat
 export function documentOf({ system, chain }: State): Document {
   const n = chain.masses;
   if (n <= 1) return system;
-  const { mass, stiffness, damping, drive_velocity, law, forcing } = system;
+  const { mass, stiffness, damping, drive_velocity, law, forcing, normal_force, springs } = system;
   const matrix = (entry: (i: number, j: number) => number) =>
     Array.from({ length: n }, (_, i) => Array.from({ length: n }, (_, j) => entry(i, j)));
   const degree = (i: number) => (i === 0 || i === n - 1 ? 1 : 2);
@@ -53,8 +53,9 @@ export function documentOf({ system, chain }: State): Document {
     mass: matrix((i, j) => (i === j ? mass : 0)),
     stiffness: matrix((i, j) => (i === j ? stiffness + chain.coupling * degree(i) : Math.abs(i - j) === 1 ? -chain.coupling : 0)),
     damping: matrix((i, j) => (i === j ? damping : 0)),
-    contacts: Array.from({ length: n }, (_, i) => ({ mass: i, drive_velocity, law })),
+    contacts: Array.from({ length: n }, (_, i) => ({ mass: i, drive_velocity, law, normal_force })),
     forcing: forcing.map((force: Document) => ({ ...force, mass: 0 })),
+    springs: springs.flatMap((spring: Document) => Array.from({ length: n }, (_, i) => ({ ...spring, mass: i }))),
   };
 }
 
@@ -130,23 +131,22 @@ export function toToml(state: State): string {
   const plain = (value: any): string => {
     if (typeof value === "string") return JSON.stringify(value);
     if (Array.isArray(value)) return `[${value.map(plain).join(", ")}]`;
-    if (typeof value === "object") return `{${Object.entries(value).map(([key, item]) => `${key} = ${plain(item)}`).join(", ")}}`;
+    if (typeof value === "object") return `{${pairs(value).join(", ")}}`;
     return String(value);
   };
-  const table = (name: string, document: Document) => {
-    lines.push("", name);
-    for (const [key, value] of Object.entries(document)) if (value !== null && value !== undefined) lines.push(`${key} = ${plain(value)}`);
-  };
+  const pairs = (document: Document) => Object.entries(document).flatMap(([key, value]) => (value === null || value === undefined ? [] : [`${key} = ${plain(value)}`]));
+  const table = (name: string, document: Document) => lines.push("", name, ...pairs(document));
   // A pencil at infinity is said, as the law's own default of D is a point.
   const law = (one: Document): Document => (one["type"] === "BogaczRyczek" && one["D"] === null ? { ...one, D: "infinity" } : one);
-  const { law: friction, forcing, contacts, ...numbers } = documentOf(state);
-  for (const [key, value] of Object.entries(numbers)) lines.push(`${key} = ${plain(value)}`);
+  const { law: friction, forcing, contacts, springs, ...numbers } = documentOf(state);
+  lines.push(...pairs(numbers));
   if (friction) table("[law]", law(friction));
   for (const contact of contacts ?? []) {
-    table("[[contacts]]", { mass: contact.mass, drive_velocity: contact.drive_velocity });
+    table("[[contacts]]", { ...contact, law: null });
     table("[contacts.law]", law(contact.law));
   }
   for (const force of forcing ?? []) table("[[forcing]]", force);
+  for (const spring of springs ?? []) table("[[springs]]", spring);
   const { x0, v0 } = state.start;
   const one = (values: number[] | null) => (values && values.length === 1 ? values[0] : values);
   table("[simulation]", { t_end: state.t_end, x0: one(x0), v0: one(v0) });

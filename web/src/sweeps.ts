@@ -45,7 +45,20 @@ export interface FitAsk {
   id: number;
   law: Document;
   paths: string[];
-  record: Measured;
+  records: Measured[];
+}
+
+/** What a motion that does not repeat is told by: the growth rate K of the 0–1 test, not a number where there is none, and its largest Lyapunov exponent with its standard error, where its motion has a derivative. */
+export interface Chaos {
+  test: number;
+  exponent: [value: number, error: number] | null;
+}
+
+/** Both of one motion. */
+export interface ChaosAsk {
+  id: number;
+  test: Parameters<typeof steady>[1];
+  exponent: { system: Document; x0: number[] | null; v0: number[] | null; t_end: number; transient: number; max_events: number };
 }
 
 export interface SweepPart {
@@ -60,6 +73,7 @@ export interface SweepPart {
   /** Whether this says only that the work goes on. */
   alive?: boolean;
   fit?: Fit;
+  chaos?: Chaos;
 }
 
 /** What is looked at after so many periods; later and longer where the time to run says that the motion is a slow one. */
@@ -112,9 +126,15 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
       channel.port2.postMessage(0);
     });
   /** The pieces of a sweep, or the steps of a fit. */
-  function* pieces(ask: SweepAsk | FitAsk): Generator<Partial<SweepPart>> {
-    if ("record" in ask) {
-      for (const one of fit(core, ask.law, ask.paths, ask.record)) yield one ? { fit: one, done: one.done } : { alive: true };
+  function* pieces(ask: SweepAsk | FitAsk | ChaosAsk): Generator<Partial<SweepPart>> {
+    if ("exponent" in ask) {
+      const test = steady(core, ask.test).rows[0]?.chaos ?? NaN;
+      yield { chaos: { test, exponent: null } };
+      yield { done: true, chaos: { test, exponent: Array.from(core.ask(Verb.lyapunov, ask.exponent).numbers) as [number, number] } };
+      return;
+    }
+    if ("records" in ask) {
+      for (const one of fit(core, ask.law, ask.paths, ask.records)) yield one ? { fit: one, done: one.done } : { alive: true };
       return;
     }
     const { rows, ...question } = ask;
@@ -129,7 +149,7 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
       yield { from, done: next >= rows.length, ...answer };
     }
   }
-  const answer = async (ask: SweepAsk | FitAsk) => {
+  const answer = async (ask: SweepAsk | FitAsk | ChaosAsk) => {
     const part = { id: ask.id, from: 0, rows: [], done: false, events: 0 };
     scope.postMessage({ ...part, alive: true });
     try {
@@ -153,7 +173,7 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
 }
 
 /** What a worker is asked. */
-export type Ask = Omit<SweepAsk, "id"> | Omit<FitAsk, "id">;
+export type Ask = Omit<SweepAsk, "id"> | Omit<FitAsk, "id"> | Omit<ChaosAsk, "id">;
 
 /** A worker of the page; one that has been silent for too long is ended and replaced, and goes on after the motion it stood at. */
 export class Sweeper {
@@ -209,7 +229,7 @@ export class Sweeper {
     // What kept it busy was asked before.
     if (asked && !this.begun) return this.post(asked);
     const part = { id: this.id, from: lost, rows: [], events: 0 };
-    if (!asked || "record" in asked) return this.hear({ ...part, done: true, refused: "a step of the fit took longer than 3 s: leave some numbers out" });
+    if (!asked || !("rows" in asked)) return this.hear({ ...part, done: true, refused: asked && "records" in asked ? "a step of the fit took longer than 3 s: leave some numbers out" : "it took longer than 3 s" });
     const { rows, names } = asked;
     this.next = lost + 1;
     const done = this.next >= rows.length || ++this.lost > MOST_LOST;

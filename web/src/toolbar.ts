@@ -3,7 +3,8 @@ import { element } from "./controls";
 import { film, picture, save, titleOf, toCsv } from "./export";
 import type { Page } from "./page";
 import type { Panel } from "./panels/panel";
-import { FRESH, get } from "./state";
+import { neat, rangeOf } from "./plot";
+import { type Document, FRESH, get } from "./state";
 
 const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getElementById(id) as T;
 
@@ -29,8 +30,10 @@ function choices(page: Page): void {
   presets.onchange = () => page.open(`#${presets.value}`);
   for (const [name, { sentence }] of Object.entries(page.data.laws)) $("type").append(element("option", { value: name, textContent: name, title: sentence }));
   $<HTMLSelectElement>("type").onchange = ({ target }) => page.change([["system.law", structuredClone(page.data.laws[(target as HTMLSelectElement).value]!.example)]]);
-  $<HTMLInputElement>("forced").onchange = ({ target }) =>
-    page.change([["system.forcing", (target as HTMLInputElement).checked ? [{ amplitude: 0.05, frequency: 1.25, phase: 0 }] : []]]);
+  const switched = (id: string, path: string, on: () => unknown, off: unknown) => ($<HTMLInputElement>(id).onchange = ({ target }) => page.change([[path, (target as HTMLInputElement).checked ? on() : off]]));
+  switched("forced", "system.forcing", () => [{ amplitude: 0.05, frequency: 1.25, phase: 0 }], []);
+  switched("pressed", "system.normal_force", () => ({ constant: 1, harmonics: [{ amplitude: 0.2, frequency: 1, phase: 0 }], position: 0, velocity: 0 }), null);
+  switched("stopped", "system.springs", () => [stopOf(page)], []);
   $("lessons").onclick = () => (page.lessons.at ? page.lessons.close() : page.lessons.show(0, 0));
   const more = $("more");
   more.onclick = () => more.setAttribute("aria-expanded", String(more.parentElement!.classList.toggle("open")));
@@ -40,13 +43,23 @@ function choices(page: Page): void {
   };
   const choose = $<HTMLInputElement>("file");
   $("measured").onclick = () => choose.click();
-  const take = async (file: File | undefined) => file && page.read(file.name, await file.text());
-  choose.onchange = () => void take(choose.files?.[0]);
+  const take = async (files: FileList | null | undefined) => {
+    for (const file of files ?? []) page.read(file.name, await file.text());
+    choose.value = "";
+  };
+  choose.onchange = () => void take(choose.files);
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {
     event.preventDefault();
-    void take(event.dataTransfer?.files[0]);
+    void take(event.dataTransfer?.files);
   });
+}
+
+/** A stop that the motion meets: forty times as stiff as the spring. */
+function stopOf({ orbit, state }: Page): Document {
+  const highest = orbit ? Math.max(0, ...orbit.x.map((x) => rangeOf(x).high)) : 0;
+  const gap = highest > 0 ? neat(0.8 * highest, highest) : 1;
+  return { nodes: [[0, 0], [gap, 0], [2 * gap, neat(40 * state.system["stiffness"] * gap, state.system["stiffness"])]], cubic: 0 };
 }
 
 /** What the diagram and the map are over, and from where to where. */

@@ -16,8 +16,9 @@ pub(crate) fn answer(verb: u32, desk: &mut Desk) -> Result<Value, String> {
         2 => steady::rows(desk),
         3 => curve(desk),
         4 => surface(desk),
+        5 => motion::lyapunov(desk),
         _ => Err(format!(
-            "expected the number of a question from 0 to 4, got {verb}"
+            "expected the number of a question from 0 to 5, got {verb}"
         )),
     }
 }

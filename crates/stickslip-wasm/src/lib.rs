@@ -18,7 +18,7 @@ struct Desk {
     words: Vec<u8>,
     numbers: Vec<f64>,
     /// The orbit that was simulated last.
-    orbit: Option<motion::Orbit>,
+    orbit: Option<stickslip::model::Orbit>,
     /// How the last motion of the last chain goes on.
     restart: Option<stickslip::model::Start>,
 }

@@ -2,23 +2,15 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
-use stickslip::law::Law;
+use stickslip::lyapunov::largest;
 use stickslip::mode::Kind;
-use stickslip::network::{self, branch_of};
+use stickslip::model::{Model, Orbit};
+use stickslip::network::{self, Run, branch_of};
 use stickslip::orbit;
-use stickslip::oscillator::Oscillator;
 use stickslip::regime::Regime;
-use stickslip::simulate::{self, Run};
-use stickslip::system::System;
 
 use crate::Desk;
-use crate::ask::{document, has_state, read, sentence};
-
-/// An orbit of one mass in closed form, or of masses and smooth laws by Taylor series: as the command line decides.
-pub(crate) enum Orbit {
-    Exact(orbit::Orbit),
-    Taylor(network::Orbit),
-}
+use crate::ask::{has_state, read, sentence};
 
 #[derive(Deserialize)]
 struct Start {
@@ -36,47 +28,29 @@ struct Start {
     samples: usize,
 }
 
+/// What a document describes, but for what has no events.
+fn model(system: Value) -> Result<Model, String> {
+    let laws = system["contacts"].as_array();
+    if has_state(&system["law"]) || laws.is_some_and(|all| all.iter().any(|one| has_state(&one["law"]))) {
+        return Err(
+            "a law with an internal state is integrated, not solved from event to event: \
+                    the page shows the law alone; run the system by `stickslip simulate`"
+                .into(),
+        );
+    }
+    Model::read(system).map_err(sentence)
+}
+
 impl Start {
     fn orbit(&mut self) -> Result<Orbit, String> {
-        let system = self.system.take();
-        let laws = system["contacts"].as_array();
-        if has_state(&system["law"]) || laws.is_some_and(|all| all.iter().any(|one| has_state(&one["law"]))) {
-            return Err(
-                "a law with an internal state is integrated, not solved from event to event: \
-                        the page shows the law alone; run the system by `stickslip simulate`"
-                    .into(),
-            );
-        }
-        let (x0, v0) = (self.x0.clone(), self.v0.clone());
-        if system.get("contacts").is_some() {
-            return self.taylor(&document(system)?);
-        }
-        let oscillator: Oscillator<Law> = document(system)?;
-        oscillator.validate().map_err(sentence)?;
-        if !oscillator.closed() {
-            return self.taylor(&System::from(&oscillator));
-        }
-        let one = |values: Option<Vec<f64>>| values.and_then(|all| all.first().copied());
         let run = Run {
-            x0: one(x0).unwrap_or(0.0),
-            v0: one(v0),
+            x0: self.x0.take(),
+            v0: self.v0.take(),
             t_end: self.t_end,
             max_events: self.max_events,
         };
-        simulate::simulate(&oscillator, run)
-            .map(Orbit::Exact)
-            .map_err(sentence)
-    }
-
-    fn taylor(&self, system: &System) -> Result<Orbit, String> {
-        let run = network::Run {
-            x0: self.x0.clone(),
-            v0: self.v0.clone(),
-            t_end: self.t_end,
-            max_events: self.max_events,
-        };
-        network::simulate(system, run)
-            .map(Orbit::Taylor)
+        model(self.system.take())?
+            .simulate(run, || true)
             .map_err(sentence)
     }
 
@@ -217,41 +191,20 @@ pub(crate) fn orbit(desk: &mut Desk) -> Result<Value, String> {
     let mut ask: Start = read(&desk.question)?;
     let orbit = ask.orbit()?;
     let out = &mut desk.numbers;
-    let (path, stop, t_last, work) = match &orbit {
-        Orbit::Exact(orbit) => (
-            Path::exact(orbit, &ask),
-            orbit.stop,
-            orbit.t_last(),
-            orbit.work.events,
-        ),
-        Orbit::Taylor(orbit) => (
-            Path::taylor(orbit, &ask),
-            orbit.stop,
-            orbit.t_last(),
-            orbit.work.events,
-        ),
+    let path = match &orbit {
+        Orbit::Closed(orbit) => Path::exact(orbit, &ask),
+        Orbit::Steps(orbit) => Path::taylor(orbit, &ask),
     };
     path.lay(out);
-    match &orbit {
-        Orbit::Exact(orbit) => {
-            for event in &orbit.events {
-                let contact = 0.0;
-                out.extend([event.t, kind(event.kind), contact, event.x, event.v, event.force]);
-                out.extend([event.stick_time, event.force_rate]);
-            }
-        }
-        Orbit::Taylor(orbit) => {
-            for event in &orbit.events {
-                let contact = f64::from(event.contact);
-                out.extend([event.t, kind(event.kind), contact, event.x, event.v, event.force]);
-                out.extend([event.stick_time, event.force_rate]);
-            }
-        }
+    for event in orbit.events() {
+        let contact = f64::from(event.contact);
+        out.extend([event.t, kind(event.kind), contact, event.x, event.v, event.force]);
+        out.extend([event.stick_time, event.force_rate]);
     }
     let words = json!({
-        "samples": path.t.len(), "masses": path.masses.len(), "contacts": path.contacts.len(), "events": work,
-        "exact": matches!(orbit, Orbit::Exact(_)), "regime": path.regime().name(),
-        "stop": stop.name(), "sentence": stop.sentence(), "t_last": t_last,
+        "samples": path.t.len(), "masses": path.masses.len(), "contacts": path.contacts.len(),
+        "events": orbit.work().events, "exact": matches!(orbit, Orbit::Closed(_)), "regime": path.regime().name(),
+        "stop": orbit.stop().name(), "sentence": orbit.stop().sentence(), "t_last": orbit.t_last(),
     });
     desk.orbit = Some(orbit);
     Ok(words)
@@ -271,24 +224,45 @@ pub(crate) fn states(desk: &mut Desk) -> Result<Value, String> {
     let times: Vec<f64> = (0..ask.count)
         .map(|index| ask.from + step * index as f64)
         .collect();
-    let out = &mut desk.numbers;
-    match &desk.orbit {
-        Some(Orbit::Exact(orbit)) => {
-            let states = orbit.states(&times);
-            out.extend(states.iter().map(|state| state.x));
-            out.extend(states.iter().map(|state| state.v));
-            out.extend(states.iter().map(|state| state.a));
-            out.extend(states.iter().map(|state| state.force));
-        }
-        Some(Orbit::Taylor(orbit)) => {
-            let states = orbit.states(&times);
-            let masses = orbit.system.masses();
-            for column in [&states.x, &states.v, &states.a] {
-                out.extend(column.iter().step_by(masses));
-            }
-            out.extend(states.force.iter().step_by(orbit.system.contacts.len()));
-        }
-        None => return Err("there is no orbit yet: simulate first".into()),
+    let orbit = desk
+        .orbit
+        .as_ref()
+        .ok_or("there is no orbit yet: simulate first")?;
+    let states = orbit.states(&times);
+    let (masses, contacts) = (
+        states.x.len() / times.len().max(1),
+        states.force.len() / times.len().max(1),
+    );
+    for column in [&states.x, &states.v, &states.a] {
+        desk.numbers.extend(column.iter().step_by(masses.max(1)));
     }
+    desk.numbers.extend(states.force.iter().step_by(contacts.max(1)));
+    Ok(json!({}))
+}
+
+#[derive(Deserialize)]
+struct Exponent {
+    system: Value,
+    t_end: f64,
+    #[serde(default)]
+    x0: Option<Vec<f64>>,
+    #[serde(default)]
+    v0: Option<Vec<f64>>,
+    max_events: u64,
+    /// The share of the run that is left out.
+    transient: f64,
+}
+
+/// The largest Lyapunov exponent of a run, and its standard error.
+pub(crate) fn lyapunov(desk: &mut Desk) -> Result<Value, String> {
+    let ask: Exponent = read(&desk.question)?;
+    let run = Run {
+        x0: ask.x0,
+        v0: ask.v0,
+        t_end: ask.t_end,
+        max_events: ask.max_events,
+    };
+    let found = largest(&model(ask.system)?, run, ask.transient, &mut || true).map_err(sentence)?;
+    desk.numbers.extend([found.exponent, found.error]);
     Ok(json!({}))
 }

@@ -29,6 +29,7 @@
 //! | [`variation`] | derivatives of a motion through its events; test functions of sliding bifurcations |
 //! | [`dual`] | numbers that carry their derivatives |
 //! | [`watch`] | whether a run goes on, asked within every loop whose length nobody knows |
+//! | [`lyapunov`] | the largest Lyapunov exponent of a motion |
 //! | [`zero_one`] | the 0–1 test for chaos |
 //! | [`replay`] | a law along a measured motion |
 //! | [`displacement`] | the motion nearest to a measured one that obeys a law |
@@ -62,6 +63,7 @@ pub mod harmonic;
 )]
 pub mod lanes;
 pub mod law;
+pub mod lyapunov;
 mod matrix;
 pub mod mode;
 pub mod model;

@@ -113,9 +113,13 @@ impl Model {
     /// The period of the first forcing, or the natural period: of several masses that of the highest frequency.
     #[must_use]
     pub fn period(&self) -> f64 {
-        if let Some(frequency) = self.forcing_frequency() {
-            return TAU / frequency;
-        }
+        self.forcing_frequency()
+            .map_or_else(|| self.natural_period(), |frequency| TAU / frequency)
+    }
+
+    /// The natural period: of several masses that of the highest frequency.
+    #[must_use]
+    pub fn natural_period(&self) -> f64 {
         match self {
             Self::Closed(oscillator) => TAU * (oscillator.mass / oscillator.stiffness).sqrt(),
             Self::Steps(system) => TAU / system.natural_frequency(),

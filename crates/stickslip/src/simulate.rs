@@ -164,6 +164,15 @@ pub fn simulate_while(
 /// # Errors
 /// The first value of the oscillator or the run that makes no sense.
 pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
+    with_harmonics!(oscillator, H, observe_forced::<H>(oscillator, run, record))
+}
+
+/// The same by who knows the number of harmonics, so that a record that depends on it is not compiled for every other one too.
+pub(crate) fn observe_forced<const H: usize>(
+    oscillator: &Oscillator,
+    run: Run,
+    record: &mut impl Record,
+) -> Result<(Stop, Work), Error> {
     oscillator.validate()?;
     run.validate()?;
     if oscillator.law.smooth() {
@@ -172,11 +181,7 @@ pub fn observe(oscillator: &Oscillator, run: Run, record: &mut impl Record) -> R
             reason: "a smooth law has no closed form: simulate it as a system of one mass".into(),
         });
     }
-    with_harmonics!(
-        oscillator,
-        H,
-        Loop::<H>::new(oscillator, run, Clock::default()).go(run, record)
-    )
+    Loop::<H>::new(oscillator, run, Clock::default()).go(run, record)
 }
 
 /// Go on from a hybrid state, with x and v of the run, until `run.t_end`, a time on the clock of the hybrid, and tell `record`.
@@ -189,17 +194,19 @@ pub fn resume(
     hybrid: HybridState,
     record: &mut impl Record,
 ) -> Result<(Stop, Work), Error> {
-    fn go_on<const H: usize>(
-        oscillator: &Oscillator,
-        run: Run,
-        hybrid: HybridState,
-        record: &mut impl Record,
-    ) -> Result<(Stop, Work), Error> {
-        let mut state = Loop::<H>::new(oscillator, run, hybrid.clock);
-        state.memory = hybrid.memory;
-        state.go_from(hybrid.mode, run, record)
-    }
-    with_harmonics!(oscillator, H, go_on::<H>(oscillator, run, hybrid, record))
+    with_harmonics!(oscillator, H, resume_forced::<H>(oscillator, run, hybrid, record))
+}
+
+/// The same by who knows the number of harmonics.
+pub(crate) fn resume_forced<const H: usize>(
+    oscillator: &Oscillator,
+    run: Run,
+    hybrid: HybridState,
+    record: &mut impl Record,
+) -> Result<(Stop, Work), Error> {
+    let mut state = Loop::<H>::new(oscillator, run, hybrid.clock);
+    state.memory = hybrid.memory;
+    state.go_from(hybrid.mode, run, record)
 }
 
 /// The hybrid state where a run starts.

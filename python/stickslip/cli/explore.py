@@ -15,9 +15,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("explore", help="move a law by hand in a browser and see every motion")
     command.add_argument(
         "file",
-        nargs="?",
+        nargs="*",
         metavar="FILE",
-        help="a law or system file (.toml), an orbit or a friction record (.nc), or a lesson (.md) to begin with",
+        help="a law or system file (.toml), an orbit (.nc), friction records (.nc) to be fitted together, or a lesson (.md)",
     )
     command.add_argument(
         "-o", "--output", metavar="PAGE.html", help="where the page goes; default: a cache of the user"
@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> None:
     from stickslip.explorer import content_of, page
     from stickslip.files.documents import write_text
 
-    content = content_of(options.file) if options.file else {}
+    content = content_of(*options.file) if options.file else {}
     path = Path(options.output) if options.output else cache() / "explorer.html"
     text = page(**content)
     path = write_text(path, text)

@@ -17,6 +17,8 @@ from stickslip.model.system import Oscillator
 #: A symbol at the start of a description, or before a relation or a comma: f_s, Δ∞, σ₀, γ, z∞.
 _SYMBOL = re.compile(r"(?<![\w/])((?:[A-Zα-ωΑ-Ω]|[a-zμ])(?:_[A-Za-z0-9]{1,2}|[₀-₉]|∞)?)(?=\s*(?:[><≥≤,.;=:(]|$))")
 _UNDER = str.maketrans("0123456789sk", "₀₁₂₃₄₅₆₇₈₉ₛₖ")
+#: The paper says of all three that they are angles in degrees.
+_ANGLES = {"phi": "angle of A’s lines", "psi": "angle of C’s lines", "eta": "angle of D’s lines"}
 _GREEK = {"phi": "φ", "psi": "ψ", "eta": "η", "alpha": "α", "beta": "β", "gamma": "γ"}
 
 
@@ -76,7 +78,7 @@ def _numbers(table: Law | StaticFriction, document: dict[str, Any], path: str = 
         number = {
             "path": path + item.name,
             "symbol": _symbol(item.name, said, position),
-            "name": said.rstrip(".") if item.name in _GREEK else item.name.replace("_", " "),
+            "name": _ANGLES.get(item.name, said.rstrip(".") if item.name in _GREEK else item.name.replace("_", " ")),
             "words": said.rstrip("."),
             "unit": unit,
             "low": low,
@@ -89,18 +91,19 @@ def _numbers(table: Law | StaticFriction, document: dict[str, Any], path: str = 
 
 def full(law: Law) -> dict[str, Any]:
     """The document of a law with every parameter in it; a pencil at infinity, or what else is None, as null."""
+    document = {item.name: getattr(law, item.name) for item in fields(law)}
+    inner = {name: full(value) if isinstance(value, Law) else value for name, value in document.items()}
+    return {"type": type(law).__name__, **_plain(inner)}
 
-    def whole(table: Document) -> dict[str, Any]:
-        document = {}
-        for item in fields(table):
-            value = getattr(table, item.name)
-            document[item.name] = whole(value) if isinstance(value, Document) and not isinstance(value, Law) else value
-            if isinstance(value, Law):
-                document[item.name] = full(value)
-        return document
 
-    tagged: dict[str, Any] = json.loads(json.dumps({"type": type(law).__name__, **whole(law)}))
-    return tagged
+def whole(table: Document) -> dict[str, Any]:
+    """A document with every number in it, those that have their usual value too."""
+    return _plain({item.name: getattr(table, item.name) for item in fields(table)})
+
+
+def _plain(values: dict[str, Any]) -> dict[str, Any]:
+    plain: dict[str, Any] = json.loads(json.dumps(values, default=whole))
+    return plain
 
 
 def laws() -> dict[str, Any]:

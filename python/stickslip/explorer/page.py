@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.explorer import catalogue
+from stickslip.explorer.packing import packed, text_of
 from stickslip.files.documents import input_file, read_toml
 from stickslip.laws import BogaczRyczek, Law, load_law
 from stickslip.model.system import Oscillator, System, load_system_document
@@ -52,6 +52,8 @@ def _state(row: Mapping[str, Any]) -> dict[str, Any]:
         "drive_velocity": row["drive_velocity"],
         "law": catalogue.full(law),
         "forcing": [{"amplitude": amplitude, "frequency": frequency, "phase": 0.0}] if amplitude else [],
+        "normal_force": None,
+        "springs": [],
     }
     state: dict[str, Any] = {"system": system, "t_end": row.get("t_end", 150.0)}
     if "masses" in row:
@@ -61,13 +63,14 @@ def _state(row: Mapping[str, Any]) -> dict[str, Any]:
     return state
 
 
-def content_of(path: str | Path) -> dict[str, Any]:
-    """What :func:`page` takes to show a file: its `state` and, of a friction file, its `record`.
+def content_of(path: str | Path, *more: str | Path) -> dict[str, Any]:
+    """What :func:`page` takes to show a file: its `state` and, of friction files, their `records`.
 
     Parameters
     ----------
     path : a law file, a system file of one mass with a constant drive, an orbit of such a system or a friction record
         (netCDF), or a lesson (Markdown, as those in the folder ``lessons`` of this package).
+    more : friction records, to be fitted together with the first.
 
     Raises
     ------
@@ -75,11 +78,17 @@ def content_of(path: str | Path) -> dict[str, Any]:
         for a file that is none of these, or holds what the page cannot show.
     """
     path = Path(path)
-    if path.suffix == ".nc":
+    if more or path.suffix == ".nc":
         from stickslip.files.netcdf import read_tree
 
-        tree = read_tree(path)
-        return _measured(path, tree) if "break_away" in tree.children else {"state": _simulated(path)}
+        paths = [path, *map(Path, more)]
+        trees = [read_tree(one) for one in paths]
+        others = [one for one, tree in zip(paths, trees, strict=True) if "break_away" not in tree.children]
+        if not others:
+            return _measured(paths, trees)
+        if more:
+            raise InputError(f"{others[0]}: expected a friction record beside others, got another file; give it alone")
+        return {"state": _simulated(path)}
     if path.suffix == ".md":
         return {"lessons": [input_file(path, "lesson").read_text(encoding="utf-8")]}
     return {"state": _described(path)}
@@ -102,10 +111,14 @@ def _simulated(path: Path) -> dict[str, Any]:
     return _shown(orbit.system, {"t_end": float(orbit.t_end), **_start(orbit)}, str(path))
 
 
-def _measured(path: Path, tree: Any) -> dict[str, Any]:
+def _measured(paths: Sequence[Path], trees: Sequence[Any]) -> dict[str, Any]:
+    from stickslip.explorer.record import record_of
     from stickslip.identification.records import read_records
 
-    return content_of_record(read_records(tree)[0], str(path))
+    found = read_records(list(trees))
+    content = content_of_record(found[0], str(paths[0]))
+    content["records"] += [record_of(one, str(path)) for one, path in zip(found[1:], paths[1:], strict=True)]
+    return content
 
 
 def content_of_record(found: FrictionRecord, path: str, law: Law | None = None) -> dict[str, Any]:
@@ -119,7 +132,7 @@ def content_of_record(found: FrictionRecord, path: str, law: Law | None = None) 
     )
     stick = max([time for time, _, _ in record["breaks"]], default=0.0)
     t_end = 25 * oscillator.natural_period + 8 * stick
-    return {"state": _shown(oscillator, {"t_end": t_end}, path), "record": record}
+    return {"state": _shown(oscillator, {"t_end": t_end}, path), "records": [record]}
 
 
 def content_of_system(system: Oscillator, t_end: float) -> dict[str, Any]:
@@ -149,6 +162,8 @@ def _shown(system: Oscillator | System, settings: Mapping[str, Any], where: str)
         "drive_velocity": system.drive_velocity,
         "law": catalogue.full(system.law),
         "forcing": [harmonic.to_dict() for harmonic in system.harmonics],
+        "normal_force": system.normal_force and catalogue.whole(system.normal_force),
+        "springs": [catalogue.whole(spring) for spring in system.springs],
     }
     one = {name: None if settings.get(name) is None else [float(settings[name])] for name in ("x0", "v0")}
     speed = abs(system.drive_velocity)
@@ -184,14 +199,14 @@ def _json(document: object) -> str:
 
 def page(
     state: Mapping[str, Any] | None = None,
-    record: Mapping[str, Any] | None = None,
+    records: Sequence[Mapping[str, Any]] | None = None,
     lessons: Sequence[str] | None = None,
 ) -> str:
     """The explorer as one HTML page.
 
     Parameters
     ----------
-    state, record, lessons : what it shows first, as :func:`content_of` makes them; default the first preset, no record, and
+    state, records, lessons : what it shows first, as :func:`content_of` makes them; default the first preset, no record, and
         the lessons of the package.
 
     >>> page().startswith("<!doctype html>")
@@ -199,9 +214,9 @@ def page(
     """
     text = _shipped("page.html")
     parts = {
-        'id="data">null<': f'id="data">{_json(_data(lessons or shipped_lessons()))}<',
+        'id="data"><': f'id="data">{_data(lessons or shipped_lessons())}<',
         'id="state">null<': f'id="state">{_json(state)}<',
-        'id="record">null<': f'id="record">{_json(record)}<',
+        'id="records">null<': f'id="records">{_json(records)}<',
         'id="core"><': f'id="core">{_core_packed()}<',
         'id="program"><': f'id="program">{_shipped("explorer.js")}<',
     }
@@ -228,21 +243,22 @@ def program() -> str:
     """What a page with elements of :func:`live` needs once, at its end: style, script, core and the laws."""
     style = _shipped("page.html").partition('<style id="panel-style">')[2].partition("</style>")[0]
     return (
-        f'<style>{style}</style><script type="application/json" id="data">{_json(_data([]))}</script>'
+        f'<style>{style}</style><script type="application/octet-stream" id="data">{_data([])}</script>'
         f'<script type="application/octet-stream" id="core">{_core_packed()}</script>'
         f"<script>{_shipped('explorer.js')}</script>"
     )
 
 
-def _data(lessons: Sequence[str]) -> dict[str, Any]:
-    return {
+def _data(lessons: Sequence[str]) -> str:
+    document = {
         "version": _core.__version__,
         "laws": catalogue.laws(),
         "oscillator": catalogue.oscillator(),
         "presets": presets(),
         "lessons": list(lessons),
     }
+    return text_of(packed(_json(document).encode()))
 
 
 def _core_packed() -> str:
-    return base64.b64encode(files("stickslip.explorer").joinpath("core.wasm.lzma").read_bytes()).decode()
+    return text_of(files("stickslip.explorer").joinpath("core.wasm.lzma").read_bytes())

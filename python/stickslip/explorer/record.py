@@ -56,7 +56,8 @@ def record_of(record: FrictionRecord, path: str) -> dict[str, Any]:
             [float(f"{value:.6g}") for value in row]
             for row in rows[["stick_time", "force_rate", "force"]].to_numpy(float)
         ],
-        "command": f"stickslip identify {path}",
+        "drive": record.constants.get("drive_velocity"),
+        "file": path,
     }
 
 

@@ -1,4 +1,5 @@
 /** The orbit diagram: the sweep up strong, the sweep down pale, coloured by regime; one drags the number itself. */
+import { axisName } from "../axes";
 import { draggable, plain, rangeOf, widen } from "../plot";
 import { get } from "../state";
 import { REGIMES, type Steady } from "../sweeps";
@@ -50,7 +51,7 @@ export class Diagram extends Panel {
       });
     p.y = widen({ low, high });
     const { regimes, soft } = theme();
-    p.labels.x = diagram.over === "drive_velocity" ? "belt speed s" : diagram.over.replace(/^law\./, "").replaceAll("_", " ");
+    p.labels.x = axisName(diagram.over);
     p.labels.y = forced ? "w at t = 2πn/Ω" : "w where ẇ = 0";
     const rows = [...this.up, ...this.down];
     this.key(regimes.flatMap((colour, i) => (rows.some((row) => row?.regime === i) ? [[colour, REGIMES[i]!]] : [])));

@@ -17,14 +17,16 @@ export class Displacement extends Panel {
     );
   }
 
-  draw({ orbit, record }: Scene): void {
+  draw({ orbit, records, state: { system } }: Scene): void {
     const p = this.plot;
     const g = p.base;
     const { accent, dark, faint, line, stick } = theme();
     const ranges = orbit.x.map((x) => rangeOf(x));
-    const end = record ? record.t.findIndex((t) => t > orbit.words.t_last) : 0;
-    const [times, measured] = [record?.t ?? [], record?.x ?? []].map((all) => (end < 0 ? all : all.slice(0, end))) as [number[], number[]];
-    if (measured.length) ranges.push(rangeOf(measured));
+    const measured = records.flatMap(({ t, x }) => {
+      const end = t.findIndex((time) => time > orbit.words.t_last);
+      return x ? [[t, x].map((all) => (end < 0 ? all : all.slice(0, end))) as [number[], number[]]] : [];
+    });
+    for (const [, x] of measured) ranges.push(rangeOf(x));
     p.x = { low: 0, high: orbit.words.t_last };
     p.y = widen({ low: Math.min(...ranges.map(({ low }) => low)), high: Math.max(...ranges.map(({ high }) => high)) });
     p.axes();
@@ -40,10 +42,12 @@ export class Displacement extends Panel {
     g.lineWidth = 1.2;
     g.strokeStyle = faint;
     for (const x of orbit.x.slice(1)) p.line(g, orbit.t, x);
-    if (measured.length) {
-      g.strokeStyle = accent;
-      p.line(g, times, measured);
-    }
+    // Where a spring bends: a stop, or the end of a play.
+    g.setLineDash([4, 4]);
+    for (const { nodes } of system["springs"]) for (const [x] of nodes.slice(1, -1)) p.segment(g, p.pad.left, p.py(x), p.width, p.py(x));
+    g.setLineDash([]);
+    g.strokeStyle = accent;
+    for (const [t, x] of measured) p.line(g, t, x);
     g.lineWidth = 1.7;
     p.runs(orbit.t, orbit.x[0]!, mode, 0, (one) => (one < 0 ? stick : line));
     g.restore();

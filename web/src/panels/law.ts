@@ -43,7 +43,7 @@ export class Law extends Panel {
     const points: [number, number][] = paper ? [law.A, law.B, law.C, law.D].filter(Boolean) : Object.values(law).filter(Array.isArray).flat().filter((one: any): one is [number, number] => Array.isArray(one) && one.length === 2);
     const [w, f] = [orbit.w[0]!, orbit.force[0]!];
     const least = paper ? 0.7 : 2.5 * Math.abs(system["drive_velocity"]);
-    const lists = [rangeOf(w), rangeOf(scene.record?.w ?? [0]), { low: 0, high: least }, ...points.map(([x]) => ({ low: x, high: x }))];
+    const lists = [rangeOf(w), ...scene.records.map((record) => rangeOf(record.w)), { low: 0, high: least }, ...points.map(([x]) => ({ low: x, high: x }))];
     if (!this.held) p.x = widen({ low: Math.min(...lists.map(({ low }) => low)), high: Math.max(...lists.map(({ high }) => high)) }, 0.08);
     let drawn: { w: number[]; f: Float64Array } | null = null;
     try {
@@ -53,7 +53,7 @@ export class Law extends Panel {
     }
     const levels = Object.entries(law).flatMap(([key, value]) => (["break_away", "kinetic", "static", "limit", "growth"].includes(key) && typeof value === "number" ? [value + (law[ABOVE[key] ?? ""] ?? 0)] : []));
     if (!this.held) {
-      const forces = [rangeOf(f), ...(scene.record ? [rangeOf(scene.record.force)] : []), ...(drawn ? [rangeOf(drawn.f)] : []), ...points.map(([, y]) => ({ low: y, high: y })), ...levels.map((y) => ({ low: y, high: y }))];
+      const forces = [rangeOf(f), ...scene.records.map((record) => rangeOf(record.force)), ...(drawn ? [rangeOf(drawn.f)] : []), ...points.map(([, y]) => ({ low: y, high: y })), ...levels.map((y) => ({ low: y, high: y }))];
       const high = Math.max(...forces.map(({ high: one }) => one));
       const low = Math.min(0, ...forces.map(({ low: one }) => one));
       p.y = { low: low - (low < 0 ? 0.06 * (high - low) : 0), high: high + 0.08 * (high - low) };
@@ -71,7 +71,7 @@ export class Law extends Panel {
       p.line(g, drawn.w, drawn.f, SAMPLES, drawn.w.length);
       g.lineCap = "round";
     }
-    if (scene.record) p.cloud(scene.record.w, scene.record.force);
+    for (const record of scene.records) p.cloud(record.w, record.force);
     const mode = orbit.mode[0]!;
     const entry = (branch: number) => {
       for (let i = steady + 1; i < mode.length; i++) if (mode[i] === branch && mode[i - 1] !== branch) return [w[i]!, f[i]!] as [number, number];

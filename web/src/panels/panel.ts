@@ -16,7 +16,7 @@ export interface Scene {
   /** The steady motion, where the core tells it. */
   settled: Steady | null;
   /** What was measured, laid over the motion. */
-  record: Measured | null;
+  records: Measured[];
 }
 
 export type Change = [path: string, value: unknown];

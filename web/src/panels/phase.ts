@@ -8,29 +8,32 @@ export class Phase extends Panel {
   pick?: (x: number, v: number) => void;
 
   constructor(host: HTMLElement) {
-    super(host, "Phase plane: velocity over displacement", { x: "displacement x", y: "velocity ẋ" });
+    super(host, "Phase plane: velocity over displacement; the arrow keys move the start", { x: "displacement x", y: "velocity ẋ" });
     const { canvas } = this.plot.over;
     canvas.style.cursor = "crosshair";
-    draggable(this.plot, (x, y) => {
+    const to = (x: number, y: number) => {
       if (this.plot.inside(x, y)) this.pick?.(this.plot.xAt(x), this.plot.yAt(y));
-    });
+    };
+    draggable(this.plot, to, (dx, dy) => to(this.plot.px(this.start[0]) + 4 * dx, this.plot.py(this.start[1]) - 4 * dy));
   }
+  /** Where the motion on the page started: the arrow keys move it. */
+  private start: [number, number] = [0, 0];
 
-  draw({ orbit, steady, settled, record, state: { system } }: Scene): void {
+  draw({ orbit, steady, settled, records, state: { system } }: Scene): void {
     const p = this.plot;
     const g = p.base;
     const { faint, soft, ink } = theme();
     const [x, v, mode] = [orbit.x[0]!, orbit.v[0]!, orbit.mode[0]!];
-    const measured = record?.x && { x: record.x, v: record.w.map((w) => system["drive_velocity"] - w) };
+    const measured = records.flatMap(({ x, w, drive }) => (x ? [{ x, v: w.map((one) => (drive ?? system["drive_velocity"]) - one) }] : []));
     if (!p.held) {
-      p.x = widen(rangeOf([...rangeEnds(x), ...rangeEnds(measured?.x ?? [])]));
+      p.x = widen(rangeOf([...rangeEnds(x), ...measured.flatMap((one) => rangeEnds(one.x))]));
       // A mass that slips steadily is a point, not a picture of rounding.
       const least = 0.1 * Math.abs(system["drive_velocity"]);
-      p.y = widen(rangeOf([-least, least, ...rangeEnds(v), ...rangeEnds(measured?.v ?? [])]));
+      p.y = widen(rangeOf([-least, least, ...rangeEnds(v), ...measured.flatMap((one) => rangeEnds(one.v))]));
     }
     p.axes();
     p.clip(g);
-    if (measured) p.cloud(measured.x, measured.v);
+    for (const one of measured) p.cloud(one.x, one.v);
     g.lineWidth = 1;
     g.strokeStyle = faint;
     p.line(g, x, v, 0, steady + 1);
@@ -57,8 +60,9 @@ export class Phase extends Panel {
     g.fillText("ẋ = s", p.width - p.pad.right - 3, p.py(system["drive_velocity"]) - 3);
   }
 
-  override time({ orbit, state: { system } }: Scene, t: number): void {
+  override time({ orbit, state: { system, start } }: Scene, t: number): void {
     const p = this.plot;
+    this.start = [start.x0?.[0] ?? 0, start.v0?.[0] ?? system["drive_velocity"]];
     const g = p.over;
     const i = indexAt(orbit.t, t);
     p.begin(g);

@@ -1,6 +1,7 @@
 /** The rig: belt, masses, springs, damper, the friction arrow in the colour of its branch, the forcing arrow. */
 import { indexAt, valueAt } from "../orbit";
 import { type Plot, rangeOf } from "../plot";
+import type { Document } from "../state";
 import { SERIF, colourOf, theme } from "../theme";
 import { Panel, type Scene } from "./panel";
 
@@ -53,6 +54,12 @@ function arrow(g: Layer, x: number, y: number, length: number, colour: string, n
   g.textAlign = sign > 0 ? "left" : "right";
   g.textBaseline = "middle";
   g.fillText(name, x + length + sign * 5, y);
+}
+
+/** The normal force of a contact over that of its law, as the core has it: 0 where the bodies part. */
+export function normalForce({ constant, harmonics, position, velocity }: Document, t: number, x: number, v: number): number {
+  const waves = harmonics.reduce((sum: number, { amplitude, frequency, phase = 0 }: Document) => sum + amplitude * Math.cos(frequency * t + phase), 0);
+  return Math.max(0, constant + waves + position * x + velocity * v);
 }
 
 function belt(g: Layer, left: number, right: number, ground: number, way: number): void {
@@ -115,22 +122,26 @@ export class Rig extends Panel {
     const p: Plot = this.plot;
     const g = p.over;
     p.begin(g);
+    // On a high panel everything is larger.
+    const zoom = Math.max(1, Math.min(2, p.height / 150));
+    g.scale(zoom, zoom);
+    const [wide, high] = [p.width / zoom, p.height / zoom];
     const { dark, ink, soft, card, accent } = theme();
     const count = orbit.x.length;
-    const narrow = p.width < 480;
+    const narrow = wide < 480;
     const block = { w: Math.max(46, (narrow ? 86 : 104) - 12 * (count - 1)), h: 52 };
-    const ground = p.height - 36;
+    const ground = high - 36;
     const wall = narrow ? 34 : 52;
     const ranges = orbit.x.map((x) => rangeOf(x));
     const reach = Math.max(...ranges.map(({ high }) => high), 0) - Math.min(...ranges.map(({ low }) => low), 0) || 1;
     const strongest = Math.max(...orbit.force.map((force) => rangeOf(force)).flatMap(({ low, high }) => [-low, high])) || 1;
     const fastest = Math.max(...orbit.v.map((v) => rangeOf(v)).flatMap(({ low, high }) => [-low, high]));
-    const room = p.width - wall - 90;
+    const room = wide - wall - 90;
     const gap = count > 1 ? (room - 60) / count : 0;
     const rest = wall + (count > 1 ? 70 + block.w / 2 : room * 0.4);
     const unit = (count > 1 ? gap - block.w : room * 0.48) / reach;
     const s: number = system["drive_velocity"];
-    const right = p.width - (narrow ? 30 : 60);
+    const right = wide - (narrow ? 30 : 60);
     belt(g, wall + (narrow ? 36 : 60), right, ground, s * t * unit);
     g.lineWidth = 2;
     g.strokeStyle = ink;
@@ -174,6 +185,17 @@ export class Rig extends Panel {
       const w = orbit.w[i]![index]!;
       const words = mode < 0 ? "sticks" : w >= 0 ? "slips back" : "slips ahead";
       g.fillText(count > 2 ? words.split(" ")[0]! : words, x, middle - 4);
+      const { normal_force: normal } = system;
+      if (normal) {
+        const down = Math.min(40, 16 * normalForce(normal, t, valueAt(orbit.t, orbit.x[i]!, t), valueAt(orbit.t, orbit.v[i]!, t)));
+        g.save();
+        g.translate(left + 14, ground - block.h - 3 - down);
+        g.rotate(Math.PI / 2);
+        arrow(g, 0, 0, down, soft, "");
+        g.restore();
+        g.font = `italic 14px ${SERIF}`;
+        if (!i) g.fillText("n", left + 26, ground - block.h - 10);
+      }
       const force = valueAt(orbit.t, orbit.force[i]!, t);
       arrow(g, x + block.w / 2 + 3, ground - 12, Math.max(-60, Math.min(60, (force / strongest) * (count > 1 ? 26 : 54))), colour, count > 1 ? "" : "f");
       if (!i)
@@ -184,6 +206,6 @@ export class Rig extends Panel {
     g.fillStyle = soft;
     g.textAlign = "right";
     g.font = "12px system-ui, sans-serif";
-    g.fillText(`t = ${t.toFixed(orbit.words.t_last < 20 ? 3 : 1)}`, p.width - 14, 16);
+    g.fillText(`t = ${t.toFixed(orbit.words.t_last < 20 ? 3 : 1)}`, wide - 14, 16);
   }
 }

@@ -1,4 +1,4 @@
-/** The spectrum of displacement, velocity or acceleration over whole periods of the second half; the forcing is marked. */
+/** The spectrum of displacement, velocity, acceleration or friction over whole periods of the second half; the forcing is marked. */
 import { Verb } from "../core";
 import { wholePeriods } from "../orbit";
 import { theme } from "../theme";
@@ -43,7 +43,7 @@ export class Spectrum extends Panel {
     const p = this.plot;
     const g = p.base;
     const [from, to] = wholePeriods(orbit);
-    p.labels.y = `log₁₀ |${["x", "ẋ", "ẍ"][view.derivative]}|`;
+    p.labels.y = `log₁₀ |${["x", "ẋ", "ẍ", "f"][view.derivative]}|`;
     const natural = Math.sqrt(system["stiffness"] / system["mass"]);
     const x = core.ask(Verb.states, { from, to, count: SAMPLES }).numbers.subarray(view.derivative * SAMPLES, (view.derivative + 1) * SAMPLES);
     const heights = amplitudes(x).map((height) => Math.log10(Math.max(height, 1e-30)));

@@ -41,18 +41,18 @@ export class Surface extends Panel {
     for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => (this.before = null));
   }
 
-  draw({ core, orbit, record, state: { system } }: Scene): void {
+  draw({ core, orbit, records, state: { system } }: Scene): void {
     const p = this.plot;
     const g = p.base;
     const { ink, soft, accent, card } = theme();
     const releases = orbit.events.filter(({ kind, contact }) => kind === RELEASE && contact === 0);
     const breaks = [
-      ...(record?.breaks ?? []).map(([time, rate, force]) => ({ stickTime: time, forceRate: rate, force, measured: true })),
+      ...records.flatMap(({ breaks: measured }) => measured).map(([time, rate, force]) => ({ stickTime: time, forceRate: rate, force, measured: true })),
       ...releases.slice(-40).map(({ stickTime, forceRate, force }) => ({ stickTime, forceRate, force, measured: false })),
     ];
     const drive = Math.abs(system["stiffness"] * system["drive_velocity"]);
-    const rate = Math.max(record ? 0 : 0.7, ...breaks.map(({ forceRate }) => 1.15 * Math.abs(forceRate)), 1.5 * drive);
-    const time = Math.max(record ? 0 : 4, ...breaks.map(({ stickTime }) => 1.15 * stickTime)) || 4;
+    const rate = Math.max(records.length ? 0 : 0.7, ...breaks.map(({ forceRate }) => 1.15 * Math.abs(forceRate)), 1.5 * drive);
+    const time = Math.max(records.length ? 0 : 4, ...breaks.map(({ stickTime }) => 1.15 * stickTime)) || 4;
     const axis = (end: number) => Array.from({ length: CELLS + 1 }, (_, i) => (i * end) / CELLS);
     const heights = core.ask(Verb.surface, { law: system["law"], stick_times: axis(time), force_rates: axis(rate) }).numbers;
     const seen = [...heights, ...breaks.filter(({ measured }) => measured).map(({ force }) => force)];

@@ -12,7 +12,7 @@ use crate::orbit::{Event, Orbit, Record, Segment};
 use crate::oscillator::{Oscillator, with_harmonics};
 use crate::restart::{HybridState, Restart};
 use crate::section::{Cut, Guard, Point};
-use crate::simulate::{Run, Stop, observe, resume};
+use crate::simulate::{Run, Stop, observe_forced, resume_forced};
 use crate::watch::Watched;
 
 /// One mass on a constant drive, under a law of linear pieces.
@@ -92,8 +92,8 @@ impl<'a> Closed<'a> {
             ..self.run
         };
         let (mut stop, work) = match self.hybrid {
-            Some(hybrid) => resume(self.oscillator, run, hybrid, &mut follower)?,
-            None => observe(self.oscillator, run, &mut follower)?,
+            Some(hybrid) => resume_forced::<H>(self.oscillator, run, hybrid, &mut follower)?,
+            None => observe_forced::<H>(self.oscillator, run, &mut follower)?,
         };
         self.events += work.events;
         if let Some((reached, start)) = follower.finish(&mut stop, t_end) {
