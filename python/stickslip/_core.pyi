@@ -1,5 +1,5 @@
 from collections.abc import Callable
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ __all__ = [
     "REGIMES",
     "RESTART",
     "STOPS",
-    "SWEEP_COLUMNS",
     "Halt",
     "Law",
     "Orbit",
@@ -38,6 +37,7 @@ __all__ = [
 
 _Floats = NDArray[np.float64]
 _Flags = NDArray[np.bool_]
+_Columns = dict[str, NDArray[Any]]
 
 __version__: str
 KINDS: list[str]
@@ -45,12 +45,10 @@ STOPS: list[str]
 BRANCHES: list[str]
 REGIMES: list[str]
 RESTART: int
-SWEEP_COLUMNS: list[str]
 BOUNDARIES: list[str]
 ENDINGS: list[str]
 
 _Start = tuple[list[float] | None, list[float] | None, float, int]
-_Table = tuple[_Floats, _Floats, _Floats, _Floats, _Floats, _Floats, _Floats]
 
 @final
 class System:
@@ -77,8 +75,8 @@ class Orbit:
     def segments(self) -> _Floats: ...
     def events(self) -> _Floats: ...
     def states(self, times: _Floats) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats, _Flags]: ...
-    def steady(self, look: str, period: float, surface: str) -> _Table: ...
-    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, int]: ...
+    def steady(self, look: str, period: float, surface: str) -> _Columns: ...
+    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, str]: ...
     @property
     def run(self) -> _Start: ...
     @property
@@ -95,12 +93,12 @@ def batch(
     names: list[str],
     values: _Floats,
     run: tuple[float, float, int],
-    section: int | None,
+    section: str | None,
     keep: int,
     workers: int,
     max_seconds: float | None,
     progress: Callable[[int, int], object] | None,
-) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
+) -> _Columns: ...
 def halted() -> bool: ...
 
 @final
@@ -111,9 +109,9 @@ class Halt:
 
 @final
 class Samples:
-    def __new__(cls, columns: list[list[float]], stuck: list[bool], events: int) -> Samples: ...
-    def steady(self, look: str, period: float, surface: str) -> _Table: ...
-    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, int]: ...
+    def __new__(cls, columns: list[_Floats], stuck: _Flags, events: int) -> Samples: ...
+    def steady(self, look: str, period: float, surface: str) -> _Columns: ...
+    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, str]: ...
 
 @final
 class Law:
@@ -165,7 +163,7 @@ def section(
     after: float,
     most: int,
     max_seconds: float | None,
-) -> tuple[_Floats, int]: ...
+) -> tuple[_Floats, str]: ...
 def sweep(
     document: str,
     names: list[str],
@@ -174,7 +172,7 @@ def sweep(
     chain: bool,
     start: tuple[list[float], list[float], list[float]] | None,
     max_seconds: float | None,
-) -> _Table: ...
+) -> _Columns: ...
 
 _EventSequence = tuple[_Floats, _Floats, list[str], str]
 

@@ -190,7 +190,7 @@ pub(crate) fn follow<'py>(
     tests: bool,
 ) -> PyResult<(Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, f64>)> {
     let (masses, _) = system.masses()?;
-    let varied = Varied::new(masses, system.document(), &paths).map_err(|error| refused(&error))?;
+    let varied = Varied::new(masses, system.document(), &paths).map_err(refused)?;
     let layout = Layout::of(masses);
     let start = state_from(layout, state.as_slice()?)?;
     let contacts = layout.contacts;

@@ -31,7 +31,7 @@
 //! | [`watch`] | whether a run goes on, asked within every loop whose length nobody knows |
 //! | [`zero_one`] | the 0–1 test for chaos |
 //! | [`replay`] | a law along a measured motion |
-//! | [`displacement`] | the motion nearest to a measured one that obeys a law |
+//! | [`displacement_error`] | the motion nearest to a measured one that obeys a law |
 //! | [`system`] | masses, matrices, contacts, drives |
 //! | [`spring`] | springs that are not linear |
 //! | [`normal_force`] | the normal force of a contact that varies |
@@ -46,7 +46,7 @@
 
 pub mod batch;
 pub mod clock;
-pub mod displacement;
+pub mod displacement_error;
 pub mod drive;
 pub mod dual;
 pub mod elementary;

@@ -206,7 +206,7 @@ def units_of(law: Law, force: str = "N", length: str = "m", time: str = "s") -> 
     >>> units_of(ExponentialStribeck.example(), "N m", "rad")
     {'break_away': 'N m', 'kinetic': 'N m', 'scale': 'rad/s', 'viscous': 'N m s/rad'}
     """
-    return {name: unit_of(number.unit, force, length, time) for name, number in numbers(law).items()}
+    return {name: unit_of(number.dimension, force, length, time) for name, number in numbers(law).items()}
 
 
 class Spread:
