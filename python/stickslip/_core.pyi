@@ -62,7 +62,7 @@ class Orbit:
     @staticmethod
     def simulate(system: System, run: _Start, max_seconds: float | None) -> Orbit: ...
     @staticmethod
-    def resume(system: System, state: _Floats, contact_states: _Floats, duration: float) -> Orbit: ...
+    def resume(system: System, state: _Floats, contact_states: _Modes, duration: float) -> Orbit: ...
     @staticmethod
     def restore(
         system: System,
@@ -174,20 +174,23 @@ def sweep(
     max_seconds: float | None,
 ) -> _Columns: ...
 
-_EventSequence = tuple[_Floats, _Floats, list[str], str]
+_Modes = NDArray[np.int8]
+_Tests = tuple[NDArray[np.uint8], NDArray[np.uint32], NDArray[np.uint32], _Floats]
+_Phases = tuple[_Modes, NDArray[np.uint8], NDArray[np.uint32], _Floats]
+_EventSequence = tuple[_Floats, _Phases, list[str], str]
 
 def event_sequence(
     system: System, x0: list[float] | None, v0: list[float] | None, t_end: float, max_events: int
 ) -> _EventSequence: ...
 def event_sequence_from(
-    system: System, state: _Floats, contact_states: _Floats, duration: float, max_events: int
+    system: System, state: _Floats, contact_states: _Modes, duration: float, max_events: int
 ) -> _EventSequence: ...
 def follow(
     system: System,
     paths: list[str],
     state: _Floats,
-    phases: _Floats,
-    last: _Floats,
+    phases: _Phases,
+    last: _Modes,
     reseed: bool,
     tests: bool,
-) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...
+) -> tuple[_Floats, _Floats, _Floats, _Tests]: ...

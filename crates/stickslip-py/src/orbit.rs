@@ -61,7 +61,7 @@ impl Orbit {
         py: Python<'_>,
         system: &System,
         state: PyReadonlyArray1<'_, f64>,
-        contact_states: PyReadonlyArray1<'_, f64>,
+        contact_states: PyReadonlyArray1<'_, i8>,
         duration: f64,
     ) -> PyResult<Self> {
         let (system, _) = system.masses()?;

@@ -313,7 +313,7 @@ def _name(point: Point) -> str | None:
 def _detail(point: Point) -> float:
     """How the holding force moves on the boundary: its sign is what tells two bifurcations of one test function apart."""
     assert isinstance(point.boundary, tuple)
-    return float(point.here.tests[labels(point.here)[point.boundary], 3])
+    return float(point.here.tests["detail"][labels(point.here)[point.boundary]])
 
 
 def _codimension_two(kind: str, there: Point) -> CodimensionTwo:

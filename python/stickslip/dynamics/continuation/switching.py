@@ -89,7 +89,7 @@ def _aside(point: Point, family: Family, *, double: bool) -> Point | None:
     across = _across(here, family, point, double=double)
     sequence, forcing_periods = here.sequence, here.forcing_periods * (2 if double else 1)
     if double:
-        sequence = replace(sequence, phases=np.vstack([sequence.phases, sequence.phases]))
+        sequence = replace(sequence, phases=np.tile(sequence.phases, 2))
     sizes = size_of(sequence.system, sequence.start, here.coordinates)
     span = float(family.scales(point.values)[0])
     for size in _ASIDE:

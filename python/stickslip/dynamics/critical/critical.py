@@ -305,7 +305,7 @@ def _from_orbit(system: Oscillator, watch: _Watch, special: SpecialPoint) -> Run
     """Runs from the orbit at a special point: from where it begins to stick, as nothing before is remembered there."""
     assert special.point is not None
     here = special.point.here
-    state, stuck = here.sequence.start, here.sequence.directions[:, 0] == 0
+    state, stuck = here.sequence.start, here.sequence.stuck[:, 0]
     captures = np.flatnonzero(stuck & ~np.roll(stuck, 1))
     if captures.size and captures[0] > 0:
         state = here.sequence.follow().states[captures[0] - 1]

@@ -119,7 +119,7 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
 
 def stick_time(point: Point) -> float:
     """How long the cycle sticks in a period."""
-    return float(point.here.durations[(point.here.sequence.directions == 0).any(axis=1)].sum())
+    return float(point.here.durations[point.here.sequence.stuck.any(axis=1)].sum())
 
 
 def _size(point: Point) -> float:
