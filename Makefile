@@ -15,6 +15,8 @@ TESTS := $(shell find tests crates/stickslip/tests examples docs -type f) README
 RUST := Cargo.toml Cargo.lock $(shell find crates -name '*.rs' -o -name Cargo.toml)
 
 export MPLBACKEND := Agg
+# Tests start many processes: compiled modules are kept.
+unexport PYTHONDONTWRITEBYTECODE
 # pyo3 asks the first python on the PATH otherwise, which may be too old.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 # A new rustup is on the PATH only after the next login.

@@ -164,6 +164,7 @@ def test_a_cluster_that_does_not_answer_is_one_sentence(tmp_path, monkeypatch):
             assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_in_the_middle_changes_no_byte(tmp_path, undisturbed):
     from distributed import LocalCluster
 

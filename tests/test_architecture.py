@@ -16,7 +16,7 @@ _spec.loader.exec_module(architecture)
 LEFT: list[set[str]] = []
 #: Folders with more than a dozen modules, and with how many; the numbers may only fall. `laws` is the catalogue, one law a
 #: file, and `cli` has one sub-command a file: these two may grow.
-CROWDED = {"laws": 100, "cli": 18}
+CROWDED = {"laws": 100, "cli": 19}
 #: Private words that no name may hold, each with the standard one beside it.
 PRIVATE = {
     "arc": "phase", "arcs": "phases", "bears": "static_limit", "belt": "drive", "bend": "corner", "border": "boundary",

@@ -195,6 +195,7 @@ def test_a_curve_with_a_memory_is_found_from_records():
     assert found.break_away_force(t) == pytest.approx(law.break_away_force(t), rel=0.03)
 
 
+@pytest.mark.slow
 def test_static_friction_that_begins_above_the_kinetic_force_is_found_without_asking_for_a_law():
     law = Combined(LogarithmicDwell(1.0, 0.06, 10.0), ExponentialStribeck(0.75, 0.6, 0.3, 0.05))
     records = []

@@ -77,9 +77,10 @@ def test_stick_slip_over_neutral_slip_ends_where_its_stick_time_vanishes(law, bo
         # An unstable cycle grazes at 0.95: the start of a run leaves one basin for another, and no motion changes.
         pytest.param(501, {"fold": 1.188411090, "end_of_stick_slip": 1.188411090}, marks=pytest.mark.slow),
         # Between 1.3888 and 1.3915 a cycle without sticks attracts beside stick-slip and steady slip.
-        (
+        pytest.param(
             39,
             {"nonsmooth_hopf": 1.026944043, "fold": 1.388758633, "nonsmooth_fold": 1.61361617, "end_of_stick_slip": 1.613616},
+            marks=pytest.mark.slow,
         ),
     ],
 )  # fmt: skip

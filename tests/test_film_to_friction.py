@@ -99,6 +99,7 @@ def test_friction_from_a_long_film_at_any_usual_rate(tmp_path, make, drive_veloc
     from_film_to_friction(tmp_path / "film.avi", make, drive_velocity, 8, rate)
 
 
+@pytest.mark.slow
 def test_each_mass_of_a_film_gives_the_friction_of_its_contact(tmp_path):
     law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
     contacts = [ss.Contact(mass=i, law=law, drive_velocity=0.2) for i in (0, 1)]

@@ -50,7 +50,8 @@ def test_slope_per_decade_and_its_error_are_those_of_the_textbook():
     assert "logarithmic form is chosen" in " ".join(found.notes)
 
 
-@pytest.mark.parametrize(("count", "fewest"), [(10, 8), pytest.param(40, 35, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "fewest"), [(10, 8), (40, 35)])
 def test_interval_of_the_slope_covers_the_truth_as_often_as_it_says(count, fewest):
     hits = 0
     for seed in range(count):

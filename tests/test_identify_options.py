@@ -2,6 +2,7 @@
 
 import argparse
 import functools
+import html
 import inspect
 
 import numpy as np
@@ -138,8 +139,8 @@ def test_no_option_is_unknown_to_all_paths():
         ("static", ["--steady"], "holds no friction over slip velocity"),
         (
             "static",
-            ["--report", "r.html"],
-            "--report does not go with the fit of static friction to tables of break-aways",
+            ["--table", "r.csv"],
+            "--table does not go with the fit of static friction to tables of break-aways",
         ),
         ("steps", ["--offset"], "--offset does not go with the fit of rate-and-state friction to steps of the speed"),
         ("laws", ["--free", "kinetic"], "--free does not go with --compare: compare first"),
@@ -156,3 +157,14 @@ def test_what_is_not_used_is_refused_with_what_to_do(path, asked, words, files, 
     name, chosen_by = files[path]
     assert main(["identify", str(name), *chosen_by, *asked]) == 2
     assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("path", ["curve", "static", "step"])
+def test_a_fit_to_tables_has_a_page_too(path, files, tmp_path):
+    name, chosen_by = files[path]
+    assert main(["identify", str(name), *chosen_by, "--report", str(tmp_path / "page.html")]) == 0
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    found = ss.identify(str(name))
+    assert page.count("data:image/png;base64,") == 1
+    assert all(f"<th>{number}</th>" in page for number in found.estimates().index)
+    assert all(html.escape(note)[:60] in page for note in found.notes)

@@ -131,6 +131,7 @@ def measured(noise=0.005, change=lambda x: x, t_end=200):
     return ss.measure({"t": t, "x": x}, {**rig, "damping": 0.1, "drive_velocity": 0.2})
 
 
+@pytest.mark.slow
 def test_noise_as_large_as_the_falls_is_refused():
     with pytest.raises(
         InputError, match=r"the noise of the instrument is .* in force, and a break-away falls by .* less noise"

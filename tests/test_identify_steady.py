@@ -365,6 +365,7 @@ def test_friction_that_differs_by_the_sense_is_told_from_an_offset(tmp_path: Pat
     )
 
 
+@pytest.mark.slow
 def test_a_stribeck_curve_and_a_logarithm_that_differ_by_the_sense_are_laws() -> None:
     rng = np.random.default_rng(2)
     w = np.concatenate([np.geomspace(0.01, 1, 40), -np.geomspace(0.01, 1, 40)])

@@ -141,6 +141,7 @@ def test_a_record_of_less_than_two_cycles_is_refused(first):
         fit_trajectories(short, settled_after=0.0)
 
 
+@pytest.mark.slow
 def test_another_kind_of_motion_is_refused(first):
     still = replace(first, law=ss.laws.Coulomb(0.6), parameters=first.parameters.loc[["kinetic"]])
     with pytest.raises(
@@ -305,6 +306,7 @@ def test_law_is_recovered_from_films(law, options, tmp_path):
         assert table.loc[name, "error"] < 0.005
 
 
+@pytest.mark.slow
 def test_a_profile_ends_where_there_is_no_law_beyond():
     # no jump at the release: the break-away force lies on the edge of what makes a law, where trials lie on either side
     law = ss.laws.PiecewiseLinear(nodes=[(0, 1.0), (0.25, 0.6), (1.0, 0.8)], break_away=1.0)

@@ -270,6 +270,7 @@ def test_sweeps_end_after_max_seconds_and_a_store_goes_on(tmp_path):
         ss.orbit_diagram(smooth, "damping", [0.1], max_seconds=0)
 
 
+@pytest.mark.slow
 def test_the_command_line_ends_sweeps_too(tmp_path, capsys):
     system = tmp_path / "system.toml"
     system.write_text(ss.Oscillator(0.05, 0.1, ss.laws.ExponentialStribeck(1.0, 0.6, 0.1)).to_toml())

@@ -128,8 +128,8 @@ def test_options_that_clash_are_refused_before_the_fit(joint: xr.DataTree, tmp_p
     for name in ("fit_steady", "identify"):
         monkeypatch.setattr(f"stickslip.identification.{name}", None)
     friction = str(tmp_path / "joint.nc")
-    assert main(["identify", friction, "--report", str(tmp_path / "page.html")]) == 2
-    assert "--report does not go with" in capsys.readouterr().err
+    assert main(["identify", friction, "--predict", friction]) == 2
+    assert "--predict does not go with" in capsys.readouterr().err
     assert main(["identify", friction, "--law", "Coulomb", "--plot", str(tmp_path / "law.png")]) == 2
     assert "does not say its mass, stiffness, drive_velocity" in capsys.readouterr().err
 
@@ -313,13 +313,6 @@ def test_a_law_is_a_table_of_friction_with_bands(joint: xr.DataTree, tmp_path, c
         ss.laws.friction_table(FORWARD, [0.1])
     with pytest.raises(ss.InputError, match="not 0"):
         ss.laws.friction_table(loaded, [0.0])
-
-
-def test_a_report_of_a_steady_fit_is_refused_before_the_fit(joint: xr.DataTree, tmp_path, capsys, monkeypatch) -> None:
-    joint.to_netcdf(tmp_path / "joint.nc", engine="h5netcdf")
-    monkeypatch.setattr("stickslip.identification.fit_steady", lambda *_: pytest.fail("it was fitted"))
-    assert main(["identify", str(tmp_path / "joint.nc"), "--report", str(tmp_path / "page.html")]) == 2
-    assert "--report does not go with the fit of friction over slip velocity" in capsys.readouterr().err
 
 
 def test_the_current_of_a_motor_is_a_force_by_its_constant(joint: xr.DataTree) -> None:

@@ -80,6 +80,7 @@ def three_slips():
     return record(events("release")[1] + 0.4, events("capture")[3] + 0.5)
 
 
+@pytest.mark.slow
 def test_the_stated_error_of_the_work_of_a_slip_is_what_the_work_is_off(three_slips):
     friction = [three_slips, record(events("release")[1] - 4.0, events("capture")[7] + 0.5)]
     motions = [Motion.of(one, ss.laws.StaticKinetic) for one in read_records(friction)]

@@ -158,7 +158,7 @@ def test_friction_is_within_two_percent_at_a_thousandth_of_noise(drive: float) -
 
 @pytest.mark.parametrize(
     ("drive", "noise"),
-    [(0.3, 1e-3), (0.3, 5e-3), *(pytest.param(drive, 1e-3, marks=SLOW) for drive in (0.1, 0.2, 0.4))],
+    [(0.3, 5e-3), *(pytest.param(drive, 1e-3, marks=SLOW) for drive in (0.1, 0.2, 0.3, 0.4))],
 )
 def test_no_stick_is_missed_and_none_invented(drive: float, noise: float) -> None:
     truth, friction = kinked_record(drive, noise)

@@ -100,6 +100,7 @@ def test_motion_of_all_masses_is_one_data_set() -> None:
     assert np.isnan(moved["x"].sel(mass="right").values[:50]).all()
 
 
+@pytest.mark.slow
 def test_pieces_keep_the_jump_that_smoothers_smear() -> None:
     drive = DRIVES[0]
     time = np.arange(0, 60, STEP)

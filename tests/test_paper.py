@@ -311,6 +311,7 @@ def test_one_forcing_amplitude_for_both_motions_at_one_drive_velocity():
     assert verdicts.to_dict() == {only[0]: REPRODUCED, only[1]: NOT}
 
 
+@pytest.mark.slow
 def test_a_surface_that_falls_late_and_fast_has_both_at_one_amplitude_and_two_periods_at_the_faster_drive():
     only = ("friction-falls", "forced-0.30-one-amplitude", "forced-0.40-two-periodic")
     verdicts = calibration.trades(["steep f_s(0, δ)"], only=only)["steep f_s(0, δ)"]

@@ -55,6 +55,7 @@ def test_law_of_the_slow_slider_sticks_as_long(slow, tmp_path, capsys):
     assert law.exists()
 
 
+@pytest.mark.slow
 def test_force_drop_of_the_slow_slider_grows_with_the_logarithm_of_the_stick_time(slow):
     import xarray as xr
 

@@ -102,6 +102,7 @@ def test_lyapunov_exponents_of_regular_motion_are_those_of_the_multipliers() -> 
     assert stuck.exponents[1] == -math.inf
 
 
+@pytest.mark.slow
 def test_lyapunov_exponent_of_chaotic_stick_slip_is_the_average_of_its_map() -> None:
     system = ss.Oscillator(0.0, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.6, 2.0))
     spectrum = ss.lyapunov(system, 4000.0)

@@ -21,7 +21,7 @@ _spec.loader.exec_module(numbers)
 
 
 #: Half of the time of all: runs and cycles to twelve digits.
-LONG = {"by_multipliers"}
+LONG = {"by_multipliers", "sliding"}
 
 
 @pytest.mark.parametrize(
@@ -108,6 +108,7 @@ def test_beyond_a_boundary_the_other_event_sequence_is_followed():
     assert beyond.multiplier[-1] == pytest.approx(np.abs(cycle.multipliers).max(), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_loci_pass_through_points_located_one_by_one():
     system = numbers.den_hartog(0.2, 0.44)
     (adding,) = ss.continuation(system, "law.kinetic", (0.4, 0.46), seeds=0).special_points

@@ -95,6 +95,7 @@ def _upcrossings(orbit, w):
     return [brentq(lambda t: orbit.system.drive_velocity - orbit.at(t)[1] - w, t[i], t[i + 1], xtol=1e-13) for i in up]
 
 
+@pytest.mark.slow
 def test_lugre_with_stiff_bristles_is_stribeck_friction_with_adhesion():
     # σ₀ → ∞ with σ₁ = √σ₀: the period tends to that of the law with true adhesion, about as σ₀ to the power −1/2.
     sharp = ss.laws.ExponentialStribeck(break_away=1.5, kinetic=1.0, scale=0.05, viscous=0.4)
@@ -117,6 +118,7 @@ def test_regularised_law_tends_to_the_law_itself():
     assert (slope < 0.7).all()
 
 
+@pytest.mark.slow
 def test_s17_slip_law_runs_away_beyond_its_separatrix():
     # At the critical stiffness, with u = φ + ψ, the quasi-static slip law runs away beyond the invariant line
     # u = 1 − (1 − a/b) e^(−φ), for ψ = 0 from φ = 0.858774 on (substitute the line into φ′, ψ′). Below it the peak is that of

@@ -109,6 +109,7 @@ def test_every_law_with_a_state_runs_between_masses_and_on_one_mass_as_on_an_osc
     )
 
 
+@pytest.mark.slow
 def test_table_of_a_drive_is_not_stepped_over():
     # Nothing happens for 40 units of time, then the drive jerks for a tenth of one.
     drive = ss.Drive(nodes=[(40.0, 0.0), (40.05, 0.4), (40.1, 0.0)])

@@ -351,16 +351,22 @@ def _fit_static(files: list[str]) -> Any:
     return _fit_steps(files)
 
 
-def _deliver_table(found: Any, *, output: str | None = None, plot: str | None = None, json: bool = False) -> None:
+def _deliver_table(
+    found: Any, *, output: str | None = None, plot: str | None = None, report: str | None = None, json: bool = False
+) -> None:
     if output:
         found.save(output)
     if plot:
         save_figure(found.plot().figure, plot)
+    if report:
+        from stickslip.report.identification import page_of_table
+
+        page_of_table(found).write(report)
     if json:
         say_json(found.to_dict())
         return
     say(found.report())
-    say_written(output, plot)
+    say_written(output, plot, report)
 
 
 PATHS = {

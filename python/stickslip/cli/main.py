@@ -23,6 +23,7 @@ from stickslip.cli import (
     explore,
     film,
     identify,
+    law,
     measure,
     reproduce,
     run,
@@ -35,7 +36,7 @@ from stickslip.cli.terminal import say
 from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.documents import check_ending, check_writable, keeping_inputs
 
-TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check", "table")
+TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check", "table", "code")
 """Options that name a file which is written; what stands for it in the help says by its ending what kind of file."""
 
 SAME_KIND = {".html": (".html", ".htm"), ".avi": (".avi", ".mkv", ".mp4")}
@@ -49,6 +50,7 @@ COMMANDS = (
     track,
     measure,
     identify,
+    law,
     run,
     sweep,
     basins,
@@ -69,6 +71,7 @@ EXAMPLES = {
     "track": "stickslip track film.avi --setup film.track.toml -o motion.nc",
     "measure": "stickslip measure example/block.csv --rig example/block.toml -o friction.nc --plot friction.png",
     "identify": "stickslip identify friction.nc -o law.toml --report law.html",
+    "law": "stickslip law law.toml --plot law.png --code law.c --speed 0.5",
     "run": "stickslip run experiment.toml --watch",
     "sweep": "stickslip sweep system.toml --over drive_velocity=0.05:0.6:200 --plot diagram.png",
     "basins": "stickslip basins system.toml --x=-1:2:60 --v=-1:1:60 --plot basins.png",

@@ -7,10 +7,7 @@ import pandas as pd
 
 from stickslip.identification.kinetic.steady import SteadyFriction
 from stickslip.identification.result import Identification
-from stickslip.laws.bands import friction_table, long_rest
-
-SPEEDS = 100
-TIMES = 21
+from stickslip.laws.bands import table_up_to
 
 
 def law_table(found: Identification | SteadyFriction) -> pd.DataFrame:
@@ -33,10 +30,6 @@ def law_table(found: Identification | SteadyFriction) -> pd.DataFrame:
         law, stated = found.law, found.records[0].units
         w = np.concatenate([record.slip_velocity[~record.stuck] for record in found.records])
     speed = np.abs(w[w != 0])
-    speeds = np.geomspace(max(float(speed.min()), 1e-4 * float(speed.max())), float(speed.max()), SPEEDS)
-    grown = law.break_away_force(1e12) > law.break_away_force(0.0)
-    times = np.linspace(0.0, long_rest(law), TIMES) if grown else np.zeros(1)
-    table = friction_table(law, np.concatenate([-speeds[::-1], speeds]), times)
-    units = {"slip_velocity": stated.get("slip_velocity"), "stick_time": stated.get("time", "s" if stated else None)}
-    units |= dict.fromkeys(("force", "low", "high"), stated.get("force"))
-    return table.rename(columns={name: f"{name} ({unit})" for name, unit in units.items() if unit})
+    time = stated.get("time", "s" if stated else None)
+    top, least = float(speed.max()), float(speed.min())
+    return table_up_to(law, top, stated.get("force"), stated.get("slip_velocity"), time, least)

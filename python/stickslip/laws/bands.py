@@ -19,6 +19,10 @@ Array = npt.NDArray[np.float64]
 BAND = (0.025, 0.975)
 DRAWS = 1000
 """Laws of which a band is drawn."""
+SPEEDS = 100
+"""Slip velocities of a table in each direction."""
+TIMES = 21
+"""Stick times of a table."""
 
 
 def drawn(law: Law) -> list[Law]:
@@ -87,6 +91,29 @@ def friction_table(
         "high": high,
     }
     return pd.DataFrame(columns)
+
+
+def table_up_to(
+    law: Law, most: float, force: str | None, velocity: str | None, time: str | None, least: float = 0.0
+) -> pd.DataFrame:
+    """The law as a table with bands: friction from a slowest to a fastest |w|, both ways, and at rest.
+
+    Parameters
+    ----------
+    law : with a covariance.
+    most, least : limits of |w| > 0; the slowest is at least a ten-thousandth of the fastest.
+    force, velocity, time : units that stand behind the names of the columns; None where one is not known.
+
+    Returns
+    -------
+    DataFrame as of :func:`friction_table`; at rest one row where the law has no memory of it.
+    """
+    speeds = np.geomspace(max(least, 1e-4 * most), most, SPEEDS)
+    grows = law.break_away_force(1e12) > law.break_away_force(0.0)
+    times = np.linspace(0.0, long_rest(law), TIMES) if grows else np.zeros(1)
+    table = friction_table(law, np.concatenate([-speeds[::-1], speeds]), times)
+    units = {"slip_velocity": velocity, "stick_time": time, **dict.fromkeys(("force", "low", "high"), force)}
+    return table.rename(columns={name: f"{name} ({unit})" for name, unit in units.items() if unit})
 
 
 def long_rest(law: Law) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.files.units import rounded
+from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.uncertainty import correlation_time
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.agreement import compare_motion
@@ -82,6 +84,28 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
     return report
 
 
+def page_of_table(result: Result) -> Report:
+    """The report of a fit to tables: friction over slip velocity, break-aways, or steps of the speed.
+
+    Returns
+    -------
+    Report; ``.write("FILE.html")`` makes one file that needs nothing else.
+    """
+    first, *more = result.heading()
+    report = Report(first)
+    numbers = result.estimates()
+    report.summary(" ".join(more), _best_known(numbers, result.units))
+    report.figure(result.plot().figure, "Measured, and the fit.")
+    report.heading("The numbers and their uncertainty")
+    report.table(result.shown().rename(columns={"low": "95 % from", "high": "to"}))
+    report.heading("All that was fitted")
+    tables = result.tables()
+    report.code("\n\n".join(tables[1:] or tables))
+    report.heading("What was assumed, and what cannot be told")
+    report.items(result.notes)
+    return report
+
+
 def _live(result: Identification) -> dict[str, Any] | None:
     """The first record and the law as the explorer shows them, where it knows motions of such a law."""
     from stickslip.explorer import content_of_record
@@ -100,15 +124,19 @@ def _sentence(result: Identification) -> str:
 
 
 def _key_numbers(result: Identification) -> dict[str, str]:
-    """The numbers of the law that are known best, in units of their own size, three with the residual where they are few."""
-    table = result.parameters
-    relative = (table["error"] / table["value"].abs()).sort_values(kind="stable")
-    best = [name for name in table.index if name in relative.index[:3]]
-    key = {}
-    for name in best:
-        unit = "" if (unit := result.units[name]) == "1" else f" {unit}"
-        key[str(name)] = rounded(float(table.loc[name, "value"]), float(table.loc[name, "error"])) + unit
+    """The numbers of the law that are known best, three with the residual where they are few."""
+    key = _best_known(result.parameters, result.units)
     return key if len(key) == 3 else key | {"rms force residual": f"{result.rms:.2g}{result.force_unit}"}
+
+
+def _best_known(table: pd.DataFrame, units: Mapping[str, str]) -> dict[str, str]:
+    """Up to three numbers whose errors are least beside their values, with their units."""
+    relative = (table["error"] / table["value"].abs()).sort_values(kind="stable")
+    key = {}
+    for name in (name for name in table.index if name in relative.index[:3]):
+        unit = "" if (unit := units.get(str(name), "1")) == "1" else f" {unit}"
+        key[str(name)] = rounded(float(table.loc[name, "value"]), float(table.loc[name, "error"])) + unit
+    return key
 
 
 def _data(result: Identification) -> pd.DataFrame:

@@ -40,6 +40,8 @@ _CONFIRM = ((1e-3, 300), (1e-3, 3000), (1e-2, 300), (1e-4, 3000))
 _CYCLES, _LONG = 100, 600
 #: Two speeds closer than this, relative to the bounds, are the same.
 _SAME = 1e-6
+#: Candidates closer than this, relative to the speed, may be too near for runs to tell which of them changes the motion.
+_TOGETHER = 1e-3
 
 #: A run of so many cycles at a drive velocity.
 Run = Callable[[float, float], Shown]
@@ -220,7 +222,8 @@ def _search(
             if all(abs(point.parameter - other.parameter) > _SAME * (high - low) for other in points):
                 points.append(point)
     candidates: list[tuple[str, float, SpecialPoint | None]] = [(*item, None) for item in steady]
-    for point in points:
+    # A motion ends at a fold; what else happens to the cycle beside it does so on the way.
+    for point in sorted(points, key=lambda point: "fold" not in point.kind):
         same = [value for kind, value in steady if kind == point.kind]
         if point.kind in _KINDS and all(abs(point.parameter - value) > _SAME * (high - low) for value in same):
             candidates.append((point.kind, point.parameter, point))
@@ -230,6 +233,9 @@ def _search(
         others = [abs(other - value) for _, other, _ in candidates if abs(other - value) > _SAME * (high - low)]
         run = _beside(system, watch, value) if special is None else _from_orbit(system, watch, special)
         sides = _sides(run, value, min(others, default=math.inf))
+        if sides is None and all(abs(other - value) > _TOGETHER * value for _, other in found):
+            # Runs between two so near to each other change too slowly: those on both sides of both tell of the first.
+            sides = _sides(run, value, min((gap for gap in others if gap > _TOGETHER * value), default=math.inf))
         if sides is None or (special is not None and not _attracts(system, watch, value, *sides)):
             continue
         if kind != "vanishing_stick":

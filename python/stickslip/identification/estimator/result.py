@@ -33,6 +33,10 @@ class Result:
         """Value, error, low and high (95 %) by name."""
         raise NotImplementedError
 
+    def plot(self, ax: Any = None) -> Any:
+        """What was fitted and the fit; returns the Axes."""
+        raise NotImplementedError
+
     @property
     def units(self) -> Mapping[str, str]:
         """The unit of each estimate by its name, where it is known; "1" for a pure number."""

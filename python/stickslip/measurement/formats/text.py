@@ -17,6 +17,8 @@ from stickslip.measurement.rigs.layout import DELIMITERS, Layout
 
 HEADER_LINES = 60
 """So far down a header is looked for where the first line is none."""
+BINARY = re.compile(r"[^\t\n\f\r\x20-\x7e\xa0-\U0010ffff]")
+"""Control characters, which no text holds."""
 
 
 def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[str | int] | None = None) -> Table:
@@ -196,7 +198,7 @@ def _decoded(path: Path, content: bytes) -> str:
             text = content.decode(encoding)
         except UnicodeDecodeError:
             continue
-        if not any(ord(c) < 32 and c not in "\t\n\r\f" for c in text) and not any(0x7F <= ord(c) < 0xA0 for c in text):
+        if not BINARY.search(text):
             return text
     raise InputError(
         f"{path}: holds binary bytes, neither text nor a .mat file; export the record as CSV with a header line"

@@ -1,0 +1,77 @@
+"""``stickslip law``: what a law file holds, as numbers, picture, table and code."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from stickslip.cli.terminal import Commands, save_figure, say, say_written
+from stickslip.errors import InputError
+from stickslip.files.documents import read_toml, write_text
+from stickslip.files.units import rounded
+
+ENDINGS = {".c": "c", ".py": "python"}
+"""Languages of `--code`."""
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Declare the options."""
+    command = commands.add_parser("law", help="show a law file: its numbers, a picture, a table with bands, code")
+    command.add_argument("law", metavar="LAW.toml", help="as identify -o writes it, or Law.save")
+    command.add_argument(
+        "--speed", type=float, metavar="W", help="the largest slip velocity of picture, table and code"
+    )
+    command.add_argument("--plot", metavar="FILE.png", help="draw friction over slip velocity, with its 95 %% band")
+    command.add_argument(
+        "--table", metavar="FILE.csv", help="write friction over slip velocity and stick time, with 95 %% bands"
+    )
+    command.add_argument(
+        "--code", metavar="FILE", help="write the law as a function for a simulator: FILE.c, or FILE.py for Python"
+    )
+    command.add_argument(
+        "--stick-time", type=float, metavar="T", help="rest that sets the static friction in --code, where it grows"
+    )
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Do the work."""
+    from stickslip.laws import law_code, load_law
+    from stickslip.laws.bands import table_up_to
+    from stickslip.laws.numbers import numbers, value
+
+    if (options.table or options.code) and options.speed is None:
+        raise InputError("law: --table and --code need the largest slip velocity; give it with --speed")
+    if options.stick_time is not None and not options.code:
+        raise InputError("law: --stick-time goes with --code; leave it out")
+    ending = Path(options.code or "law.c").suffix
+    if ending not in ENDINGS:
+        raise InputError(f"law: --code: the file must end in {' or '.join(ENDINGS)}, got {options.code}")
+    law, document = load_law(options.law), read_toml(options.law)
+    units, errors = document.get("units", {}), document.get("uncertainty", {})
+
+    def of(dimension: str) -> str | None:
+        """The unit that the numbers of this dimension have in the file."""
+        return next((units.get(name) for name, number in numbers(law).items() if number.unit == dimension), None)
+
+    say(type(law).__name__)
+    for name in numbers(law):
+        number, error = value(law, name), errors.get(name)
+        stated = f"{number:.6g}" if error is None else rounded(number, error)
+        unit = unit if (unit := units.get(name, "1")) != "1" else ""
+        say(f"  {name:24s}{stated} {unit}".rstrip())
+    for note in document.get("source", {}).get("notes", []):
+        say(f"- {note}")
+    if options.plot:
+        from stickslip.show.canvas import in_units
+        from stickslip.show.law import law_plot
+
+        axes = law_plot(law, w_max=options.speed)
+        axes.set(xlabel="slip velocity w" + in_units(of("velocity")), ylabel="friction force f" + in_units(of("force")))
+        save_figure(axes.figure, options.plot)
+    if options.table:
+        table = table_up_to(law, options.speed, of("force"), of("velocity"), of("time"))
+        write_text(options.table, table.to_csv(index=False), ".csv")
+    if options.code:
+        write_text(options.code, law_code(law, ENDINGS[ending], options.speed, stick_time=options.stick_time), ending)
+    say_written(options.plot, options.table, options.code)

@@ -1,0 +1,52 @@
+"""``stickslip law``: what a law file holds."""
+
+import pandas as pd
+import pytest
+
+import stickslip as ss
+from stickslip.cli.main import main
+
+
+@pytest.fixture
+def file(tmp_path):
+    names = ["break_away", "kinetic"]
+    covariance = pd.DataFrame([[4e-4, 0.0], [0.0, 1e-4]], index=names, columns=names)
+    law = ss.laws.StaticKinetic(1.0, 0.6).with_covariance(covariance)
+    return law.save(tmp_path / "law.toml", units={"break_away": "N", "kinetic": "N"})
+
+
+def test_numbers_come_with_units_and_errors(file, capsys):
+    assert main(["law", str(file)]) == 0
+    said = capsys.readouterr().out
+    assert "StaticKinetic" in said
+    assert "1.000 ± 0.020 N" in said
+    assert "0.600 ± 0.010 N" in said
+
+
+def test_picture_table_and_code_are_those_of_the_law(file, tmp_path):
+    written = {option: tmp_path / name for option, name in (("plot", "l.png"), ("table", "l.csv"), ("code", "l.py"))}
+    given = [part for option, path in written.items() for part in (f"--{option}", str(path))]
+    assert main(["law", str(file), "--speed", "2", *given]) == 0
+    table = pd.read_csv(written["table"]).set_index("slip_velocity")
+    assert table.loc[2.0, "force (N)"] == 0.6
+    assert table.loc[2.0, "low (N)"] == pytest.approx(0.6 - 1.96 * 0.01, abs=0.002)
+    assert table.loc[0.0, "force (N)"] == 1.0
+    names = {}
+    exec(written["code"].read_text(encoding="utf-8"), names)
+    assert (names["friction"](-1.0, 0.0), names["friction"](0.0, 5.0)) == (-0.6, 1.0)
+    assert written["plot"].stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--table", "l.csv"], "--table and --code need the largest slip velocity; give it with --speed"),
+        (["--stick-time", "3"], "--stick-time goes with --code"),
+        (["--code", "l.m", "--speed", "1"], "the file must end in .c or .py, got l.m"),
+    ],
+)
+def test_what_cannot_be_done_is_said_before_anything_is_printed(file, options, sentence, capsys):
+    assert main(["law", str(file), *options]) == 2
+    said = capsys.readouterr()
+    assert sentence in said.err
+    assert said.out == ""
