@@ -37,7 +37,7 @@ def say_written(*paths: str | Path | None) -> None:
 
 def save_figure(figure: Any, path: str) -> None:
     """Write a picture whole, its kind by the ending."""
-    from stickslip.files.documents import write_whole
+    from stickslip.files.disk import write_whole
 
     kind = Path(path).suffix.lstrip(".").lower()
     write_whole(path, lambda draft: figure.savefig(draft, format=kind, dpi=150))

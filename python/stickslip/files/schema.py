@@ -19,7 +19,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, did_you_mean, number, read_toml, toml_table
+from stickslip.files.checks import check_keys, did_you_mean, number
+from stickslip.files.disk import read_toml, toml_table
 from stickslip.files.notebook import InNotebook, shortened
 from stickslip.files.units import FARTHEST, quantity, si_unit
 

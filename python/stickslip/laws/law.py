@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, did_you_mean, numbers, read_toml, whole_number, write_text
+from stickslip.files.checks import check_keys, did_you_mean, numbers, whole_number
+from stickslip.files.disk import read_toml, write_text
 from stickslip.files.schema import Document, complete, kind_of
 from stickslip.files.schema import Point as Point
 from stickslip.laws.facts import FACTS, Parameter

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean
+from stickslip.files.checks import did_you_mean
 from stickslip.files.units import unit_of
 from stickslip.laws.facts import Number
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.interpolate import BSpline
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from stickslip.measurement.signals.pieces import DEGREE, GAUSS_NODES, GAUSS_WEIGHTS, Oscillator
+from stickslip.measurement.signals.piecewise_fit import DEGREE, GAUSS_NODES, GAUSS_WEIGHTS, OscillatorConstants
 from stickslip.measurement.sticks import Stick, own_period
 
 Array = npt.NDArray[np.float64]
@@ -80,7 +80,7 @@ class LimitSearch:
     time: Array
     path: Array
     weight: Array
-    oscillator: Oscillator
+    oscillator: OscillatorConstants
     noise: float
     knots: float
     cutoff: float

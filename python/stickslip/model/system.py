@@ -16,7 +16,8 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, read_toml
+from stickslip.files.checks import check_keys
+from stickslip.files.disk import read_toml
 from stickslip.files.schema import Count, Document, Kind, Limits, Point, Says, complete, kind_of
 from stickslip.files.units import TEXTS, quantity
 from stickslip.laws.law import Law, load_law

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean, fits, number, time_limit, whole_number
+from stickslip.files.checks import did_you_mean, fits, number, time_limit, whole_number
 from stickslip.model.parameters import path_in
 from stickslip.model.system import Oscillator, System
 

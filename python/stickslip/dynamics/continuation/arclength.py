@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.conditions import determinant, gradient
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, with_number
-from stickslip.dynamics.periodic.return_map import Lost, Return, inconsistency, moved, return_of, size_of
+from stickslip.dynamics.periodic.poincare_map import Lost, Return, inconsistency, moved, return_of, size_of
 from stickslip.errors import InputError
 
 #: Newton's method is given up where so many rounds do not halve its smallest step.

@@ -17,9 +17,9 @@ from stickslip.dynamics.continuation.switching_boundaries import name_of, worst
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer, read, with_number
-from stickslip.dynamics.periodic.return_map import Lost
+from stickslip.dynamics.periodic.poincare_map import Lost
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 

@@ -19,9 +19,9 @@ from stickslip.dynamics.critical.confirmation import Shown, shown
 from stickslip.dynamics.periodic.cycles import event_cycle
 from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check_one, with_number
-from stickslip.dynamics.periodic.return_map import Lost, forcing_period
+from stickslip.dynamics.periodic.poincare_map import Lost, forcing_period
 from stickslip.errors import InputError, UnfinishedWarning
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.files.notebook import InNotebook, waiting_by_stage
 from stickslip.model.system import Oscillator
 from stickslip.simulation.time_limit import TimeIsUp, TimeLimit

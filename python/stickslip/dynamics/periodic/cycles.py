@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip import _core
 from stickslip.dynamics.periodic.closed_orbit import STEADY, Cycle
 from stickslip.dynamics.periodic.event_sequence import HOLD, SECTION, STATE, STICK, EventSequence, check, layout_of
-from stickslip.dynamics.periodic.return_map import (
+from stickslip.dynamics.periodic.poincare_map import (
     Return,
     close,
     forcing_period,
@@ -24,7 +24,7 @@ from stickslip.dynamics.periodic.return_map import (
     size_of,
 )
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.model.drive import Drive, NormalForce
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
