@@ -30,6 +30,11 @@ Velocity = Annotated[float, Limits(dimensions=TEXTS["velocity"], extreme=True)]
 class Described(Document):
     """What the core knows by a document, which it reads and checks once."""
 
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
+        """That of a harmonic of the forcing."""
+        return (TEXTS["force"],) if name == "forcing" else ()
+
     def to_json(self) -> str:
         """The document for the core; floats survive to the bit."""
         raise NotImplementedError
@@ -101,11 +106,6 @@ class Oscillator(Described):
     forcing: Harmonic | tuple[Harmonic, ...] | None = None
     normal_force: NormalForce | None = None
     springs: Annotated[Any, Spring | tuple[Spring, ...]] = ()
-
-    @classmethod
-    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
-        """That of a harmonic of the forcing."""
-        return (TEXTS["force"],) if name == "forcing" else ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -338,11 +338,6 @@ class System(Described):
     contacts: Annotated[Any, Contact | tuple[Contact, ...]]
     forcing: Annotated[Any, Force | Harmonic | tuple[Force | Harmonic, ...] | None] = ()
     springs: Annotated[Any, Spring | tuple[Spring, ...]] = ()
-
-    @classmethod
-    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
-        """That of a harmonic of the forcing."""
-        return (TEXTS["force"],) if name == "forcing" else ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
