@@ -68,15 +68,14 @@ def numbers(name: str, value: Any, count: int, where: str, one_a: str, *, finite
     return [number(name, item, where) if finite else item for item in values.ravel().tolist()]
 
 
-def whole_number(name: str, value: object, where: str, least: int = 1, most: int = 2**63 - 1) -> int:
-    """`value`, if it is a whole number from `least` to `most`.
+def whole_number(name: str, value: object, where: str, least: int = 1) -> int:
+    """`value`, if it is a whole number of at least `least` that the core can count to.
 
     >>> whole_number("keep", 32, "simulate_many")
     32
     """
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        wanted = f"of at least {least}" if value is None or most == 2**63 - 1 else f"from {least} to {most}"
-        raise InputError(f"{where}: {name} must be a whole number {wanted}, got {value!r}")
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value < 2**63:
+        raise InputError(f"{where}: {name} must be a whole number of at least {least}, got {value!r}")
     return value
 
 
