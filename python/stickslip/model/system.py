@@ -6,7 +6,6 @@ import itertools
 import json
 import math
 from collections.abc import Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +20,7 @@ from stickslip.files.disk import read_toml
 from stickslip.files.schema import Count, Document, Kind, Limits, Point, Says, complete, kind_of
 from stickslip.files.units import TEXTS, quantity
 from stickslip.laws.law import Law, load_law
+from stickslip.laws.numbers import replaced
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive, Harmonic, NormalForce
 
@@ -48,18 +48,20 @@ class Described(Document):
         return {name: value for name, value in vars(self).items() if name != "core"}
 
     def with_number(self, name: str, value: float) -> Self:
-        """The same with another number, such as ``drive_velocity``: no document is made for it.
+        """The same with another number, such as ``drive_velocity`` or ``law.kinetic``: no document is made for it.
 
         >>> from dataclasses import replace
         >>> from stickslip import paper
         >>> paper.oscillator(0.3).with_number("damping", 0.1) == replace(paper.oscillator(0.3), damping=0.1)
         True
         """
-        twin = copy(self)
+        keys = name.split(".")
         try:
-            vars(twin).update({name: float(value), "core": self.core.with_number(f"/{name}", value)})
+            core = self.core.with_number("/" + "/".join(keys), value)
         except ValueError as error:
             raise InputError(f"{type(self).__name__}: {error}") from None
+        twin: Self = replaced(self, [int(key) if key.isdigit() else key for key in keys], float(value))
+        vars(twin)["core"] = core
         return twin
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.laws.state_law import StateLaw
-from stickslip.model.parameters import document_of, path_in, varied
+from stickslip.model.parameters import document_of, path_in
 from stickslip.model.system import Oscillator, System
 
 Floats = NDArray[np.float64]
@@ -158,9 +158,7 @@ def read(system: Oscillator | System, path: str) -> float:
 
 def with_number(system: Any, path: str, value: float) -> Any:
     """The system with another number at a place."""
-    if "/" not in path[1:]:
-        return system.with_number(path[1:], value)
-    return varied(document_of(system), [path[1:].replace("/", ".")], [float(value)])[0]
+    return system.with_number(path[1:].replace("/", "."), value)
 
 
 @dataclass(frozen=True)
