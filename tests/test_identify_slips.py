@@ -120,6 +120,10 @@ def test_what_has_no_slips_of_its_own_is_refused(first):
     short = replace(first, records=[first.records[0].part(0, 600)])
     with pytest.raises(InputError, match=r"are too few for 2 numbers, 5 for each are needed"):
         fit_trajectories(short, settled_after=0.0, shooting="slips")
+
+
+@pytest.mark.slow
+def test_a_law_that_makes_other_slips_is_refused(first):
     other = replace(first, law=ss.laws.StaticKinetic(break_away=1.0, kinetic=0.2))
     with pytest.raises(InputError, match="the law makes no slips like the measured ones"):
         fit_trajectories(other, settled_after=0.0, shooting="slips", starts=1, bounds={"kinetic": (0.1, 0.25)})

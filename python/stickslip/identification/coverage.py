@@ -158,7 +158,8 @@ def coverage(
     values), scatter (their standard deviation), stated (median standard error), inside (intervals that hold the truth),
     repetitions, share. A repetition that was refused counts as an interval that does not hold the truth.
 
-    >>> table = coverage(CASES["StaticKinetic"], repetitions=2, fresh=2)
+    >>> from dataclasses import replace
+    >>> table = coverage(replace(CASES["StaticKinetic"], duration=40.0), repetitions=2, fresh=2)
     >>> list(table.index), bool((table["scatter"] < 1e-4).all())
     (['break_away', 'kinetic'], True)
     """
