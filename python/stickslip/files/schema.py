@@ -102,6 +102,10 @@ class Document(InNotebook):
         for name, kind in kinds(type(self)).items():
             object.__setattr__(self, name, kind.read(getattr(self, name), name, title))
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Its fields alone: what the core has read of them does not go with a copy."""
+        return {item.name: getattr(self, item.name) for item in fields(self)}
+
     @classmethod
     def _title(cls) -> str:
         return cls.TITLE or cls.__name__

@@ -62,9 +62,6 @@ class Law(Document):
         """What the core has read."""
         return _core.Law(self.to_json())
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "core"}
-
     def __post_init__(self) -> None:
         super().__post_init__()
         for name, parameter in self.PARAMETERS.items():

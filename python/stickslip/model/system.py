@@ -44,9 +44,6 @@ class Described(Document):
         """What the core has read."""
         return _core.System(self.to_json())
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "core"}
-
     def with_number(self, name: str, value: float) -> Self:
         """The same with another number, such as ``drive_velocity`` or ``law.kinetic``: no document is made for it.
 
