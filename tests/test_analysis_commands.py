@@ -1,6 +1,7 @@
 """`stickslip sweep` and `stickslip basins`: results, pictures, refusals; and what they draw."""
 
 import json
+from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -9,6 +10,7 @@ import xarray as xr
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.show.diagram import alike_everywhere
 
 # A belt whose friction first falls and then rises with speed: stick-slip and stable slip coexist.
 FALLING = ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], break_away=1.0)
@@ -195,3 +197,34 @@ def test_motions_that_may_still_change_are_counted_and_hatched(tmp_path, capsys)
 def test_refusals_speak_of_the_command_and_its_options(document, capsys, asked, sentence):
     assert main([asked[0], document, *asked[1:]]) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_a_torus_is_one_attractor_and_not_drawn_as_several():
+    """Where the forcing is weak a torus attracts everything; in a finite window each run on it visits other points."""
+    system = ss.Oscillator(0.05, 0.3, ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.1, 1.0))
+    ways = ("up", "down", "fresh")
+    diagram = ss.orbit_diagram(system, "forcing.frequency", np.linspace(1.8625, 1.975, 4), direction=ways)
+    assert (diagram["period"].to_numpy() == 0).all()
+    assert alike_everywhere(diagram, "forcing.frequency").all()
+    # Independent of the rule: two long runs from apart cover the same curve.
+    torus = replace(system, forcing=ss.Harmonic(0.1, 1.9))
+    one, other = (ss.section(torus, t_end=20000, transient=0.2, x0=x0) for x0 in (0.0, 1.0))
+    gap = np.hypot(*(one[name].to_numpy()[:, None] - other[name].to_numpy() for name in ("x", "v")))
+    assert gap.min(axis=1).max() < 0.02
+    # Two periodic motions that coexist stay apart: forced three times as strongly, beyond the fold at 1.235.
+    strong = replace(system, forcing=ss.Harmonic(0.3, 1.0))
+    diagram = ss.orbit_diagram(strong, "forcing.frequency", np.arange(1.1, 1.7, 0.05), direction=("up", "down"))
+    apart = diagram["forcing.frequency"].to_numpy()[~alike_everywhere(diagram, "forcing.frequency")]
+    assert ((apart > 1.2) & (apart < 1.7)).all()
+    assert len(apart) > 5
+
+
+def test_a_motion_that_repeats_in_one_window_and_not_in_another_is_one_attractor():
+    system = ss.paper.oscillator(0.3, ss.Harmonic(0.02, 1.8))
+    starts = {"x": np.linspace(-1, 2, 6), "v": np.linspace(-1, 1, 6)}
+    # After 600 periods all of them repeat after 4 returns; before that some repeat after 8, or not yet.
+    assert set(ss.basins(system, **starts, transient=600)["period"].to_numpy().ravel()) == {4}
+    early = ss.basins(system, **starts, transient=400)
+    assert set(early["period"].to_numpy().ravel()) == {0, 4, 8}
+    assert early["attractor_period"].to_numpy().tolist() == [4]
+    assert early["fraction"].to_numpy().tolist() == [1.0]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.dynamics import sign_changes, steady_motion
+from stickslip.dynamics import diagrams, sign_changes, steady_motion
 from stickslip.dynamics.sections import Surface, points_of
 from stickslip.dynamics.sweep import NUMBERS, Chunk, Look, period_of
 from stickslip.model.parameters import document_of
@@ -299,6 +299,17 @@ def test_a_torus_is_not_called_more_than_not_repeating():
     assert rows["parting"][0] < 10
 
 
+@pytest.mark.parametrize(("amplitude", "frequency"), [(0.3, 1.96), (0.1, 1.4125)])
+def test_weak_chaos_is_not_told_before_it_shows(amplitude, frequency):
+    system = ss.Oscillator(0.05, 0.3, ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(amplitude, frequency))
+    look = Look(130.0, 20.0, 1e-6, decide=500)
+    words = [
+        rows_of(system, "drive_velocity", [0.3], replace(look, decide=decide))["recurrence"].item()
+        for decide in (500, 5000)
+    ]
+    assert words == ["undecided", "chaotic"]
+
+
 def test_the_motion_that_is_called_chaotic_parts_from_its_neighbours():
     system = ss.Oscillator(
         damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 1.3)
@@ -332,3 +343,36 @@ def test_a_motion_is_handed_on_with_what_its_contact_remembers():
     regime = diagram["regime"].to_numpy()
     changes = regime[np.flatnonzero(regime[1:] != regime[:-1]) + 1].tolist()
     assert [regime[0], *changes] == ["stick_slip", "almost_harmonic", "stable_slip"]
+
+
+@pytest.mark.parametrize(
+    ("law", "damping", "first", "ends"),
+    [
+        # Where stick-slip ends, by `critical_velocities`; a long plain run from rest agrees on either side of it.
+        (ss.laws.ExponentialStribeck(1.0, 0.6, 0.1), 0.05, 1.46, 1.57246026),
+        (ss.laws.StaticKinetic(1.0, 0.5), 0.1, 0.47, 0.54904631),
+        (ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], break_away=1.0), 0.0, 1.30, 1.35497010),
+    ],
+)
+@pytest.mark.parametrize("periods", [150, 170])
+def test_a_motion_that_is_swept_up_is_followed_to_where_it_ends(law, damping, first, ends, periods):
+    system = ss.Oscillator(damping, first, law)
+    for velocity, regime in ((ends - 1e-3, "stick_slip"), (ends + 1e-3, "stable_slip")):
+        beside = Look(2000.0, 20.0, 1e-6)
+        assert rows_of(system, "drive_velocity", [velocity], beside, "closed form")["regime"] == [regime]
+    values = np.arange(first, ends + 0.03, 0.01)
+    diagram = ss.orbit_diagram(system, "drive_velocity", values, direction="up", periods=periods)
+    sticks = values[diagram["regime"].to_numpy() == "stick_slip"]
+    assert ends - 0.01 < sticks[-1] < ends
+
+
+def test_a_sweep_does_not_depend_on_how_it_is_cut_into_tasks(monkeypatch):
+    system = ss.Oscillator(0.1, 0.5, ss.laws.StaticKinetic(1.0, 0.5))
+    values = np.arange(0.5, 0.56, 0.01)
+
+    def swept():
+        return ss.orbit_diagram(system, "drive_velocity", values, direction=("up", "down"), periods=150)
+
+    whole = swept()
+    monkeypatch.setattr(diagrams, "CHUNK", 1)
+    assert swept().equals(whole)

@@ -238,6 +238,7 @@ def test_a_search_ends_after_max_seconds_with_what_it_has_confirmed(monkeypatch)
     monkeypatch.setattr(time_limit.time, "time", lambda: 0.0)
     whole = ss.critical_velocities(system, (0.1, 0.8), max_seconds=1.0)
     assert whole.finished
+    assert whole.brackets == ()
     assert len(whole.all) > 1
 
     def stop(what, done, _):
@@ -253,6 +254,32 @@ def test_a_search_ends_after_max_seconds_with_what_it_has_confirmed(monkeypatch)
     assert repr(found).endswith("unfinished>")
     with pytest.raises(ss.InputError, match="max_seconds must be greater than 0"):
         ss.critical_velocities(system, max_seconds=0)
+
+
+def test_a_search_that_ends_early_gives_the_brackets_of_its_runs(monkeypatch, tmp_path, capsys):
+    # Stick-slip ends at 0.54904631 and steady slip is stable everywhere.
+    system, ends = ss.Oscillator(0.1, 0.3, ss.laws.StaticKinetic(1.0, 0.5)), 0.54904631
+
+    def search(stage):
+        """A clock that stops at the begin of a stage."""
+        monkeypatch.setattr(time_limit.time, "time", lambda: 0.0)
+
+        def stop(what, *_):
+            if what == stage:
+                monkeypatch.setattr(time_limit.time, "time", lambda: 2.0)
+
+        with pytest.warns(UnfinishedWarning):
+            return ss.critical_velocities(system, (0.1, 0.8), max_seconds=1.0, progress=stop)
+
+    found = search("cycles")
+    ((name, low, high),) = found.brackets
+    assert (name, found.all) == ("end_of_stick_slip", ())
+    assert low < ends < high < low + 0.02
+    assert "end_of_stick_slip between" in repr(found)
+    (tmp_path / "system.toml").write_text(system.to_toml())
+    monkeypatch.setattr(critical, "critical_velocities", lambda *_, **__: found)
+    assert main(["critical", str(tmp_path / "system.toml"), "--max-seconds", "1"]) == 0
+    assert f"end of stick slip   between {low:.12g} and {high:.12g} (not confirmed)" in capsys.readouterr().out
 
 
 def test_a_chain_is_refused_with_what_to_do_instead():

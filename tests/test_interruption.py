@@ -12,10 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import stickslip as ss
 from stickslip import show
 from stickslip.cli.main import main
+from stickslip.dynamics.continuation import walk
 from stickslip.errors import UnfinishedWarning
 
 FOREVER = 10**9
@@ -290,3 +292,51 @@ def test_the_command_line_ends_sweeps_too(tmp_path, capsys):
     assert '"unfinished": 1' in out
     assert err.startswith("stickslip: sweep: 2 of 2 runs ended after max_seconds and are unfinished; raise")
     assert err.count("\n") == 1
+
+
+def test_continue_keeps_what_it_has_at_ctrl_c(tmp_path, monkeypatch, capsys):
+    belt = ss.Oscillator(0.05, 0.3, ss.laws.ExponentialStribeck(1.0, 0.5, 0.4))
+    (tmp_path / "belt.toml").write_text(belt.to_toml())
+    output, kept = tmp_path / "branches.nc", tmp_path / "branches.partial.nc"
+    command = ["continue", str(tmp_path / "belt.toml"), "--over", "drive_velocity=0.28:0.32", "-o", str(output)]
+
+    def ctrl_c_at(point):
+        made = []
+        real = walk.stepped
+
+        def stepped(*arguments):
+            made.append(1)
+            if len(made) == point:
+                raise KeyboardInterrupt
+            return real(*arguments)
+
+        monkeypatch.setattr(walk, "stepped", stepped)
+
+    ctrl_c_at(8)
+    assert main(command) == 130
+    said = capsys.readouterr()
+    assert f"interrupted; what was found by then is written to {kept}" in said.err
+    assert "cut off by Ctrl-C" in said.out
+    assert not output.exists()
+    with xr.open_dataset(kept) as branches:
+        assert branches.attrs["interrupted"] == 1
+        assert branches["cut"].values.tolist() == ["", "interrupt"]
+        cycles = branches["drive_velocity"].isel(branch=1).dropna("point")
+    # In Python it is the interrupt that has them, and the points are those of a search that is not interrupted.
+    ctrl_c_at(8)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        ss.continuation(belt, "drive_velocity", (0.28, 0.32))
+    assert stop.value.result.branches[1].values == cycles.values.tolist()
+    monkeypatch.undo()
+    whole = ss.continuation(belt, "drive_velocity", (0.28, 0.32), seeds=0)
+    assert len(cycles) > 3
+    assert set(cycles.values.tolist()) < set(whole.branches[1].values)
+
+
+def test_progress_is_said_while_the_first_orbit_is_sought():
+    said = []
+    belt = ss.Oscillator(0.05, 0.3, ss.laws.ExponentialStribeck(1.0, 0.5, 0.4))
+    ss.continuation(belt, "drive_velocity", (0.295, 0.305), seeds=0, progress=lambda *points: said.append(points))
+    first = said.index((1, 300))
+    assert first > 1
+    assert said[:first] == [(0, 300)] * first

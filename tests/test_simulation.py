@@ -32,6 +32,16 @@ def test_orbit_is_continuous_across_events():
     assert np.abs(before[1] - after[1]).max() < 1e-10
 
 
+def test_orbit_at_times_in_any_order_is_that_at_each():
+    for system in (S3B, ss.paper.oscillator(0.2)):
+        orbit = ss.simulate(system, 60)
+        t = np.concatenate([np.linspace(0, 60, 301), orbit.events["t"].to_numpy()])
+        shuffled = np.random.default_rng(0).permutation(t)
+        alone = np.array([orbit.at(one) for one in shuffled]).T
+        np.testing.assert_array_equal(orbit.at(shuffled), alone)
+        np.testing.assert_array_equal(orbit.at(np.sort(t)), alone[:, np.argsort(shuffled)])
+
+
 def test_motion_satisfies_its_equation():
     system = ss.Oscillator(
         damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), mass=2.0, stiffness=3.0,

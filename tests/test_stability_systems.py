@@ -103,6 +103,19 @@ def test_exponents_do_not_depend_on_how_many_derivatives_are_held_at_a_time(monk
     assert few.exponents[finite] == pytest.approx(whole.exponents[finite], abs=1e-9)
 
 
+@pytest.mark.parametrize("masses", [2, 3])
+def test_the_motion_of_equal_masses_is_found_without_a_guess(masses: int) -> None:
+    """From rest all of them stick and break away at one time; a disturbance leads to another motion, and that is meant."""
+    chain = ss.chain(masses, ss.laws.StaticKinetic(1.0, 0.6), 0.2, damping=0.05)
+    cycle = ss.periodic_orbit(chain)
+    assert cycle.stable
+    # A long run from elsewhere comes back after the same time.
+    run = ss.simulate(chain, 3000.0, x0=np.linspace(0.5, 0.0, masses))
+    times = run.t_end - cycle.period * np.arange(4)
+    x, _ = run.at(times)
+    np.testing.assert_allclose(x, np.broadcast_to(x[0], x.shape), atol=1e-6)
+
+
 def test_events_of_equal_masses_at_one_time_are_refused() -> None:
     with pytest.raises(ss.InputError, match="events at one time"):
         ss.lyapunov(ss.chain(2, ss.laws.Coulomb(1.0), 0.1), 100.0)

@@ -208,3 +208,12 @@ def test_orbit_of_a_law_with_a_state_answers_as_others_do(tmp_path):
     short = ss.simulate(oscillator, 30, max_events=2)
     assert short.stop == "max_events"
     assert short.t_end < 30
+
+
+def test_adhesion_that_creeps_within_the_error_of_the_integration_makes_no_events():
+    # From slip to rest, where friction grows by exp(60) over the slip velocity: the integration stands still near t = 0.3475,
+    # and what is left of w changes its sign with every step.
+    slider = ss.Oscillator(0.1, 0.2, ss.laws.RateState.example())
+    orbit = ss.simulate(slider, 0.5, v0=0.0, max_seconds=1.0)
+    assert orbit.stop == "max_seconds"
+    assert len(orbit.events) == 0

@@ -260,6 +260,19 @@ def test_a_motion_too_stiff_for_its_steps_ends_with_a_sentence():
     assert "the run stopped where" in orbit.stop_sentence
 
 
+def test_damping_that_takes_millions_of_steps_ends_with_a_sentence():
+    law = ss.laws.StaticKinetic(1.0, 0.6)
+    for damping, stop in ((1e3, "t_end"), (1e6, "stiff")):
+        pair = ss.System(
+            [1, 1], [[2, -1], [-1, 2]], [[damping, 0], [0, 0.1]], [ss.Contact(0, law, 0.2), ss.Contact(1, law, 0.2)]
+        )
+        orbit = ss.simulate(pair, 20.0)
+        assert orbit.stop == stop
+        # 100,000 of the natural time in which that shows, and those of the time before.
+        assert orbit.work.evaluations < 400_000
+    assert "damping is so large" in orbit.stop_sentence
+
+
 def test_a_stuck_mass_that_is_only_pushed_does_not_diverge():
     # Nothing moves at the start and nothing will: there is no speed to measure errors by but that of the push.
     system = ss.System([1, 1], [1, 1], 0.0, ss.Contact(0, ss.laws.Rational(1.0, 1.0)), ss.Force(0.2, 1.9))

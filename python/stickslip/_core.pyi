@@ -171,6 +171,7 @@ def sweep(
     look: str,
     chain: bool,
     start: tuple[list[float], list[float], list[float]] | None,
+    before: tuple[list[float], int, float] | None,
     max_seconds: float | None,
 ) -> _Columns: ...
 

@@ -5,10 +5,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip::engine::Engine;
 use stickslip::model::Start;
+use stickslip::regime::Regime;
 use stickslip::restart::Restart;
 use stickslip::rows::Rows;
 use stickslip::section::Surface;
-use stickslip::sweep::{Look, Steady, Sweep, steady};
+use stickslip::sweep::{Link, Look, Steady, Sweep, steady};
 
 use crate::read;
 use crate::table::Table;
@@ -30,7 +31,8 @@ pub(crate) fn rows_of(
 }
 
 /// Run a sweep on the present thread. Each run starts from `start`: x, v (not a number: stuck) and how another went on; in a
-/// chain only the first, the others where the one before ended. Runs that are not done after `max_seconds` end where they are.
+/// chain only the first, the others where the one before ended; `before` has the values, the number of the regime and the
+/// extent of x of the row before the first. Runs that are not done after `max_seconds` end where they are.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a setting")]
 #[expect(
@@ -45,6 +47,7 @@ pub(crate) fn sweep<'py>(
     look: &str,
     chain: bool,
     start: Option<(Vec<f64>, Vec<f64>, Vec<f64>)>,
+    before: Option<(Vec<f64>, usize, f64)>,
     max_seconds: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let sweep = Sweep {
@@ -57,9 +60,14 @@ pub(crate) fn sweep<'py>(
         v,
         restart: Restart::read(&restart),
     };
+    let before = before.map(|(values, regime, extent)| Link {
+        values,
+        regime: Regime::ALL[regime],
+        extent,
+    });
     let rows = watched(py, max_seconds, |go_on| {
         if chain {
-            sweep.chain(0..sweep.rows.len(), begin, go_on)
+            sweep.chain(0..sweep.rows.len(), begin, before, go_on)
         } else {
             sweep.rows(0..sweep.rows.len(), &begin, go_on)
         }

@@ -31,7 +31,7 @@ fn main() -> Result<(), Error> {
             contact: 0,
         },
     };
-    let rows = sweep.chain(0..velocities.len(), Start::default(), &mut || true)?;
+    let rows = sweep.chain(0..velocities.len(), Start::default(), None, &mut || true)?;
     for (velocity, steady) in velocities.iter().zip(&rows) {
         let points: Vec<String> = steady
             .section

@@ -107,7 +107,7 @@ impl Batch {
         let models = range.clone().map(|index| {
             let model = || {
                 positive("t_end", self.t_end)?;
-                self.rows.model(index, &Start::default())
+                self.rows.model(self.rows.row(index), &Start::default())
             };
             model().map_err(of(index))
         });

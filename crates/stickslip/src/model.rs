@@ -241,15 +241,23 @@ impl Orbit {
         match self {
             Self::Closed(orbit) => {
                 let s = orbit.oscillator.drive_velocity;
-                let mut columns = network::States::default();
-                for state in orbit.states(times) {
+                let room = times.len();
+                let mut columns = network::States {
+                    x: Vec::with_capacity(room),
+                    v: Vec::with_capacity(room),
+                    a: Vec::with_capacity(room),
+                    w: Vec::with_capacity(room),
+                    force: Vec::with_capacity(room),
+                    stuck: Vec::with_capacity(room),
+                };
+                orbit.each_state(times, |state| {
                     columns.x.push(state.x);
                     columns.v.push(state.v);
                     columns.a.push(state.a);
                     columns.w.push(if state.stuck { 0.0 } else { s - state.v });
                     columns.force.push(state.force);
                     columns.stuck.push(state.stuck);
-                }
+                });
                 columns
             }
             Self::Steps(orbit) => orbit.states(times),

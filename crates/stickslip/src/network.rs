@@ -125,7 +125,7 @@ fn check(system: &System, run: &Run) -> Result<(), Error> {
 
 /// So many events in less than a millionth of the shortest natural time are an accumulation.
 const ACCUMULATION: u64 = 1000;
-/// So many steps within one natural time are a motion too stiff for steps that are not implicit.
+/// So many steps within one natural time, that without damping, are a motion too stiff for steps that are not implicit.
 const STIFF: u64 = 100_000;
 /// A motion this much faster than at its start grows.
 const GROWN: f64 = 1e6;
@@ -293,7 +293,7 @@ impl<'a> Loop<'a> {
             self.tell_events(after, observer);
             if self.work.evaluations >= stepped + STIFF {
                 let passed = stage.until(self.clock.high);
-                if passed < 1.0 / self.frame.rate {
+                if passed < 1.0 / self.frame.undamped {
                     self.record_step();
                     return if passed < short {
                         Stop::Accumulation

@@ -2,7 +2,7 @@
 
 use crate::clock::Clock;
 use crate::event::Work;
-use crate::flow::exact::Frame;
+use crate::flow::exact::{Frame, Slip};
 use crate::law::Piece;
 use crate::mode::{Kind, Mode};
 use crate::oscillator::{Oscillator, with_harmonics};
@@ -84,7 +84,30 @@ impl Segment {
 
     /// The state `tau` after its start.
     pub(crate) fn state<const H: usize>(&self, frame: &Frame<H>, tau: f64) -> State {
-        if self.direction == 0.0 || self.slope.is_infinite() {
+        self.state_on(self.slip(frame).as_ref(), frame, tau)
+    }
+
+    /// The friction along a slip.
+    fn piece(&self) -> Piece {
+        Piece {
+            offset: self.offset,
+            slope: self.slope,
+            low: 0.0,
+            high: f64::INFINITY,
+            branch: self.branch,
+            reverses: false,
+        }
+    }
+
+    /// The motion along a slip, none where the slip speed is held.
+    fn slip<const H: usize>(&self, frame: &Frame<H>) -> Option<Slip<H>> {
+        let slips = self.direction != 0.0 && !self.slope.is_infinite();
+        slips.then(|| frame.closed(self.clock, self.x, self.v, self.direction, &self.piece()))
+    }
+
+    /// The state on that motion.
+    fn state_on<const H: usize>(&self, slip: Option<&Slip<H>>, frame: &Frame<H>, tau: f64) -> State {
+        let Some(slip) = slip else {
             let x = self.x + self.v * tau;
             let force = frame.held(self.clock, self.x, self.v).at(tau).0;
             return State {
@@ -94,16 +117,7 @@ impl Segment {
                 force,
                 stuck: self.direction == 0.0,
             };
-        }
-        let piece = Piece {
-            offset: self.offset,
-            slope: self.slope,
-            low: 0.0,
-            high: f64::INFINITY,
-            branch: self.branch,
-            reverses: false,
         };
-        let slip = frame.closed(self.clock, self.x, self.v, self.direction, &piece);
         let basis = slip.basis(tau);
         // The state at its start is known and need not be added up again.
         let (x, v) = if tau == 0.0 {
@@ -111,7 +125,7 @@ impl Segment {
         } else {
             (slip.position(tau, &basis), slip.v.at(&basis))
         };
-        let force = self.direction * piece.force(self.direction * (frame.drive_velocity - v));
+        let force = self.direction * self.piece().force(self.direction * (frame.drive_velocity - v));
         let a = slip.v.derivative(&slip.decay, &slip.frequency).at(&basis);
         State {
             x,
@@ -256,22 +270,39 @@ impl Orbit {
     /// The states at `times`, in any order.
     #[must_use]
     pub fn states(&self, times: &[f64]) -> Vec<State> {
-        with_harmonics!(self.oscillator, H, self.evaluate::<H>(times))
+        let mut states = Vec::with_capacity(times.len());
+        self.each_state(times, |state| states.push(state));
+        states
     }
 
-    fn evaluate<const H: usize>(&self, times: &[f64]) -> Vec<State> {
+    /// Show the states at `times`, one after the other.
+    pub(crate) fn each_state(&self, times: &[f64], see: impl FnMut(State)) {
+        with_harmonics!(self.oscillator, H, self.evaluate::<H>(times, see));
+    }
+
+    fn evaluate<const H: usize>(&self, times: &[f64], mut see: impl FnMut(State)) {
         let frame = Frame::<H>::of(&self.oscillator);
-        times
-            .iter()
-            .map(|&t| {
-                let index = self
-                    .segments
-                    .partition_point(|segment| segment.clock.until(t) >= 0.0)
-                    .max(1)
-                    - 1;
-                let segment = &self.segments[index];
-                segment.state(&frame, segment.clock.until(t))
-            })
-            .collect()
+        let begun = |index: usize, t: f64| self.segments[index].clock.until(t) >= 0.0;
+        let mut known = None;
+        for &t in times {
+            // Times come in order as a rule: in the segment of the time before.
+            let (index, slip) = match known.take() {
+                Some((index, slip))
+                    if begun(index, t) && (index + 1 == self.segments.len() || !begun(index + 1, t)) =>
+                {
+                    (index, slip)
+                }
+                _ => {
+                    let after = self
+                        .segments
+                        .partition_point(|segment| segment.clock.until(t) >= 0.0);
+                    let index = after.max(1) - 1;
+                    (index, self.segments[index].slip(&frame))
+                }
+            };
+            let segment = &self.segments[index];
+            see(segment.state_on(slip.as_ref(), &frame, segment.clock.until(t)));
+            known = Some((index, slip));
+        }
     }
 }

@@ -29,19 +29,24 @@ impl Rows {
         self.len() == 0
     }
 
-    fn row(&self, index: usize) -> impl Iterator<Item = (&str, f64)> {
-        let values = self.values[index * self.names.len()..].iter();
-        self.names.iter().map(String::as_str).zip(values.copied())
+    /// The values of a row.
+    #[must_use]
+    pub fn row(&self, index: usize) -> &[f64] {
+        &self.values[index * self.names.len()..][..self.names.len()]
     }
 
-    /// The model of a row, and its start: `begin` but for what the row says.
+    fn named(&self, values: &[f64]) -> impl Iterator<Item = (&str, f64)> {
+        self.names.iter().map(String::as_str).zip(values.iter().copied())
+    }
+
+    /// The model of the values of a row, and its start: `begin` but for what they say.
     ///
     /// # Errors
     /// A name that is no number of the document, and what makes no sense in the document.
-    pub fn model(&self, index: usize, begin: &Start) -> Result<(Model, Start), Error> {
+    pub fn model(&self, values: &[f64], begin: &Start) -> Result<(Model, Start), Error> {
         let mut document = self.document.clone();
         let mut starts = Vec::new();
-        for (name, value) in self.row(index) {
+        for (name, value) in self.named(values) {
             let (head, mass) = name.split_once('.').unwrap_or((name, ""));
             if matches!(head, "x0" | "v0") {
                 starts.push((head, mass, value));
@@ -68,7 +73,7 @@ impl Rows {
     /// An error with the run it belongs to.
     pub(crate) fn error(&self, index: usize, error: &Error) -> Error {
         let row: Vec<String> = self
-            .row(index)
+            .named(self.row(index))
             .map(|(name, value)| format!("{name} = {value}"))
             .collect();
         Error::Document {

@@ -82,7 +82,7 @@ impl Stop {
                 "the run stopped where the motion grew beyond all numbers: look for friction that falls without end"
             }
             Self::Stiff => {
-                "the run stopped where friction changes so steeply that it takes 100,000 steps a natural time: look for a law that is stiff at the slip speeds of this motion"
+                "the run stopped where friction changes so steeply, or damping is so large, that it takes 100,000 steps a natural time: look for a law that is stiff at the slip speeds of this motion, or take a mass with so large a damping out"
             }
         }
     }

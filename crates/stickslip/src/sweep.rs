@@ -104,11 +104,19 @@ impl Sweep {
     /// # Errors
     /// Values that make no sense.
     pub fn row(&self, index: usize, begin: &Start, go_on: &mut dyn FnMut() -> bool) -> Result<Steady, Error> {
-        let mut row = || {
-            let (model, start) = self.model(index, begin)?;
-            self.steady(&model, &mut model.run(&start, self.look.max_events)?, go_on)
-        };
-        row().map_err(|error| self.rows.error(index, &error))
+        self.motion(self.rows.row(index), begin, &self.look, go_on)
+            .map_err(|error| self.rows.error(index, &error))
+    }
+
+    fn motion(
+        &self,
+        values: &[f64],
+        begin: &Start,
+        look: &Look,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Steady, Error> {
+        let (model, start) = self.model(values, begin)?;
+        steady_of(&model, &mut model.run(&start, look.max_events)?, look, go_on)
     }
 
     /// The runs of a range of rows, each from `begin` unless the row says otherwise. Their transients go in SIMD lanes where that is
@@ -128,7 +136,7 @@ impl Sweep {
             let models: Vec<_> = block
                 .clone()
                 .map(|index| {
-                    self.model(index, begin)
+                    self.model(self.rows.row(index), begin)
                         .map_err(|error| self.rows.error(index, &error))
                 })
                 .collect::<Result<_, Error>>()?;
@@ -143,16 +151,16 @@ impl Sweep {
                 .collect::<Result<_, Error>>()?;
             forward_all(&mut runs, go_on, None);
             for (((model, _), (engine, _)), index) in models.iter().zip(&mut runs).zip(block) {
-                let row = self.steady(model, engine, go_on);
+                let row = steady_of(model, engine, &self.look, go_on);
                 rows.push(row.map_err(|error| self.rows.error(index, &error))?);
             }
         }
         Ok(rows)
     }
 
-    /// The model of a row, and where its run begins.
-    fn model(&self, index: usize, begin: &Start) -> Result<(Model, Start), Error> {
-        let (model, mut start) = self.rows.model(index, begin)?;
+    /// The model of the values of a row, and where its run begins.
+    fn model(&self, values: &[f64], begin: &Start) -> Result<(Model, Start), Error> {
+        let (model, mut start) = self.rows.model(values, begin)?;
         if let Some(restart) = start.restart.filter(|_| self.varies_law()) {
             // Lines and memory of one law say nothing under another.
             start.restart = None;
@@ -163,29 +171,16 @@ impl Sweep {
         Ok((model, start))
     }
 
-    fn steady(
-        &self,
-        model: &Model,
-        engine: &mut impl Engine,
-        go_on: &mut dyn FnMut() -> bool,
-    ) -> Result<Steady, Error> {
-        if self.look.contact >= model.contacts() {
-            return wrong(format!(
-                "contact must be less than {}, got {}",
-                model.contacts(),
-                self.look.contact
-            ));
-        }
-        let surface = self.look.surface.unwrap_or_else(|| Surface::usual(model));
-        steady(engine, model.period(), &surface, &self.look, go_on)
-    }
-
     fn varies_law(&self) -> bool {
         self.rows.names.iter().any(|name| name.starts_with("law."))
     }
 
     /// The runs of a range of rows, each from where the one before ended, the first from `begin`: with its slip velocity, and
-    /// with what the contact remembers unless it is the law that is varied.
+    /// with what the contact remembers unless it is the law that is varied. `before` is the row before the first, if that is
+    /// where it begins.
+    ///
+    /// A step of the parameter moves the steady motion, and can throw the state into the basin of another one while the motion
+    /// still attracts. Where the motion changes in kind or size, the step is therefore made again in smaller ones.
     ///
     /// # Errors
     /// The first row whose values make no sense.
@@ -193,17 +188,110 @@ impl Sweep {
         &self,
         range: Range<usize>,
         mut begin: Start,
+        mut before: Option<Link>,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Result<Vec<Steady>, Error> {
         let mut rows = Vec::with_capacity(range.len());
         for index in range {
-            let row = self.row(index, &begin, go_on)?;
+            let mut row = self.row(index, &begin, go_on)?;
+            if let Some(before) = before.filter(|before| row.end.is_some() && !before.continues(&row)) {
+                row = self.approach(before, &begin, index, go_on).unwrap_or(row);
+            }
             // What ran away or got stuck in time is no start for its neighbour.
+            before = row.end.as_ref().map(|_| Link::new(self.rows.row(index), &row));
             begin = row.end.as_ref().map(Start::after).unwrap_or_default();
             rows.push(row);
         }
         Ok(rows)
     }
+
+    /// The motion of a row in smaller steps from the one `before`, which ended at `begin`; none where it is lost on the way.
+    fn approach(
+        &self,
+        mut before: Link,
+        begin: &Start,
+        index: usize,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Option<Steady> {
+        let scout = Look {
+            points: 0,
+            decide: 0,
+            ..self.look
+        };
+        let (from, to) = (before.values.clone(), self.rows.row(index));
+        let (mut begin, mut done, mut step) = (begin.clone(), 0.0, 0.5);
+        while step >= FINEST {
+            let share = done + step;
+            let arrives = share == 1.0;
+            let values: Vec<f64> = from
+                .iter()
+                .zip(to)
+                .map(|(from, to)| if arrives { *to } else { from + share * (to - from) })
+                .collect();
+            let look = if arrives { &self.look } else { &scout };
+            let row = self.motion(&values, &begin, look, go_on).ok()?;
+            let end = row.end.as_ref()?;
+            if !before.continues(&row) {
+                step *= 0.5;
+            } else if arrives {
+                return Some(row);
+            } else {
+                (before, begin, done) = (Link::new(&values, &row), Start::after(end), share);
+            }
+        }
+        None
+    }
+}
+
+/// The smallest part of a step in which a chain follows a motion.
+const FINEST: f64 = 1.0 / 64.0;
+
+/// A motion whose amplitude changes by more than this part from one step to the next may be another one.
+const JUMP: f64 = 0.25;
+
+/// What a chain has come to: the values of the row, and the kind and size of the motion there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// The values of the row.
+    pub values: Vec<f64>,
+    /// The kind of motion.
+    pub regime: Regime,
+    /// max x − min x.
+    pub extent: f64,
+}
+
+impl Link {
+    fn new(values: &[f64], row: &Steady) -> Self {
+        Self {
+            values: values.to_vec(),
+            regime: row.regime,
+            extent: row.x[1] - row.x[0],
+        }
+    }
+
+    /// Whether a row goes on with the motion, as far as kind and size can tell.
+    fn continues(&self, row: &Steady) -> bool {
+        let extent = row.x[1] - row.x[0];
+        let alike = (extent - self.extent).abs() <= JUMP * extent.max(self.extent);
+        self.regime == row.regime && (alike || self.regime.rests())
+    }
+}
+
+fn steady_of(
+    model: &Model,
+    engine: &mut impl Engine,
+    look: &Look,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Steady, Error> {
+    if look.contact >= model.contacts() {
+        return wrong(format!(
+            "contact must be less than {}, got {}",
+            model.contacts(),
+            look.contact
+        ));
+    }
+    let surface = look.surface.unwrap_or_else(|| Surface::usual(model));
+    steady(engine, model.period(), &surface, look, go_on)
 }
 
 /// The steady motion of an engine, as long as `go_on` says so; `period` is the unit of the transient and of what follows.
@@ -378,7 +466,7 @@ impl<'a> Watch<'a> {
             Stop::End => Regime::of(stuck_share, self.sticks, self.w),
             _ => Regime::Unfinished,
         };
-        let rests = matches!(regime, Regime::StableSlip | Regime::AtRest);
+        let rests = regime.rests();
         let period = if rests {
             1
         } else if stop == Stop::End {

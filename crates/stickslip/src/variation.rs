@@ -48,6 +48,9 @@ pub struct Followed {
     pub tests: Vec<Test>,
 }
 
+/// So near its end, over the fastest rate of the system, the derivatives of a motion are those at its end.
+const NEAR: f64 = 1e-13;
+
 fn lost(index: usize, why: &str) -> Error {
     Error::Document {
         reason: format!("the motion held to its event sequence {why} on phase {index}"),
@@ -92,17 +95,26 @@ pub fn follow(
         }
         let next = phases.get(index + 1).map_or(last, |phase| &phase.contact_states);
         let seeded = state.seeded(course.all_lanes());
-        let tau = end_of(&course, &state.still(1), phase, &mut expansion)
-            .ok_or_else(|| lost(index, "does not end"))?;
+        let mut tau = phase.duration;
         course.go(&seeded, &phase.contact_states, tau, &mut expansion);
-        let moves = Course::moves(&course.guard(&seeded, phase, tau, &expansion));
+        let mut guard = course.guard(&seeded, phase, tau, &expansion);
+        let mut rest = Course::step(&guard);
+        // A motion so near its end moves there by its rates.
+        if rest.is_nan() || rest.abs() > NEAR / course.frame.rate {
+            tau = end_of(&course, &state.still(1), phase, &mut expansion)
+                .ok_or_else(|| lost(index, "does not end"))?;
+            course.go(&seeded, &phase.contact_states, tau, &mut expansion);
+            guard = course.guard(&seeded, phase, tau, &expansion);
+            rest = 0.0;
+        }
+        let moves = Course::moves(&guard);
         let end = PhaseEnd {
             index,
             phase,
             start: &seeded,
-            tau,
+            tau: tau + rest,
             expansion: &expansion,
-            moved: course.moved(&seeded, tau, &expansion),
+            rest,
             next,
         };
         let after = course.pass(&end, &moves);
@@ -167,26 +179,23 @@ fn chain(number: &Dual, rates: &[f64], width: usize, row: &mut [f64]) {
 /// When the phase ends, near where it did: Newton. The start needs the derivative by time alone.
 fn end_of(course: &Course, start: &Moving, phase: &Phase, expansion: &mut Expansion) -> Option<f64> {
     let mut tau = phase.duration;
-    course.go(start, &phase.contact_states, tau, expansion);
     if phase.ending == Ending::Time {
         return Some(tau);
     }
+    course.go(start, &phase.contact_states, tau, expansion);
     let rate_of_all = course.frame.rate;
     let longest = 0.3 / rate_of_all;
     let mut best = f64::INFINITY;
-    let mut first = None;
     for round in 0..60 {
         let guard = course.guard(start, phase, tau, expansion);
-        let (value, rate) = (guard.value, guard.rates.last().copied().unwrap_or(0.0));
-        if !(value.is_finite() && rate.is_finite()) || rate == 0.0 {
-            return (value == 0.0).then_some(tau);
+        let step = Course::step(&guard);
+        if !step.is_finite() {
+            return (guard.value == 0.0).then_some(tau);
         }
-        let step = -value / rate;
-        // Beside a tangency Newton may run away from an end that was known from the start.
-        let known = *first.get_or_insert(step);
-        if round > 0 && known.abs() < 1e-9 / rate_of_all && (tau - phase.duration).abs() > 1e-6 / rate_of_all
-        {
-            return Some(phase.duration);
+        // What Newton leaves after so small a step is its square. Beside a tangency another would run away from an end that was
+        // known from the start.
+        if round == 0 && step.abs() < 1e-9 / rate_of_all {
+            return Some(tau + step);
         }
         // Rounding ends the descent.
         if step == 0.0 || (round > 3 && step.abs() >= 0.5 * best && step.abs() < 1e-9 / rate_of_all) {

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_written
-from stickslip.errors import InputError
+from stickslip.cli.terminal import Bar, Commands, partial, save_figure, say, say_json, say_written
+from stickslip.errors import InputError, Interrupted
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.continuation.branch import Branches
+    from stickslip.dynamics.continuation.loci import Locus
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -65,38 +69,45 @@ def run(options: argparse.Namespace) -> None:
     name, bounds = parse_range("--over", options.over)
     other = parse_range("--and", options.also) if options.also else None
     system = check(load_system(options.system), "continue")
-    loci = []
-    most, limit, left = options.most, TimeLimit.after(options.max_seconds, "continue"), 0
+    result: Branches | None = None
+    loci: list[Locus] = []
+    most, limit, left, interrupted = options.most, TimeLimit.after(options.max_seconds, "continue"), 0, False
     with Bar() as bar:
 
         def notify(done: int, most: int) -> None:
-            bar("points", done, most)
+            bar("points" if done else "an orbit to start from", done, most)
 
-        result = continuation(system, name, bounds, most=most, max_seconds=limit.left, progress=notify)
-        if options.doubled:
-            flips = [item for item in result.special_points if item.kind == "flip"]
-            doubled = [
-                switch_branch(result, flip, most=most, max_seconds=limit.left, progress=notify) for flip in flips
-            ]
-            result = replace(result, branches=(*result.branches, *doubled))
-        if other is not None:
-            over, ranges = (name, other[0]), (bounds, other[1])
-            followed = [
-                item for item in result.special_points if item.kind in ("hopf", *BY_MULTIPLIERS) or item.boundary
-            ]
-            for item in followed:
-                if limit.passed:
-                    left += 1
-                else:
-                    loci.append(locus(item, over, ranges, progress=notify))
-    if options.output:
+        try:
+            result = continuation(system, name, bounds, most=most, max_seconds=limit.left, progress=notify)
+            for flip in [item for item in result.special_points if item.kind == "flip"] if options.doubled else ():
+                doubled = switch_branch(result, flip, most=most, max_seconds=limit.left, progress=notify)
+                result = replace(result, branches=(*result.branches, doubled))
+            if other is not None:
+                kinds = ("hopf", *BY_MULTIPLIERS)
+                for item in [item for item in result.special_points if item.kind in kinds or item.boundary]:
+                    if limit.passed:
+                        left += 1
+                    else:
+                        loci.append(locus(item, (name, other[0]), (bounds, other[1]), progress=notify))
+        except KeyboardInterrupt as stop:
+            if isinstance(stop, Interrupted):
+                more = stop.result
+                if result is None:
+                    result = more
+                elif more.values:
+                    result = replace(result, branches=(*result.branches, more))
+            if result is None:
+                raise
+            interrupted = True
+    output, plot = (partial(path) if interrupted else path for path in (options.output, options.plot))
+    if output:
         dataset = result.to_xarray().merge(together(loci)) if loci else result.to_xarray()
-        write_netcdf(options.output, dataset)
-    if options.plot:
+        write_netcdf(output, dataset.assign_attrs(interrupted=int(interrupted)))
+    if plot:
         from stickslip import show
 
         ax = show.loci_plot(loci) if loci else show.branches_plot(result)
-        save_figure(ax.figure, options.plot)
+        save_figure(ax.figure, plot)
     points = [{"kind": item.kind, "boundary": item.boundary, name: item.parameter} for item in result.special_points]
     branches: list[dict[str, Any]] = [
         {
@@ -111,18 +122,28 @@ def run(options: argparse.Namespace) -> None:
     ]
     if options.json:
         curves = [{"kind": curve.kind, "values": curve.values.tolist()} for curve in loci]
-        said = {"parameter": name, "branches": branches, "special_points": points}
+        said = {"parameter": name, "interrupted": interrupted, "branches": branches, "special_points": points}
         say_json(said | ({"loci": curves, "over": [name, other[0]]} if other else {}))
-        return
+    else:
+        _say(name, branches, result, loci)
+        if left:
+            say(f"{left} special points were not followed over {options.also} within --max-seconds")
+        say_written(output, plot)
+    if interrupted:
+        files = " and ".join(path for path in (output, plot) if path)
+        where = f"written to {files}" if files else "above; name a file with -o to keep it"
+        raise KeyboardInterrupt(f"what was found by then is {where}")
+
+
+def _say(name: str, branches: list[dict[str, Any]], result: Branches, loci: list[Locus]) -> None:
     for branch in branches:
         kind = str(branch["kind"]).replace("_", " ")
-        ends = ", closed" * branch["closed"] + f", cut off by --{branch['cut'].replace('_', '-')}" * bool(branch["cut"])
-        say(f"{kind:20s}{branch['points']} points, {name} {branch['from']:.6g} … {branch['to']:.6g}{ends}")
+        limit = {"": "", "interrupt": ", cut off by Ctrl-C"}.get(branch["cut"])
+        cut = f", cut off by --{branch['cut'].replace('_', '-')}" if limit is None else limit
+        closed = ", closed" * branch["closed"]
+        say(f"{kind:20s}{branch['points']} points, {name} {branch['from']:.6g} … {branch['to']:.6g}{closed}{cut}")
     for item in result.special_points:
         say(f"{item.kind.replace('_', ' '):20s}{name} = {item.parameter:.12g}")
     for curve in loci:
         ends = " … ".join(f"({x:.6g}, {y:.6g})" for x, y in curve.values[[0, -1]])
         say(f"{'locus of ' + curve.kind.replace('_', ' '):30s}{len(curve.values)} points, {ends}")
-    if left:
-        say(f"{left} special points were not followed over {options.also} within --max-seconds")
-    say_written(options.output, options.plot)

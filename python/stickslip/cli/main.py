@@ -179,8 +179,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         _tell(error)
         return 2
-    except KeyboardInterrupt:
-        print("stickslip: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        print("; ".join(["stickslip: interrupted", *map(str, stop.args)]), file=sys.stderr)
         return 130
     except BrokenPipeError:
         return 1

@@ -161,7 +161,7 @@ def lengths(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _advice(decide: int) -> str:
-    return "raise --transient" if decide else "raise --transient, or follow them on with --decide 500"
+    return "raise --transient or --decide" if decide else "raise --transient, or follow them on with --decide 500"
 
 
 def windows(result: xr.Dataset) -> list[dict[str, Any]]:

@@ -35,6 +35,15 @@ def say_written(*paths: str | Path | None) -> None:
             say_value("written", path)
 
 
+def partial(path: str | None) -> str | None:
+    """The name under which a result that is not whole is written, so that it never stands for a whole one.
+
+    >>> partial("out/branches.nc"), partial(None)
+    ('out/branches.partial.nc', None)
+    """
+    return path and str(Path(path).with_suffix(f".partial{Path(path).suffix}"))
+
+
 def save_figure(figure: Any, path: str) -> None:
     """Write a picture whole, its kind by the ending."""
     from stickslip.files.disk import write_whole

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-#: Of an attractor: what is the same for all motions on it, whenever they are looked at.
+#: What an attractor is described by.
 _EXACT = ("regime", "period", "loops")
 _NUMBERS = ("x_min", "x_max", "w_min", "w_max", "x_mean", "v_mean")
+#: All that says on which attractor a motion is.
+ATTRACTOR = (*_EXACT, *_NUMBERS)
 #: More motions than this are a continuum, as without damping: starts beyond them get no label.
 MOST = 1000
 
@@ -49,10 +51,11 @@ def basins(
 ) -> xr.Dataset:
     """Which steady motion is reached from each start (x, ẋ), and the share of the starts that each attracts.
 
-    Two motions are one attractor if they have the same regime, period and loops, and their extremes of x and w and the mean
-    of their returns over a period agree to the part `same` of their extent; motions that rest, if their positions agree to
-    that part of the range of starts (all that stay stuck count as one). Motions that do not repeat scatter in a finite
-    window: they are one attractor if their ranges of x share more than half of their union.
+    Two motions are one attractor if they have the same regime, and their extremes of x and w and the mean of their returns
+    over a period agree to the part `same` of their extent; motions that rest, if their positions agree to that part of the
+    range of starts (all that stay stuck count as one). Periods are not compared: the same motion may repeat in one window
+    and not yet, or after twice as long, in another. The means count where both repeat. Motions that do not repeat scatter in
+    a finite window: two of them are one attractor also if their ranges of x share more than half of their union.
 
     Parameters
     ----------
@@ -110,7 +113,7 @@ def basins(
 
 def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tuple[tuple[str, ...], Array]]:
     """The labels of all starts and the table of attractors, chunk by chunk in their order."""
-    found: dict[str, list[Any]] = {name: [] for name in (*_EXACT, *_NUMBERS)}
+    found: dict[str, list[Any]] = {name: [] for name in ATTRACTOR}
     label = np.full(tuple(plan.sizes[dim] for dim in plan.chunks), -1, np.int16)
     wide = max(float(np.ptp(values)) for values, _ in plan.coords.values()) or 1.0
     for index in range(int(np.prod(plan.counts))):
@@ -122,13 +125,15 @@ def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tup
             if not left.any():
                 break
             if number_of == len(found["period"]):
-                first = tuple(axis[0] for axis in np.nonzero(left))
+                # A motion that repeats says more of the attractor than one that still approaches it.
+                candidates = left & (rows["period"] > 0)
+                first = tuple(axis[0] for axis in np.nonzero(candidates if candidates.any() else left))
                 for name, column in rows.items():
                     found[name].append(column[first])
             attractor = {name: values[number_of] for name, values in found.items()}
-            alike = left & _alike(rows, attractor, same, wide)
-            mine[alike] = number_of
-            left &= ~alike
+            mine_too = left & alike(rows, attractor, same, wide)
+            mine[mine_too] = number_of
+            left &= ~mine_too
         label[region] = mine
     counts = np.bincount(label[label >= 0].ravel(), minlength=len(found["period"]))
     order = np.argsort(-counts, kind="stable")
@@ -144,21 +149,26 @@ def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tup
     }
 
 
-def _alike(rows: Mapping[str, Array], attractor: Mapping[str, Any], same: float, wide: float) -> NDArray[np.bool_]:
-    """Which rows are on an attractor."""
-    alike: NDArray[np.bool_] = rows["regime"] == attractor["regime"]
-    if attractor["regime"] == "at_rest":
-        return alike
-    if attractor["period"] == 0:
-        low = np.maximum(rows["x_min"], attractor["x_min"]), np.minimum(rows["x_min"], attractor["x_min"])
-        high = np.minimum(rows["x_max"], attractor["x_max"]), np.maximum(rows["x_max"], attractor["x_max"])
-        overlap = (high[0] - low[0]) > 0.5 * (high[1] - low[1])
-        alike &= (rows["period"] == 0) & overlap
-        return alike
-    alike &= (rows["period"] == attractor["period"]) & (rows["loops"] == attractor["loops"])
-    rests = attractor["regime"] == "stable_slip"
+def alike(one: Mapping[str, Any], other: Mapping[str, Any], same: float, wide: float) -> NDArray[np.bool_]:
+    """Which motions are on the same attractor, as :func:`basins` says; their rows in columns that broadcast.
+
+    >>> swing = {"regime": np.array("stick_slip"), "period": 2, "x_mean": 0.5, "v_mean": 0.0}
+    >>> swing |= {"x_min": 0.0, "x_max": 1.0, "w_min": 0.0, "w_max": 1.0}
+    >>> [bool(alike(swing, swing | more, 0.01, 1.0)) for more in ({"period": 4}, {"x_mean": 0.6}, {"x_min": 0.1})]
+    [True, False, False]
+    """
+    regime = np.asarray(other["regime"])
+    rests = np.isin(regime, ("at_rest", "stable_slip"))
+    one_repeats, other_repeats = np.asarray(one["period"]) > 0, np.asarray(other["period"]) > 0
+    near = {}
     for name in _NUMBERS:
         kind = "x" if name.startswith("x") else "w"
-        extent = wide if rests else attractor[f"{kind}_max"] - attractor[f"{kind}_min"]
-        alike &= np.abs(rows[name] - attractor[name]) <= same * extent
-    return alike
+        extent = np.where(rests, wide, other[f"{kind}_max"] - other[f"{kind}_min"])
+        near[name] = np.abs(one[name] - other[name]) <= same * extent
+    bounds = near["x_min"] & near["x_max"] & near["w_min"] & near["w_max"]
+    # A mean over returns that do not repeat depends on which of them are looked at.
+    means = near["x_mean"] & near["v_mean"] | ~(one_repeats & other_repeats)
+    shared = np.minimum(one["x_max"], other["x_max"]) - np.maximum(one["x_min"], other["x_min"])
+    union = np.maximum(one["x_max"], other["x_max"]) - np.minimum(one["x_min"], other["x_min"])
+    scattered = ~(one_repeats | other_repeats) & (shared > 0.5 * union)
+    return np.asarray((one["regime"] == regime) & ((regime == "at_rest") | bounds & means | scattered))

@@ -57,8 +57,8 @@ def orbit_diagram(
         ``"forcing.amplitude"`` or, for a system of masses, ``"contacts.0.drive_velocity"``.
     values : its values, shape (n,), in increasing order.
     direction : ``"fresh"``: each value from the start x0, v0; ``"up"`` or ``"down"``: each from where its neighbour ended, so
-        that a motion is followed as long as it attracts. Several of them give the result a dimension ``direction``; where
-        they differ, motions coexist.
+        that a motion is followed as long as it attracts: where its kind changes, or its size by more than a quarter, in
+        steps down to a 64th. Several of them give the result a dimension ``direction``; where they differ, motions coexist.
     periods : periods to run, of the first forcing or, without one, of the natural motion.
     keep : the last of them that are looked at; the rest is transient.
     section : in which returns are counted: ``"strobe"``, ``"maximum"``, a kind of event, or a :class:`Surface`; default the
@@ -98,7 +98,7 @@ def orbit_diagram(
     Limits: a transient that outlasts `periods` − `keep` is shown as if it were steady: near a threshold, run longer. A swept
     motion is handed on with its position and its slip velocity, at a whole period of the first forcing, and with what the
     contact remembers unless it is the law that is varied; a system of masses and a smooth law with position and velocity, or
-    stuck on the drive.
+    stuck on the drive. Under laws with an internal state a step is never made smaller: there a motion can be lost early.
 
     >>> from stickslip import paper
     >>> diagram = orbit_diagram(paper.oscillator(0.3), "drive_velocity", [0.2, 0.3, 0.45])
@@ -141,13 +141,15 @@ def orbit_diagram(
     def task(position: tuple[int, ...], arrays: Any) -> Chunk:
         which, part = position
         low, high = part * CHUNK, min((part + 1) * CHUNK, axis.size)
-        start = begin
+        start, link = begin, None
         if before(position) is not None:
             # The run beside this part: below it on the way up, above it on the way down.
             there = low - 1 if directions[which] == "up" else high
             if arrays["stop"][which, there] == "t_end":
                 ends = [np.asarray(arrays[name][which, there]) for name in carried]
                 start = (ends[0], ends[1], ends[2] if closed else ())
+                regime, low_x, high_x = (arrays[name][which, there] for name in ("regime", "x_min", "x_max"))
+                link = ([float(axis[there])], _core.REGIMES.index(str(regime)), float(high_x - low_x))
         return Chunk(
             text,
             (path,),
@@ -156,6 +158,7 @@ def orbit_diagram(
             chain=directions[which] != "fresh",
             backwards=directions[which] == "down",
             start=start,
+            before=link,
         )
 
     closed = isinstance(system, Oscillator) and system.closed_form

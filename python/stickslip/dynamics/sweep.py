@@ -80,8 +80,9 @@ class Chunk:
 
     `values` has a row for each run and a column for each path. Each starts from `start` (default stuck at x = 0; a velocity
     that is not a number is that of the drive); in a `chain` only the first, the others where the one before ended, and
-    `backwards` the last row is the first. Where the motion has a closed form the column ``restart`` says how it goes on: x,
-    w, the mode and what the contact remembers; else it is not a number.
+    `backwards` the last row is the first. `before` has the values, the regime's number and max x − min x of the row where it
+    starts, if that is one: the core follows a motion that changes suddenly in smaller steps. Where the motion has a closed
+    form the column ``restart`` says how it goes on: x, w, the mode and what the contact remembers; else it is not a number.
     """
 
     document: str
@@ -91,6 +92,7 @@ class Chunk:
     chain: bool = False
     backwards: bool = False
     start: Start = None
+    before: tuple[list[float], int, float] | None = None
     limit: TimeLimit = NO_LIMIT
 
     def compute(self) -> dict[str, Array]:
@@ -114,6 +116,7 @@ class Chunk:
                     self.look.to_json(),
                     self.chain,
                     start,
+                    self.before,
                     self.limit.left,
                 )
             except ValueError as error:
@@ -254,10 +257,10 @@ def period_of(system: Oscillator | System) -> float:
 def recurrence(regime: Array, period: Array, parting: Array, decide: int) -> Array:
     """How motions come back, in a word; the criteria stand in :data:`stickslip.simulation.regimes.RECURRENCE`.
 
-    >>> recurrence(np.array(["stick_slip"] * 3), np.array([2, 0, 0]), np.array([np.nan, 1e8, 3.0]), 500).tolist()
-    ['periodic', 'chaotic', 'not_repeating']
+    >>> recurrence(np.array(["stick_slip"] * 4), np.array([2, 0, 0, 0]), np.array([np.nan, 1e8, 300.0, 3.0]), 500).tolist()
+    ['periodic', 'chaotic', 'undecided', 'not_repeating']
     """
     rests = np.isin(regime, ("at_rest", "stable_slip"))
     with np.errstate(invalid="ignore"):
-        cases = [rests, period > 0, parting > PARTS * decide, parting <= PARTS * decide]
+        cases = [rests, period > 0, parting > PARTS * decide, parting <= PARTS]
     return np.select(cases, ["rests", "periodic", "chaotic", "not_repeating"], "undecided")

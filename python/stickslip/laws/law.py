@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+MotionColumns = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.float64]]
+"""Time, slip velocity, whether the mass sticks, and force rate of a measured motion, one array each."""
 TRIES = 1000
 """Draws for each law that is asked for, at the most."""
 
@@ -298,12 +300,25 @@ def force_along(
     >>> force_along(law, [0, 1, 2], [0, 0.1, -0.1], [True, False, False])
     array([ 1. ,  0.6, -0.6])
     """
+    return law._along(*motion_columns(t, w, stuck, force_rate))
+
+
+def motion_columns(
+    t: ArrayLike, w: ArrayLike, stuck: ArrayLike | None = None, force_rate: ArrayLike | None = None
+) -> MotionColumns:
+    """The columns of a measured motion as the core reads them, for many laws along one motion.
+
+    Raises
+    ------
+    InputError
+        where a number is not finite.
+    """
     t, w = np.ascontiguousarray(t, float), np.ascontiguousarray(w, float)
     rate = np.zeros_like(t) if force_rate is None else np.ascontiguousarray(force_rate, float)
     for name, values in (("t", t), ("w", w), ("force_rate", rate)):
         if not np.isfinite(values).all():
             raise InputError(f"force_along: {name} must be finite, got {values[~np.isfinite(values)][0]}")
-    return law._along(t, w, np.ascontiguousarray(w == 0 if stuck is None else stuck, bool), rate)
+    return t, w, np.ascontiguousarray(w == 0 if stuck is None else stuck, bool), rate
 
 
 def load_law(path: str | Path) -> Law:

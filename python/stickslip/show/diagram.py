@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.dynamics.attraction import ATTRACTOR, alike
 from stickslip.errors import InputError
 from stickslip.show.canvas import (
     ABOVE,
@@ -148,16 +149,30 @@ def _where(diagram: xr.Dataset, name: str, word: str, parameter: str) -> NDArray
     return np.asarray(found.reshape(-1, found.shape[-1]))
 
 
+def alike_everywhere(diagram: xr.Dataset, parameter: str) -> NDArray[np.bool_]:
+    """At which values all directions reach the same attractor, as :func:`stickslip.basins` tells them apart.
+
+    >>> from stickslip import orbit_diagram, paper
+    >>> both = orbit_diagram(paper.oscillator(0.3), "drive_velocity", [0.2, 0.3], direction=("up", "down"))
+    >>> alike_everywhere(both, "drive_velocity").tolist()
+    [False, True]
+    """
+    rows = {name: diagram[name].transpose("direction", parameter).to_numpy() for name in ATTRACTOR}
+    wide = float(np.fmax.reduce(rows["x_max"], axis=None) - np.fmin.reduce(rows["x_min"], axis=None))
+    first = {name: column[0] for name, column in rows.items()}
+    return np.asarray(alike(rows, first, 1e-2, wide).all(axis=0))
+
+
 def _draw_directions(diagram: xr.Dataset, parameter: str, variable: str, ax: Axes) -> Axes:
     """What all directions share in grey; where they differ, the points of each in its colour and with its marker."""
     directions = [str(direction) for direction in diagram["direction"].to_numpy()]
     values = diagram[parameter].to_numpy()
     points = diagram[variable].transpose("direction", parameter, "point").to_numpy()
-    alike = _alike(points)
+    one = alike_everywhere(diagram, parameter)
     across = np.broadcast_to(values[:, None], points.shape[1:])
     shared: dict[str, Any] = {"marker": ".", "ls": "", "ms": 2.4, "mew": 0, "color": OKABE_ITO["grey"]}
-    ax.plot(across[alike].ravel(), points[0][alike].ravel(), rasterized=True, zorder=2, **shared)
-    if alike.any():
+    ax.plot(across[one].ravel(), points[0][one].ravel(), rasterized=True, zorder=2, **shared)
+    if one.any():
         ax.plot([], [], label="the same from all", **(shared | {"ms": 7}))
     for layer, direction in enumerate(directions):
         look: dict[str, Any] = {
@@ -166,20 +181,10 @@ def _draw_directions(diagram: xr.Dataset, parameter: str, variable: str, ax: Axe
             "mew": 0,
             "color": DIRECTION_COLOURS[direction],
         }
-        mine = points[layer][~alike].ravel()
-        ax.plot(across[~alike].ravel(), mine, ms=3.2 - 0.7 * layer, rasterized=True, zorder=3 + layer, **look)
+        mine = points[layer][~one].ravel()
+        ax.plot(across[~one].ravel(), mine, ms=3.2 - 0.7 * layer, rasterized=True, zorder=3 + layer, **look)
         ax.plot([], [], ms=5, label=_DIRECTIONS[direction], **look)
     ax.set_xlim(values[0], values[-1])
     _mark_unfinished(diagram, parameter, ax)
     ax.legend(**ABOVE, ncols=len(directions) + 1, columnspacing=1.0)
     return ax
-
-
-def _alike(points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Where the range of the points, shape (directions, values, points), differs by less than 1 % of that of the diagram.
-
-    A run that did not finish has no points and is like no other.
-    """
-    ends = np.stack([np.fmin.reduce(points, axis=2), np.fmax.reduce(points, axis=2)])
-    extent = np.fmax.reduce(ends, axis=None) - np.fmin.reduce(ends, axis=None)
-    return np.asarray(np.ptp(ends, axis=1).max(axis=0) < 0.01 * extent)

@@ -176,7 +176,7 @@ def integrate(
         )
     solution = _joined(pieces, attempt)
     last, stop = float(solution.ts[-1]), {0: "t_end", 1: "max_seconds"}.get(pieces[-1].status, "solver")
-    marks = _marks(core, solution, masses_of(system))
+    marks = _marks(core, solution, masses_of(system), tolerance * scale[whole.masses])
     for mark in marks:
         if len(mark.times) >= max_events and mark.times[max_events - 1] < last:
             last, stop = float(mark.times[max_events - 1]), "max_events"
@@ -201,8 +201,11 @@ def _joined(pieces: Sequence[Any], method: str) -> OdeSolution:
     )
 
 
-def _marks(core: _core.StateSystem, solution: OdeSolution, masses: Sequence[int]) -> list[Mark]:
-    """The times at which slip velocities and velocities change their sign; two changes within one step are not seen."""
+def _marks(core: _core.StateSystem, solution: OdeSolution, masses: Sequence[int], noise: float) -> list[Mark]:
+    """The times at which slip velocities and velocities change their sign; two changes within one step are not seen.
+
+    A velocity within the `noise` of the integration has no sign: where adhesion creeps it changes it with every step.
+    """
 
     def guards(t: NDArray[np.float64]) -> NDArray[np.float64]:
         """Slip velocity of each contact and velocity of its mass, shape (times, 2, contacts)."""
@@ -210,13 +213,15 @@ def _marks(core: _core.StateSystem, solution: OdeSolution, masses: Sequence[int]
         return np.stack([w.reshape(t.size, -1), v.reshape(t.size, -1)[:, masses]], axis=1)
 
     marks = []
-    signs = np.sign(guards(solution.ts))
+    values = guards(solution.ts)
+    signs = np.where(np.abs(values) > noise, np.sign(values), 0.0)
     for kind, name in enumerate(("crossing", "turn")):
         for contact in range(len(masses)):
-            sign = signs[:, kind, contact]
+            known = np.flatnonzero(signs[:, kind, contact])
+            sign = signs[known, kind, contact]
             found = []
-            for i in np.flatnonzero(sign[:-1] * sign[1:] < 0):
-                low, high = solution.ts[i], solution.ts[i + 1]
+            for i in np.flatnonzero(sign[:-1] != sign[1:]):
+                low, high = solution.ts[known[i : i + 2]]
                 try:
                     found.append(
                         brentq(

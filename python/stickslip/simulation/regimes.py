@@ -16,8 +16,9 @@ REGIMES = {
     "reversing_slip": "the slip velocity changes its sign without a stick",
 }
 
-#: Two starts beside each other part where their distance has grown to more than this many times the number of periods.
-#: Chaos lets it grow exponentially; on a torus or beside an orbit that is periodic it grows at most linearly with time.
+#: Two starts beside each other part where their distance has grown to more than this many times the number of periods, and
+#: stay together where it is at most so many times what it was. Chaos lets it grow exponentially; on a torus or beside a
+#: periodic orbit it grows at most linearly with time. Between the two, weak chaos and a torus look alike.
 PARTS = 100.0
 
 #: How a motion comes back.
@@ -25,8 +26,9 @@ RECURRENCE = {
     "rests": "at_rest or stable_slip",
     "periodic": "it repeats after some returns to the section, at most half of those looked at, within the tolerance",
     "chaotic": "it does not repeat, and two starts beside each other part exponentially",
-    "not_repeating": "it does not repeat and such starts do not part: a torus, a longer period, or chaos too weak to be seen",
-    "undecided": "it does not repeat in the window, and no more was asked for or can be told; or the run did not end",
+    "not_repeating": "it does not repeat and they stay together: a torus, a longer period, or chaos too weak to be seen",
+    "undecided": "it does not repeat in the window, and no more was asked for or can be told, as of weak chaos; or the run "
+    "did not end",
 }
 
 

@@ -103,6 +103,8 @@ pub(crate) struct Frame {
     smooth: Vec<[bool; 2]>,
     /// L without friction.
     pub(crate) rate: f64,
+    /// The same without damping.
+    pub(crate) undamped: f64,
     /// The highest frequency of drives and forces.
     fastest: f64,
     /// The speed that drives and forces can give.
@@ -183,7 +185,8 @@ impl Frame {
             let own = |i: usize| inverse.at(i, i);
             spring.steepest() * (own(spring.mass) + spring.other.map_or(0.0, own)) * 2.0
         });
-        let free = (spring.norm() + stiffer.sum::<f64>()).sqrt() + damper.norm();
+        let undamped = (spring.norm() + stiffer.sum::<f64>()).sqrt();
+        let free = undamped + damper.norm();
         // Contacts as edges between the masses and, the last node, the ground of all drives.
         let mut joined: Vec<usize> = (0..=n).collect();
         let mut loops = false;
@@ -210,6 +213,9 @@ impl Frame {
             masses: n,
             loops,
             rate,
+            undamped: Some(undamped.max(fastest))
+                .filter(|&rate| rate > 0.0)
+                .unwrap_or(rate),
             fastest,
             push: pushed.fold(driven, f64::max),
             inverse,

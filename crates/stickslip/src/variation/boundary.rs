@@ -163,10 +163,10 @@ impl Course<'_> {
             }
             Ending::Section if sticks => push(Boundary::Low, expansion.u(c), 0.0),
             Ending::Line(End::Low) if end.start.numbers[self.layout.contact(c) + LOW].value <= 0.0 => {
-                let [force, rate] = self.if_stuck(&end.moved, &phase.contact_states, c);
+                let [force, rate] = self.if_stuck(self.there(end), &phase.contact_states, c);
                 let detail = rate.value * force.value.signum();
                 let at_once = Dual::fixed(0.0, moves.rates.len());
-                let normal = self.normal(c, || end.moved.clone());
+                let normal = self.normal(c, || self.there(end));
                 let margin = self.room((c, normal), &at_once, &rate, force);
                 if sticks {
                     push(Boundary::Entry, margin, detail);

@@ -1,5 +1,6 @@
 //! The derivative of a segment in closed form: one mass on one drive, while friction is linear in the slip speed.
 
+use super::saltation::later;
 use super::state::{ContactState, Layout, Moving};
 use super::varied::{Varied, difference};
 use crate::clock::Clock;
@@ -19,10 +20,29 @@ const RESONANT: f64 = 0.05;
 
 /// The oscillator behind a system, and how its numbers change with each parameter.
 pub(super) struct Closed {
+    /// Mass, damping, stiffness, drive velocity.
+    system: [f64; SYSTEM],
+    /// These, then amplitude, frequency and phase of every force.
     numbers: Vec<f64>,
-    /// For each parameter the numbers that it changes, and how much.
+    /// For each number the lanes of the parameters that change it, and how much.
     rates: Vec<Vec<(usize, f64)>>,
 }
+
+/// A motion at a time, with derivatives; the last lane is the time along the phase.
+#[derive(Clone)]
+pub(super) struct Moved {
+    pub(super) x: Dual,
+    pub(super) v: Dual,
+    /// Slip speed and its rate.
+    pub(super) slip: [Dual; 2],
+    /// Friction force and its rate.
+    pub(super) force: [Dual; 2],
+}
+
+const LAYOUT: Layout = Layout {
+    masses: 1,
+    contacts: 1,
+};
 
 /// The numbers of a system that is one mass on one drive of constant velocity, none for another.
 fn numbers(system: &System) -> Option<Vec<f64>> {
@@ -55,79 +75,183 @@ fn numbers(system: &System) -> Option<Vec<f64>> {
 impl Closed {
     pub(super) fn of(varied: &Varied) -> Option<Self> {
         let own = numbers(&varied.base)?;
-        let rates = varied.parameters.iter().map(|parameter| {
+        let mut rates = vec![Vec::new(); own.len()];
+        for (parameter, lane) in varied.parameters.iter().zip(LAYOUT.width()..) {
             let around = parameter.around.each_ref().map(numbers);
             let [Some(a), Some(b), Some(c), Some(d)] = around else {
                 return None;
             };
-            let rate = |i: usize| difference([a[i], b[i], c[i], d[i]], parameter.step);
-            Some(
-                (0..own.len())
-                    .map(|i| (i, rate(i)))
-                    .filter(|(_, rate)| *rate != 0.0)
-                    .collect(),
-            )
-        });
+            for (i, rates) in rates.iter_mut().enumerate() {
+                let rate = difference([a[i], b[i], c[i], d[i]], parameter.step);
+                if rate != 0.0 {
+                    rates.push((lane, rate));
+                }
+            }
+        }
         Some(Self {
-            rates: rates.collect::<Option<_>>()?,
+            system: *own.first_chunk()?,
             numbers: own,
+            rates,
         })
     }
 
-    /// Move a state `tau` on along a phase of one contact; false where the closed form would lose digits, or is none.
-    pub(super) fn move_on(
-        &self,
-        state: &mut Moving,
-        contact_state: ContactState,
-        clock: Clock,
-        tau: f64,
-    ) -> bool {
-        let layout = Layout {
-            masses: 1,
-            contacts: 1,
+    /// Add `slope` times what the parameters change of a number of the system.
+    fn shift(&self, number: &mut Dual, slope: f64, which: usize) {
+        // Without lanes for them only time counts.
+        if number.rates.len() > 1 {
+            for &(lane, rate) in &self.rates[which] {
+                number.rates[lane] += slope * rate;
+            }
+        }
+    }
+
+    /// The drive velocity.
+    pub(super) fn drive(&self, lanes: usize) -> Dual {
+        let mut drive = Dual::fixed(self.numbers[DRIVE], lanes);
+        self.shift(&mut drive, 1.0, DRIVE);
+        drive
+    }
+
+    /// The forcing at a time and its rate.
+    fn forcing(&self, t: &Dual) -> [Dual; 2] {
+        let [mut force, mut rate] = [0, 1].map(|_| Dual::fixed(0.0, t.rates.len()));
+        let clock = Clock {
+            high: t.value,
+            low: 0.0,
         };
-        let (x, v) = (layout.x(0), layout.v(0));
-        let direction = match contact_state {
+        let mut bend = 0.0;
+        for (one, first) in self.numbers[SYSTEM..].chunks_exact(3).zip((SYSTEM..).step_by(3)) {
+            let &[amplitude, frequency, phase] = one else {
+                continue;
+            };
+            let harmonic = Harmonic {
+                amplitude: 1.0,
+                frequency,
+                phase,
+            };
+            let (cos, odd) = harmonic.quadratures(clock);
+            let (wave, turned) = (amplitude * cos, amplitude * odd);
+            force.value += wave;
+            rate.value += frequency * turned;
+            bend -= frequency * frequency * wave;
+            self.shift(&mut force, cos, first);
+            self.shift(&mut force, t.value * turned, first + 1);
+            self.shift(&mut force, turned, first + 2);
+            self.shift(&mut rate, frequency * odd, first);
+            self.shift(&mut rate, turned - frequency * t.value * wave, first + 1);
+            self.shift(&mut rate, -frequency * wave, first + 2);
+        }
+        if !self.numbers[SYSTEM..].is_empty() {
+            force.shift(rate.value, t);
+            rate.shift(bend, t);
+        }
+        [force, rate]
+    }
+
+    /// The force of the contact and its rate while it sticks at `x`.
+    pub(super) fn holding(&self, x: &Dual, t: &Dual) -> [Dual; 2] {
+        let [_, damping, stiffness, drive] = self.system;
+        let [force, rate] = self.forcing(t);
+        let [mut force, mut rate] = [-force, -rate];
+        force.value += damping * drive + stiffness * x.value;
+        force.shift(stiffness, x);
+        rate.value += stiffness * drive;
+        for (slope, which) in [(damping, DRIVE), (drive, DAMPING), (x.value, STIFFNESS)] {
+            self.shift(&mut force, slope, which);
+        }
+        for (slope, which) in [(stiffness, DRIVE), (drive, STIFFNESS)] {
+            self.shift(&mut rate, slope, which);
+        }
+        [force, rate]
+    }
+
+    /// The motion `tau` from the start of a phase; none where the closed form would lose digits, or is none.
+    pub(super) fn go(&self, start: &Moving, contact_state: ContactState, tau: f64) -> Option<Moved> {
+        let lanes = start.numbers[0].rates.len();
+        let t = later(&start.numbers[0], tau);
+        match contact_state {
             ContactState::Stick => {
-                let speed = state.numbers[v].clone();
-                state.numbers[x].value += tau * speed.value;
-                state.numbers[x].shift(tau, &speed);
-                return true;
+                let v = self.drive(lanes);
+                let mut x = start.numbers[LAYOUT.x(0)].clone();
+                x.value += tau * v.value;
+                x.shift(tau, &v);
+                x.rates[lanes - 1] = v.value;
+                Some(Moved {
+                    force: self.holding(&x, &t),
+                    slip: [0, 1].map(|_| Dual::fixed(0.0, lanes)),
+                    x,
+                    v,
+                })
             }
-            ContactState::Slip(direction) => direction,
-            ContactState::Hold(_) => return false,
+            ContactState::Slip(direction) => self.go_slipping(start, direction, &t, tau),
+            ContactState::Hold(_) => None,
+        }
+    }
+
+    fn go_slipping(&self, start: &Moving, direction: f64, t: &Dual, tau: f64) -> Option<Moved> {
+        let [mass, damping, stiffness, drive] = self.system;
+        let at = LAYOUT.contact(0);
+        let positions = [LAYOUT.x(0), LAYOUT.v(0), 0, at, at + 1];
+        let own = positions.map(|position| start.numbers[position].value);
+        let clock = Clock {
+            high: own[TIME],
+            low: 0.0,
         };
-        let at = layout.contact(0);
-        let positions = [x, v, 0, at, at + 1];
-        let own = positions.map(|position| state.numbers[position].value);
-        let Some(moved) = self.slip(own, direction, clock, tau) else {
-            return false;
-        };
-        let lanes = state.numbers[0].rates.len();
-        let moved = moved.map(|Moved { value, slopes }| {
-            let mut number = Dual::fixed(value, lanes);
-            for (position, slope) in positions.into_iter().zip(slopes) {
-                number.shift(slope, &state.numbers[position]);
-            }
-            // Where only time counts no parameter has a lane.
-            if lanes > 1 {
-                for (rates, lane) in self.rates.iter().zip(layout.width()..) {
-                    number.rates[lane] += rates
-                        .iter()
-                        .map(|(i, rate)| rate * slopes[STATE + i])
-                        .sum::<f64>();
+        let lanes = t.rates.len();
+        let [mut x, mut v] = self
+            .slip(own, direction, clock, tau)?
+            .map(|Slope { value, slopes }| {
+                let mut number = Dual::fixed(value, lanes);
+                if lanes > 1 {
+                    for (position, slope) in positions.into_iter().zip(slopes) {
+                        number.shift(slope, &start.numbers[position]);
+                    }
+                    for (which, slope) in slopes[STATE..STATE + self.numbers.len()].iter().enumerate() {
+                        self.shift(&mut number, *slope, which);
+                    }
                 }
-            }
-            number
-        });
-        [state.numbers[x], state.numbers[v]] = moved;
-        true
+                number
+            });
+        let (offset, slope) = (&start.numbers[at], &start.numbers[at + 1]);
+        let w = drive - v.value;
+        let mut friction = Dual::fixed(direction * offset.value + slope.value * w, lanes);
+        let [mut acceleration, _] = self.forcing(t);
+        acceleration.value =
+            (acceleration.value + friction.value - damping * v.value - stiffness * x.value) / mass;
+        x.rates[lanes - 1] = v.value;
+        v.rates[lanes - 1] = acceleration.value;
+        friction.shift(direction, offset);
+        friction.shift(w, slope);
+        friction.shift(-slope.value, &v);
+        self.shift(&mut friction, slope.value, DRIVE);
+        for rate in acceleration.rates.iter_mut() {
+            *rate /= mass;
+        }
+        acceleration.shift(1.0 / mass, &friction);
+        acceleration.shift(-damping / mass, &v);
+        acceleration.shift(-stiffness / mass, &x);
+        for (slope, which) in [
+            (acceleration.value, MASS),
+            (v.value, DAMPING),
+            (x.value, STIFFNESS),
+        ] {
+            self.shift(&mut acceleration, -slope / mass, which);
+        }
+        let mut friction_rate = acceleration.clone() * -slope.value;
+        friction_rate.shift(-acceleration.value, slope);
+        let u = (self.drive(lanes) - &v) * direction;
+        Some(Moved {
+            x,
+            v,
+            slip: [u, acceleration * -direction],
+            force: [friction, friction_rate],
+        })
     }
 
     /// Position and velocity at the end of a slip, with their derivatives by the numbers of the state and of the system.
-    fn slip(&self, own: [f64; STATE], direction: f64, clock: Clock, tau: f64) -> Option<[Moved; 2]> {
+    fn slip(&self, own: [f64; STATE], direction: f64, clock: Clock, tau: f64) -> Option<[Slope; 2]> {
         let [x0, v0, _, offset, slope] = own;
-        let [mass, damping, stiffness, drive] = *self.numbers.first_chunk::<SYSTEM>()?;
+        let [mass, damping, stiffness, drive] = self.system;
         let drag = damping + slope;
         let (gamma, natural) = (0.5 * drag / mass, stiffness / mass);
         if !(stiffness > 0.0 && gamma * gamma < 2.0 * natural) {
@@ -135,16 +259,16 @@ impl Closed {
         }
         let [free, by_gamma, by_natural] = Free::of(gamma, natural, tau);
         // Position and velocity of the equilibrium and the forced motion, at the start and at the end.
-        let mut start = [Moved::NOTHING, Moved::NOTHING];
-        let mut end = [Moved::NOTHING, Moved::NOTHING];
+        let mut start = [Slope::NOTHING, Slope::NOTHING];
+        let mut end = [Slope::NOTHING, Slope::NOTHING];
         let rest = (direction * offset + slope * drive) / stiffness;
         for [position, _] in [&mut start, &mut end] {
             position.value = rest;
             for (i, share) in [
                 (OFFSET, direction),
                 (SLOPE, drive),
-                (STIFFNESS, -rest),
-                (DRIVE, slope),
+                (STATE + STIFFNESS, -rest),
+                (STATE + DRIVE, slope),
             ] {
                 position.slopes[i] = share / stiffness;
             }
@@ -183,10 +307,10 @@ impl Closed {
                     ),
                     (first + 2, wave.turned()),
                     (TIME, wave.turned().scaled(frequency)),
-                    (MASS, given.scaled(frequency * frequency)),
-                    (DAMPING, given.turned().scaled(-frequency)),
+                    (STATE + MASS, given.scaled(frequency * frequency)),
+                    (STATE + DAMPING, given.turned().scaled(-frequency)),
                     (SLOPE, given.turned().scaled(-frequency)),
-                    (STIFFNESS, given.scaled(-1.0)),
+                    (STATE + STIFFNESS, given.scaled(-1.0)),
                 ];
                 let [position, velocity] = moved;
                 position.value += wave.0;
@@ -200,7 +324,7 @@ impl Closed {
         }
         let [apart, faster] = [x0 - start[0].value, v0 - start[1].value];
         let moved = [0, 1].map(|which| {
-            let mut moved = Moved::NOTHING;
+            let mut moved = Slope::NOTHING;
             let [from_apart, from_faster] = free[which];
             moved.value = end[which].value + from_apart * apart + from_faster * faster;
             for (i, slope) in moved.slopes.iter_mut().enumerate() {
@@ -211,10 +335,10 @@ impl Closed {
             moved.slopes[VELOCITY] += from_faster;
             let along = |by: [[f64; 2]; 2]| by[which][0] * apart + by[which][1] * faster;
             let (by_gamma, by_natural) = (along(by_gamma), along(by_natural));
-            moved.slopes[MASS] -= (by_gamma * gamma + by_natural * natural) / mass;
-            moved.slopes[DAMPING] += by_gamma * 0.5 / mass;
+            moved.slopes[STATE + MASS] -= (by_gamma * gamma + by_natural * natural) / mass;
+            moved.slopes[STATE + DAMPING] += by_gamma * 0.5 / mass;
             moved.slopes[SLOPE] += by_gamma * 0.5 / mass;
-            moved.slopes[STIFFNESS] += by_natural / mass;
+            moved.slopes[STATE + STIFFNESS] += by_natural / mass;
             moved
         });
         moved.iter().all(|moved| moved.value.is_finite()).then_some(moved)
@@ -226,18 +350,18 @@ const VELOCITY: usize = 1;
 const TIME: usize = 2;
 const OFFSET: usize = 3;
 const SLOPE: usize = 4;
-const MASS: usize = STATE;
-const DAMPING: usize = STATE + 1;
-const STIFFNESS: usize = STATE + 2;
-const DRIVE: usize = STATE + 3;
+const MASS: usize = 0;
+const DAMPING: usize = 1;
+const STIFFNESS: usize = 2;
+const DRIVE: usize = 3;
 
 /// A number and its derivatives by the numbers of the state and of the system.
-struct Moved {
+struct Slope {
     value: f64,
     slopes: [f64; MOST],
 }
 
-impl Moved {
+impl Slope {
     const NOTHING: Self = Self {
         value: 0.0,
         slopes: [0.0; MOST],

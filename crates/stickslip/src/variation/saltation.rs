@@ -17,8 +17,8 @@ pub(super) struct PhaseEnd<'a> {
     pub(super) phase: &'a Phase,
     pub(super) tau: f64,
     pub(super) expansion: &'a Expansion,
-    /// The state with the time, the positions and the velocities there.
-    pub(super) moved: Moving,
+    /// How far beyond the expansion.
+    pub(super) rest: f64,
     /// What the contacts do then.
     pub(super) next: &'a [ContactState],
 }
@@ -143,12 +143,11 @@ impl Course<'_> {
     }
 
     /// The force that would hold a contact, did it stick in this state, and its rate.
-    pub(super) fn if_stuck(&self, state: &Moving, contact_states: &[ContactState], c: usize) -> [Dual; 2] {
-        let mut here = state.clone();
+    pub(super) fn if_stuck(&self, mut state: Moving, contact_states: &[ContactState], c: usize) -> [Dual; 2] {
         let mut stuck = contact_states.to_vec();
         stuck[c] = ContactState::Stick;
-        self.stop(&mut here, &stuck);
-        self.holding(&here, &stuck, c)
+        self.stop(&mut state, &stuck);
+        self.holding(&state, &stuck, c)
     }
 
     /// The state with the time, the positions and the velocities of a expansion.
@@ -160,6 +159,15 @@ impl Course<'_> {
             here.numbers[self.layout.v(i)] = expansion.v(i);
         }
         here
+    }
+
+    /// The state with the time, the positions and the velocities where a phase ends.
+    pub(super) fn there(&self, end: &PhaseEnd) -> Moving {
+        let mut there = self.moved(end.start, end.tau, end.expansion);
+        for number in &mut there.numbers[1..self.layout.contact(0)] {
+            number.value += end.rest * number.rates.last().copied().unwrap_or(0.0);
+        }
+        there
     }
 
     /// The law of a contact names the line of friction that comes next.
@@ -211,7 +219,7 @@ impl Course<'_> {
     /// The state after a phase whose end `moves`.
     pub(super) fn pass(&self, end: &PhaseEnd, moves: &Dual) -> Moving {
         let &PhaseEnd { phase, next, .. } = end;
-        let mut after = end.moved.clone();
+        let mut after = self.there(end);
         for (c, (contact_state, next)) in phase.contact_states.iter().zip(next).enumerate() {
             if *contact_state == ContactState::Stick {
                 after.numbers[self.layout.contact(c) + AGE] = self.age(end.start, c, end.tau);
@@ -227,6 +235,11 @@ impl Course<'_> {
         self.arrive(&mut after, end);
         self.stop(&mut after, next);
         after
+    }
+
+    /// How much later the guard vanishes, by its rate.
+    pub(super) fn step(guard: &Dual) -> f64 {
+        -guard.value / guard.rates.last().copied().unwrap_or(0.0)
     }
 
     /// How the end of the phase moves with the start, by −h′/ḣ.
@@ -278,7 +291,7 @@ impl Course<'_> {
         let lanes = start.numbers[0].rates.len();
         let rate = || {
             if self.laws[c].feels_force_rate() {
-                let [_, rate] = self.if_stuck(&end.moved, &phase.contact_states, c);
+                let [_, rate] = self.if_stuck(self.there(end), &phase.contact_states, c);
                 rate
             } else {
                 Dual::fixed(0.0, lanes)
@@ -332,7 +345,7 @@ impl Course<'_> {
 }
 
 /// A number that grows with time, so much later.
-fn later(number: &Dual, tau: f64) -> Dual {
+pub(super) fn later(number: &Dual, tau: f64) -> Dual {
     let mut later = number.clone();
     later.value += tau;
     if let Some(rate) = later.rates.last_mut() {

@@ -1,8 +1,8 @@
 //! The derivative of a segment: the motion between two events with the derivatives of its numbers, by Taylor steps.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 
-use super::closed::Closed;
+use super::closed::{Closed, Moved};
 use super::state::{ContactState, Layout, Moving};
 use super::varied::{Parameter, Varied, difference};
 use crate::clock::Clock;
@@ -30,8 +30,9 @@ pub(super) struct Course<'a> {
     pub(super) layout: Layout,
     /// The closed form, where there is one.
     closed: Option<Closed>,
-    /// The parameters that change the motion within a phase: which, and the systems around it.
-    acting: Vec<(usize, Around<'a>)>,
+    /// The parameters that change the motion within a phase: which, and the systems around it. Made when first asked for, as
+    /// closed form has no need of them.
+    acting: OnceCell<Vec<(usize, Around<'a>)>>,
     /// Memory for a look at what would be.
     spare: RefCell<Expansion>,
 }
@@ -57,6 +58,8 @@ pub(super) struct Expansion {
     acting: Vec<([Beside; 4], Given)>,
     x: Vec<f64>,
     v: Vec<f64>,
+    /// What closed form gave in place of an expansion.
+    leapt: Option<Moved>,
     lanes: usize,
     /// When the expansion begins, from the start of the phase.
     pub(super) begin: f64,
@@ -111,29 +114,36 @@ impl<'a> Course<'a> {
     pub(super) fn new(varied: &'a Varied) -> Self {
         let base = &varied.base;
         let frame = Frame::of(base);
-        // Within a phase the force of a law of linear pieces is that of its line, which is part of the state.
-        let smooth = (0..base.contacts.len()).any(|c| frame.is_smooth(c, 1.0) || frame.is_smooth(c, -1.0));
-        let acting: Vec<_> = (varied.parameters.iter().enumerate())
-            .filter(|(_, parameter)| smooth || !parameter.of_law)
-            .map(|(which, parameter)| {
-                let beside = parameter.around.each_ref();
-                (which, beside.map(|system| (Frame::of(system), laws(system))))
-            })
-            .collect();
         Self {
             varied,
             laws: laws(base),
             layout: Layout::of(base),
             closed: Closed::of(varied),
-            spare: RefCell::new(Expansion::of(&frame, acting.len())),
+            spare: RefCell::new(Expansion::of(&frame)),
             frame,
-            acting,
+            acting: OnceCell::new(),
         }
+    }
+
+    /// The parameters that change the motion within a phase.
+    fn acting(&self) -> &[(usize, Around<'a>)] {
+        self.acting.get_or_init(|| {
+            // Within a phase the force of a law of linear pieces is that of its line, which is part of the state.
+            let smooth = (0..self.layout.contacts)
+                .any(|c| self.frame.is_smooth(c, 1.0) || self.frame.is_smooth(c, -1.0));
+            (self.varied.parameters.iter().enumerate())
+                .filter(|(_, parameter)| smooth || !parameter.of_law)
+                .map(|(which, parameter)| {
+                    let beside = parameter.around.each_ref();
+                    (which, beside.map(|system| (Frame::of(system), laws(system))))
+                })
+                .collect()
+        })
     }
 
     /// Room for expansions.
     pub(super) fn expansion(&self) -> Expansion {
-        Expansion::of(&self.frame, self.acting.len())
+        Expansion::of(&self.frame)
     }
 
     /// The directions of differentiation, and the time along the phase.
@@ -164,9 +174,12 @@ impl<'a> Course<'a> {
                 .collect(),
         );
         // What systems beside this one would give is asked only where parameters have lanes.
-        let acting = self.acting.len() * usize::from(state.numbers[0].rates.len() > 1);
+        let acting = match state.numbers[0].rates.len() {
+            1 => &[],
+            _ => self.acting(),
+        };
         Mode {
-            beside: (self.acting[..acting].iter())
+            beside: (acting.iter())
                 .map(|(_, beside)| {
                     beside
                         .each_ref()
@@ -205,19 +218,9 @@ impl<'a> Course<'a> {
         if contact_state != ContactState::Stick && self.frame.is_smooth(0, contact_state.direction()) {
             return false;
         }
-        let mut here = start.clone();
-        let clock = Clock {
-            high: start.numbers[0].value,
-            low: 0.0,
-        };
-        self.stop(&mut here, contact_states);
-        if !closed.move_on(&mut here, contact_state, clock, tau) {
-            return false;
-        }
-        let mode = self.mode(&here, contact_states);
-        self.expand(RATES, &here, contact_states, &mode, clock.after(tau), expansion);
-        (expansion.begin, expansion.h) = (tau, 0.0);
-        true
+        expansion.leapt = closed.go(start, contact_state, tau);
+        (expansion.begin, expansion.h, expansion.reach) = (tau, 0.0, 0.0);
+        expansion.leapt.is_some()
     }
 
     /// The same from a expansion near by.
@@ -252,7 +255,7 @@ impl<'a> Course<'a> {
         };
         self.stop(&mut here, contact_states);
         let mode = self.mode(&here, contact_states);
-        expansion.begin = 0.0;
+        (expansion.begin, expansion.leapt) = (0.0, None);
         for step in 0.. {
             self.expand(ORDER, &here, contact_states, &mode, clock, expansion);
             if tau - expansion.begin <= expansion.reach {
@@ -282,6 +285,12 @@ impl<'a> Course<'a> {
 
     /// Stuck contacts leave no choice of their slip velocity.
     pub(super) fn stop(&self, state: &mut Moving, contact_states: &[ContactState]) {
+        if let Some(closed) = &self.closed {
+            if contact_states == [ContactState::Stick] {
+                state.numbers[self.layout.v(0)] = closed.drive(state.numbers[0].rates.len());
+            }
+            return;
+        }
         let stuck: Vec<usize> = (0..contact_states.len())
             .filter(|&c| contact_states[c] == ContactState::Stick)
             .collect();
@@ -328,6 +337,9 @@ impl<'a> Course<'a> {
     /// The drive velocities at a time.
     pub(super) fn drives(&self, clock: Clock, t: &Dual) -> Vec<Dual> {
         let lanes = t.rates.len();
+        if let Some(closed) = &self.closed {
+            return vec![closed.drive(lanes)];
+        }
         let mut series = ZERO;
         (0..self.layout.contacts)
             .map(|c| {
@@ -349,7 +361,8 @@ impl<'a> Course<'a> {
     /// The parameters that change the motion within a phase, the systems around each, and their lanes among `lanes`.
     fn acting_on(&self, lanes: usize) -> impl Iterator<Item = (&Parameter, &Around<'a>, usize)> {
         let first = self.parameters(lanes);
-        (self.acting.iter()).filter_map(move |(which, beside)| {
+        let acting = first.map_or(&[][..], |_| self.acting());
+        (acting.iter()).filter_map(move |(which, beside)| {
             Some((&self.varied.parameters[*which], beside, first? + which))
         })
     }
@@ -468,8 +481,11 @@ impl<'a> Course<'a> {
     /// What the parameters change while the motion is held.
     fn give(&self, order: usize, mode: &Mode, clock: Clock, expansion: &mut Expansion) {
         let own = &expansion.motion;
+        expansion
+            .acting
+            .resize_with(self.acting().len(), || changes(&self.frame));
         for (((which, systems), helds), (beside, given)) in
-            self.acting.iter().zip(&mode.beside).zip(&mut expansion.acting)
+            self.acting().iter().zip(&mode.beside).zip(&mut expansion.acting)
         {
             for (((frame, laws), held), Beside { motion, acceleration }) in
                 systems.iter().zip(helds).zip(beside.iter_mut())
@@ -493,6 +509,9 @@ impl<'a> Course<'a> {
 
     /// The force of a contact and its rate at the start of a phase on which it would stick.
     pub(super) fn holding(&self, state: &Moving, contact_states: &[ContactState], c: usize) -> [Dual; 2] {
+        if let Some(closed) = &self.closed {
+            return closed.holding(&state.numbers[self.layout.x(0)], &state.numbers[0]);
+        }
         let clock = Clock {
             high: state.numbers[0].value,
             low: 0.0,
@@ -510,27 +529,35 @@ impl<'a> Course<'a> {
     }
 }
 
+/// Room for what a parameter changes.
+fn changes(frame: &Frame) -> ([Beside; 4], Given) {
+    let motion = Motion::of(frame);
+    let (x, u) = (motion.x.clone(), motion.u.clone());
+    let beside = std::array::from_fn(|_| Beside {
+        motion: motion.clone(),
+        acceleration: x.clone(),
+    });
+    let given = Given {
+        acceleration: x,
+        force: u.clone(),
+        drive: u,
+    };
+    (beside, given)
+}
+
 impl Expansion {
-    fn of(frame: &Frame, acting: usize) -> Self {
+    fn of(frame: &Frame) -> Self {
         let motion = Motion::of(frame);
         let (x, u) = (motion.x.clone(), motion.u.clone());
-        let beside = std::array::from_fn(|_| Beside {
-            motion: motion.clone(),
-            acceleration: x.clone(),
-        });
-        let given = Given {
-            acceleration: x.clone(),
-            force: u.clone(),
-            drive: u.clone(),
-        };
         Self {
-            acting: vec![(beside, given); acting],
+            acting: Vec::new(),
             motion,
             moving: Vec::new(),
             tangents: Vec::new(),
             slopes: u,
             x: vec![0.0; x.len()],
             v: vec![0.0; x.len()],
+            leapt: None,
             lanes: 0,
             begin: 0.0,
             h: 0.0,
@@ -583,32 +610,50 @@ impl Expansion {
 
     /// Position of a mass.
     pub(super) fn x(&self, mass: usize) -> Dual {
-        self.number(&self.motion.x[mass], |tangent| &tangent.x[mass])
+        match &self.leapt {
+            Some(moved) => moved.x.clone(),
+            None => self.number(&self.motion.x[mass], |tangent| &tangent.x[mass]),
+        }
     }
 
     /// Velocity of a mass.
     pub(super) fn v(&self, mass: usize) -> Dual {
-        self.number(&self.motion.v[mass], |tangent| &tangent.v[mass])
+        match &self.leapt {
+            Some(moved) => moved.v.clone(),
+            None => self.number(&self.motion.v[mass], |tangent| &tangent.v[mass]),
+        }
     }
 
     /// Slip speed of a contact.
     pub(super) fn u(&self, contact: usize) -> Dual {
-        self.number(&self.motion.u[contact], |tangent| &tangent.u[contact])
+        match &self.leapt {
+            Some(moved) => moved.slip[0].clone(),
+            None => self.number(&self.motion.u[contact], |tangent| &tangent.u[contact]),
+        }
     }
 
     /// Its rate.
     pub(super) fn slip_acceleration(&self, contact: usize) -> Dual {
-        self.rate(&self.motion.u[contact], |tangent| &tangent.u[contact])
+        match &self.leapt {
+            Some(moved) => moved.slip[1].clone(),
+            None => self.rate(&self.motion.u[contact], |tangent| &tangent.u[contact]),
+        }
     }
 
     /// Friction force of a contact.
     pub(super) fn force(&self, contact: usize) -> Dual {
-        self.number(&self.motion.force[contact], |tangent| &tangent.force[contact])
+        match &self.leapt {
+            Some(moved) => moved.force[0].clone(),
+            None => self.number(&self.motion.force[contact], |tangent| &tangent.force[contact]),
+        }
     }
 
     /// Its rate.
     pub(super) fn force_rate(&self, contact: usize) -> Dual {
-        self.rate(&self.motion.force[contact], |tangent| &tangent.force[contact])
+        match &self.leapt {
+            Some(moved) => moved.force[1].clone(),
+            None => self.rate(&self.motion.force[contact], |tangent| &tangent.force[contact]),
+        }
     }
 }
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 from stickslip.dynamics.continuation.arclength import Label, Point
 from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.cycles import unchecked
-from stickslip.errors import InputError
+from stickslip.errors import InputError, Interrupted
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
@@ -79,7 +81,8 @@ class Branch(InNotebook):
     special_points : in the order of the curve.
     orbits : the closed orbit of each point of a cycle, unstable ones too; :meth:`orbit` gives one.
     closed : whether the curve is closed: its last point is its first.
-    cut : the limit by which the curve ended though it goes on, ``"most"`` or ``"max_seconds"``; empty where none did.
+    cut : the limit by which the curve ended though it goes on, ``"most"`` or ``"max_seconds"``, or ``"interrupt"`` for
+        Ctrl-C; empty where none did.
     """
 
     kind: str
@@ -145,6 +148,19 @@ class Branch(InNotebook):
         for name, item in zip(COLUMNS, row, strict=True):
             getattr(self, name).append(item)
 
+    @contextmanager
+    def kept(self) -> Iterator[None]:
+        """Within it, Ctrl-C raises an :class:`Interrupted` that has this branch as far as it is."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            # It may have come in the middle of a row.
+            rows = min(len(getattr(self, name)) for name in (*COLUMNS, "orbits"))
+            for name in (*COLUMNS, "orbits"):
+                del getattr(self, name)[rows:]
+            self.cut = "interrupt"
+            raise Interrupted(self) from None
+
     def reversed(self) -> Branch:
         """The same curve from its other end."""
         lists = {name: getattr(self, name)[::-1] for name in (*COLUMNS, "special_points", "orbits")}
@@ -156,6 +172,30 @@ class Branch(InNotebook):
         points = self.special_points + other.special_points
         orbits, cut = self.orbits + other.orbits[1:], self.cut or other.cut
         return Branch(self.kind, **columns, special_points=points, orbits=orbits, cut=cut)
+
+
+def both_ways_of(go: Callable[[float], Branch]) -> Branch:
+    """The curve that `go` follows with a falling (−1) and a growing (1) parameter, from one end to the other.
+
+    Raises
+    ------
+    Interrupted
+        with the part that was followed before Ctrl-C.
+    """
+    halves: list[Branch] = []
+    try:
+        for sign in (-1.0, 1.0):
+            halves.append(go(sign))
+            if halves[-1].closed:
+                return halves[-1]
+    except Interrupted as stop:
+        raise Interrupted(_joined([*halves, stop.result])) from None
+    return _joined(halves)
+
+
+def _joined(halves: list[Branch]) -> Branch:
+    back = halves[0].reversed()
+    return back.joined(halves[1]) if len(halves) > 1 else back
 
 
 #: Columns of a branch, in the order in which a row is made.
@@ -205,6 +245,7 @@ class Branches(InNotebook):
             "special_kind": ("special", np.array([item.kind for item in points], dtype=str)),
             "special_boundary": ("special", np.array([item.boundary for item in points], dtype=str)),
             "special_parameter": ("special", np.array([item.parameter for item in points], float)),
+            "cut": ("branch", np.array([branch.cut for branch in self.branches], dtype=str)),
             "special_x": (("special", "end"), np.array([item.x for item in points], float).reshape(-1, 2)),
         }
         attrs = {

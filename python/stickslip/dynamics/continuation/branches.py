@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
 from stickslip.dynamics.continuation.birth import born
-from stickslip.dynamics.continuation.branch import COLUMNS, Branch, Branches, SpecialPoint, range_of
+from stickslip.dynamics.continuation.branch import COLUMNS, Branch, Branches, SpecialPoint, both_ways_of, range_of
 from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.closed_orbit import Cycle
@@ -21,8 +21,9 @@ from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle
-from stickslip.errors import InputError, UnfinishedWarning
+from stickslip.errors import InputError, Interrupted, UnfinishedWarning
 from stickslip.files.checks import number
+from stickslip.files.notebook import waiting
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
@@ -64,7 +65,8 @@ def continuation(
         warning says how many they are.
     max_seconds : time on the clock > 0 after which the search ends, asked before each point and before each start, with a
         warning and with what is found by then; default none.
-    progress : called as ``progress(points, most)`` after each point of a branch.
+    progress : called as ``progress(points, most)`` after each point of a branch, and with 0 points while an orbit to start
+        from is sought.
 
     Returns
     -------
@@ -74,6 +76,9 @@ def continuation(
     ------
     InputError
         for an unknown parameter, bounds that make no sense, or where no motion to start from is found.
+    Interrupted
+        a KeyboardInterrupt, at Ctrl-C once there is a branch: its ``result`` has the branches found by then, ``cut`` of the
+        last one ``"interrupt"``.
 
     Limits: a branch ends where the orbits on both sides of a boundary have no common limit, as with f_s > f_k where a grazing
     orbit is thrown far away; branches that begin at no Hopf point and that no run from rest or `guess` reaches are not found.
@@ -95,22 +100,51 @@ def continuation(
         raise InputError(f"continuation: bounds must be (low, high) with low < high, got ({low:g}, {high:g})")
     family = Family((path,), ((low, high),))
     limit = TimeLimit.after(max_seconds, "continuation")
-    branches, late = [], 0
-    if isinstance(system, Oscillator) and not integrated and forcing_period(system) is None:
-        steady = _steady(system, path, family)
-        if steady.values:
-            branches.append(steady)
     here = read(guess.system if isinstance(guess, Cycle) else system, path)
     if guess is not None and not low <= here <= high:
         raise InputError(f"continuation: the bounds must hold the value of the guess, {here:g}, got {low:g}:{high:g}")
     starts = [(here, guess)] if low <= here <= high else []
     starts += [(low + (high - low) * (i + 0.5) / seeds, None) for i in range(seeds)]
+    branches: list[Branch] = []
+    try:
+        late = _search(system, path, family, starts, branches, most, waiting(progress, "continuation"), limit)
+    except KeyboardInterrupt as stop:
+        if isinstance(stop, Interrupted) and stop.result.values:
+            branches.append(stop.result)
+        if not branches:
+            raise KeyboardInterrupt from None
+        raise Interrupted(Branches(system, parameter, (low, high), tuple(branches))) from None
+    if not branches and late:
+        raise InputError("continuation: no motion to start from was found within max_seconds; raise max_seconds")
+    if not branches:
+        raise InputError("continuation: no periodic motion to start from: give a guess (x, v) near one")
+    _warn_of_cuts(branches, late)
+    return Branches(system, parameter, (low, high), tuple(branches))
+
+
+def _search(
+    system: Oscillator | System,
+    path: str,
+    family: Family,
+    starts: list[tuple[float, Any]],
+    branches: list[Branch],
+    most: int,
+    progress: Callable[[int, int], Any],
+    limit: TimeLimit,
+) -> int:
+    """Add the branches from steady slip, the starts and the Hopf points; how many starts the limit left out."""
+    late = 0
+    integrated = system.integrated
+    if isinstance(system, Oscillator) and not integrated and forcing_period(system) is None:
+        steady = _steady(system, path, family)
+        if steady.values:
+            branches.append(steady)
     for value, start in starts:
         if limit.passed:
             late += 1
             continue
         try:
-            cycle = periodic_orbit(with_number(system, path, value), start)
+            cycle = periodic_orbit(with_number(system, path, value), start, progress=lambda: progress(0, most))
         except InputError:
             if start is not None:
                 raise
@@ -118,7 +152,7 @@ def continuation(
         if any(lies_on(branch, cycle, value) for branch in branches):
             continue
         if isinstance(cycle, StateCycle):
-            branches.append(StateWalk(path, (low, high), most, progress, limit).both_ways(cycle))
+            branches.append(StateWalk(path, family.ranges[0], most, progress, limit).both_ways(cycle))
         else:
             sequence = cycle.closed.sequence
             point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
@@ -131,12 +165,7 @@ def continuation(
         new = born_branch(hopf.system, hopf.parameter, family, branches, most, progress, limit)
         if new is not None:
             branches.append(new)
-    if not branches and late:
-        raise InputError("continuation: no motion to start from was found within max_seconds; raise max_seconds")
-    if not branches:
-        raise InputError("continuation: no periodic motion to start from: give a guess (x, v) near one")
-    _warn_of_cuts(branches, late)
-    return Branches(system, parameter, (low, high), tuple(branches))
+    return late
 
 
 def _warn_of_cuts(branches: list[Branch], late: int) -> None:
@@ -184,13 +213,12 @@ def _steady(system: Oscillator, path: str, family: Family) -> Branch:
 
 def both_ways(start: Point, family: Family, most: int, progress: Any = None, limit: TimeLimit = NO_LIMIT) -> Branch:
     """The branch of a cycle, from where the parameter falls to where it grows; a closed one from its start."""
-    halves = []
-    for sign in (-1.0, 1.0):
+
+    def go(sign: float) -> Branch:
         way = start.direction * math.copysign(1.0, start.direction[_PARAMETER]) * sign
-        halves.append(Walk(family, most, progress, limit).go(replace(start, direction=way)))
-        if halves[-1].closed:
-            return halves[-1]
-    return halves[0].reversed().joined(halves[1])
+        return Walk(family, most, progress, limit).go(replace(start, direction=way))
+
+    return both_ways_of(go)
 
 
 def born_branch(

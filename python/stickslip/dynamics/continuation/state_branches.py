@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of
+from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, both_ways_of, range_of
 from stickslip.dynamics.continuation.conditions import TESTS_OF_MULTIPLIERS, root
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
 from stickslip.dynamics.periodic.poincare_map import Lost, forcing_period
@@ -53,17 +53,20 @@ class StateWalk:
     def both_ways(self, cycle: StateCycle) -> Branch:
         """The branch through an orbit."""
         start = self._corrected(cycle, read(cycle.system, self.path), None)
-        back, ahead = (
-            self._go(replace(start, direction=sign * self._upwards(start.direction))) for sign in (-1.0, 1.0)
-        )
-        return back.reversed().joined(ahead)
+        return both_ways_of(lambda sign: self._go(replace(start, direction=sign * self._upwards(start.direction))))
 
     @staticmethod
     def _upwards(direction: Floats) -> Floats:
         return direction * math.copysign(1.0, direction[-1])
 
     def _go(self, point: _Point) -> Branch:
-        branch, step = Branch("cycle"), 0.02
+        branch = Branch("cycle")
+        with branch.kept():
+            self._follow(point, branch)
+        return branch
+
+    def _follow(self, point: _Point, branch: Branch) -> None:
+        step = 0.02
         low, high = self.bounds
         branch.add(point.cycle, point.value)
         while step >= _SMALLEST:
@@ -92,7 +95,6 @@ class StateWalk:
                 break
             branch.add(ahead.cycle, ahead.value)
             point, step = ahead, min(1.5 * step, _LARGEST)
-        return branch
 
     def _predicted(self, point: _Point, step: float, value: float | None = None) -> tuple[StateCycle, float]:
         cycle, width = point.cycle, point.cycle.flow.width

@@ -54,6 +54,11 @@ class Walk:
 
     def go(self, point: Point) -> Branch:
         """From a point until the parameter leaves its bounds, the cycle is a point, the curve closes or no way goes on."""
+        with self.branch.kept():
+            self._go(point)
+        return self.branch
+
+    def _go(self, point: Point) -> None:
         low, high = self.family.ranges[0]
         self._add(point)
         largest = self._size()
@@ -129,7 +134,6 @@ class Walk:
             step = min(step * 1.4, _LARGEST)
         else:
             self.branch.cut = "most"
-        return self.branch
 
     def _closing(self, point: Point, ahead: Point, step: float) -> tuple[float, Point] | None:
         """The first point of the branch where it lies between two points, and at which share of the step."""

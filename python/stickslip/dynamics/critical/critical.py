@@ -59,7 +59,8 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     in which small disturbances of steady slip neither grow nor decay. `special_points` are those of the cycles that were
     followed; `not_shown` are those among them where runs on both sides end in the same motion, as on cycles that repel: there
     it is the set of starts which lead to each motion that changes. Not `finished` is a search that ended after its limit of
-    time, with what it had confirmed.
+    time, with what it had confirmed; `brackets` has (name, low, high) of what runs from rest show by then, where nothing that
+    is confirmed explains it: stick-slip ends or begins between two speeds.
     """
 
     all: tuple[tuple[str, float], ...]
@@ -67,6 +68,7 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     special_points: tuple[SpecialPoint, ...] = field(default=(), repr=False)
     neutral: tuple[tuple[float, float], ...] = ()
     finished: bool = True
+    brackets: tuple[tuple[str, float, float], ...] = ()
 
     def __getitem__(self, name: str) -> float:
         values = [value for kind, value in self.all if kind == name]
@@ -99,6 +101,7 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
             found
             | ({"neutral slip": ranges} if ranges else {})
             | ({"on cycles, not shown by runs": hidden} if hidden else {})
+            | {f"{name}, not confirmed": f"{low:.6g} to {high:.6g}" for name, low, high in self.brackets}
             | ({} if self.finished else {"finished": False})
         )
 
@@ -106,6 +109,7 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
         said = [f"{kind} {value:.12g}" for kind, value in self.all] or ["none"]
         said += [f"neutral slip from {low:.12g} to {high:.12g}" for low, high in self.neutral]
         said += [f"{point.kind} {point.parameter:.12g} on a cycle (not shown by runs)" for point in self.not_shown]
+        said += [f"{name} between {low:.12g} and {high:.12g} (not confirmed)" for name, low, high in self.brackets]
         said += [] if self.finished else ["unfinished"]
         return f"<CriticalVelocities {', '.join(said)}>"
 
@@ -150,8 +154,8 @@ def critical_velocities(
     progress : called as ``progress(what, done, n)`` through three stages: ``"runs"`` over the drive velocity, ``"cycles"`` of
         those runs that are followed, ``"confirmation"`` of what was found.
     max_seconds : time on the clock > 0 after which the search ends, asked during runs and between points of a cycle, with a
-        warning and with what it has confirmed by then (without ``"end_of_stick_slip"``, the greatest of several);
-        default none.
+        warning and with what it has confirmed by then (without ``"end_of_stick_slip"``, the greatest of several) and the
+        ``.brackets`` of what it has not; default none.
 
     Returns
     -------
@@ -191,15 +195,17 @@ def critical_velocities(
     found: list[tuple[str, float]] = []
     points: list[SpecialPoint] = []
     watch = _Watch(progress, TimeLimit.after(max_seconds, "critical_velocities"))
+    sweeps: list[Sweep] = [(_from_rest(system, watch), []), (_beside(system, watch), [])]
     try:
-        ends = _search(system, (low, high), steady, neutral, watch, found, points)
+        ends = _search(system, (low, high), steady, neutral, watch, sweeps, found, points)
     except TimeIsUp:
         warnings.warn(
             "critical_velocities: the search ended after max_seconds and is unfinished; raise max_seconds to go on",
             UnfinishedWarning,
             stacklevel=2,
         )
-        return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral), finished=False)
+        brackets = _brackets(sweeps[0], [value for _, value in found])
+        return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral), False, brackets)
     if ends:
         found.append(("end_of_stick_slip", max(ends)))
     return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral))
@@ -211,12 +217,13 @@ def _search(
     steady: list[tuple[str, float]],
     neutral: list[tuple[float, float]],
     watch: _Watch,
+    sweeps: list[Sweep],
     found: list[tuple[str, float]],
     points: list[SpecialPoint],
 ) -> list[float]:
-    """Add the special points of cycles and what runs confirm of them to the lists; the speeds at which stick-slip ends."""
+    """Add what runs show, the special points of cycles and what runs confirm of them to the lists; the ends of stick-slip."""
     low, high = bounds
-    sweeps = _sweeps(system, low, high, watch)
+    _look(system, low, high, watch, sweeps)
     for branch in _branches(system, (low, high), steady, neutral, sweeps, watch):
         for point in branch.special_points:
             if all(abs(point.parameter - other.parameter) > _SAME * (high - low) for other in points):
@@ -319,27 +326,39 @@ def _from_orbit(system: Oscillator, watch: _Watch, special: SpecialPoint) -> Run
     return lambda speed, cycles: watch.shown(with_number(system, _PATH, speed), cycles, x, v)
 
 
-def _sweeps(system: Oscillator, low: float, high: float, watch: _Watch) -> list[Sweep]:
-    """What runs from rest, and from beside steady slip where that is unstable, show over the speeds."""
+def _brackets(sweep: Sweep, known: Sequence[float]) -> tuple[tuple[str, float, float], ...]:
+    """Between which speeds the runs of a sweep stop or begin to stick, where no speed that is known explains it."""
+    looks = sorted(sweep[1], key=lambda look: look[0])
+    changes = [(one, other) for one, other in itertools.pairwise(looks) if one[1].sticks != other[1].sticks]
+    return tuple(
+        ("end_of_stick_slip" if below.sticks else "onset_of_stick_slip", low, high)
+        for (low, below), (high, _) in changes
+        if not any(low <= value <= high for value in known)
+    )
+
+
+def _look(system: Oscillator, low: float, high: float, watch: _Watch, sweeps: list[Sweep]) -> None:
+    """Add what runs from rest, and from beside steady slip where that is unstable, show over the speeds."""
     speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
     states = [steady_slip(with_number(system, _PATH, speed)) for speed in speeds]
     pairs = zip(speeds, states, strict=True)
     unstable = [speed for speed, state in pairs if state is None or (state.growth > 0 and not state.neutral)]
-    sweeps: list[Sweep] = [(_from_rest(system, watch), []), (_beside(system, watch), [])]
     count = len(speeds) + len(unstable)
     for (run, looks), some in zip(sweeps, (speeds, unstable), strict=True):
         for speed in some:
             watch("runs", sum(len(known) for _, known in sweeps), count)
             looks.append((speed, run(speed, _CYCLES)))
     watch("runs", count, count)
-    return sweeps
 
 
 def _changes_of_sticking(
-    run: Run, looks: Sequence[tuple[float, Shown]], known: Sequence[float]
+    run: Run, looks: list[tuple[float, Shown]], known: Sequence[float]
 ) -> Iterator[tuple[float, Sides]]:
-    """Where a sweep shows an end or an onset of stick-slip: at a known speed that explains it, else by bisection on runs."""
-    for (low, below), (high, above) in itertools.pairwise(looks):
+    """Where a sweep shows an end or an onset of stick-slip: at a known speed that explains it, else by bisection on runs.
+
+    The runs of the bisection are added to `looks`.
+    """
+    for (low, below), (high, above) in itertools.pairwise(tuple(looks)):
         sticks = below.sticks
         if sticks == above.sticks:
             continue
@@ -355,7 +374,8 @@ def _changes_of_sticking(
                 continue
             while high - low > 1e-9 * high:
                 middle = (low + high) / 2
-                if run(middle, _LONG).sticks == sticks:
+                looks.append((middle, run(middle, _LONG)))
+                if looks[-1][1].sticks == sticks:
                     low = middle
                 else:
                     high = middle

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -268,7 +269,12 @@ def _early(sequence: EventSequence, force: float | None) -> EventSequence:
 
 
 def periodic_orbit(
-    system: Oscillator | System, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
+    system: Oscillator | System,
+    guess: Any = None,
+    *,
+    t_end: float | None = None,
+    periods: int | None = None,
+    progress: Callable[[], Any] = lambda: None,
 ) -> PeriodicOrbit | StateCycle:
     """A periodic orbit, stable or not, by Newton's method on its event sequence.
 
@@ -279,13 +285,15 @@ def periodic_orbit(
     ----------
     system : autonomous or with harmonic forcing, of one mass or several; its drives follow no table. Contacts under laws
         without an internal state must not close a loop.
-    guess : None: the motion that a long run from rest on the drive settles on; (x, v): a state near the orbit, for orbits
+    guess : None: the motion that a long run from rest on the drive settles on, of several masses where that is refused from
+        rest at unlike positions; (x, v): a state near the orbit, for orbits
         that repel or lie apart, numbers or one of each a mass; an :class:`~stickslip.Orbit`: its last state; a
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
     t_end : length of the run that is looked at for a return; default 150 natural periods and, where these are not
         enough, 600. From a guess runs of 2.5, 6 and 15 periods are tried first, so that an orbit that repels is found
         before the run has left it, then one of 30, the only one under laws with an internal state.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
+    progress : called before each run and each round of Newton's method.
 
     Returns
     -------
@@ -308,12 +316,17 @@ def periodic_orbit(
     if isinstance(system, Oscillator | System) and system.integrated:
         from stickslip.dynamics.periodic.state_cycles import state_cycle
 
-        return state_cycle(system, guess, t_end=t_end, periods=periods)
-    return event_cycle(system, guess, t_end=t_end, periods=periods)
+        return state_cycle(system, guess, t_end=t_end, periods=periods, progress=progress)
+    return event_cycle(system, guess, t_end=t_end, periods=periods, progress=progress)
 
 
 def event_cycle(
-    system: Oscillator | System, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
+    system: Oscillator | System,
+    guess: Any = None,
+    *,
+    t_end: float | None = None,
+    periods: int | None = None,
+    progress: Callable[[], Any] = lambda: None,
 ) -> PeriodicOrbit:
     """A periodic orbit of laws without an internal state; :func:`periodic_orbit` calls it.
 
@@ -334,30 +347,54 @@ def event_cycle(
         lengths = [150 * slowest, 600 * slowest]
     else:
         lengths = [*(slowest * count * (periods or 1) for count in _FROM_GUESS), 30 * slowest]
-    refusals = []
-    for length in lengths:
-        try:
-            cycle, moved = _closed(system, length, start, settles, periods)
-        except InputError as refusal:
-            # Where disturbances decay slowly a motion has not settled by the first length; a guess may need a longer one.
-            refusals.append(refusal)
-            continue
-        # A run leaves an orbit that repels: of a guess the first returns count that close near themselves.
-        if settles or length == lengths[-1] or moved < _NEAR:
-            return cycle
-    raise refusals[0 if settles else -1]
+    # Masses that begin alike may move alike, at the edge of the motions that a disturbance leads to.
+    starts = [start, *_unlike(system)] if settles else [start]
+    for begin in starts:
+        refusals = []
+        for length in lengths:
+            try:
+                cycle, moved = _closed(system, length, begin, settles, periods, progress)
+            except InputError as refusal:
+                # Where disturbances decay slowly a motion has not settled by the first length; a guess may need a longer one.
+                refusals.append(refusal)
+                continue
+            # A run leaves an orbit that repels: of a guess the first returns count that close near themselves.
+            if settles or length == lengths[-1] or moved < _NEAR:
+                return cycle
+    # A motion that has come to rest by the end of a longer run says most.
+    raise next((one for one in refusals if str(one) == STEADY), refusals[0 if settles else -1])
+
+
+def _unlike(system: Oscillator | System) -> list[tuple[Any, Any]]:
+    """Starts on the drive in which no two masses are at the same position, for a system of several."""
+    if isinstance(system, Oscillator) or system.masses == 1:
+        return []
+    # Spread evenly, whatever the number of masses, over what a tenth or all of the static friction displaces one of them.
+    shares = np.arange(system.masses) * ((5**0.5 - 1) / 2) % 1.0
+    rate = 2 * math.pi / system.natural_period
+    displaced = max(
+        float(np.max(contact.law.break_away_force())) / (system.mass[contact.mass][contact.mass] * rate**2)
+        for contact in system.contacts
+    )
+    return [(part * displaced * shares, None) for part in (0.1, 1.0)]
 
 
 def _closed(
-    system: Any, length: float, start: tuple[Any, Any], settles: bool, periods: int | None
+    system: Any,
+    length: float,
+    start: tuple[Any, Any],
+    settles: bool,
+    periods: int | None,
+    progress: Callable[[], Any],
 ) -> tuple[PeriodicOrbit, float]:
     """The orbit near the returns of a run, and how far from these its start is, in sizes of the motion.
 
     The returns near the end of the run where it settles, else those near its start.
     """
+    progress()
     sequence, kinds = _run(system, length, *start, pieces=4 if settles else 1)
     part, forcing_periods = find(system, sequence, kinds, settles, periods)
-    closed, rounds = close(part, forcing_periods)
+    closed, rounds = close(part, forcing_periods, progress=progress)
     moved = np.abs(closed.sequence.start[closed.coordinates] - part.start[closed.coordinates])
     sizes = size_of(system, part.start, closed.coordinates)
     if periods is None:

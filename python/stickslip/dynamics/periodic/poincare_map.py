@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,8 +167,10 @@ def size_of(system: Oscillator | System, start: Floats, coordinates: NDArray[np.
     return np.asarray(sizes[coordinates], float)
 
 
-def close(sequence: EventSequence, forcing_periods: int, rounds: int = 40) -> tuple[Return, int]:
-    """Newton's method on the return map; the closed orbit and the rounds it took.
+def close(
+    sequence: EventSequence, forcing_periods: int, rounds: int = 40, progress: Callable[[], Any] = lambda: None
+) -> tuple[Return, int]:
+    """Newton's method on the return map, `progress` called before each round; the closed orbit and the rounds it took.
 
     Raises
     ------
@@ -179,6 +182,7 @@ def close(sequence: EventSequence, forcing_periods: int, rounds: int = 40) -> tu
     errors: list[float] = []
     last: tuple[Return, Floats] | None = None
     for done in range(rounds):
+        progress()
         try:
             here = return_of(sequence, forcing_periods)
         except InputError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -92,7 +93,12 @@ def _multipliers(system: Any, matrix: Floats, forcing_periods: int) -> Any:
 
 
 def state_cycle(
-    system: Any, guess: Any = None, *, t_end: float | None = None, periods: int | None = None
+    system: Any,
+    guess: Any = None,
+    *,
+    t_end: float | None = None,
+    periods: int | None = None,
+    progress: Callable[[], Any] = lambda: None,
 ) -> StateCycle:
     """A periodic orbit, stable or not; :func:`stickslip.periodic_orbit` calls it for laws with an internal state.
 
@@ -111,17 +117,18 @@ def state_cycle(
         whole_number("periods", periods, "periodic_orbit")
     force = forcing_period(system)
     if isinstance(guess, StateCycle):
-        return closed_state(system, guess.start, guess.period, guess.forcing_periods, guess.flow.sizes)
+        return closed_state(system, guess.start, guess.period, guess.forcing_periods, guess.flow.sizes, progress)
     slowest = max(system.natural_period, force or 0.0)
     length = (
         number("t_end", t_end, "periodic_orbit")
         if t_end is not None
         else slowest * (_SETTLING if guess is None else _SETTLING / 2)
     )
+    progress()
     orbit = _run(system, guess, length)
     start, time, sizes = _guess(orbit, force, periods, settled=guess is None)
     count = 0 if force is None else max(1, round(time / force))
-    return closed_state(system, start, time, count, sizes)
+    return closed_state(system, start, time, count, sizes, progress)
 
 
 def _run(system: Any, guess: Any, length: float) -> StateOrbit:
@@ -176,7 +183,14 @@ def _guess(
     )
 
 
-def closed_state(system: Any, start: Floats, time: float, forcing_periods: int, sizes: Floats) -> StateCycle:
+def closed_state(
+    system: Any,
+    start: Floats,
+    time: float,
+    forcing_periods: int,
+    sizes: Floats,
+    progress: Callable[[], Any] = lambda: None,
+) -> StateCycle:
     """Newton's method from a start and a time.
 
     Raises
@@ -190,6 +204,7 @@ def closed_state(system: Any, start: Floats, time: float, forcing_periods: int, 
     if force is not None:
         time = forcing_periods * force
     for done in range(20):
+        progress()
         end, matrix = flow.tangents(start, 0.0, time, np.eye(flow.width))
         defect, slope = (end - start) / sizes, flow.rates(0.0, start) / sizes
         scaled = matrix * sizes / sizes[:, None] - np.eye(flow.width)

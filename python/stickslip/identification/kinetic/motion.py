@@ -23,8 +23,8 @@ from stickslip.laws import (
     LogarithmicDwell,
     StaticKinetic,
     TwoBranch,
-    force_along,
 )
+from stickslip.laws.law import MotionColumns, motion_columns
 from stickslip.measurement.signals.noise import noise_level
 
 Array = npt.NDArray[np.float64]
@@ -121,10 +121,7 @@ class Motion:
 
     def replay(self, law: Law) -> Array:
         """Friction force of `law` along the motion, shape (n,)."""
-        return self._along(law, self.slip_velocity)
-
-    def _along(self, law: Law, slip_velocity: Array) -> Array:
-        return force_along(law, self.record.time, slip_velocity, self.record.stuck, self.force_rate)
+        return law._along(*self._columns)
 
     def work_mean(self, force: Array, first: int, last: int) -> float:
         """Mean of a force over the slip path."""
@@ -223,7 +220,7 @@ class Motion:
             return np.concatenate([weight[a:b] * difference[a:b] for a, b in self.stretches])
         own, carried, prior = self._slopes(law, predicted)
         # The law was replayed along a slip velocity without wiggles, the force has the measured one.
-        difference = difference - own * (self.record.slip_velocity - self.slip_velocity)
+        difference = difference - own * self._wiggles
         at, lengths = self._compared
         found, free = self.latent.solve(difference[at], own[at], None if carried is None else carried[at], lengths)
         return without(free, self._smoothed[at] + found, prior, lengths)
@@ -245,8 +242,8 @@ class Motion:
     def _slopes(self, law: Law, predicted: Array) -> tuple[Array, Array | None, Array]:
         """F'(w) at each sample; change of friction with w at the last turn; what is known beforehand of open motions."""
         w, free = self.slip_velocity, np.full(2, math.inf)
-        step = np.copysign(NUDGE * float(np.ptp(w)), w)
-        moved = (self._along(law, w + step) - predicted) / step
+        step, columns = self._nudged
+        moved = (law._along(*columns) - predicted) / step
         if not isinstance(law, WITH_MEMORY):
             return moved, None, free
         rise, run = np.diff(predicted), np.diff(w)
@@ -255,6 +252,20 @@ class Motion:
         )
         own = np.interp(np.arange(w.size), plain + 0.5, rise[plain] / run[plain]) if plain.size else moved
         return own, moved - own, np.append(free, velocity_noise(self.record) / self.record.constants["noise"])
+
+    @cached_property
+    def _columns(self) -> MotionColumns:
+        return motion_columns(self.record.time, self.slip_velocity, self.record.stuck, self.force_rate)
+
+    @cached_property
+    def _nudged(self) -> tuple[Array, MotionColumns]:
+        """Steps of w by which the slope of a law is seen, and the motion moved by them."""
+        step = np.copysign(NUDGE * float(np.ptp(self.slip_velocity)), self.slip_velocity)
+        return step, motion_columns(self.record.time, self.slip_velocity + step, self.record.stuck, self.force_rate)
+
+    @cached_property
+    def _wiggles(self) -> Array:
+        return self.record.slip_velocity - self.slip_velocity
 
     @cached_property
     def _compared(self) -> tuple[Samples, tuple[int, ...]]:
