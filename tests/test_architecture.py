@@ -17,6 +17,9 @@ LEFT: list[set[str]] = []
 #: Folders with more than a dozen modules, and with how many; the numbers may only fall. `laws` is the catalogue, one law a
 #: file, and `cli` has one sub-command a file: these two may grow.
 CROWDED = {"laws": 100, "cli": 19}
+#: Names that two rooms give to a file each; the list may only become shorter. Files of `cli`, `show` and the paper's figures
+#: are named after what they run or draw.
+SHARED = {"batch", "calibration", "motion", "parameters", "result", "synthetic"}
 #: Private words that no name may hold, each with the standard one beside it.
 PRIVATE = {
     "arc": "phase", "arcs": "phases", "bears": "static_limit", "belt": "drive", "bend": "corner", "border": "boundary",
@@ -61,6 +64,12 @@ def test_no_folder_is_crowded():
 
 def test_no_file_has_a_vague_name():
     assert [str(path) for path in architecture.modules().values() if path.stem in VAGUE] == []
+
+
+def test_no_two_files_have_one_name_for_two_ideas():
+    files = [path for path in architecture.modules().values() if path.name != "__init__.py"]
+    named = Counter(path.stem for path in files if path.parent.name not in ("cli", "show", "figures"))
+    assert {name for name, count in named.items() if count > 1} <= SHARED
 
 
 def _names(path: Path) -> set[str]:

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip import _core
 
 
 def test_every_run_is_the_run_alone():
@@ -102,3 +103,21 @@ def test_systems_smooth_laws_and_varying_drives_run_in_batches_too():
 def test_batches_of_systems_refuse_what_they_do_not_have(over, sentence):
     with pytest.raises(ss.InputError, match=sentence):
         ss.simulate_many(ss.chain(2, ss.laws.Coulomb(0.5), 0.2), over, 10.0)
+
+
+def test_what_crosses_the_border_has_a_type_of_its_own():
+    # Names are small whole numbers, counts are counts: no number stands for two things.
+    system = ss.Oscillator(0.0, 0.2, ss.laws.StaticKinetic(1.0, 0.6))
+    table = _core.batch(
+        system.to_json(), ["damping"], np.array([0.2, 0.3]), (50.0, 0.0, 100), "release", 4, 1, None, None
+    )
+    assert {name for name, column in table.items() if column.dtype != float} == {"stop", "events"}
+    assert (table["section_t"].shape, table["x"].shape, table["events"].shape) == (
+        (2, 4),
+        (2, 1),
+        (2, len(_core.KINDS)),
+    )
+    _, phases, kinds, _ = _core.event_sequence(system.core, None, None, 50.0, 100)
+    assert [column.dtype for column in phases] == [np.int8, np.uint8, np.uint32, np.float64]
+    assert [_core.ENDINGS[ending] for ending in phases[1][:2]] == ["release", "low"]
+    assert (kinds[:2], phases[0][:3].tolist()) == (["release", "capture"], [0, 1, 0])

@@ -13,7 +13,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.cli.main import _commands, _parser, main
-from stickslip.files.documents import read_text, write_whole
+from stickslip.files.disk import read_text, write_whole
 
 LAW = '[law]\ntype = "Coulomb"\nkinetic = 0.5\n'
 SYSTEM = (
@@ -106,7 +106,7 @@ def test_results_are_saved_under_a_name_of_their_kind_only(tmp_path):
 
 
 def test_drafts_of_killed_processes_are_cleared_and_those_of_living_ones_kept(tmp_path):
-    script = "import os, signal, sys\nfrom stickslip.files.documents import write_whole\n"
+    script = "import os, signal, sys\nfrom stickslip.files.disk import write_whole\n"
     script += "def write(draft):\n    draft.write_text('half')\n    os.kill(os.getpid(), signal.SIGKILL)\n"
     script += f"write_whole({str(tmp_path / 'out.txt')!r}, write)"
     subprocess.run([sys.executable, "-c", script], check=False)

@@ -5,6 +5,8 @@ import pytest
 from scipy.optimize import brentq
 
 import stickslip as ss
+from stickslip.laws import Law
+from stickslip.model.parameters import document_of, varied
 
 
 def test_s20_branches_by_the_sign_of_the_slip_acceleration():
@@ -131,3 +133,31 @@ def test_undamped_stick_under_logarithmic_dwell_lasts_as_its_closed_form_says():
 def test_what_makes_no_sense_is_refused(make, sentence):
     with pytest.raises(ss.InputError, match=sentence):
         make()
+
+
+def _places(node, at=""):
+    """Every number of a document by its path."""
+    if isinstance(node, float):
+        yield at[1:], node
+    for key, part in node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ():
+        yield from _places(part, f"{at}.{key}")
+
+
+def test_a_number_changed_in_place_is_the_number_of_a_new_document():
+    refused = 0
+    for law in Law.ALL.values():
+        system = ss.Oscillator(0.1, ss.Drive(0.2, ss.Harmonic(0.1, 2.0)), law.example(), forcing=ss.Harmonic(0.1, 1.2))
+        document = document_of(system)
+        for path, number in _places(document):
+            value = 1.01 * number + 0.001
+            try:
+                anew = varied(document, [path], [value])[0]
+            except ss.InputError:
+                refused += 1
+                with pytest.raises(ss.InputError):
+                    system.with_number(path, value)
+                continue
+            changed = system.with_number(path, value)
+            assert changed == anew
+            assert changed.core.number("/" + path.replace(".", "/")) == value
+    assert refused < 40

@@ -38,3 +38,12 @@ def test_the_wheel_runs_in_a_clean_environment():
     with tarfile.open(source) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     assert {"Cargo.lock", "LICENSE", "README.md", "crates/stickslip/src/lib.rs"} <= names
+
+
+def test_the_core_can_be_published():
+    # What is published may only need what is published too.
+    manifests = {path.parent.name: tomllib.loads(path.read_text("utf-8")) for path in ROOT.glob("crates/*/Cargo.toml")}
+    public = {found["package"]["name"] for found in manifests.values() if "publish" not in found["package"]}
+    needed = {name for name in manifests["stickslip"]["dependencies"] if name.startswith("stickslip")}
+    assert "stickslip" in public
+    assert needed <= public

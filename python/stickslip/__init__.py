@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from stickslip.dynamics.continuation.loci import locus
     from stickslip.dynamics.continuation.switching import switch_branch
     from stickslip.dynamics.critical.critical import critical_velocities
+    from stickslip.dynamics.periodic.close_returns import periodic_orbits
     from stickslip.dynamics.periodic.cycles import periodic_orbit
     from stickslip.dynamics.periodic.exponents import lyapunov
-    from stickslip.dynamics.periodic.returns import periodic_orbits
     from stickslip.errors import InputError
     from stickslip.identification import identify
     from stickslip.laws.law import force_along, load_law
@@ -71,7 +71,7 @@ _HOME = {
     "orbit_diagram": "dynamics",
     "paper": "",
     "periodic_orbit": "dynamics.periodic.cycles",
-    "periodic_orbits": "dynamics.periodic.returns",
+    "periodic_orbits": "dynamics.periodic.close_returns",
     "regime_map": "dynamics",
     "return_map": "dynamics",
     "run": "report.experiment",

@@ -1,5 +1,5 @@
 from collections.abc import Callable
-from typing import Protocol, final
+from typing import Any, Protocol, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,6 @@ __all__ = [
     "REGIMES",
     "RESTART",
     "STOPS",
-    "SWEEP_COLUMNS",
     "Halt",
     "Law",
     "Orbit",
@@ -42,6 +41,7 @@ __all__ = [
 
 _Floats = NDArray[np.float64]
 _Flags = NDArray[np.bool_]
+_Columns = dict[str, NDArray[Any]]
 
 __version__: str
 KINDS: list[str]
@@ -49,12 +49,10 @@ STOPS: list[str]
 BRANCHES: list[str]
 REGIMES: list[str]
 RESTART: int
-SWEEP_COLUMNS: list[str]
 BOUNDARIES: list[str]
 ENDINGS: list[str]
 
 _Start = tuple[list[float] | None, list[float] | None, float, int]
-_Table = tuple[_Floats, _Floats, _Floats, _Floats, _Floats, _Floats, _Floats]
 
 @final
 class System:
@@ -68,7 +66,7 @@ class Orbit:
     @staticmethod
     def simulate(system: System, run: _Start, max_seconds: float | None) -> Orbit: ...
     @staticmethod
-    def resume(system: System, state: _Floats, contact_states: _Floats, duration: float) -> Orbit: ...
+    def resume(system: System, state: _Floats, contact_states: _Modes, duration: float) -> Orbit: ...
     @staticmethod
     def restore(
         system: System,
@@ -81,8 +79,8 @@ class Orbit:
     def segments(self) -> _Floats: ...
     def events(self) -> _Floats: ...
     def states(self, times: _Floats) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats, _Flags]: ...
-    def steady(self, look: str, period: float, surface: str) -> _Table: ...
-    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, int]: ...
+    def steady(self, look: str, period: float, surface: str) -> _Columns: ...
+    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, str]: ...
     @property
     def run(self) -> _Start: ...
     @property
@@ -99,12 +97,12 @@ def batch(
     names: list[str],
     values: _Floats,
     run: tuple[float, float, int],
-    section: int | None,
+    section: str | None,
     keep: int,
     workers: int,
     max_seconds: float | None,
     progress: Callable[[int, int], object] | None,
-) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
+) -> _Columns: ...
 def halted() -> bool: ...
 
 @final
@@ -115,9 +113,9 @@ class Halt:
 
 @final
 class Samples:
-    def __new__(cls, columns: list[list[float]], stuck: list[bool], events: int) -> Samples: ...
-    def steady(self, look: str, period: float, surface: str) -> _Table: ...
-    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, int]: ...
+    def __new__(cls, columns: list[_Floats], stuck: _Flags, events: int) -> Samples: ...
+    def steady(self, look: str, period: float, surface: str) -> _Columns: ...
+    def section(self, surface: str, contact: int, after: float, most: int) -> tuple[_Floats, str]: ...
 
 @final
 class Law:
@@ -190,7 +188,7 @@ def section(
     after: float,
     most: int,
     max_seconds: float | None,
-) -> tuple[_Floats, int]: ...
+) -> tuple[_Floats, str]: ...
 def sweep(
     document: str,
     names: list[str],
@@ -200,22 +198,25 @@ def sweep(
     start: tuple[list[float], list[float], list[float]] | None,
     before: tuple[list[float], int, float] | None,
     max_seconds: float | None,
-) -> _Table: ...
+) -> _Columns: ...
 
-_EventSequence = tuple[_Floats, _Floats, list[str], str]
+_Modes = NDArray[np.int8]
+_Tests = tuple[NDArray[np.uint8], NDArray[np.uint32], NDArray[np.uint32], _Floats]
+_Phases = tuple[_Modes, NDArray[np.uint8], NDArray[np.uint32], _Floats]
+_EventSequence = tuple[_Floats, _Phases, list[str], str]
 
 def event_sequence(
     system: System, x0: list[float] | None, v0: list[float] | None, t_end: float, max_events: int
 ) -> _EventSequence: ...
 def event_sequence_from(
-    system: System, state: _Floats, contact_states: _Floats, duration: float, max_events: int
+    system: System, state: _Floats, contact_states: _Modes, duration: float, max_events: int
 ) -> _EventSequence: ...
 def follow(
     system: System,
     paths: list[str],
     state: _Floats,
-    phases: _Floats,
-    last: _Floats,
+    phases: _Phases,
+    last: _Modes,
     reseed: bool,
     tests: bool,
-) -> tuple[_Floats, _Floats, _Floats, _Floats]: ...
+) -> tuple[_Floats, _Floats, _Floats, _Tests]: ...

@@ -2,22 +2,22 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
-use stickslip::batch::{Batch, Row};
+use pyo3::types::PyDict;
+use stickslip::batch::Batch;
 use stickslip::mode::Kind;
 
 use crate::refused;
 use crate::sweep::rows_of;
+use crate::table::Table;
 use crate::watch::{Watch, interruptibly};
 
 /// Runs between two words about progress.
 const BLOCK: usize = 256;
 
-type Floats<'py> = Bound<'py, PyArray1<f64>>;
-
-/// Run a batch. Returns, a row for each run: x and v of every mass, stop; counts (a column for each kind); sum of stick times; section
-/// (keep × (t, x, v), not a number where there are fewer).
+/// Run a batch. Returns a table: x and v of every mass, the number of the stop, events (a column for each kind), the sum of stick
+/// times, and t, x, v of the events of the section, not a number where there are fewer than `keep`.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a setting")]
 #[expect(
@@ -30,52 +30,52 @@ pub(crate) fn batch<'py>(
     names: Vec<String>,
     values: PyReadonlyArray1<'py, f64>,
     run: (f64, f64, u64),
-    section: Option<usize>,
+    section: Option<&str>,
     keep: usize,
     workers: usize,
     max_seconds: Option<f64>,
     progress: Option<Bound<'py, PyAny>>,
-) -> PyResult<(Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>)> {
-    let value = |text: String| pyo3::exceptions::PyValueError::new_err(text);
+) -> PyResult<Bound<'py, PyDict>> {
     let (t_end, after, max_events) = run;
     let batch = Batch {
         rows: rows_of(document, names, &values)?,
         t_end,
         max_events,
         after,
-        section: section.and_then(|index| Kind::ALL.get(index).copied()),
+        section: Kind::ALL.into_iter().find(|kind| Some(kind.name()) == section),
         keep,
     };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(workers)
         .build()
-        .map_err(|error| value(error.to_string()))?;
-    let mut columns: [Vec<f64>; 5] = Default::default();
+        .map_err(refused)?;
     let mut done = 0;
     let count = batch.rows.len();
+    let mut rows = Vec::with_capacity(count);
     let mut watch = Watch::new(max_seconds);
     while done < count {
         let block = done..count.min(done + BLOCK * workers.max(1));
         done = block.end;
         let go_on = |halt: &AtomicBool| !halt.load(Ordering::Relaxed);
-        let rows = interruptibly(py, &pool, &mut watch, |halt| batch.rows(block, &|| go_on(halt)))?
-            .map_err(|error| refused(&error))?;
-        for row in &rows {
-            write(row, keep, &mut columns);
-        }
+        let some = interruptibly(py, &pool, &mut watch, |halt| batch.rows(block, &|| go_on(halt)))?
+            .map_err(refused)?;
+        rows.extend(some);
         if let Some(progress) = &progress {
             progress.call1((done, count))?;
         }
     }
-    let [state, stop, counts, stick_time, sections] = columns.map(|column| column.into_pyarray(py));
-    Ok((state, stop, counts, stick_time, sections))
-}
-
-fn write(row: &Row, keep: usize, columns: &mut [Vec<f64>; 5]) {
-    columns[0].extend(&row.last);
-    columns[1].push(f64::from(row.stop as u8));
-    columns[2].extend(row.counts.iter().map(|&count| count as f64));
-    columns[3].push(row.stick_time);
-    columns[4].extend(row.section.iter().flatten());
-    columns[4].extend(std::iter::repeat_n(f64::NAN, 3 * (keep - row.section.len())));
+    let masses = rows.first().map_or(0, |row| row.last.len() / 2);
+    let counts = rows.iter().flat_map(|row| row.counts);
+    let counts = PyArray1::from_iter(py, counts).reshape([count, Kind::ALL.len()])?;
+    let table = Table::new(py, &rows)
+        .wide("x", masses, |row| row.last[..masses].iter().copied())?
+        .wide("v", masses, |row| row.last[masses..].iter().copied())?
+        .with("stop", |row| row.stop as u8)?
+        .with("stick_time", |row| row.stick_time)?
+        .wide("section_t", keep, |row| row.section.iter().map(|point| point[0]))?
+        .wide("section_x", keep, |row| row.section.iter().map(|point| point[1]))?
+        .wide("section_v", keep, |row| row.section.iter().map(|point| point[2]))?
+        .columns();
+    table.set_item("events", counts)?;
+    Ok(table)
 }

@@ -4,15 +4,14 @@
     reason = "that is how arrays cross the border"
 )]
 
-use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde_json::Value;
-use stickslip::displacement::{self, Oscillator};
 use stickslip::law::{self, Friction, Hold, StaticFriction};
 use stickslip::replay;
 
-use crate::{Array, refused};
+use crate::{Array, read, refused};
 
 /// The surface f_s(t_s, δ) of numbers that need not make a law, as a fit of its parts asks for: limit, rate, exponent, the force
 /// rate that halves the growth (none: no dependence), drop, its scale and its exponent.
@@ -50,64 +49,6 @@ pub(crate) fn static_friction<'py>(
     Ok(force.collect::<Vec<_>>().into_pyarray(py))
 }
 
-/// Errors of the displacement from rest, and the motions that are left open, row by row: see [`Oscillator::errors`]. The
-/// oscillator is its sampling interval, mass, damping and stiffness.
-#[pyfunction]
-pub(crate) fn displacement_errors<'py>(
-    py: Python<'py>,
-    oscillator: [f64; 4],
-    difference: PyReadonlyArray1<'py, f64>,
-    slope: PyReadonlyArray1<'py, f64>,
-    carried: Option<PyReadonlyArray1<'py, f64>>,
-    lengths: Vec<usize>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let [step, mass, damping, stiffness] = oscillator;
-    let oscillator = Oscillator {
-        step,
-        mass,
-        damping,
-        stiffness,
-    };
-    let carried = carried.as_ref().map(|carried| carried.as_slice()).transpose()?;
-    let (difference, slope) = (difference.as_slice()?, slope.as_slice()?);
-    alike(
-        &lengths,
-        [Some(difference), Some(slope), carried].into_iter().flatten(),
-    )?;
-    let rows = oscillator.errors(difference, slope, carried, &lengths);
-    Ok(PyArray2::from_vec2(py, &rows)?)
-}
-
-/// Residuals less what open motions, a row each, explain of them: see [`displacement::without`].
-#[pyfunction]
-pub(crate) fn without<'py>(
-    py: Python<'py>,
-    motions: PyReadonlyArray2<'py, f64>,
-    residual: PyReadonlyArray1<'py, f64>,
-    prior: Vec<f64>,
-    lengths: Vec<usize>,
-) -> PyResult<Array<'py, f64>> {
-    let residual = residual.as_slice()?;
-    let rows: Vec<&[f64]> = motions.as_slice()?.chunks_exact(residual.len().max(1)).collect();
-    alike(&lengths, rows.iter().copied().chain([residual]))?;
-    if prior.len() != rows.len() {
-        return Err(PyValueError::new_err("expected a prior for each open motion"));
-    }
-    Ok(displacement::without(&rows, residual, &prior, &lengths).into_pyarray(py))
-}
-
-/// That columns are as long as their stretches together.
-fn alike<'a>(lengths: &[usize], columns: impl IntoIterator<Item = &'a [f64]>) -> PyResult<()> {
-    let samples: usize = lengths.iter().sum();
-    match columns.into_iter().find(|column| column.len() != samples) {
-        Some(column) => Err(PyValueError::new_err(format!(
-            "expected columns of {samples} samples, as long as their stretches, got {}",
-            column.len()
-        ))),
-        None => Ok(()),
-    }
-}
-
 /// A law that says the static limit, with its document.
 #[pyclass(frozen, module = "stickslip._core")]
 pub(crate) struct Law {
@@ -117,9 +58,8 @@ pub(crate) struct Law {
 
 impl Law {
     fn of(document: Value) -> PyResult<Self> {
-        let law: law::Law = serde_json::from_value(document.clone())
-            .map_err(|error| PyValueError::new_err(error.to_string()))?;
-        law.validate().map_err(|error| refused(&error))?;
+        let law: law::Law = serde_json::from_value(document.clone()).map_err(refused)?;
+        law.validate().map_err(refused)?;
         Ok(Self { law, document })
     }
 }
@@ -128,7 +68,7 @@ impl Law {
 impl Law {
     #[new]
     fn new(document: &str) -> PyResult<Self> {
-        Self::of(serde_json::from_str(document).map_err(|error| PyValueError::new_err(error.to_string()))?)
+        Self::of(read(document)?)
     }
 
     /// The same with other numbers, each at its place in the document.
@@ -171,8 +111,6 @@ impl Law {
     ) -> PyResult<Array<'py, f64>> {
         let (stuck, force_rate) = (stuck.as_slice()?, force_rate.as_slice()?);
         let force = replay::force_along(&self.law, t.as_slice()?, w.as_slice()?, stuck, force_rate);
-        force
-            .map(|force| force.into_pyarray(py))
-            .map_err(|error| refused(&error))
+        force.map(|force| force.into_pyarray(py)).map_err(refused)
     }
 }

@@ -3,28 +3,38 @@
 #![warn(clippy::disallowed_methods)]
 
 mod batch;
+mod displacement_error;
 mod law;
 mod orbit;
 mod rows;
+mod samples;
+mod section;
 mod spots;
 mod stability;
 mod state;
 mod sweep;
 mod system;
+mod table;
 mod watch;
 
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use stickslip::error::Error;
+use serde::de::DeserializeOwned;
 use stickslip::law::{BRANCHES, Law};
 use stickslip::mode::Kind;
 use stickslip::regime::Regime;
 use stickslip::simulate::Stop;
 use stickslip::state_law::StateLaw;
 
-fn refused(error: &Error) -> PyErr {
+#[expect(clippy::needless_pass_by_value, reason = "to be given to map_err")]
+fn refused(error: impl ToString) -> PyErr {
     PyValueError::new_err(error.to_string())
+}
+
+/// What a JSON document says.
+fn read<T: DeserializeOwned>(document: &str) -> PyResult<T> {
+    serde_json::from_str(document).map_err(refused)
 }
 
 type Array<'py, T> = Bound<'py, PyArray1<T>>;
@@ -32,8 +42,7 @@ type Array<'py, T> = Bound<'py, PyArray1<T>>;
 /// What is known of every law, as one JSON document.
 #[pyfunction]
 fn law_facts() -> PyResult<String> {
-    serde_json::to_string(&[Law::facts(), StateLaw::facts()].concat())
-        .map_err(|error| PyValueError::new_err(error.to_string()))
+    serde_json::to_string(&[Law::facts(), StateLaw::facts()].concat()).map_err(refused)
 }
 
 /// The kind of a steady motion, by its name.
@@ -48,17 +57,16 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("KINDS", Kind::ALL.map(Kind::name))?;
     module.add("BRANCHES", BRANCHES)?;
     module.add("REGIMES", Regime::ALL.map(Regime::name))?;
-    module.add("SWEEP_COLUMNS", sweep::COLUMNS)?;
     module.add("RESTART", sweep::RESTART)?;
     module.add("STOPS", Stop::ALL.map(Stop::name))?;
     module.add_class::<orbit::Orbit>()?;
     module.add_class::<watch::Halt>()?;
-    module.add_class::<sweep::Samples>()?;
+    module.add_class::<samples::Samples>()?;
     module.add_function(wrap_pyfunction!(watch::halted, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
     module.add_function(wrap_pyfunction!(regime, module)?)?;
-    module.add_function(wrap_pyfunction!(sweep::chaos, module)?)?;
-    module.add_function(wrap_pyfunction!(sweep::section, module)?)?;
+    module.add_function(wrap_pyfunction!(samples::chaos, module)?)?;
+    module.add_function(wrap_pyfunction!(section::section, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
     module.add_class::<system::System>()?;
     module.add("ENDINGS", stability::ENDING_NAMES)?;
@@ -70,11 +78,11 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<state::Law>()?;
     module.add_class::<state::Masses>()?;
     module.add_function(wrap_pyfunction!(law::static_friction, module)?)?;
-    module.add_function(wrap_pyfunction!(law::displacement_errors, module)?)?;
-    module.add_function(wrap_pyfunction!(law::without, module)?)?;
     module.add("ALIKE", spots::ALIKE)?;
     module.add_function(wrap_pyfunction!(spots::blurred, module)?)?;
     module.add_function(wrap_pyfunction!(spots::spot_centre, module)?)?;
     module.add_function(wrap_pyfunction!(spots::spot_near, module)?)?;
+    module.add_function(wrap_pyfunction!(displacement_error::displacement_errors, module)?)?;
+    module.add_function(wrap_pyfunction!(displacement_error::without, module)?)?;
     module.add_function(wrap_pyfunction!(law_facts, module)?)
 }

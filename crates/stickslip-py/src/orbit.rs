@@ -2,23 +2,27 @@
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use stickslip::engine::{Replay, ReplaySteps};
 use stickslip::model::Orbit as Kept;
 use stickslip::network::{self, Run, sequence};
 use stickslip::variation::Layout;
 use stickslip::{orbit, simulate};
 
+use crate::Array;
 use crate::rows::{self, Counts};
+use crate::section::{Points, section_of};
 use crate::stability::{contact_states_of, state_from};
+use crate::sweep::steady_of;
 use crate::system::System;
 use crate::watch::watched;
-use crate::{Array, sweep};
 
 /// A whole run, in closed form or of Taylor steps.
 #[pyclass(frozen, module = "stickslip._core")]
 pub(crate) struct Orbit(Kept);
 
-type Start = (Option<Vec<f64>>, Option<Vec<f64>>, f64, u64);
+/// What was asked of a run: x0, v0, t_end, max_events.
+pub(crate) type Asked = (Option<Vec<f64>>, Option<Vec<f64>>, f64, u64);
 type Columns<'py> = (
     Array<'py, f64>,
     Array<'py, f64>,
@@ -28,7 +32,7 @@ type Columns<'py> = (
     Array<'py, bool>,
 );
 
-fn run_of((x0, v0, t_end, max_events): Start) -> Run {
+fn run_of((x0, v0, t_end, max_events): Asked) -> Run {
     Run {
         x0,
         v0,
@@ -41,7 +45,7 @@ fn run_of((x0, v0, t_end, max_events): Start) -> Run {
 impl Orbit {
     /// Simulate from positions and velocities, mass by mass: t_end, most events.
     #[staticmethod]
-    fn simulate(py: Python<'_>, system: &System, run: Start, max_seconds: Option<f64>) -> PyResult<Self> {
+    fn simulate(py: Python<'_>, system: &System, run: Asked, max_seconds: Option<f64>) -> PyResult<Self> {
         let model = system.model()?;
         let run = run_of(run);
         watched(py, max_seconds, |go_on| model.simulate(run, go_on)).map(Self)
@@ -57,7 +61,7 @@ impl Orbit {
         py: Python<'_>,
         system: &System,
         state: PyReadonlyArray1<'_, f64>,
-        contact_states: PyReadonlyArray1<'_, f64>,
+        contact_states: PyReadonlyArray1<'_, i8>,
         duration: f64,
     ) -> PyResult<Self> {
         let (system, _) = system.masses()?;
@@ -78,7 +82,7 @@ impl Orbit {
     )]
     fn restore(
         system: &System,
-        run: Start,
+        run: Asked,
         stop: usize,
         work: Counts,
         segments: PyReadonlyArray1<'_, f64>,
@@ -154,10 +158,10 @@ impl Orbit {
         look: &str,
         period: f64,
         surface: &str,
-    ) -> PyResult<sweep::Table<'py>> {
+    ) -> PyResult<Bound<'py, PyDict>> {
         match &self.0 {
-            Kept::Closed(orbit) => sweep::steady_of(py, &mut Replay::new(orbit), look, period, surface),
-            Kept::Steps(orbit) => sweep::steady_of(py, &mut ReplaySteps::new(orbit), look, period, surface),
+            Kept::Closed(orbit) => steady_of(py, &mut Replay::new(orbit), look, period, surface),
+            Kept::Steps(orbit) => steady_of(py, &mut ReplaySteps::new(orbit), look, period, surface),
         }
     }
 
@@ -169,13 +173,13 @@ impl Orbit {
         contact: usize,
         after: f64,
         most: usize,
-    ) -> PyResult<(Array<'py, f64>, usize)> {
+    ) -> PyResult<Points<'py>> {
         let span = (after, self.0.t_last());
         match &self.0 {
             Kept::Closed(orbit) => {
-                sweep::section_of(py, &mut Replay::new(orbit), surface, contact, span, most, None)
+                section_of(py, &mut Replay::new(orbit), surface, contact, span, most, None)
             }
-            Kept::Steps(orbit) => sweep::section_of(
+            Kept::Steps(orbit) => section_of(
                 py,
                 &mut ReplaySteps::new(orbit),
                 surface,
@@ -189,7 +193,7 @@ impl Orbit {
 
     /// What was asked: x0, v0, t_end, max_events.
     #[getter]
-    fn run(&self) -> Start {
+    fn run(&self) -> Asked {
         let run = self.0.run();
         (run.x0, run.v0, run.t_end, run.max_events)
     }

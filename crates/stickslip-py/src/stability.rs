@@ -1,8 +1,13 @@
-//! Trails and their derivatives at the boundary. Per contact a state has 10 numbers after time, positions and velocities, and
-//! at its end three flags (branch, turns, released); a phase is (direction, hold) of every contact, ending and contact as one
-//! number, duration.
+//! Event sequences and their derivatives at the boundary. Per contact a state has 10 numbers after time, positions and
+//! velocities, and at its end three flags (branch, reverses, released); phases are four columns: modes of every contact, ending,
+//! contact, duration.
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "small whole numbers"
+)]
 
-use numpy::{IntoPyArray, PyReadonlyArray1};
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stickslip::event_sequence::{self as of_oscillator, EventSequence};
@@ -15,7 +20,7 @@ use crate::system::System;
 use crate::watch::watched;
 use crate::{Array, refused};
 
-/// Endings by their number; that of contact c is c times their count more.
+/// Endings by their number.
 const ENDINGS: [Ending; 7] = [
     Ending::Release,
     Ending::Line(End::Low),
@@ -28,7 +33,7 @@ const ENDINGS: [Ending; 7] = [
 
 /// Their names.
 pub(crate) const ENDING_NAMES: [&str; 7] = ["release", "low", "high", "falling", "rising", "section", "time"];
-/// Names of the test functions by their number; that of contact c is c times their count more.
+/// Names of the test functions by their number.
 pub(crate) const BOUNDARY_NAMES: [&str; 6] = ["low", "high", "entry", "crossing", "stick", "arrival"];
 
 /// Numbers of the flags of a contact.
@@ -38,30 +43,26 @@ fn broken(what: &str, count: usize) -> PyErr {
     PyValueError::new_err(format!("{what} does not fit the system: it has {count} numbers"))
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a small whole number"
-)]
 fn whole(value: f64) -> usize {
     value as usize
 }
 
-fn contact_states_from(row: &[f64]) -> Vec<ContactState> {
-    row.chunks_exact(2)
-        .map(|pair| match pair {
-            [0.0, _] => ContactState::Stick,
-            [direction, 0.0] => ContactState::Slip(*direction),
-            _ => ContactState::Hold(pair[0]),
-        })
-        .collect()
+/// What contacts do by its number: 0 sticks, ± 1 slips in that direction, ± 2 holds its slip velocity of that sign.
+fn contact_states_from(modes: &[i8]) -> Vec<ContactState> {
+    let state = |&mode: &i8| match mode {
+        0 => ContactState::Stick,
+        -1 | 1 => ContactState::Slip(f64::from(mode)),
+        _ => ContactState::Hold(f64::from(mode.signum())),
+    };
+    modes.iter().map(state).collect()
 }
 
-fn plain(contact_state: &ContactState) -> [f64; 2] {
+fn number_of(contact_state: &ContactState) -> i8 {
+    let sign = |direction: f64| if direction > 0.0 { 1 } else { -1 };
     match *contact_state {
-        ContactState::Stick => [0.0, 0.0],
-        ContactState::Slip(direction) => [direction, 0.0],
-        ContactState::Hold(direction) => [direction, 1.0],
+        ContactState::Stick => 0,
+        ContactState::Slip(direction) => sign(direction),
+        ContactState::Hold(direction) => 2 * sign(direction),
     }
 }
 
@@ -81,8 +82,8 @@ pub(crate) fn state_from(layout: Layout, row: &[f64]) -> PyResult<State> {
     })
 }
 
-pub(crate) fn contact_states_of(layout: Layout, row: &[f64]) -> PyResult<Vec<ContactState>> {
-    if row.len() != 2 * layout.contacts {
+pub(crate) fn contact_states_of(layout: Layout, row: &[i8]) -> PyResult<Vec<ContactState>> {
+    if row.len() != layout.contacts {
         return Err(broken("a row of contact_states", row.len()));
     }
     Ok(contact_states_from(row))
@@ -99,21 +100,37 @@ fn row_of(state: &State) -> impl Iterator<Item = f64> {
     state.numbers.iter().copied().chain(flags)
 }
 
+/// Modes of every contact phase by phase, endings, contacts, durations.
+type Phases<'py> = (Array<'py, i8>, Array<'py, u8>, Array<'py, u32>, Array<'py, f64>);
+/// States, derivatives, durations, test functions.
+type Followed<'py> = (
+    Array<'py, f64>,
+    Array<'py, f64>,
+    Array<'py, f64>,
+    (Array<'py, u8>, Array<'py, u32>, Array<'py, u32>, Array<'py, f64>),
+);
 /// Start, phases, kinds of their events, why it ended.
-type EventSequenceRows<'py> = (Array<'py, f64>, Array<'py, f64>, Vec<&'static str>, &'static str);
+type EventSequenceColumns<'py> = (Array<'py, f64>, Phases<'py>, Vec<&'static str>, &'static str);
 
-fn columns<'py>(py: Python<'py>, event_sequence: &EventSequence) -> EventSequenceRows<'py> {
-    let phases = event_sequence.phases.iter().flat_map(|phase| {
-        let ending = ENDINGS
-            .iter()
-            .position(|ending| *ending == phase.ending)
-            .unwrap_or_default();
-        let tail = [(ending + ENDINGS.len() * phase.contact) as f64, phase.duration];
-        phase.contact_states.iter().flat_map(plain).chain(tail)
-    });
+fn columns<'py>(py: Python<'py>, event_sequence: &EventSequence) -> EventSequenceColumns<'py> {
+    let phases = event_sequence.phases.iter();
+    let modes = phases
+        .clone()
+        .flat_map(|phase| phase.contact_states.iter().map(number_of));
+    let ending = |phase: &Phase| ENDINGS.iter().position(|ending| *ending == phase.ending);
     (
-        row_of(&event_sequence.start).collect::<Vec<_>>().into_pyarray(py),
-        phases.collect::<Vec<_>>().into_pyarray(py),
+        PyArray1::from_iter(py, row_of(&event_sequence.start)),
+        (
+            PyArray1::from_iter(py, modes),
+            PyArray1::from_iter(
+                py,
+                phases
+                    .clone()
+                    .map(|phase| ending(phase).unwrap_or_default() as u8),
+            ),
+            PyArray1::from_iter(py, phases.clone().map(|phase| phase.contact as u32)),
+            PyArray1::from_iter(py, phases.map(|phase| phase.duration)),
+        ),
         event_sequence.kinds.iter().map(|kind| kind.name()).collect(),
         event_sequence.stop.name(),
     )
@@ -128,7 +145,7 @@ pub(crate) fn event_sequence<'py>(
     v0: Option<Vec<f64>>,
     t_end: f64,
     max_events: u64,
-) -> PyResult<EventSequenceRows<'py>> {
+) -> PyResult<EventSequenceColumns<'py>> {
     let (masses, oscillator) = system.masses()?;
     let run = network::Run {
         x0,
@@ -153,10 +170,10 @@ pub(crate) fn event_sequence_from<'py>(
     py: Python<'py>,
     system: &System,
     state: PyReadonlyArray1<'py, f64>,
-    contact_states: PyReadonlyArray1<'py, f64>,
+    contact_states: PyReadonlyArray1<'py, i8>,
     duration: f64,
     max_events: u64,
-) -> PyResult<EventSequenceRows<'py>> {
+) -> PyResult<EventSequenceColumns<'py>> {
     let (masses, oscillator) = system.masses()?;
     let layout = Layout::of(masses);
     let state = state_from(layout, state.as_slice()?)?;
@@ -170,66 +187,67 @@ pub(crate) fn event_sequence_from<'py>(
     Ok(columns(py, &event_sequence))
 }
 
-/// Follow an event sequence. Returns the states after the phases, their derivatives (numbers × (numbers + parameters, one at least) each), the durations, and
-/// the test functions (boundary and contact, phase, tau, detail, value, derivatives each).
+/// Follow an event sequence. Returns the states after the phases, their derivatives (numbers × (numbers + parameters, one at
+/// least) each), the durations, and the test functions: boundaries, contacts, phases; tau, detail, value and derivatives of each.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a thing")]
 #[expect(
     clippy::needless_pass_by_value,
     reason = "that is how arrays cross the boundary"
 )]
-#[expect(clippy::type_complexity, reason = "four columns")]
 pub(crate) fn follow<'py>(
     py: Python<'py>,
     system: &System,
     paths: Vec<String>,
     state: PyReadonlyArray1<'py, f64>,
-    phases: PyReadonlyArray1<'py, f64>,
-    last: PyReadonlyArray1<'py, f64>,
+    phases: Phases<'py>,
+    last: PyReadonlyArray1<'py, i8>,
     reseed: bool,
     tests: bool,
-) -> PyResult<(Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, f64>)> {
+) -> PyResult<Followed<'py>> {
     let (masses, _) = system.masses()?;
-    let varied = Varied::new(masses, system.document(), &paths).map_err(|error| refused(&error))?;
+    let varied = Varied::new(masses, system.document(), &paths).map_err(refused)?;
     let layout = Layout::of(masses);
     let start = state_from(layout, state.as_slice()?)?;
-    let contacts = layout.contacts;
-    let phases = phases
-        .as_slice()?
-        .chunks_exact(2 * contacts + 2)
-        .map(|row| {
-            let code = whole(row[2 * contacts]);
-            Phase {
-                contact_states: contact_states_from(&row[..2 * contacts]),
-                contact: code / ENDINGS.len(),
-                ending: ENDINGS[code % ENDINGS.len()],
-                duration: row[2 * contacts + 1],
+    let (modes, endings) = (phases.0.readonly(), phases.1.readonly());
+    let (contacts, durations) = (phases.2.readonly(), phases.3.readonly());
+    let columns = endings.as_slice()?.iter().zip(contacts.as_slice()?);
+    let rows = modes.as_slice()?.chunks_exact(layout.contacts);
+    let phases = columns
+        .zip(rows.zip(durations.as_slice()?))
+        .map(|((&ending, &contact), (modes, &duration))| {
+            let (ending, contact) = (usize::from(ending), contact as usize);
+            match ENDINGS.get(ending) {
+                Some(&ending) if contact < layout.contacts => Ok(Phase {
+                    contact_states: contact_states_from(modes),
+                    contact,
+                    ending,
+                    duration,
+                }),
+                _ => Err(broken("a phase", layout.contacts)),
             }
         })
-        .collect::<Vec<_>>();
+        .collect::<PyResult<Vec<_>>>()?;
     let last = contact_states_of(layout, last.as_slice()?)?;
-    if phases.iter().any(|phase| phase.contact >= contacts) {
-        return Err(broken("a row of phases", 2 * contacts + 2));
-    }
     let followed = watched(py, None, |go_on| {
         variation::follow(&varied, &start, &phases, &last, reseed, tests, go_on)
     })?;
     let states = followed.states.iter().flat_map(row_of).collect::<Vec<_>>();
     let lanes = varied.lanes();
-    let tests = followed.tests.iter().flat_map(|test| {
-        let head = [
-            (test.boundary as usize + BOUNDARY_NAMES.len() * test.contact) as f64,
-            test.phase as f64,
-            test.tau,
-            test.detail,
-            test.value.value,
-        ];
+    let tests = followed.tests.iter();
+    let numbers = tests.clone().flat_map(|test| {
+        let head = [test.tau, test.detail, test.value.value];
         head.into_iter().chain(test.value.rates[..lanes].iter().copied())
     });
     Ok((
         states.into_pyarray(py),
         followed.rates.into_pyarray(py),
         followed.durations.into_pyarray(py),
-        tests.collect::<Vec<_>>().into_pyarray(py),
+        (
+            PyArray1::from_iter(py, tests.clone().map(|test| test.boundary as u8)),
+            PyArray1::from_iter(py, tests.clone().map(|test| test.contact as u32)),
+            PyArray1::from_iter(py, tests.map(|test| test.phase as u32)),
+            PyArray1::from_iter(py, numbers),
+        ),
     ))
 }

@@ -5,14 +5,13 @@
 )]
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stickslip::state_law::{self, StateFriction, StateLaw};
 use stickslip::state_system::{Motion, StateSystem};
 use stickslip::system::System;
 
 use crate::watch::watched;
-use crate::{Array, refused};
+use crate::{Array, read, refused};
 
 /// A law with an internal state, read once.
 #[pyclass(frozen, name = "StateLaw", module = "stickslip._core")]
@@ -22,9 +21,8 @@ pub struct Law(StateLaw);
 impl Law {
     #[new]
     pub fn new(document: &str) -> PyResult<Self> {
-        let law: StateLaw =
-            serde_json::from_str(document).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        law.validate().map_err(|error| refused(&error))?;
+        let law: StateLaw = read(document)?;
+        law.validate().map_err(refused)?;
         Ok(Self(law))
     }
 
@@ -76,7 +74,7 @@ impl Masses {
         System::from_json(document)
             .and_then(StateSystem::new)
             .map(Self)
-            .map_err(|error| refused(&error))
+            .map_err(refused)
     }
 
     /// Positions and velocity variables of a start, and the slip velocities there.

@@ -24,13 +24,10 @@ pub(crate) struct System {
 fn read<L: Checked + Clone + DeserializeOwned>(
     document: &Value,
 ) -> PyResult<(system::System<L>, Option<Oscillator<L>>)> {
-    let (system, oscillator) =
-        system::System::read(document.clone()).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let (system, oscillator) = system::System::read(document.clone()).map_err(refused)?;
     // As an oscillator it may say more of what is wrong.
     let check = oscillator.as_ref().map_or(Ok(()), Oscillator::validate);
-    check
-        .and_then(|()| system.validate())
-        .map_err(|error| refused(&error))?;
+    check.and_then(|()| system.validate()).map_err(refused)?;
     Ok((system, oscillator))
 }
 
@@ -62,7 +59,11 @@ impl System {
     }
 
     pub(crate) fn model(&self) -> PyResult<Model> {
-        Model::read(self.document.clone()).map_err(|error| refused(&error))
+        let (system, oscillator) = self.masses()?;
+        Ok(match oscillator {
+            Some(oscillator) if oscillator.closed() => Model::Closed(oscillator.clone()),
+            _ => Model::Steps(system.clone()),
+        })
     }
 }
 
@@ -70,8 +71,7 @@ impl System {
 impl System {
     #[new]
     fn new(document: &str) -> PyResult<Self> {
-        let document = serde_json::from_str(document);
-        Self::of(document.map_err(|error| PyValueError::new_err(error.to_string()))?)
+        Self::of(crate::read(document)?)
     }
 
     /// The number at a place such as `/law/kinetic`.

@@ -100,7 +100,7 @@ pub(crate) fn watched<T: Send>(
     let mut watch = Watch::new(max_seconds);
     let done = py.detach(|| run(&mut || watch.go_on()));
     watch.interrupt.map_or(Ok(()), Err)?;
-    done.map_err(|error| refused(&error))
+    done.map_err(refused)
 }
 
 /// Do work on the threads of a pool while the present one watches; the work is asked to end by its flag.

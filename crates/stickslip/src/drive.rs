@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
-use crate::error::{Error, finite};
+use crate::error::{Error, finite, increasing};
 use crate::harmonic::{Harmonic, add_wave};
 use crate::law::Point;
 use crate::series::Series;
@@ -67,19 +67,7 @@ impl Drive {
         for harmonic in &self.harmonics {
             harmonic.validate()?;
         }
-        for (index, node) in self.nodes.iter().enumerate() {
-            finite("nodes of the drive velocity", node[0])?;
-            finite("nodes of the drive velocity", node[1])?;
-            if index > 0 && node[0] <= self.nodes[index - 1][0] {
-                return Err(Error::NodesNotIncreasing {
-                    name: "nodes of the drive velocity",
-                    index,
-                    before: self.nodes[index - 1][0],
-                    after: node[0],
-                });
-            }
-        }
-        Ok(())
+        increasing("nodes of the drive velocity", &self.nodes)
     }
 
     /// The coefficients of s(clock + h), good until [`Drive::node_after`].

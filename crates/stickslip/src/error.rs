@@ -150,6 +150,23 @@ pub(crate) fn not_negative(name: &'static str, value: f64) -> Result<f64, Error>
     }
 }
 
+/// That a table is finite and its abscissae increase strictly.
+pub(crate) fn increasing(name: &'static str, nodes: &[[f64; 2]]) -> Result<(), Error> {
+    for (index, node) in nodes.iter().enumerate() {
+        finite(name, node[0])?;
+        finite(name, node[1])?;
+        if index > 0 && node[0] <= nodes[index - 1][0] {
+            return Err(Error::NodesNotIncreasing {
+                name,
+                index,
+                before: nodes[index - 1][0],
+                after: node[0],
+            });
+        }
+    }
+    Ok(())
+}
+
 /// A request that is refused for this reason.
 pub(crate) fn wrong<T>(reason: String) -> Result<T, Error> {
     Err(Error::Document { reason })

@@ -32,7 +32,7 @@
 //! | [`lyapunov`] | the largest Lyapunov exponent of a motion |
 //! | [`zero_one`] | the 0–1 test for chaos |
 //! | [`replay`] | a law along a measured motion |
-//! | [`displacement`] | the motion nearest to a measured one that obeys a law |
+//! | [`displacement_error`] | the motion nearest to a measured one that obeys a law |
 //! | [`system`] | masses, matrices, contacts, drives |
 //! | [`spring`] | springs that are not linear |
 //! | [`normal_force`] | the normal force of a contact that varies |
@@ -47,7 +47,7 @@
 
 pub mod batch;
 pub mod clock;
-pub mod displacement;
+pub mod displacement_error;
 pub mod drive;
 pub mod dual;
 pub mod elementary;

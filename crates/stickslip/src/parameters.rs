@@ -45,8 +45,8 @@ impl Limits {
 pub struct Number {
     /// Its name within a pair, such as `w` of a point.
     pub part: &'static str,
-    /// Its dimension: words such as `force` or `force velocity^-1`; nothing for a pure number.
-    pub unit: &'static str,
+    /// Words such as `force` or `force velocity^-1`; nothing for a pure number.
+    pub dimension: &'static str,
     /// What it must be.
     pub limits: Limits,
     /// Between which values it is searched when it is fitted.
@@ -89,10 +89,10 @@ pub(crate) mod numbers {
 
 impl Number {
     /// Any finite number of a dimension.
-    pub(crate) const fn of(unit: &'static str) -> Self {
+    pub(crate) const fn of(dimension: &'static str) -> Self {
         Self {
             part: "",
-            unit,
+            dimension,
             limits: Limits::Finite,
             search: [f64::NEG_INFINITY, f64::INFINITY],
             ratio: false,

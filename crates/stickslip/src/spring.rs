@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, finite, wrong};
+use crate::error::{Error, finite, increasing, wrong};
 use crate::law::Point;
 
 /// A spring between a mass and the ground or another mass: r(ξ) = line through the nodes + cubic · ξ³ pulls the mass back, where ξ
@@ -30,19 +30,7 @@ impl Spring {
         if self.nodes.len() == 1 {
             return wrong("a spring needs two nodes or more, or none and a cubic part, got 1".into());
         }
-        for (index, node) in self.nodes.iter().enumerate() {
-            finite("nodes of a spring", node[0])?;
-            finite("nodes of a spring", node[1])?;
-            if index > 0 && node[0] <= self.nodes[index - 1][0] {
-                return Err(Error::NodesNotIncreasing {
-                    name: "nodes of a spring",
-                    index,
-                    before: self.nodes[index - 1][0],
-                    after: node[0],
-                });
-            }
-        }
-        Ok(())
+        increasing("nodes of a spring", &self.nodes)
     }
 
     /// The piece on which a displacement lies.

@@ -29,7 +29,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def run(options: argparse.Namespace) -> None:
     """Do the work."""
     from stickslip.explorer import content_of, page
-    from stickslip.files.documents import write_text
+    from stickslip.files.disk import write_text
 
     content = content_of(*options.file) if options.file else {}
     path = Path(options.output) if options.output else cache() / "explorer.html"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_written
 from stickslip.errors import InputError
-from stickslip.files.documents import write_text
+from stickslip.files.disk import write_text
 
 if TYPE_CHECKING:
     from stickslip.identification import Agreement, Identification

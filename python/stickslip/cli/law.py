@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stickslip.cli.terminal import Commands, save_figure, say, say_written
 from stickslip.errors import InputError
-from stickslip.files.documents import read_toml, write_text
+from stickslip.files.disk import read_toml, write_text
 from stickslip.files.units import rounded
 
 ENDINGS = {".c": "c", ".py": "python"}
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> None:
 
     def of(dimension: str) -> str | None:
         """The unit that the numbers of this dimension have in the file."""
-        return next((units.get(name) for name, number in numbers(law).items() if number.unit == dimension), None)
+        return next((units.get(name) for name, number in numbers(law).items() if number.dimension == dimension), None)
 
     say(type(law).__name__)
     for name in numbers(law):

@@ -34,7 +34,7 @@ from stickslip.cli import (
 )
 from stickslip.cli.terminal import say
 from stickslip.errors import InputError, UnfinishedWarning
-from stickslip.files.documents import check_ending, check_writable, keeping_inputs
+from stickslip.files.disk import check_ending, check_writable, keeping_inputs
 
 TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check", "table", "code")
 """Options that name a file which is written; what stands for it in the help says by its ending what kind of file."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.cli.terminal import Commands, say, say_written
-from stickslip.files.documents import write_text
+from stickslip.files.disk import write_text
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:

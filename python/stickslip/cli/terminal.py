@@ -46,7 +46,7 @@ def partial(path: str | None) -> str | None:
 
 def save_figure(figure: Any, path: str) -> None:
     """Write a picture whole, its kind by the ending."""
-    from stickslip.files.documents import write_whole
+    from stickslip.files.disk import write_whole
 
     kind = Path(path).suffix.lstrip(".").lower()
     write_whole(path, lambda draft: figure.savefig(draft, format=kind, dpi=150))

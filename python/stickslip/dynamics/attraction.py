@@ -14,7 +14,7 @@ from stickslip.dynamics.maps import map_plan
 from stickslip.dynamics.sections import Surface
 from stickslip.dynamics.store import Plan, Progress, compute
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.model.system import Oscillator, System
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from stickslip.dynamics.sections import Surface, contact_of, surface_from
 from stickslip.dynamics.store import Plan, Progress, Variable, compute, fingerprint, words_for
 from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.model.parameters import document_of, grid, path_in
 from stickslip.model.system import Oscillator, System
 

@@ -35,7 +35,7 @@ def steady_motion(orbit: Orbit, fraction: float, contact: int = 0) -> dict[str, 
     look = Look(1 - fraction, fraction, 1e-6, points=100_000, contact=contact)
     surface = Surface(normal=(0.0, 1.0, 0.0), direction=-1)
     core = orbit._steady(look.to_json(), orbit.t_end, json.dumps(surface.to_dict()), contact)
-    row = {name: column[0] for name, column in columns_of(core, 1, look.points).items()}
+    row = {name: column[0] for name, column in columns_of(core).items()}
     motion = {name: row[name][np.isfinite(row[name])] for name in ("turning_x", "turning_slip_velocity")}
     numbers = ("amplitude", "x_min", "x_max", "w_min", "w_max", "stuck_share")
     return motion | {name: float(row[name]) for name in numbers} | {"regime": str(row["regime"])}

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean, number, numbers, time_limit, whole_number
+from stickslip.files.checks import did_you_mean, number, numbers, time_limit, whole_number
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
@@ -193,12 +193,11 @@ def section(
         begin, velocity = _start(x0, v0, masses)
         run = (begin, velocity, end, max_events)
         try:
-            rows, stop = _core.section(
+            points, stopped = _core.section(
                 system.core, json.dumps(surface.to_dict()), run, contact, transient * end, most, max_seconds
             )
         except ValueError as error:
             raise InputError(f"section: {error}") from None
-        points, stopped = rows.reshape(-1, 7), _core.STOPS[stop]
     t, x, v, slip, *event = points.T
     drive = system.drive_velocity if isinstance(system, Oscillator) else system.contacts[contact].drive_velocity
     # At events that leave a slip velocity it is that of the drive.
@@ -379,8 +378,7 @@ def release_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods:
             continue
         x = (side * limit - system.damping * s + forcing.amplitude * np.cos(theta)) / system.stiffness
         run = ([x], [s], 2 * np.pi / forcing.frequency * periods, 1_000)
-        rows, _ = _core.section(shifted, surface, run, 0, 0.0, 1_000, None)
-        table = rows.reshape(-1, 7)
+        table, _ = _core.section(shifted, surface, run, 0, 0.0, 1_000, None)
         # Rounding may put the first release at once or leave it out.
         later = table[table[:, 0] > 1e-9 * system.natural_period]
         if len(later):

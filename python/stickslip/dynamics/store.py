@@ -28,7 +28,8 @@ from numpy.typing import NDArray
 from stickslip import _core
 from stickslip.dynamics.sweep import Chunk
 from stickslip.errors import InputError, UnfinishedWarning
-from stickslip.files.documents import draft_of, fits
+from stickslip.files.checks import fits
+from stickslip.files.disk import draft_of
 from stickslip.files.notebook import waiting
 from stickslip.simulation.time_limit import TimeLimit
 

@@ -121,7 +121,7 @@ class Chunk:
                 )
             except ValueError as error:
                 raise InputError(str(error)) from None
-            columns = columns_of(table, len(values), self.look.points)
+            columns = columns_of(table)
         self._tell(document, values, columns)
         if isinstance(system, Oscillator):
             columns |= {name: columns[name][:, 0] for name in ("x_end", "v_end")}
@@ -157,7 +157,7 @@ class Chunk:
         periods = look.transient + look.window
         while True:
             orbit = simulate(system, periods * span, max_events=look.max_events, max_seconds=self.limit.left, **starts)
-            columns = columns_of(orbit._steady(look.to_json(), span, surface, look.contact), 1, look.points)
+            columns = columns_of(orbit._steady(look.to_json(), span, surface, look.contact))
             masses = system.masses if isinstance(system, System) else 1
             columns |= {
                 name: np.reshape(value, (1, masses))
@@ -174,24 +174,15 @@ class Chunk:
             periods += look.decide
 
 
-def columns_of(table: Any, count: int, points: int) -> dict[str, Array]:
-    """The columns of `count` runs from the numbers of the core."""
-    numbers, x_end, v_end, turning_x, turning_w, section, restart = table
-    columns = dict(zip(_core.SWEEP_COLUMNS, numbers.reshape(count, -1).T.copy(), strict=True))
-    columns["amplitude"] = (columns["x_max"] - columns["x_min"]) / 2
-    section = section.reshape(count, points, 3)
-    columns |= {
-        **{name: columns[name].astype(np.int64) for name in COUNTS},
-        "regime": np.array(_core.REGIMES)[columns["regime"].astype(int)],
-        "stop": np.array(_core.STOPS)[columns["stop"].astype(int)],
-        "x_end": x_end.reshape(count, -1),
-        "v_end": v_end.reshape(count, -1),
-        "turning_x": turning_x.reshape(count, points),
-        "turning_slip_velocity": turning_w.reshape(count, points),
-        **{f"section_{name}": section[:, :, i] for i, name in enumerate("txv")},
-        "restart": restart.reshape(count, -1),
+def columns_of(table: dict[str, Any]) -> dict[str, Array]:
+    """The columns of runs from the table of the core."""
+    columns = table | {
+        **{name: table[name].astype(np.int64) for name in COUNTS},
+        "regime": np.array(_core.REGIMES)[table["regime"]],
+        "stop": np.array(_core.STOPS)[table["stop"]],
+        "amplitude": (table["x_max"] - table["x_min"]) / 2,
+        "parting": np.full(len(table["stop"]), np.nan),
     }
-    columns["parting"] = np.full(count, np.nan)
     columns["recurrence"] = recurrence(columns["regime"], columns["period"], columns["parting"], 0)
     return columns
 

@@ -73,14 +73,14 @@ def _numbers(table: Law | StaticFriction, document: dict[str, Any], path: str = 
             numbers += _numbers(value, document[item.name], f"{path}{item.name}.")
             continue
         parameter = type(table).PARAMETERS[item.name]
-        unit = parameter.unit
-        low, high = _range(value, unit)
+        dimension = parameter.dimension
+        low, high = _range(value, dimension)
         number = {
             "path": path + item.name,
             "symbol": _symbol(item.name, said, position),
             "name": _ANGLES.get(item.name, said.rstrip(".") if item.name in _GREEK else item.name.replace("_", " ")),
             "words": said.rstrip("."),
-            "unit": unit,
+            "unit": dimension,
             "low": low,
             "high": high,
         }

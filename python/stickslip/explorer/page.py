@@ -13,7 +13,7 @@ from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.explorer import catalogue
 from stickslip.explorer.packing import packed, text_of
-from stickslip.files.documents import input_file, read_toml
+from stickslip.files.disk import input_file, read_toml
 from stickslip.laws import BogaczRyczek, Law, load_law
 from stickslip.model.system import Oscillator, System, load_system_document
 

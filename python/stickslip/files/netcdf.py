@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import InputError
 from stickslip.files.child_process import damaged, memory_for, read_apart
-from stickslip.files.documents import check_ending, input_file, write_whole
+from stickslip.files.disk import check_ending, input_file, write_whole
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -19,7 +19,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, did_you_mean, number, read_toml, toml_table
+from stickslip.files.checks import check_keys, did_you_mean, number
+from stickslip.files.disk import read_toml, toml_table
 from stickslip.files.notebook import InNotebook, shortened
 from stickslip.files.units import FARTHEST, quantity, si_unit
 
@@ -100,6 +101,10 @@ class Document(InNotebook):
         title = self._title()
         for name, kind in kinds(type(self)).items():
             object.__setattr__(self, name, kind.read(getattr(self, name), name, title))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Its fields alone: what the core has read of them does not go with a copy."""
+        return {item.name: getattr(self, item.name) for item in fields(self)}
 
     @classmethod
     def _title(cls) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 
 FARTHEST = 1e100
 """Larger numbers overflow when they are squared; no instrument gives them in any unit, and no rig has them."""

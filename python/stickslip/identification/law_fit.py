@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean
+from stickslip.files.checks import did_you_mean
 from stickslip.identification.guesses.evidence import BreakAways, Evidence, Guess, refuse_unreadable
 from stickslip.identification.guesses.first_guess import GUESSES, first_guess
 from stickslip.identification.kinetic.force_fit import BranchFit, Problem, fit_branches

@@ -13,7 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.documents import toml_table
+from stickslip.files.disk import toml_table
 from stickslip.files.netcdf import read_tree
 from stickslip.files.notebook import InNotebook
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from stickslip.files.documents import write_text
+from stickslip.files.disk import write_text
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import FrictionRecord

@@ -19,14 +19,14 @@ class Number:
     Attributes
     ----------
     part : its name within a pair, such as ``w`` of a point; "" where it is the parameter itself.
-    unit : its dimension as in :meth:`stickslip.Scale.unit`, "" for a pure number.
+    dimension : as in :meth:`stickslip.Scale.unit`, such as ``force velocity^-1``; "" for a pure number.
     low, high : between which values it is searched when it is fitted.
     ratio : whether it is positive and known by its ratio: its interval is symmetric in the logarithm.
     choices : the only values it may have where it chooses a form of the law; it is then never fitted.
     """
 
     part: str = ""
-    unit: str = ""
+    dimension: str = ""
     low: float = -math.inf
     high: float = math.inf
     ratio: bool = False
@@ -42,14 +42,14 @@ class Parameter:
     table: Mapping[str, Parameter] | None = None
 
     @property
-    def unit(self) -> str:
+    def dimension(self) -> str:
         """The dimensions of its numbers, with a comma between two; ``law`` for a table or a law within the law."""
-        return "law" if self.table is not None else ", ".join(number.unit for number in self.numbers)
+        return "law" if self.table is not None else ", ".join(number.dimension for number in self.numbers)
 
     @property
     def texts(self) -> tuple[tuple[str, ...], ...]:
         """For each of its numbers the dimensions of which it may be a text with a unit, such as "6 N"."""
-        return tuple(TEXTS.get(number.unit, ()) for number in self.numbers)
+        return tuple(TEXTS.get(number.dimension, ()) for number in self.numbers)
 
     @property
     def choices(self) -> tuple[float, ...]:
@@ -70,7 +70,7 @@ class Facts:
 def _number(table: Mapping[str, Any]) -> Number:
     low, high = table["search"]
     low, high = -math.inf if low is None else low, math.inf if high is None else high
-    return Number(table["part"], table["unit"], low, high, table["ratio"], tuple(table["choices"]))
+    return Number(table["part"], table["dimension"], low, high, table["ratio"], tuple(table["choices"]))
 
 
 def _parameters(items: Sequence[Mapping[str, Any]]) -> dict[str, Parameter]:

@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, did_you_mean, numbers, read_toml, whole_number, write_text
+from stickslip.files.checks import check_keys, did_you_mean, numbers, whole_number
+from stickslip.files.disk import read_toml, write_text
 from stickslip.files.schema import Document, complete, kind_of
 from stickslip.files.schema import Point as Point
 from stickslip.laws.facts import FACTS, Parameter
@@ -62,9 +63,6 @@ class Law(Document):
     def core(self) -> Any:
         """What the core has read."""
         return _core.Law(self.to_json())
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "core"}
 
     def __post_init__(self) -> None:
         super().__post_init__()

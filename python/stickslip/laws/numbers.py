@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean
+from stickslip.files.checks import did_you_mean
 from stickslip.files.units import unit_of
 from stickslip.laws.facts import Number
 
@@ -147,7 +147,7 @@ class Replacement:
             else:
                 table = {item.name: getattr(self.law, item.name) for item in fields(self.law)}
                 for (key, *rest), number in zip(self._pointers, numbers, strict=True):
-                    table[str(key)] = _replaced(table[str(key)], rest, number)
+                    table[str(key)] = replaced(table[str(key)], rest, number)
                 return _made(type(self.law), table | {"core": core})
         document = self.law.to_dict()
         for pointer, number in zip(self._pointers, numbers, strict=True):
@@ -162,15 +162,17 @@ def _made(kind: type[T], table: dict[str, Any]) -> T:
     return made
 
 
-def _replaced(part: Any, pointer: Sequence[str | int], number: float) -> Any:
-    """A part of a law with another number at a place in it."""
+def replaced(part: Any, pointer: Sequence[str | int], number: float) -> Any:
+    """A part of a document with another number at a place, known to be good; what stands alone is a list of one."""
     if not pointer:
         return number
     key, *rest = pointer
     if isinstance(part, tuple):
-        return tuple(_replaced(item, rest, number) if position == key else item for position, item in enumerate(part))
+        return tuple(replaced(item, rest, number) if position == key else item for position, item in enumerate(part))
+    if isinstance(key, int):
+        return replaced(part, rest, number)
     table = {item.name: getattr(part, item.name) for item in fields(part)}
-    return _made(type(part), table | {str(key): _replaced(table[str(key)], rest, number)})
+    return _made(type(part), table | {str(key): replaced(table[str(key)], rest, number)})
 
 
 def put(document: Any, pointer: Pointer, number: float) -> None:
@@ -206,7 +208,7 @@ def units_of(law: Law, force: str = "N", length: str = "m", time: str = "s") -> 
     >>> units_of(ExponentialStribeck.example(), "N m", "rad")
     {'break_away': 'N m', 'kinetic': 'N m', 'scale': 'rad/s', 'viscous': 'N m s/rad'}
     """
-    return {name: unit_of(number.unit, force, length, time) for name, number in numbers(law).items()}
+    return {name: unit_of(number.dimension, force, length, time) for name, number in numbers(law).items()}
 
 
 class Spread:

@@ -11,8 +11,8 @@ from stickslip.errors import InputError
 from stickslip.measurement.force import Friction, likeliest_inertia
 from stickslip.measurement.read import Record
 from stickslip.measurement.rigs.rig import Rig
-from stickslip.measurement.signals.noise import line_excess, mains_line
-from stickslip.measurement.signals.pieces import Oscillator
+from stickslip.measurement.signals.noise import line_excess, mains_hum
+from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.spectra import Line
 from stickslip.measurement.stick_limits import BLUR, FEW
 from stickslip.measurement.sticks import Flanks, Presmoothed, own_period
@@ -39,7 +39,7 @@ def check_sampling(record: Record, rig: Rig) -> None:
         )
 
 
-def few_samples(record: Record, oscillator: Oscillator) -> list[str]:
+def few_samples(record: Record, oscillator: OscillatorConstants) -> list[str]:
     """Whether the samples are too few for break-aways to be placed to less than a sample."""
     period = own_period(oscillator)
     if period >= FEW * record.step:
@@ -72,7 +72,7 @@ def without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:
                 f"{record.source}: a mains line of {rig.mains_frequency:g} Hz cannot be seen at "
                 f"{1 / record.step:g} samples per second; remove mains_frequency from the rig"
             )
-        line = mains_line(signal, record.time, rig.mains_frequency)
+        line = mains_hum(signal, record.time, rig.mains_frequency)
         notes.append(
             f"a mains line at {rig.mains_frequency:g} Hz with an amplitude of {math.sqrt(2) * float(np.std(line)):.2g} "
             f"{rig.unit} was subtracted"

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 from scipy.special import erfc
 
-from stickslip.measurement.signals.pieces import Kind, Oscillator, Part, PiecewiseFit
+from stickslip.measurement.signals.piecewise_fit import Kind, OscillatorConstants, Part, PiecewiseFit
 from stickslip.measurement.sticks import Stick, cutoff_limits, own_period
 
 Array = npt.NDArray[np.float64]
@@ -55,7 +55,7 @@ def fit_pieces(
     weight: Array,
     sticks: list[Stick],
     rigid: bool,
-    oscillator: Oscillator,
+    oscillator: OscillatorConstants,
     knots: float,
 ) -> PiecewiseFit:
     """Fit the record in pieces that end at the limits of the sticks, each part with its likeliest cut-off."""

@@ -33,7 +33,7 @@ from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.noise import impulses, noise_level
-from stickslip.measurement.signals.pieces import Oscillator
+from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.spectra import Line
 from stickslip.measurement.stick_limits import LimitSearch, refine_sticks
 from stickslip.measurement.sticks import (
@@ -175,7 +175,7 @@ class _Found:
 def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     notes = list(record.notes)
     signal = (without_mains(record, rig, notes) - rig.rest) * rig.force_unit
-    o = Oscillator(rig.inertia, rig.damping, rig.stiffness, rig.drive_velocity)
+    o = OscillatorConstants(rig.inertia, rig.damping, rig.stiffness, rig.drive_velocity)
     spring = rig.instrument == "spring_force"
     x = signal / o.stiffness if spring else signal
     time = record.time
@@ -262,7 +262,7 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
     return friction, sticks, slow[0], word
 
 
-def _knots(presmoothed: Presmoothed, oscillator: Oscillator) -> float:
+def _knots(presmoothed: Presmoothed, oscillator: OscillatorConstants) -> float:
     step = float((presmoothed.time[-1] - presmoothed.time[0]) / (len(presmoothed.time) - 1))
     return max(min(own_period(oscillator) / 25, 0.2 / presmoothed.cutoff), 2 * step)
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.files.documents import read_bytes
+from stickslip.files.disk import read_bytes
 from stickslip.files.netcdf import read_tree
 from stickslip.files.units import FARTHEST, find_unit
 from stickslip.measurement.formats.json_rows import json_table

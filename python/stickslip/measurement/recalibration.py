@@ -11,7 +11,7 @@ import numpy.typing as npt
 from stickslip.measurement.consistency import MOSTLY_SLOW
 from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rigs.rig import Rig
-from stickslip.measurement.signals.pieces import Oscillator
+from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.spectra import Line, main_line
 from stickslip.measurement.sticks import (
     Flanks,
@@ -52,7 +52,7 @@ class Draft:
     time: Array
     extension: Array
     weight: Array
-    oscillator: Oscillator
+    oscillator: OscillatorConstants
     noise: float
     presmoothed: Presmoothed
     flanks: Flanks

@@ -14,7 +14,7 @@ from scipy.interpolate import BSpline
 from scipy.linalg import LinAlgError
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-from stickslip.measurement.signals.pieces import DEGREE, GAUSS_NODES, GAUSS_WEIGHTS, Oscillator
+from stickslip.measurement.signals.piecewise_fit import DEGREE, GAUSS_NODES, GAUSS_WEIGHTS, OscillatorConstants
 from stickslip.measurement.sticks import Stick, own_period
 
 Array = npt.NDArray[np.float64]
@@ -104,7 +104,7 @@ class LimitSearch:
     time: Array
     path: Array
     weight: Array
-    oscillator: Oscillator
+    oscillator: OscillatorConstants
     noise: float
     knots: float
     cutoff: float

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from stickslip.measurement.regime import quiet_window
-from stickslip.measurement.signals.pieces import Oscillator, PiecewiseFit
+from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
 
 Array = npt.NDArray[np.float64]
 
@@ -68,7 +68,9 @@ class Presmoothed:
     noise: float
 
 
-def presmooth(time: Array, extension: Array, weight: Array, oscillator: Oscillator, noise: float) -> Presmoothed:
+def presmooth(
+    time: Array, extension: Array, weight: Array, oscillator: OscillatorConstants, noise: float
+) -> Presmoothed:
     """Smooth the whole record as one slip; the cut-off is the likeliest on stretches spread over the record."""
     period = own_period(oscillator)
     step = float((time[-1] - time[0]) / (len(time) - 1))
@@ -101,12 +103,12 @@ def presmooth(time: Array, extension: Array, weight: Array, oscillator: Oscillat
     return Presmoothed(time, smooth, rate, rate_error, cutoff, noise)
 
 
-def own_period(oscillator: Oscillator) -> float:
+def own_period(oscillator: OscillatorConstants) -> float:
     """Period of the free mass on its spring, in s."""
     return 2 * math.pi * math.sqrt(oscillator.mass / oscillator.stiffness)
 
 
-def cutoff_limits(oscillator: Oscillator, step: float, knots: float) -> tuple[float, float]:
+def cutoff_limits(oscillator: OscillatorConstants, step: float, knots: float) -> tuple[float, float]:
     """Cut-offs (Hz) worth trying for slips: above the free oscillation, below what knots and samples resolve."""
     low = 1.5 / own_period(oscillator)
     return low, max(min(0.3 / step, 0.5 / knots), 2 * low)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean
+from stickslip.files.checks import did_you_mean
 from stickslip.model.system import Oscillator, System, system_from_dict
 
 #: Names of a start: position and velocity, for a system of masses with the number of the mass, ``x0.1``.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.files.schema import Document
 from stickslip.laws.law import Law
 from stickslip.laws.state_law import StateLaw
@@ -187,7 +187,7 @@ class Scale:
 
     def _law(self, law: Any, way: int) -> Any:
         values = {item.name: getattr(law, item.name) for item in fields(law)}
-        units = {name: parameter.unit for name, parameter in law.PARAMETERS.items()}
+        units = {name: parameter.dimension for name, parameter in law.PARAMETERS.items()}
         exponents = {name: value for name, value in values.items() if units[name] == ""}
         return replace(law, **{name: self._value(value, units[name], way, exponents) for name, value in values.items()})
 

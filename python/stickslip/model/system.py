@@ -6,7 +6,6 @@ import itertools
 import json
 import math
 from collections.abc import Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,10 +15,12 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys, read_toml
+from stickslip.files.checks import check_keys
+from stickslip.files.disk import read_toml
 from stickslip.files.schema import Count, Document, Kind, Limits, Point, Says, complete, kind_of
 from stickslip.files.units import TEXTS, quantity
 from stickslip.laws.law import Law, load_law
+from stickslip.laws.numbers import replaced
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive, Harmonic, NormalForce
 
@@ -28,6 +29,11 @@ Velocity = Annotated[float, Limits(dimensions=TEXTS["velocity"], extreme=True)]
 
 class Described(Document):
     """What the core knows by a document, which it reads and checks once."""
+
+    @classmethod
+    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
+        """That of a harmonic of the forcing."""
+        return (TEXTS["force"],) if name == "forcing" else ()
 
     def to_json(self) -> str:
         """The document for the core; floats survive to the bit."""
@@ -38,22 +44,21 @@ class Described(Document):
         """What the core has read."""
         return _core.System(self.to_json())
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "core"}
-
     def with_number(self, name: str, value: float) -> Self:
-        """The same with another number, such as ``drive_velocity``: no document is made for it.
+        """The same with another number, such as ``drive_velocity`` or ``law.kinetic``: no document is made for it.
 
         >>> from dataclasses import replace
         >>> from stickslip import paper
         >>> paper.oscillator(0.3).with_number("damping", 0.1) == replace(paper.oscillator(0.3), damping=0.1)
         True
         """
-        twin = copy(self)
+        keys = name.split(".")
         try:
-            vars(twin).update({name: float(value), "core": self.core.with_number(f"/{name}", value)})
+            core = self.core.with_number("/" + "/".join(keys), value)
         except ValueError as error:
             raise InputError(f"{type(self).__name__}: {error}") from None
+        twin: Self = replaced(self, [int(key) if key.isdigit() else key for key in keys], float(value))
+        vars(twin)["core"] = core
         return twin
 
 
@@ -100,11 +105,6 @@ class Oscillator(Described):
     forcing: Harmonic | tuple[Harmonic, ...] | None = None
     normal_force: NormalForce | None = None
     springs: Annotated[Any, Spring | tuple[Spring, ...]] = ()
-
-    @classmethod
-    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
-        """That of a harmonic of the forcing."""
-        return (TEXTS["force"],) if name == "forcing" else ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -337,11 +337,6 @@ class System(Described):
     contacts: Annotated[Any, Contact | tuple[Contact, ...]]
     forcing: Annotated[Any, Force | Harmonic | tuple[Force | Harmonic, ...] | None] = ()
     springs: Annotated[Any, Spring | tuple[Spring, ...]] = ()
-
-    @classmethod
-    def dimensions(cls, name: str) -> tuple[tuple[str, ...], ...]:
-        """That of a harmonic of the forcing."""
-        return (TEXTS["force"],) if name == "forcing" else ()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean
+from stickslip.files.checks import did_you_mean
 from stickslip.laws import BogaczRyczek, StaticFriction
 from stickslip.model.drive import Harmonic
 from stickslip.model.system import Oscillator

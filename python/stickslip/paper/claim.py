@@ -45,11 +45,11 @@ class Claim:
     source: str = STATED
 
 
-def listed(values: list[float], digits: int = 3) -> str:
+def listed(values: list[float]) -> str:
     """A few of the values, and how many there are.
 
     >>> listed([0.1, 0.2])
     '0.100, 0.200'
     """
-    texts = [f"{value:.{digits}f}" for value in values]
+    texts = [f"{value:.3f}" for value in values]
     return ", ".join(texts) if len(texts) <= 5 else f"{texts[0]} … {texts[-1]} ({len(texts)} values)"

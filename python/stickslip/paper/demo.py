@@ -17,7 +17,7 @@ import numpy as np
 from stickslip import paper, show
 from stickslip.errors import InputError
 from stickslip.explorer import content_of_record
-from stickslip.files.documents import write_whole
+from stickslip.files.disk import write_whole
 from stickslip.files.netcdf import write_netcdf
 from stickslip.identification import Agreement, Identification, compare_motion, identify
 from stickslip.identification.trajectory.shooting import fit_trajectories

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import InputError
 from stickslip.explorer import content_of_system
-from stickslip.files.documents import write_text, write_whole
+from stickslip.files.disk import write_text, write_whole
 from stickslip.model.drive import Harmonic
 from stickslip.paper import DAMPING, oscillator
 from stickslip.paper.checks import CLAIMS

@@ -82,7 +82,7 @@ def score(
     'reproduced'
     """
     from stickslip.errors import InputError
-    from stickslip.files.documents import did_you_mean
+    from stickslip.files.checks import did_you_mean
 
     known = {claim.id: claim for claim in CLAIMS}
     for name in only or ():

@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from stickslip.errors import InputError
-from stickslip.files.documents import number, read_toml, write_whole
+from stickslip.files.checks import number
+from stickslip.files.disk import read_toml, write_whole
 from stickslip.files.netcdf import write_netcdf
 from stickslip.files.schema import Count, Document, FilePath, Says
 

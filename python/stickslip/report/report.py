@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.files.documents import write_text
+from stickslip.files.disk import write_text
 
 if TYPE_CHECKING:
     import pandas as pd

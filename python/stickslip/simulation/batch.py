@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean, fits, number, time_limit, whole_number
+from stickslip.files.checks import did_you_mean, fits, number, time_limit, whole_number
 from stickslip.model.parameters import path_in
 from stickslip.model.system import Oscillator, System
 
@@ -101,14 +101,13 @@ def simulate_many(
     paths = [_path(name, document) for name in axes]
     grid = np.stack([mesh.ravel() for mesh in np.meshgrid(*axes.values(), indexing="ij")], axis=1)
     end = number("t_end", t_end, "simulate_many")
-    kind = None if section is None else _core.KINDS.index(section)
     try:
-        state, stop, counts, stick_time, points = _core.batch(
+        table = _core.batch(
             json.dumps(document),
             paths,
             np.ascontiguousarray(grid.ravel()),
             (end, transient * end, max_events),
-            kind,
+            section,
             held,
             workers or os.cpu_count() or 1,
             max_seconds,
@@ -118,23 +117,22 @@ def simulate_many(
         raise InputError(f"simulate_many: {error}") from None
     dims = list(axes)
     shape = tuple(values.size for values in axes.values())
-    counts = counts.reshape(*shape, len(_core.KINDS))
+    columns = {name: column.reshape(*shape, *column.shape[1:]) for name, column in table.items()}
+    counts = columns["events"]
     releases = counts[..., _core.KINDS.index("release")]
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.where(releases > 0, stick_time.reshape(shape) / releases, np.nan)
-    x, v = np.moveaxis(state.reshape(*shape, 2, masses), len(shape), 0)
+        mean = np.where(releases > 0, columns["stick_time"] / releases, np.nan)
     over_masses = [*dims, "mass"] if isinstance(system, System) else dims
-    names = np.array(_core.STOPS)[stop.astype(int)].reshape(shape)
+    x, v = (columns[name] if isinstance(system, System) else columns[name][..., 0] for name in "xv")
     data: dict[str, Any] = {
-        "x": (over_masses, x if isinstance(system, System) else x[..., 0]),
-        "v": (over_masses, v if isinstance(system, System) else v[..., 0]),
+        "x": (over_masses, x),
+        "v": (over_masses, v),
         "events": ([*dims, "kind"], counts.astype(np.int64)),
         "stick_time": (dims, mean),
-        "stop": (dims, names),
+        "stop": (dims, np.array(_core.STOPS)[columns["stop"]]),
     }
     if section:
-        points = points.reshape(*shape, keep, 3)
-        data |= {f"section_{name}": ([*dims, "point"], points[..., i]) for i, name in enumerate("txv")}
+        data |= {name: ([*dims, "point"], columns[name]) for name in ("section_t", "section_x", "section_v")}
     attrs = {"system": json.dumps(system.to_dict()), "t_end": end, "transient": transient, "section": section or ""}
     return xr.Dataset(data, coords={**axes, "kind": _core.KINDS}, attrs=attrs)
 

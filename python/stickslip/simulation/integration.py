@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean, number, numbers
+from stickslip.files.checks import did_you_mean, number, numbers
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System

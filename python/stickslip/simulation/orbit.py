@@ -83,7 +83,7 @@ class Orbit(InNotebook):
     def _points(self, surface: str, kind: str | None, contact: int, after: float, most: int) -> NDArray[np.float64]:
         """The points of a section, rows t, x, v, w, force, stick_time, force_rate; of events of a `kind` or of a surface."""
         del kind
-        return self._core.section(surface, contact, after, most)[0].reshape(-1, 7)
+        return self._core.section(surface, contact, after, most)[0]
 
     @property
     def _masses(self) -> int:

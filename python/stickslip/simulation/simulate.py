@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.documents import number, numbers, time_limit, whole_number
+from stickslip.files.checks import number, numbers, time_limit, whole_number
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 

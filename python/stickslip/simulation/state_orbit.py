@@ -171,14 +171,14 @@ class StateOrbit(Orbit):
         stuck = np.full(t.size, True) if share == 1.0 else values["stuck"][:, contact] & sticks
         mass = masses_of(self.system)[contact]
         columns = [t, *(values[name][:, mass] for name in "xva"), values["slip_velocity"][:, contact], slip]
-        return _core.Samples([column.tolist() for column in columns], stuck.tolist(), self.work.events)
+        return _core.Samples(columns, stuck, self.work.events)
 
     def _steady(self, look: str, period: float, surface: str, contact: int) -> Any:
         return self._samples(json.loads(look)["transient"] * period, contact).steady(look, period, surface)
 
     def _points(self, surface: str, kind: str | None, contact: int, after: float, most: int) -> NDArray[np.float64]:
         if kind is None:
-            return self._samples(after, contact).section(surface, contact, after, most)[0].reshape(-1, 7)
+            return self._samples(after, contact).section(surface, contact, after, most)[0]
         table = self.events
         rows = table[(table["kind"] == kind) & (table["t"] >= after) & (table["contact"] == contact)].assign(w=np.nan)
         return rows[["t", "x", "v", "w", "force", "stick_time", "force_rate"]].to_numpy(float)[-most:]

@@ -7,7 +7,7 @@ from base64 import b64encode
 from pathlib import Path
 
 from stickslip.errors import InputError
-from stickslip.files.documents import write_text
+from stickslip.files.disk import write_text
 from stickslip.tracking.video.source import Film
 from stickslip.tracking.video.vision import vision
 

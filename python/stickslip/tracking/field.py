@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.files.documents import check_writable
+from stickslip.files.disk import check_writable
 from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.finding.response_map import ResponseMap, response_map
 from stickslip.tracking.finding.subset import Match, Subset

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.files.documents import check_writable
+from stickslip.files.disk import check_writable
 from stickslip.tracking.bodies import rigid_body
 from stickslip.tracking.doubts import FEWEST, TEXTURE, clearness, hidden, remarks, scatter
 from stickslip.tracking.finding.blobs import ALIKE

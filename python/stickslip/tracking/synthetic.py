@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.motion import motion_dataset
 from stickslip.tracking.scale.calibration import Calibration, Lens

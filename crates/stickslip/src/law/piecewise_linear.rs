@@ -2,7 +2,7 @@
 
 use super::static_kinetic::at_least_kinetic;
 use super::{End, Friction, Hold, Memory, Piece, Point};
-use crate::error::{Error, finite};
+use crate::error::{Error, increasing};
 use crate::parameters::{Kind, Limited, Limits, Value, parameters};
 
 parameters! {
@@ -82,21 +82,4 @@ pub(super) fn from_zero(nodes: &[Point]) -> Result<(), Error> {
         Some(&[got, _]) if got != 0.0 => Err(Error::FirstNodeNotAtZero { got }),
         _ => Ok(()),
     }
-}
-
-/// Check that a table is finite and its abscissae increase strictly.
-pub(super) fn increasing(name: &'static str, nodes: &[Point]) -> Result<(), Error> {
-    for (index, node) in nodes.iter().enumerate() {
-        finite(name, node[0])?;
-        finite(name, node[1])?;
-        if index > 0 && node[0] <= nodes[index - 1][0] {
-            return Err(Error::NodesNotIncreasing {
-                name,
-                index,
-                before: nodes[index - 1][0],
-                after: node[0],
-            });
-        }
-    }
-    Ok(())
 }

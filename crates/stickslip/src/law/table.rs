@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::piecewise_linear::increasing;
 use super::{Piece, Point};
-use crate::error::Error;
+use crate::error::{Error, increasing};
 use crate::parameters::{Kind, Limits, Value};
 
 /// A function of one variable: constant, or linear between nodes and constant beyond the first and the last.

@@ -3,19 +3,34 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.conditions import determinant, gradient
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, with_number
-from stickslip.dynamics.periodic.return_map import Lost, Return, inconsistency, moved, return_of, size_of
+from stickslip.dynamics.periodic.poincare_map import Lost, Return, inconsistency, moved, return_of, size_of
 from stickslip.errors import InputError
 
-#: Boundary and contact as one number, phase, and which of that kind on the phase: a test function along a sequence.
-Label = tuple[int, int, int]
 #: Newton's method is given up where so many rounds do not halve its smallest step.
 _PATIENCE = 7
+
+
+class Label(NamedTuple):
+    """A test function: of which contact, its number in `BOUNDARIES`, the phase, and which of them there."""
+
+    contact: int
+    boundary: int
+    phase: int
+    order: int
+
+    @property
+    def name(self) -> str:
+        """That of the boundary."""
+        return BOUNDARIES[self.boundary]
+
+
 #: What vanishes on a curve in two parameters: a test function, or a condition on the multipliers by its name.
 Condition = Label | str
 
@@ -49,11 +64,6 @@ class Point:
     boundary: Condition | None = None
 
 
-def boundary_of(label: Label) -> tuple[str, int]:
-    """The name of the test function of a label, and its contact."""
-    return BOUNDARIES[label[0] % len(BOUNDARIES)], label[0] // len(BOUNDARIES)
-
-
 def axis(sequence: EventSequence) -> Floats:
     """The direction in which the only parameter grows and nothing else moves."""
     return np.append(np.zeros(sequence.layout.width), 1.0)
@@ -62,9 +72,9 @@ def axis(sequence: EventSequence) -> Floats:
 def labels(here: Return) -> dict[Label, int]:
     """The rows of the test functions by label."""
     found: dict[Label, int] = {}
-    for row, (boundary, phase, *_) in enumerate(here.tests):
-        order = sum(key[:2] == (int(boundary), int(phase)) for key in found)
-        found[(int(boundary), int(phase), order)] = row
+    for row, (boundary, contact, phase, *_) in enumerate(here.tests.tolist()):
+        order = sum(key[:3] == (contact, boundary, phase) for key in found)
+        found[Label(contact, boundary, phase, order)] = row
     return found
 
 
@@ -104,7 +114,7 @@ def _vanishing(heres: list[Return], boundary: Condition, family: Family, values:
     if row is None:
         raise Lost("the test function is gone")
     slopes = np.concatenate([here.test_rates[row, :-1], [item.test_rates[row, -1] for item in heres]])
-    return float(here.tests[row, 4]), slopes
+    return float(here.tests["value"][row]), slopes
 
 
 def _scales(here: Return, family: Family, values: Floats) -> Floats:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
-from stickslip.dynamics.periodic.return_map import Lost, Return, moved, multipliers_of, return_of, size_of
+from stickslip.dynamics.periodic.poincare_map import Lost, Return, moved, multipliers_of, return_of, size_of
 
 if TYPE_CHECKING:
     from stickslip.dynamics.continuation.arclength import Point

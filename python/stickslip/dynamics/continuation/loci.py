@@ -17,9 +17,9 @@ from stickslip.dynamics.continuation.switching_boundaries import name_of, worst
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer, read, with_number
-from stickslip.dynamics.periodic.return_map import Lost
+from stickslip.dynamics.periodic.poincare_map import Lost
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 
@@ -313,7 +313,7 @@ def _name(point: Point) -> str | None:
 def _detail(point: Point) -> float:
     """How the holding force moves on the boundary: its sign is what tells two bifurcations of one test function apart."""
     assert isinstance(point.boundary, tuple)
-    return float(point.here.tests[labels(point.here)[point.boundary], 3])
+    return float(point.here.tests["detail"][labels(point.here)[point.boundary]])
 
 
 def _codimension_two(kind: str, there: Point) -> CodimensionTwo:

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, both_ways_of, range_of
 from stickslip.dynamics.continuation.conditions import TESTS_OF_MULTIPLIERS, root
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
-from stickslip.dynamics.periodic.return_map import Lost, forcing_period
+from stickslip.dynamics.periodic.poincare_map import Lost, forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle, finished
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError

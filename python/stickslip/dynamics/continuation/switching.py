@@ -13,7 +13,7 @@ from stickslip.dynamics.continuation.branch import Branch, Branches, SpecialPoin
 from stickslip.dynamics.continuation.switching_boundaries import beyond
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer
-from stickslip.dynamics.periodic.return_map import Lost, Return, moved, size_of
+from stickslip.dynamics.periodic.poincare_map import Lost, Return, moved, size_of
 from stickslip.errors import InputError
 from stickslip.simulation.time_limit import TimeLimit
 
@@ -89,7 +89,7 @@ def _aside(point: Point, family: Family, *, double: bool) -> Point | None:
     across = _across(here, family, point, double=double)
     sequence, forcing_periods = here.sequence, here.forcing_periods * (2 if double else 1)
     if double:
-        sequence = replace(sequence, phases=np.vstack([sequence.phases, sequence.phases]))
+        sequence = replace(sequence, phases=np.tile(sequence.phases, 2))
     sizes = size_of(sequence.system, sequence.start, here.coordinates)
     span = float(family.scales(point.values)[0])
     for size in _ASIDE:

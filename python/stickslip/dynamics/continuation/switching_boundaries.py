@@ -15,7 +15,6 @@ from stickslip.dynamics.continuation.arclength import (
     Label,
     Point,
     axis,
-    boundary_of,
     consistent,
     corrected,
     labels,
@@ -23,7 +22,7 @@ from stickslip.dynamics.continuation.arclength import (
 from stickslip.dynamics.continuation.branch import extremes
 from stickslip.dynamics.periodic.cycles import find, one_period
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, SECTION, EventSequence, with_number
-from stickslip.dynamics.periodic.return_map import Lost, Return, return_of
+from stickslip.dynamics.periodic.poincare_map import Lost, Return, return_of
 from stickslip.errors import InputError
 
 #: Where in a direction the parameter stands.
@@ -37,7 +36,8 @@ _SAME = 1e-6
 
 def worst(here: Return) -> dict[Label, float]:
     """The test functions by label, finite ones."""
-    return {label: float(here.tests[row, 4]) for label, row in labels(here).items() if np.isfinite(here.tests[row, 4])}
+    values = here.tests["value"]
+    return {label: float(values[row]) for label, row in labels(here).items() if np.isfinite(values[row])}
 
 
 def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> tuple[Point, Label] | None:
@@ -66,7 +66,7 @@ def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> t
     if not found:
         return None
     # Of test functions that vanish together the tangency is named.
-    _, boundary, label = min(found, key=lambda item: (round(item[0], 9), item[2][0]))
+    _, boundary, label = min(found, key=lambda item: (round(item[0], 9), item[2][:2]))
     return _merged(boundary, family, 1e-3) or (boundary, label)
 
 
@@ -114,18 +114,13 @@ def on_boundary(point: Point, family: Family, boundary: Label) -> Point:
     The speed of arrival is a root beside the tangency: instead of it the slip speed vanishes where it is least.
     """
     sequence, forcing_periods = point.here.sequence, point.here.forcing_periods
-    kind, contact = boundary_of(boundary)
-    if kind == "arrival":
+    if boundary.name == "arrival":
         phases = sequence.phases.copy()
-        phases[boundary[1], -2] += SECTION - sequence.endings[boundary[1]]
+        phases["ending"][boundary.phase] = SECTION
         sequence = replace(sequence, phases=phases)
-        low = len(BOUNDARIES) * contact
+        least = (boundary.contact, BOUNDARIES.index("low"), boundary.phase)
         try:
-            found = [
-                label
-                for label in labels(return_of(sequence, forcing_periods, tests=True))
-                if label[:2] == (low, boundary[1])
-            ]
+            found = [label for label in labels(return_of(sequence, forcing_periods, tests=True)) if label[:3] == least]
         except InputError as error:
             raise Lost(str(error)) from None
         if not found:
@@ -137,37 +132,38 @@ def on_boundary(point: Point, family: Family, boundary: Label) -> Point:
 def _merged(boundary: Point, family: Family, share: float) -> tuple[Point, Label] | None:
     """The boundary seen as one stick that touches its limit, where slips of less than `share` of a period part two sticks."""
     here = boundary.here
-    phases = here.sequence.phases
+    count = len(here.sequence.phases)
     # Of several contacts each would have sticks of its own to join.
-    stuck = here.sequence.directions[:, 0] == 0 if here.sequence.layout.contacts == 1 else np.zeros(len(phases), bool)
+    stuck = here.sequence.stuck[:, 0] if here.sequence.layout.contacts == 1 else np.zeros(count, bool)
     short = ~stuck & (here.durations < share * here.period) & np.roll(stuck, 1) & np.roll(stuck, -1)
     if not short.any() or stuck.sum() <= short.sum():
         return None
     # It starts with a stick before a slip that has vanished, so that no stick is cut.
-    first = next((i for i in range(len(phases)) if short[(i + 1) % len(phases)] and not short[i - 1]), None)
-    if first is None or phases[first, 0] != 0:
+    first = next((i for i in range(count) if short[(i + 1) % count] and not short[i - 1]), None)
+    if first is None or not stuck[first]:
         return None
     try:
         sequence = _rotated(here.sequence, first)
     except InputError:
         return None
     gone = np.roll(short, -first)
-    rows: list[list[float]] = []
+    kept: list[int] = []
+    durations = sequence.durations.copy()
     roots: list[tuple[int, float]] = []
-    for index, phase in enumerate(sequence.phases):
+    for index in range(count):
         if gone[index - 1] and index:
-            rows[-1] = [*rows[-1][:3], rows[-1][3] + phase[3]]
+            durations[kept[-1]] += durations[index]
         elif gone[index]:
-            roots.append((len(rows) - 1, rows[-1][3]))
+            roots.append((len(kept) - 1, float(durations[kept[-1]])))
         else:
-            rows.append(list(phase))
-    sequence = replace(sequence, phases=np.array(rows))
+            kept.append(index)
+    joined = sequence.lasting(durations)
+    sequence = replace(joined, phases=joined.phases[kept])
     try:
         tests = return_of(sequence, here.forcing_periods, tests=True).tests
         phase, tau = roots[0]
-        near = tests[(tests[:, 0] == _STICK) & (tests[:, 1] == phase)]
-        order = int(np.argmin(np.abs(near[:, 2] - tau)))
-        label = (_STICK, phase, order)
+        near = tests[(tests["boundary"] == _STICK) & (tests["phase"] == phase)]
+        label = Label(0, _STICK, phase, int(np.argmin(np.abs(near["tau"] - tau))))
         return corrected(sequence, here.forcing_periods, family, boundary.values, None, label), label
     except (InputError, Lost, ValueError):
         return None
@@ -179,14 +175,14 @@ def _rotated(sequence: EventSequence, first: int) -> EventSequence:
         return sequence
     states = sequence.follow().states
     start = states[first - 1].copy()
-    phases = np.vstack([sequence.phases[first:], sequence.phases[:first]])
-    return EventSequence(sequence.system, start, phases, phases[0, :-2].copy())
+    phases = np.roll(sequence.phases, -first)
+    return EventSequence(sequence.system, start, phases, phases["mode"][0].copy())
 
 
 def name_of(here: Return, boundary: Label) -> str:
     """The bifurcation a boundary is, by which test function vanishes and how the holding force moves there."""
     row = labels(here).get(boundary)
-    kind, detail = boundary_of(boundary)[0], 0.0 if row is None else float(here.tests[row, 3])
+    kind, detail = boundary.name, 0.0 if row is None else float(here.tests["detail"][row])
     if kind in ("low", "high"):
         return "grazing_sliding" if kind == "low" and detail == 0.0 else "grazing_node"
     if kind == "arrival":
@@ -236,9 +232,10 @@ def beyond(boundary: Point, old: Return, family: Family, ways: tuple[float, ...]
     return None
 
 
-def signature(here: Return) -> tuple[tuple[float, ...], ...]:
+def signature(here: Return) -> tuple[tuple[int, ...], ...]:
     """The event sequence whatever event it starts with; sections of our own do not count."""
-    rows = [tuple(row) for row in here.sequence.phases[here.sequence.endings != SECTION, :-1]]
+    phases = here.sequence.phases[here.sequence.endings != SECTION]
+    rows = [(*map(int, mode), int(ending), int(contact)) for mode, ending, contact, _ in phases]
     turned = [tuple(rows[i:] + rows[:i]) for i in range(len(rows))]
     return min(turned, default=())
 
@@ -267,7 +264,7 @@ def _probes(boundary: Point, family: Family, value: float, offset: float) -> Ite
         speed = max(float(np.abs(sequence.start[coordinates]).max()), 1e-12)
         for shift in (0.0, 1.0, -1.0, 4.0, -4.0):
             start = sequence.start.copy()
-            if shift and not sequence.directions[0].any():
+            if shift and sequence.stuck[0].all():
                 continue
             start[coordinates] += shift * offset * speed
             try:

@@ -15,7 +15,7 @@ from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_o
 from stickslip.dynamics.continuation.conditions import TESTS, root
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic.cycles import finished, unchecked
-from stickslip.dynamics.periodic.return_map import Lost, size_of
+from stickslip.dynamics.periodic.poincare_map import Lost, size_of
 from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit

@@ -19,9 +19,9 @@ from stickslip.dynamics.critical.confirmation import Shown, shown
 from stickslip.dynamics.periodic.cycles import event_cycle
 from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check_one, with_number
-from stickslip.dynamics.periodic.return_map import Lost, forcing_period
+from stickslip.dynamics.periodic.poincare_map import Lost, forcing_period
 from stickslip.errors import InputError, UnfinishedWarning
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.files.notebook import InNotebook, waiting_by_stage
 from stickslip.model.system import Oscillator
 from stickslip.simulation.time_limit import TimeIsUp, TimeLimit
@@ -318,7 +318,7 @@ def _from_orbit(system: Oscillator, watch: _Watch, special: SpecialPoint) -> Run
     """Runs from the orbit at a special point: from where it begins to stick, as nothing before is remembered there."""
     assert special.point is not None
     here = special.point.here
-    state, stuck = here.sequence.start, here.sequence.directions[:, 0] == 0
+    state, stuck = here.sequence.start, here.sequence.stuck[:, 0]
     captures = np.flatnonzero(stuck & ~np.roll(stuck, 1))
     if captures.size and captures[0] > 0:
         state = here.sequence.follow().states[captures[0] - 1]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
 from stickslip.dynamics.periodic.cycles import finished
 from stickslip.dynamics.periodic.event_sequence import EventSequence
-from stickslip.dynamics.periodic.return_map import Lost, size_of
+from stickslip.dynamics.periodic.poincare_map import Lost, size_of
 from stickslip.errors import InputError
 
 #: Where in a direction the parameter stands.
@@ -119,7 +119,7 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
 
 def stick_time(point: Point) -> float:
     """How long the cycle sticks in a period."""
-    return float(point.here.durations[(point.here.sequence.directions == 0).any(axis=1)].sum())
+    return float(point.here.durations[point.here.sequence.stuck.any(axis=1)].sum())
 
 
 def _size(point: Point) -> float:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.dynamics.periodic.closed_orbit import STEADY, Cycle
-from stickslip.dynamics.periodic.event_sequence import SECTION, STATE, EventSequence, check, layout_of
-from stickslip.dynamics.periodic.return_map import (
+from stickslip.dynamics.periodic.event_sequence import HOLD, SECTION, STATE, STICK, EventSequence, check, layout_of
+from stickslip.dynamics.periodic.poincare_map import (
     Return,
     close,
     forcing_period,
@@ -25,7 +25,7 @@ from stickslip.dynamics.periodic.return_map import (
     size_of,
 )
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.model.drive import Drive, NormalForce
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
@@ -87,15 +87,15 @@ class PeriodicOrbit(Cycle):
         sequence = self.closed.sequence
         table = pd.DataFrame({"duration": self.closed.durations, "ends_by": self.events})
         for contact in range(sequence.layout.contacts):
-            direction, held = sequence.modes[:, 2 * contact], sequence.modes[:, 2 * contact + 1] != 0
-            modes = np.select([held, direction == 0, direction > 0], ["hold", "stick", "forward"], "backward")
+            held, stuck = sequence.held[:, contact], sequence.stuck[:, contact]
+            modes = np.select([held, stuck, sequence.modes[:, contact] > 0], ["hold", "stick", "forward"], "backward")
             table[f"mode_{contact}" if sequence.layout.contacts > 1 else "mode"] = modes
         return table
 
     @property
     def sticks(self) -> bool:
         """Whether adhesion is a part of it."""
-        return bool((self.closed.sequence.directions == 0).any())
+        return bool(self.closed.sequence.stuck.any())
 
     @cached_property
     def orbit(self) -> Orbit:
@@ -139,11 +139,11 @@ def one_period(closed: Return, period: float) -> Orbit:
     if isinstance(system, System) or not system.closed_form:
         start = sequence.start.copy()
         start[0] = 0.0
-        moving = _core.Orbit.resume(system.core, start, np.ascontiguousarray(sequence.modes[0]), period)
+        moving = _core.Orbit.resume(system.core, start, sequence.modes[0].copy(), period)
         return Orbit(system, moving)
     followed = sequence.follow()
     states = np.vstack([sequence.start, followed.states])
-    stuck, held = sequence.phases[:, 0] == 0, sequence.phases[:, 1] != 0
+    stuck, held, direction = sequence.stuck[:, 0], sequence.held[:, 0], np.sign(sequence.modes[:, 0]).astype(float)
     slope = np.where(held, np.inf, np.where(stuck, 0.0, states[:-1, 4]))
     rows = np.column_stack(
         [
@@ -151,7 +151,7 @@ def one_period(closed: Return, period: float) -> Orbit:
             np.zeros(len(slope)),
             states[:-1, 1],
             states[:-1, 2],
-            sequence.phases[:, 0],
+            direction,
             np.where(stuck | held, 0.0, states[:-1, 3]),
             slope,
             states[:-1, len(STATE)],
@@ -165,7 +165,6 @@ def one_period(closed: Return, period: float) -> Orbit:
         f.amplitude * f.frequency * np.sin(a) for f, a in zip(system.harmonics, angles, strict=True)
     )
     # Just before the event: what holds the mass, or what the line of friction says.
-    direction = sequence.phases[:, 0]
     line = direction * states[:-1, 3] + states[:-1, 4] * (system.drive_velocity - v)
     force = np.where(stuck | held, system.stiffness * x + system.damping * v - driven, line)
     sticking, loading = (np.where(stuck, column, np.nan) for column in (closed.durations, np.sign(force) * rate))
@@ -185,16 +184,16 @@ def kinds_of(sequence: EventSequence) -> list[str]:
     """The kinds of the events that end the phases."""
     following = np.vstack([sequence.modes[1:], sequence.last])
     kinds = []
-    for row, then, ending, contact in zip(sequence.modes, following, sequence.endings, sequence.ended_by, strict=True):
-        direction, (after, held) = row[2 * contact], then[2 * contact : 2 * contact + 2]
+    for (mode, ending, contact, _), then in zip(sequence.phases, following, strict=True):
+        before, after = mode[contact], then[contact]
         name = _core.ENDINGS[ending]
         if name == "release":
             kinds.append("release")
-        elif held:
+        elif abs(after) == HOLD:
             kinds.append("hold")
-        elif after == 0:
+        elif after == STICK:
             kinds.append("capture")
-        elif after != direction:
+        elif after != np.sign(before):
             kinds.append("crossing")
         else:
             kinds.append("node" if name in ("low", "high") else "reversal")
@@ -212,7 +211,7 @@ def find(
         marks = np.flatnonzero(sequence.endings == SECTION)
     else:
         # Of several contacts the one whose event comes last.
-        contacts = sequence.ended_by[: len(kinds)]
+        contacts = sequence.phases["contact"][: len(kinds)]
         which = next(c for kind, c in zip(kinds[::-1], contacts[::-1], strict=True) if kind == wanted)
         marks = np.flatnonzero((np.array(kinds) == wanted) & (contacts == which))
     if len(marks) < 2:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip.dynamics.periodic.event_sequence import EventSequence, check, pointer
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.model.system import System
 from stickslip.simulation.orbit import Orbit
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence, read, with_number
+from stickslip.dynamics.periodic.event_sequence import STATE, EventSequence, one_phase, read, with_number
 from stickslip.errors import InputError
 from stickslip.model.drive import NormalForce
 from stickslip.model.system import Oscillator
@@ -80,7 +80,7 @@ def _damping(system: Oscillator, x: float, tau: float) -> float:
         return math.nan
     if kinds:
         # Rounding has set off an event at once: the line of friction it starts on says all the same.
-        sequence = replace(sequence, phases=np.array([[*sequence.phases[0, :2], TIME, tau]]))
+        sequence = replace(sequence, phases=one_phase(sequence.modes[0], tau))
     matrix = sequence.follow().rates[-1][1:3, 1:3]
     return -system.mass * math.log(max(float(np.linalg.det(matrix)), 1e-300)) / tau
 

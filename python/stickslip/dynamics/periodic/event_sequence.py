@@ -13,23 +13,51 @@ from numpy.typing import NDArray
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.laws.state_law import StateLaw
-from stickslip.model.parameters import document_of, path_in, varied
+from stickslip.model.parameters import document_of, path_in
 from stickslip.model.system import Oscillator, System
 
 Floats = NDArray[np.float64]
+Modes = NDArray[np.int8]
+Table = NDArray[np.void]
 
 #: What a contact adds to a state: the line of friction, what the contact remembers, how long it has stuck.
 CONTACT = (
     *("offset", "slope", "low", "high"),
     *("anchor_w", "anchor_f", "corner_w", "corner_f", "released_at", "age"),
 )
-#: The state of one mass with one contact, and how many flags of a contact follow all numbers of a state.
+#: The state of one mass with one contact; three flags of each contact (branch, reverses, released) follow all numbers.
 STATE = ("t", "x", "v", *CONTACT)
-FLAGS = 3
-#: Test functions by their number in the core, and the columns before their derivatives.
+#: Test functions by their number in the core.
 BOUNDARIES = tuple(_core.BOUNDARIES)
-_HEAD = 5
 RELEASE, LOW, HIGH, FALLING, RISING, SECTION, TIME = range(len(_core.ENDINGS))
+#: What a contact does: it sticks, slips or holds its slip velocity; negative in the other direction.
+STICK, SLIP, HOLD = range(3)
+_COLUMNS = ("mode", "ending", "contact", "duration")
+_TEST = np.dtype(
+    [("boundary", np.uint8), ("contact", np.uint32), ("phase", np.uint32)]
+    + [(name, float) for name in ("tau", "detail", "value")],
+    align=True,
+)
+
+
+@lru_cache(maxsize=64)
+def _phase(contacts: int) -> np.dtype[np.void]:
+    """A row of the table of phases."""
+    columns = [("mode", np.int8, (contacts,)), ("ending", np.uint8), ("contact", np.uint32), ("duration", float)]
+    return np.dtype(columns, align=True)
+
+
+def _table(of: np.dtype[np.void], *columns: NDArray[Any]) -> Table:
+    """A table from its columns."""
+    table = np.empty(len(columns[-1]), of)
+    for name, column in zip(of.names or (), columns, strict=True):
+        table[name] = column.reshape(table[name].shape)
+    return table
+
+
+def one_phase(mode: Any, duration: float) -> Table:
+    """The table of one phase that is ended by time."""
+    return np.array([(mode, TIME, 0, duration)], _phase(len(mode)))
 
 
 def check(system: Any, who: str) -> Any:
@@ -130,22 +158,22 @@ def read(system: Oscillator | System, path: str) -> float:
 
 def with_number(system: Any, path: str, value: float) -> Any:
     """The system with another number at a place."""
-    if "/" not in path[1:]:
-        return system.with_number(path[1:], value)
-    return varied(document_of(system), [path[1:].replace("/", ".")], [float(value)])[0]
+    return system.with_number(path[1:].replace("/", "."), value)
 
 
 @dataclass(frozen=True)
 class Followed:
     """A sequence followed.
 
-    With w numbers a state and p ≥ 1 parameters the shapes are (n, w + flags), (n, w, w + p), (n,) and (tests, w + p + 5).
+    With w numbers a state and p ≥ 1 parameters the shapes are (n, w + flags), (n, w, w + p), (n,), (tests,), (tests, w + p).
+    The columns of the test functions are ``boundary``, ``contact``, ``phase``, ``tau``, ``detail`` and ``value``.
     """
 
     states: Floats
     rates: Floats
     durations: Floats
-    tests: Floats
+    tests: Table
+    test_rates: Floats
 
 
 @dataclass(frozen=True)
@@ -155,15 +183,15 @@ class EventSequence:
     Attributes
     ----------
     start : the numbers of a state (:class:`Layout`) and three flags of each contact.
-    phases : rows (direction of slip or 0 while stuck, whether the speed is held) of every contact, ending, duration; that of
-        contact c is 7 c more. Shape (n, 2 contacts + 2).
-    last : direction and hold of every contact after the last phase.
+    phases : a table with the columns ``mode`` (of every contact: 0 sticks, ± 1 slips in that direction, ± 2 holds its slip
+        velocity of that sign), ``ending`` and ``contact`` (by what it ends, and at which), ``duration``; shape (n,).
+    last : the modes after the last phase, shape (contacts,).
     """
 
     system: Any
     start: Floats
-    phases: Floats
-    last: Floats
+    phases: Table
+    last: Modes
 
     @property
     def layout(self) -> Layout:
@@ -171,24 +199,35 @@ class EventSequence:
         return layout_of(self.system)
 
     @property
-    def modes(self) -> Floats:
-        """What the contacts do, (direction, hold) of each, shape (n, 2 contacts)."""
-        return self.phases[:, :-2]
+    def modes(self) -> Modes:
+        """What the contacts do, shape (n, contacts)."""
+        return self.phases["mode"]
 
     @property
-    def directions(self) -> Floats:
-        """The directions of slip, 0 while stuck, shape (n, contacts)."""
-        return self.phases[:, :-2:2]
+    def stuck(self) -> NDArray[np.bool_]:
+        """Which contacts stick, shape (n, contacts)."""
+        return np.asarray(self.modes == STICK)
 
     @property
-    def endings(self) -> NDArray[np.int64]:
+    def held(self) -> NDArray[np.bool_]:
+        """Which contacts hold their slip velocity, shape (n, contacts)."""
+        return np.asarray(np.abs(self.modes) == HOLD)
+
+    @property
+    def endings(self) -> NDArray[np.uint8]:
         """What ends each phase, at whichever contact."""
-        return self.phases[:, -2].astype(np.int64) % len(_core.ENDINGS)
+        return self.phases["ending"]
 
     @property
-    def ended_by(self) -> NDArray[np.int64]:
-        """The contact at which each phase ends."""
-        return self.phases[:, -2].astype(np.int64) // len(_core.ENDINGS)
+    def durations(self) -> Floats:
+        """How long each phase lasts."""
+        return self.phases["duration"]
+
+    def lasting(self, durations: Any) -> EventSequence:
+        """The same with phases of other durations."""
+        phases = self.phases.copy()
+        phases["duration"] = durations
+        return replace(self, phases=phases)
 
     @classmethod
     def of_run(
@@ -210,39 +249,43 @@ class EventSequence:
         """What the real motion does from the end of a phase on, for a duration."""
         states = (followed or self.follow()).states
         modes = self.modes[phase + 1] if phase + 1 < len(self.phases) else self.last
-        start = EventSequence(self.system, states[phase], np.array([[*modes, TIME, 1.0]]), modes)
+        start = EventSequence(self.system, states[phase], one_phase(modes, 1.0), modes)
         return start.continued(duration, max_events)
 
     @classmethod
     def _made(
-        cls, system: Any, run: Callable[[_core.System], tuple[Floats, Floats, list[str], str]]
+        cls, system: Any, run: Callable[[_core.System], tuple[Floats, Any, list[str], str]]
     ) -> tuple[EventSequence, list[str], str]:
         try:
-            start, phases, kinds, stop = run(system.core)
+            start, columns, kinds, stop = run(system.core)
         except ValueError as error:
             raise InputError(f"event sequence: {error}") from None
-        rows = phases.reshape(-1, 2 * layout_of(system).contacts + 2)
-        return cls(system, start, rows, rows[-1, :-2].copy()), kinds, stop
+        phases = _table(_phase(layout_of(system).contacts), *columns)
+        return cls(system, start, phases, phases["mode"][-1].copy()), kinds, stop
 
     def follow(self, *paths: str, reseed: bool = False, tests: bool = False) -> Followed:
         """States, derivatives (the last columns with respect to the numbers at `paths`, zero without) and test functions.
 
         With `reseed` the derivatives are those of each phase alone.
         """
-        phases, last = np.ascontiguousarray(self.phases.ravel()), np.ascontiguousarray(self.last)
+        modes, endings, contacts, durations = (np.ascontiguousarray(self.phases[name].ravel()) for name in _COLUMNS)
         try:
-            states, rates, durations, boundaries = _core.follow(
-                self.system.core, list(paths), self.start, phases, last, reseed, tests
+            states, rates, durations, columns = _core.follow(
+                self.system.core,
+                list(paths),
+                self.start,
+                (modes, endings, contacts, durations),
+                self.last,
+                reseed,
+                tests,
             )
         except ValueError as error:
             raise InputError(f"event sequence: {error}") from None
         n, width = len(self.phases), self.layout.width
-        return Followed(
-            states.reshape(n, -1),
-            rates.reshape(n, width, -1),
-            durations,
-            boundaries.reshape(-1, _HEAD + width + max(1, len(paths))),
-        )
+        boundaries, contacts, within, numbers = columns
+        numbers = numbers.reshape(len(boundaries), 3 + width + max(1, len(paths)))
+        functions = _table(_TEST, boundaries, contacts, within, *numbers[:, :3].T)
+        return Followed(states.reshape(n, -1), rates.reshape(n, width, -1), durations, functions, numbers[:, 3:])
 
     def part(self, followed: Followed, first: int, last: int) -> EventSequence:
         """From the end of phase `first` to the end of phase `last`."""
@@ -251,44 +294,41 @@ class EventSequence:
             self.system, followed.states[first].copy(), self.phases[first + 1 : last + 1].copy(), after.copy()
         )
 
-    def cut(self, durations: Sequence[Sequence[float]], endings: Sequence[Sequence[float]]) -> EventSequence:
-        """Every phase in parts, with their durations and what ends them (the last as it was)."""
-        rows = [
-            [*phase[:-2], ending, duration]
-            for phase, times, ends in zip(self.phases, durations, endings, strict=True)
-            for duration, ending in zip(times, [*ends, phase[-2]], strict=True)
-        ]
-        return replace(self, phases=np.array(rows))
+    def cut(self, durations: Sequence[Sequence[float]], ending: int) -> EventSequence:
+        """Every phase in parts of these durations; all but the last of them end by `ending`."""
+        counts = [len(parts) for parts in durations]
+        phases = np.repeat(self.phases, counts)
+        phases["duration"] = np.concatenate([*durations, []])
+        inner = np.delete(np.arange(len(phases)), np.cumsum(counts) - 1)
+        phases["ending"][inner], phases["contact"][inner] = ending, 0
+        return replace(self, phases=phases)
 
     def with_sections(self) -> EventSequence:
         """The same with a phase ended at every greatest slip speed of contact 0 inside a phase."""
         # A peak where a phase begins is not inside it: the cuts of one pass lie in the middle of the pieces of the other.
         times = np.sort(np.concatenate([self._peaks(shifted=False), self._peaks(shifted=True)]))
         times = times[np.append(True, np.diff(times) > 1e-6 * self.system.natural_period)[: len(times)]]
-        ends = np.cumsum(self.phases[:, -1])
+        ends = np.cumsum(self.durations)
         durations: list[list[float]] = []
         for begin, end in zip(np.concatenate([[0.0], ends[:-1]]), ends, strict=True):
             inside = times[(times > begin) & (times < end)]
             durations.append(np.diff([begin, *inside, end]).tolist())
-        return self.cut(durations, [[float(SECTION)] * (len(parts) - 1) for parts in durations])
+        return self.cut(durations, SECTION)
 
     def _peaks(self, *, shifted: bool) -> Floats:
         """When the slip speed of contact 0 is greatest inside a phase, from the start."""
         chopped = self._chopped(3.0 * self.system.natural_period / (2 * np.pi), shifted=shifted)
         tests = chopped.follow(tests=True).tests
-        begins = np.concatenate([[0.0], np.cumsum(chopped.phases[:, -1])])
+        begins = np.concatenate([[0.0], np.cumsum(chopped.durations)])
         # At a peak the high end is named first, at a trough the low one.
-        first = (
-            np.append(True, (np.diff(tests[:, :3], axis=0)[:, 1:] != 0).any(axis=1))
-            if len(tests)
-            else np.zeros(0, bool)
-        )
-        peaks = tests[first & (tests[:, 0] == BOUNDARIES.index("high"))]
-        return np.asarray(begins[peaks[:, 1].astype(int)] + peaks[:, 2], float)
+        first = np.append(True, (np.diff(tests["phase"]) != 0) | (np.diff(tests["tau"]) != 0))[: len(tests)]
+        high = (tests["boundary"] == BOUNDARIES.index("high")) & (tests["contact"] == 0)
+        peaks = tests[first & high]
+        return np.asarray(begins[peaks["phase"]] + peaks["tau"], float)
 
     def _chopped(self, longest: float, *, shifted: bool) -> EventSequence:
         """Phases in equal pieces; shifted: the first and the last are halves."""
-        counts = np.maximum(1, np.ceil(self.phases[:, -1] / longest)).astype(int)
+        counts = np.maximum(1, np.ceil(self.durations / longest)).astype(int)
         shares = [np.r_[0.5, np.ones(count - 1), 0.5] if shifted else np.ones(count) for count in counts]
-        durations = [(d / n * share).tolist() for d, n, share in zip(self.phases[:, -1], counts, shares, strict=True)]
-        return self.cut(durations, [[float(TIME)] * (len(parts) - 1) for parts in durations])
+        durations = [(d / n * share).tolist() for d, n, share in zip(self.durations, counts, shares, strict=True)]
+        return self.cut(durations, TIME)

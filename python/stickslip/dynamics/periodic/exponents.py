@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.dynamics.periodic.event_sequence import TIME, EventSequence, check, layout_of
-from stickslip.dynamics.periodic.return_map import forcing_period
+from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import sizes_of
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.integration import integrate
@@ -214,8 +214,8 @@ def _blocks(
     while True:
         if stop not in ("t_end", "max_events"):
             raise InputError(f"lyapunov: the run ended by {stop}; choose another start or a shorter t_end")
-        over = now + float(sequence.phases[:, -1].sum()) >= end * (1 - 1e-12)
-        if not over and not kinds and not sequence.directions[0].any():
+        over = now + float(sequence.durations.sum()) >= end * (1 - 1e-12)
+        if not over and not kinds and sequence.stuck[0].all():
             # Stuck beyond this part: a stick must be followed from its begin.
             length *= 2
             sequence, kinds, stop = sequence.continued(min(length, end - now), most)
@@ -225,9 +225,10 @@ def _blocks(
         modes = sequence.modes[count] if count < len(sequence.phases) else sequence.last
         part = replace(sequence, phases=sequence.phases[:count], last=modes)
         if part.endings[-1] == TIME:
-            pieces = max(1, math.ceil(part.phases[-1, -1] / system.natural_period))
-            last = [*part.phases[-1, :-1], part.phases[-1, -1] / pieces]
-            part = replace(part, phases=np.vstack([part.phases[:-1], [last] * pieces]))
+            pieces = max(1, math.ceil(part.durations[-1] / system.natural_period))
+            last = np.repeat(part.phases[-1:], pieces)
+            last["duration"] /= pieces
+            part = replace(part, phases=np.concatenate([part.phases[:-1], last]))
         yield part
         if over:
             return

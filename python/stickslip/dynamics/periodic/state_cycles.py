@@ -12,10 +12,10 @@ import numpy as np
 
 from stickslip.dynamics.periodic.closed_orbit import STEADY, Cycle
 from stickslip.dynamics.periodic.event_sequence import Floats
-from stickslip.dynamics.periodic.return_map import forcing_period
+from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
-from stickslip.files.documents import number, whole_number
+from stickslip.files.checks import number, whole_number
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.integration import integrate
 from stickslip.simulation.state_orbit import StateOrbit, state_laws_of

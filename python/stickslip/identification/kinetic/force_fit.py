@@ -163,7 +163,7 @@ class Problem:
         force, speed = max(force, 1e-300), max(speed, 1e-300)
         sizes = {"": 1.0, "angle": 1.0, "velocity": speed, "force velocity^-1": force / speed}
         known = numbers(self.law)
-        by_name = {name: 1.0 if item.ratio else sizes.get(item.unit, force) for name, item in known.items()}
+        by_name = {name: 1.0 if item.ratio else sizes.get(item.dimension, force) for name, item in known.items()}
         return {name: by_name.get(name, force) for name in self.free}
 
     # --- numbers <-> law

@@ -16,7 +16,8 @@ import xarray as xr
 from scipy.stats import chi2
 
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean, write_text
+from stickslip.files.checks import did_you_mean
+from stickslip.files.disk import write_text
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.threads import one_thread

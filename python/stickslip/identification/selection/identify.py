@@ -18,7 +18,7 @@ from stickslip.identification.kinetic.velocity_step import fit_velocity_step
 from stickslip.identification.law_fit import Options, fit_law
 from stickslip.identification.records import FrictionRecord, opened, read_records
 from stickslip.identification.result import Identification
-from stickslip.identification.selection.pieces import choose_pieces
+from stickslip.identification.selection.piece_count import choose_pieces
 from stickslip.identification.static.break_away import (
     FEWEST_ROWS,
     OF_STICK_TIME,

@@ -15,7 +15,7 @@ from scipy.optimize import nnls
 from scipy.stats import norm, qmc, t
 
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.files.notebook import OfTable
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale

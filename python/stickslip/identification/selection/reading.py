@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.identification.kinetic.motion import velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.measurement.regime import regime, slow_share

@@ -15,7 +15,7 @@ import pandas as pd
 import tomli_w
 
 from stickslip.errors import InputError
-from stickslip.files.documents import write_text
+from stickslip.files.disk import write_text
 from stickslip.identification.estimator.least_squares import OUTLIER, linear, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result

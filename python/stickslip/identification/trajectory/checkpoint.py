@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import tomli_w
 
-from stickslip.files.documents import write_text
+from stickslip.files.disk import write_text
 
 if TYPE_CHECKING:
     from stickslip.identification.result import Identification

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -81,20 +80,16 @@ def _with_knots(
 ) -> tuple[EventSequence, npt.NDArray[np.int_], Array]:
     """The sequence with phases cut at knots, the phases that end at one, and the times of these."""
     low, high = window
-    rows: list[Sequence[float]] = []
+    durations: list[list[float]] = []
     knots: list[int] = []
     times: list[float] = []
-    begin = 0.0
-    for direction, hold, ending, duration in sequence.phases:
-        end = begin + duration
+    begin, count = 0.0, 0
+    for end in np.cumsum(sequence.durations).tolist():
         first, last = max(begin + beside, low), min(end - beside, high)
-        at = begin
-        if last > first:
-            for time in np.linspace(first, last, max(FEWEST, 2 + int((last - first) / spacing))):
-                knots.append(len(rows))
-                times.append(time)
-                rows.append((direction, hold, TIME, time - at))
-                at = time
-        rows.append((direction, hold, ending, end - at))
-        begin = end
-    return replace(sequence, phases=np.array(rows)), np.array(knots, int), np.array(times)
+        fewest = max(FEWEST, 2 + int((last - first) / spacing))
+        inside = np.linspace(first, last, fewest).tolist() if last > first else []
+        knots += range(count, count + len(inside))
+        times += inside
+        durations.append(np.diff([begin, *inside, end]).tolist())
+        begin, count = end, count + len(inside) + 1
+    return sequence.cut(durations, TIME), np.array(knots, int), np.array(times)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean
+from stickslip.files.checks import did_you_mean
 
 Array = npt.NDArray[np.float64]
 

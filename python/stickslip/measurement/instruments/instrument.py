@@ -13,7 +13,7 @@ import tomli_w
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.documents import check_keys
+from stickslip.files.checks import check_keys
 from stickslip.files.schema import Document, Says, kind_of
 from stickslip.files.units import find_unit, quantity, si_unit
 from stickslip.measurement.formats.table import Table

@@ -13,7 +13,7 @@ import tomli_w
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.documents import number
+from stickslip.files.checks import number
 from stickslip.measurement.rigs.rig import Rig
 
 Array = npt.NDArray[np.float64]

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean, read_toml
+from stickslip.files.checks import did_you_mean
+from stickslip.files.disk import read_toml
 from stickslip.files.schema import complete
 from stickslip.measurement.instruments import INSTRUMENTS as OTHERS
 from stickslip.measurement.instruments import Bench

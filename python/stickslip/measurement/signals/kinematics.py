@@ -11,7 +11,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.documents import did_you_mean
+from stickslip.files.checks import did_you_mean
 from stickslip.measurement.friction import measure_record
 from stickslip.measurement.instruments import Bench
 from stickslip.measurement.masses import masses_of, opened

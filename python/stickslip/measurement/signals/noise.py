@@ -50,7 +50,7 @@ def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     return np.asarray((deviation > least + 3 * slope) & (np.abs(signal - cubic) > least))
 
 
-def mains_line(signal: Array, time: Array, frequency: float, block: float = 4.0) -> Array:
+def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) -> Array:
     """The mains line of a record, as a sine whose amplitude and phase may drift from block to block.
 
     It is fitted to what is left after a running mean over one period, with the samples near events left out, so it

@@ -16,7 +16,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 
 from stickslip.errors import InputError
 from stickslip.measurement.signals.noise import noise_level
-from stickslip.measurement.signals.pieces import Oscillator, PiecewiseFit
+from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
 
 Array = npt.NDArray[np.float64]
 
@@ -63,7 +63,7 @@ def jerk_spline(time: Array, signal: Array, weight: Array | None = None, cutoff:
     True
     """
     step = float((time[-1] - time[0]) / (len(time) - 1))
-    still = Oscillator(mass=1.0, damping=0.0, stiffness=1.0, drive_velocity=0.0)
+    still = OscillatorConstants(mass=1.0, damping=0.0, stiffness=1.0, drive_velocity=0.0)
     ones = np.ones(len(time)) if weight is None else weight
 
     def whole(part: slice, knots: float) -> PiecewiseFit:

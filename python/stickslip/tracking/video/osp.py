@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.files.documents import read_bytes, read_text
+from stickslip.files.disk import read_bytes, read_text
 from stickslip.tracking.motion import motion_dataset
 from stickslip.tracking.scale.calibration import UNITS, Calibration
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.files.documents import input_file, read_text
+from stickslip.files.disk import input_file, read_text
 from stickslip.tracking.video.raw import Raw
 from stickslip.tracking.video.vision import MOST_PIXELS, vision
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from stickslip.errors import InputError
-from stickslip.files.documents import check_writable, write_whole
+from stickslip.files.disk import check_writable, write_whole
 from stickslip.tracking.video.source import Picture
 from stickslip.tracking.video.vision import vision
 

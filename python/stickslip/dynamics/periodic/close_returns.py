@@ -10,9 +10,9 @@ import numpy as np
 
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, event_cycle, finished, from_section
 from stickslip.dynamics.periodic.event_sequence import Floats, check_one, with_number
-from stickslip.dynamics.periodic.return_map import forcing_period, once
+from stickslip.dynamics.periodic.poincare_map import forcing_period, once
 from stickslip.errors import InputError
-from stickslip.files.documents import number, whole_number
+from stickslip.files.checks import number, whole_number
 from stickslip.model.parameters import path_in
 from stickslip.model.system import Oscillator, system_from_dict
 from stickslip.simulation.simulate import simulate

@@ -24,7 +24,7 @@ GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
 @dataclass(frozen=True)
-class Oscillator:
+class OscillatorConstants:
     """What the fit knows of the oscillator: m, D, k and V in the units of the record."""
 
     mass: float
@@ -61,7 +61,7 @@ class PiecewiseFit:
     weight: Array
     breaks: Array
     kinds: list[Kind]
-    oscillator: Oscillator
+    oscillator: OscillatorConstants
     slip_knots: float
     creep_knots: float
     coefficients: Array = field(init=False)

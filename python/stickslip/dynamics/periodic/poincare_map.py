@@ -1,4 +1,4 @@
-"""The return map of an event sequence, differentiated: one period of a cycle, and Newton's method on it."""
+"""The Poincaré map of an event sequence, differentiated: one period of a cycle, and Newton's method on it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, layout_of, read
+from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, Table, layout_of, read
 from stickslip.errors import InputError
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
@@ -62,7 +62,7 @@ class Return:
     defect : the end minus the start, over `coordinates`.
     map_jacobian : of the return map over `coordinates`.
     parameter : derivative of the end with respect to the parameter, over `coordinates`; zero where none was asked for.
-    tests : rows of test functions; `test_rates` their derivatives over `coordinates` and the parameter.
+    tests : the test functions, as in :class:`Followed`; `test_rates` their derivatives over `coordinates` and the parameter.
     multiple : whether Newton's method closed it as slowly as at a multiple root, where a multiplier is 1.
     fixed : what the orbit writes whatever the start was, such as the velocity of the drive where it is reached;
         `fixed_parameter` its derivatives with respect to the parameter.
@@ -75,7 +75,7 @@ class Return:
     defect: Floats
     map_jacobian: Floats
     parameter: Floats
-    tests: Floats
+    tests: Table
     test_rates: Floats
     durations: Floats
     fixed: NDArray[np.int64]
@@ -123,17 +123,16 @@ def return_of(sequence: EventSequence, forcing_periods: int, path: str | None = 
         if path is not None and path.endswith("/frequency"):
             # With several frequencies none can move alone: the period is that of one.
             parameter[at] += forcing_periods * period / read(sequence.system, path)
-    boundaries = followed.tests
-    test_rates = boundaries[:, 5:]
+    test_rates = followed.test_rates
     return Return(
-        sequence=replace(sequence, phases=np.column_stack([sequence.phases[:, :-1], followed.durations])),
+        sequence=sequence.lasting(followed.durations),
         forcing_periods=forcing_periods,
         coordinates=coordinates,
         end=end,
         defect=defect,
         map_jacobian=rates[np.ix_(coordinates, coordinates)],
         parameter=parameter,
-        tests=boundaries[:, :5],
+        tests=followed.tests,
         test_rates=np.column_stack(
             [test_rates[:, coordinates], test_rates[:, -1] + test_rates[:, fixed] @ rates[fixed, -1]]
         ),
@@ -235,10 +234,10 @@ def once(closed: Return) -> Return:
     for count in range(len(phases), 1, -1):
         if len(phases) % count or closed.forcing_periods % count:
             continue
-        parts = phases.reshape(count, -1, phases.shape[1])
-        same = (parts[:, :, :-1] == parts[0, :, :-1]).all()
+        parts = phases.reshape(count, -1)
+        same = all((parts[name] == parts[name][0]).all() for name in ("mode", "ending", "contact"))
         if same and np.ptp(closed.durations.reshape(count, -1), axis=0).max() < 1e-7 * closed.period:
-            sequence = replace(closed.sequence, phases=parts[0], last=phases[0, :-2].copy())
+            sequence = replace(closed.sequence, phases=parts[0], last=phases["mode"][0].copy())
             found = close(sequence, closed.forcing_periods // count)[0]
             return replace(found, multiple=found.multiple or closed.multiple)
     return closed
@@ -246,16 +245,14 @@ def once(closed: Return) -> Return:
 
 def inconsistency(here: Return) -> str | None:
     """Why the real motion does not follow the event sequence; None where it does."""
-    stuck = (here.sequence.directions == 0).any(axis=1)
+    stuck = here.sequence.stuck.any(axis=1)
     if (here.durations <= 0).any() or (stuck.any() and here.durations[stuck].sum() < _NO_STICK * here.period):
         return f"phase {int(np.argmin(here.durations))} would take no time"
-    finite = np.isfinite(here.tests[:, 4])
-    scale = 1e-9 * np.abs(here.tests[finite, 4]).max(initial=1e-300)
-    for boundary, phase, _, _, value in here.tests[finite]:
+    tests = here.tests[np.isfinite(here.tests["value"])]
+    scale = 1e-9 * np.abs(tests["value"]).max(initial=1e-300)
+    for boundary, _, phase, _, _, value in tests:
         if value < -scale:
-            return (
-                f"the test function {BOUNDARIES[int(boundary) % len(BOUNDARIES)]} of phase {int(phase)} is {value:.2e}"
-            )
+            return f"the test function {BOUNDARIES[boundary]} of phase {phase} is {value:.2e}"
     return None
 
 

@@ -4,7 +4,7 @@
 /// The oscillator m ε″ + (D + F′(w)) ε′ + k ε = e through which an error ε of the displacement, sampled every `step`, reaches
 /// the force.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Oscillator {
+pub struct DisplacementError {
     /// Sampling interval.
     pub step: f64,
     /// m.
@@ -20,7 +20,7 @@ const STEEPEST_FALL: f64 = 0.9;
 /// Of a motion that others make up no more than this part is left by rounding.
 const DEPENDENT: f64 = 1e-14;
 
-impl Oscillator {
+impl DisplacementError {
     /// ε from rest at the first sample, and the motions that what is left open may add to it: a shift, a speed at the start
     /// and, where friction is `carried` on from the last turn, an error of that. Samples of stretches of these lengths follow
     /// each other, each begins anew. By central differences.

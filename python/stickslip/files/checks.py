@@ -1,0 +1,93 @@
+"""Checks of what a user gives, each refused in one sentence: keys of a table, numbers, limits of time and memory."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from stickslip.errors import InputError
+
+#: The most numbers that one result may hold: 4 GiB.
+MOST_NUMBERS = 2**29
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return " (did you mean 'x'?)" where a known word is close to `word`, else nothing.
+
+    >>> did_you_mean("stifness", ["mass", "stiffness"])
+    " (did you mean 'stiffness'?)"
+    """
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def check_keys(table: Mapping[str, Any], known: Iterable[str], required: Iterable[str], where: str) -> None:
+    """Refuse a table with unknown or missing keys; `where` names it in the sentence."""
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: expected a table with the keys {', '.join(known)}, got {table!r}")
+    known = list(known)
+    for key in table:
+        if key not in known:
+            raise InputError(f"{where}: unknown key {key!r}{did_you_mean(key, known)}; known are {', '.join(known)}")
+    for key in required:
+        if key not in table:
+            raise InputError(f"{where}: {key} is missing; add a line `{key} = ...`")
+
+
+def number(name: str, value: object, where: str) -> float:
+    """`value` as a float; anything but a finite number is refused."""
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        raise InputError(f"{where}: {name} must be a number, got {value!r}")
+    try:
+        result = float(value)
+    except (OverflowError, ValueError, TypeError):
+        result = math.inf
+    if not math.isfinite(result):
+        raise InputError(f"{where}: {name} must be a finite number, got {result}")
+    return result
+
+
+def numbers(name: str, value: Any, count: int, where: str, one_a: str, *, finite: bool = True) -> list[float]:
+    """`value` as `count` floats, a single number where one is enough; `one_a` says what each belongs to.
+
+    Those that are not finite are refused, unless they may be.
+
+    >>> numbers("x0", 0.5, 1, "simulate", "mass")
+    [0.5]
+    """
+    import numpy as np
+
+    try:
+        values = np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{where}: {name} must be numbers, got {value!r}") from None
+    if values.shape not in [(count,), *([()] if count == 1 else [])]:
+        raise InputError(f"{where}: {name} must have the shape ({count},), one number a {one_a}, got {values.shape}")
+    return [number(name, item, where) if finite else item for item in values.ravel().tolist()]
+
+
+def whole_number(name: str, value: object, where: str, least: int = 1) -> int:
+    """`value`, if it is a whole number of at least `least` that the core can count to.
+
+    >>> whole_number("keep", 32, "simulate_many")
+    32
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value < 2**63:
+        raise InputError(f"{where}: {name} must be a whole number of at least {least}, got {value!r}")
+    return value
+
+
+def time_limit(value: float | None, where: str) -> float | None:
+    """The seconds on the clock after which a run ends where it is, greater than 0; none for no limit."""
+    if value is not None and number("max_seconds", value, where) <= 0:
+        raise InputError(f"{where}: max_seconds must be greater than 0, got {value:g}")
+    return value
+
+
+def fits(count: float, where: str, advice: str) -> None:
+    """Refuse a result of so many numbers that it would fill the memory of the machine; `advice` says what to lower."""
+    if count > MOST_NUMBERS:
+        most, size = (numbers * 8 / 2**30 for numbers in (MOST_NUMBERS, count))
+        raise InputError(f"{where}: expected a result of at most {most:g} GiB, got one of {size:.3g} GiB; {advice}")
