@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.attraction import ATTRACTOR, alike
 from stickslip.errors import InputError
 from stickslip.show.canvas import (
     ABOVE,
@@ -19,6 +18,7 @@ from stickslip.show.canvas import (
     parameter_label,
     words,
 )
+from stickslip.simulation.attractor import ATTRACTOR, alike
 
 if TYPE_CHECKING:
     import xarray as xr
