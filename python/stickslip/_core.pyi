@@ -161,7 +161,7 @@ def spot_centre(
     picture: _Picture, work: _Picture, part: tuple[float, int, int, int, int, int], known: _Known
 ) -> _Spot | None: ...
 def spot_near(
-    picture: _Picture, work: _Picture, like: _Like, place: tuple[float, float], known: _Known
+    picture: _Picture, work: _Picture, like: _Like, position: tuple[float, float], known: _Known
 ) -> _Spot | None: ...
 def static_friction(
     growth: tuple[float, float, float],

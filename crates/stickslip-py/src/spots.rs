@@ -244,7 +244,7 @@ impl Moments {
         }
     }
 
-    /// The same about the centre: x and y are its place.
+    /// The same about the centre: x and y are its position.
     fn central(&self) -> Self {
         let (x, y) = (self.x / self.weight, self.y / self.weight);
         let (xx, yy, xy) = (self.xx - self.x * x, self.yy - self.y * y, self.xy - self.x * y);
@@ -419,20 +419,20 @@ pub(crate) struct Like {
     score: f64,
 }
 
-/// The spot nearest to a place, with the outline at one height; None where it is not like before, or not whole.
+/// The spot nearest to a position, with the outline at one height; None where it is not like before, or not whole.
 fn spot_at(
     picture: Picture<'_>,
     work: Picture<'_>,
     cut: f64,
     like: Like,
-    place: (f64, f64),
+    position: (f64, f64),
     known: Known,
 ) -> Option<Row> {
     let usual = PI / 4.0 * like.size * like.size;
     let alike = usual / (ALIKE * ALIKE)..usual * (ALIKE * ALIKE);
     let away = |&(part, [x, y]): &(Part, [usize; 2])| {
         let area = part.1 as f64;
-        hypot(x as f64 / area - place.0, y as f64 / area - place.1)
+        hypot(x as f64 / area - position.0, y as f64 / area - position.1)
     };
     let (nearest, _) = parts(work, cut)
         .1
@@ -448,7 +448,7 @@ fn nearest(
     picture: Picture<'_>,
     work: Picture<'_>,
     like: Like,
-    place: (f64, f64),
+    position: (f64, f64),
     known: Known,
 ) -> Option<Row> {
     let crown = || {
@@ -473,7 +473,7 @@ fn nearest(
     );
     let mut best: Option<Row> = None;
     for cut in cuts {
-        let found = spot_at(picture, work, cut, like, place, known);
+        let found = spot_at(picture, work, cut, like, position, known);
         best = found
             .filter(|found| best.is_none_or(|best| found.6 > best.6))
             .or(best);
@@ -515,9 +515,9 @@ pub(crate) fn spot_near(
     picture: PyReadonlyArray2<'_, u8>,
     work: PyReadonlyArray2<'_, u8>,
     like: Like,
-    place: (f64, f64),
+    position: (f64, f64),
     known: Known,
 ) -> Option<Row> {
     let (picture, work) = (picture.as_array(), work.as_array());
-    py.detach(|| nearest(picture, work, like, place, known))
+    py.detach(|| nearest(picture, work, like, position, known))
 }
