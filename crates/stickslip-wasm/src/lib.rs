@@ -20,7 +20,7 @@ struct Desk {
     /// The orbit that was simulated last.
     orbit: Option<stickslip::model::Orbit>,
     /// How the last motion of the last chain goes on.
-    restart: Option<stickslip::model::Start>,
+    chain: Option<(stickslip::model::Start, Option<stickslip::sweep::Link>)>,
 }
 
 thread_local! {

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use stickslip::model::Start;
 use stickslip::regime::Regime;
 use stickslip::rows::Rows;
-use stickslip::sweep::{Look, Sweep};
+use stickslip::sweep::{Link, Look, Sweep};
 
 use crate::Desk;
 use crate::ask::{read, sentence};
@@ -44,14 +44,15 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
         },
         look: ask.look,
     };
-    let mut begin = if ask.go_on {
-        desk.restart.take().unwrap_or_default()
+    let (mut begin, mut before) = if ask.go_on {
+        desk.chain.take().unwrap_or_default()
     } else {
-        Start {
+        let begin = Start {
             x: vec![ask.x0],
             v: ask.v0.into_iter().collect(),
             restart: None,
-        }
+        };
+        (begin, None)
     };
     let mut events = 0;
     for index in 0..sweep.rows.len() {
@@ -60,7 +61,14 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
             left = left.saturating_sub(1);
             left > 0
         };
-        let row = sweep.row(index, &begin, &mut go_on).map_err(sentence)?;
+        let row = if ask.chain {
+            sweep
+                .chain(index..index + 1, begin.clone(), before, &mut go_on)
+                .map(|mut rows| rows.remove(0))
+        } else {
+            sweep.row(index, &begin, &mut go_on)
+        }
+        .map_err(sentence)?;
         events += row.events;
         desk.numbers.extend([
             f64::from(row.regime as u8),
@@ -77,12 +85,13 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
         desk.numbers
             .extend(row.section.iter().flat_map(|point| [point.x, point.v]));
         desk.numbers.extend(&row.extrema_w);
+        before = row.end.as_ref().map(|_| Link::new(sweep.rows.row(index), &row));
         if ask.chain {
             begin = row.end.as_ref().map(Start::after).unwrap_or_default();
         }
     }
     if ask.chain {
-        desk.restart = Some(begin);
+        desk.chain = Some((begin, before));
     }
     Ok(json!({"events": events, "regimes": Regime::ALL.map(Regime::name)}))
 }

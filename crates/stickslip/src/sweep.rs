@@ -261,7 +261,8 @@ pub struct Link {
 }
 
 impl Link {
-    fn new(values: &[f64], row: &Steady) -> Self {
+    /// What a chain has come to with a row of these values.
+    pub fn new(values: &[f64], row: &Steady) -> Self {
         Self {
             values: values.to_vec(),
             regime: row.regime,
