@@ -12,6 +12,7 @@ import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import compare_motion, friction_of_orbit, identify, predict_motion
+from stickslip.identification.selection.agreement import settled
 from stickslip.measurement import Rig
 
 KINETIC = 0.6
@@ -222,3 +223,15 @@ def test_a_rig_that_cannot_be_read_is_a_sentence(alike):
     other.attrs["rig"] = "stiffness = = 1"
     with pytest.raises(InputError, match=r"record 1: rig: not a TOML document .*; correct that line"):
         predict_motion(alike, other)
+
+
+def test_what_dies_away_after_the_start_is_no_motion_of_the_law():
+    law = ss.laws.Coulomb(3.1)
+    system = ss.Oscillator(damping=1.1, drive_velocity=0.04, law=law, mass=0.9, stiffness=800.0)
+    orbit = settled(system, 40 * system.natural_period)
+    assert orbit.regime(0.4) == "stable_slip"
+    assert ss.simulate(system, 40 * system.natural_period).regime(0.4) == "almost_harmonic"
+    sticks = ss.Oscillator(damping=0.1, drive_velocity=0.2, law=ss.laws.StaticKinetic(1.0, 0.6))
+    assert settled(sticks, 200.0).regime(0.4) == "stick_slip"
+    undamped = ss.Oscillator(damping=0.0, drive_velocity=0.2, law=ss.laws.Coulomb(0.6))
+    assert settled(undamped, 200.0).regime(0.4) == "almost_harmonic"

@@ -28,6 +28,7 @@ from stickslip.identification.selection.agreement import (
     measured_kind,
     measured_trace_of,
     oscillator_of,
+    settled,
     steady_part,
 )
 from stickslip.identification.selection.reading import Reading, read_motion
@@ -359,7 +360,7 @@ def _probabilities(kinds: Sequence[str], credibility: float) -> dict[str, float]
 def _simulated(run: FrictionRecord, law: Law) -> Reading:
     system = oscillator_of(run, law)
     cycle = cycle_of(run) if _is_measured(run) else _usual_cycle(run, law)
-    return read_motion(run, simulate(system, CYCLES * max(cycle, system.natural_period)), TRANSIENT)
+    return read_motion(run, settled(system, CYCLES * max(cycle, system.natural_period)), TRANSIENT)
 
 
 def _usual_cycle(run: FrictionRecord, law: Law) -> float:
