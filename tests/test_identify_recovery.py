@@ -298,3 +298,21 @@ def test_what_hangs_on_a_number_held_at_a_guess_has_that_in_its_errors():
     other = fit_branches(Problem(read_records(found), law, free), law)
     moved = other.parameters["value"] - guessed.parameters["value"]
     np.testing.assert_allclose(-guessed.shifts["scale"], moved, rtol=0.5)
+
+
+@pytest.mark.slow
+def test_the_form_is_that_of_the_motion_and_not_of_the_force_that_smoothing_rounds():
+    truth = ss.laws.Combined(
+        static=ss.laws.LogarithmicDwell(3.4, 0.25, 0.05), kinetic=ss.laws.ExponentialStribeck(3.3, 2.4, 0.04, 0.5)
+    )
+    rig = {"instrument": "displacement", "column": "x", "unit": "m", "time_column": "t", "mass": 0.9, "damping": 1.1}
+    rng, trees, t = np.random.default_rng(11), [], np.arange(0, 30, 0.004)
+    for speed in (0.01, 0.025, 0.06):
+        system = ss.Oscillator(damping=1.1, drive_velocity=speed, law=truth, mass=0.9, stiffness=420.0)
+        x = ss.simulate(system, 95.0).at(60 + t)[0] + 1e-5 * rng.standard_normal(t.size)
+        trees.append(ss.measure({"t": t, "x": x}, rig | {"stiffness": 420.0, "drive_velocity": speed}))
+    found = identify(trees, law="Combined")
+    assert found.law.kinetic.exponent == 1.0
+    for name, number in (("break_away", 3.3), ("kinetic", 2.4), ("scale", 0.04), ("viscous", 0.5)):
+        row = found.parameters.loc[f"kinetic.{name}"]
+        assert abs(row["value"] - number) < 3 * row["error"], name

@@ -149,6 +149,14 @@ def test_a_clipped_gauge_is_refused_with_the_reading_at_which_it_was():
     assert coarse.law.kinetic == pytest.approx(0.6, abs=0.01)
 
 
+def test_a_zero_that_nobody_gave_is_said_where_no_record_tells_it():
+    tree = measured()
+    word = "all friction forces are off by the force it stands for"
+    assert any(word in note for note in identify(tree, law="StaticKinetic").notes)
+    tree.attrs["rig"] = tree.attrs["rig"].replace("rest = 0.0", "rest = 1e-9")
+    assert not any(word in note for note in identify(tree, law="StaticKinetic").notes)
+
+
 def test_slip_that_settles_to_one_speed_is_refused_for_linear_pieces():
     system = ss.Oscillator(damping=0.5, drive_velocity=0.2, law=ss.laws.Coulomb(0.5))
     friction = friction_of_orbit(ss.simulate(system, 200, x0=0.5, v0=0.2), np.arange(0, 200, 0.1), 0.01)

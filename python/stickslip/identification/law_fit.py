@@ -32,6 +32,8 @@ from stickslip.laws.state_law import StateLaw
 CORRELATED = 0.98
 OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)
 """Laws whose linear pieces are counted, and how many there are where nothing else is said."""
+DECISIVE = 10.0
+"""Difference of two logarithms of likelihoods, of rows that may be correlated, that decides between forms of a law."""
 USUAL_PIECES = 3
 
 
@@ -128,16 +130,19 @@ class LawFit:
         """The law with its numbers."""
         guess, records, kind, static = self.guess, self.records, self.kind, self._static
         fits = [(problem, fit_branches(problem, problem.law)) for problem in self.problems]
-        problem, found = min(fits, key=lambda fit: fit[1].rms)
+        likeliest = min(fits, key=lambda fit: _unlikeliness(fit[1]))
+        decided = _unlikeliness(fits[0][1]) - _unlikeliness(likeliest[1])
+        problem, found = likeliest if decided > DECISIVE else fits[0]
         constant = 0.0 if found.offset is None else float(found.offset["value"])
         notes = [
             *lack_of_fit(problem, found.law, constant),
             *_bias(problem),
+            *_unsaid_zero(records, self.options.offset),
             *_extrapolated(problem),
             *(static.notes if static is not None else self._drift),
             *guess.notes,
             *_held(found),
-            *_chosen_form(found.law, guess),
+            *_chosen_form(found.law, guess, sorted(_unlikeliness(fit) for _, fit in fits)),
             *_at_bounds(found, self.options.bounds),
             *_undecided(found),
             *_measured_range(records, found.law),
@@ -339,12 +344,21 @@ def _forms(guess: Guess) -> list[Guess]:
     return [replace(guess, law=form[0], candidates=form[1:]) for i, form in enumerate(forms) if form not in forms[:i]]
 
 
-def _chosen_form(law: Law, guess: Guess) -> list[str]:
-    """Which form of a law that has several was taken."""
+def _unlikeliness(found: BranchFit) -> float:
+    """Minus the logarithm of the likelihood by what was fitted; the force residual would judge what smoothing rounds."""
+    scale = np.maximum(found.groups["scale"].to_numpy(float), 1e-300)
+    return float(np.sum(found.groups["rows"].to_numpy(float) * np.log(scale)))
+
+
+def _chosen_form(law: Law, guess: Guess, unlikeliness: list[float]) -> list[str]:
+    """Which form of a law that has several was taken, and whether the records tell."""
     if len(_forms(guess)) < 2:
         return []
     said = ", ".join(f"{name} = {number:g}" for name, number in _choices(law).items())
-    return [f"Of the forms of {type(law).__name__} that with {said} lies closest to the records; it was taken."]
+    form = f"the form of {type(law).__name__} with {said}"
+    if unlikeliness[1] - unlikeliness[0] < DECISIVE:
+        return [f"Of several forms {form} was taken, but these records hardly tell which it is."]
+    return [f"Of several forms {form} lies closest to the records; it was taken."]
 
 
 def _at_bounds(found: BranchFit, bounds: Mapping[str, tuple[float, float]]) -> list[str]:
@@ -392,6 +406,17 @@ def _undecided(found: BranchFit) -> list[str]:
         if abs(correlation[i, j]) > CORRELATED
     ]
     return notes
+
+
+def _unsaid_zero(records: Sequence[FrictionRecord], offset: bool) -> list[str]:
+    """A sentence where the level of friction stands on a zero of the instrument that nobody gave and no record can tell."""
+    if offset or not all(record.rig and not record.rig.get("rest") and not record.both_senses() for record in records):
+        return []
+    return [
+        "The spring is taken as slack at the reading 0 (rest in the rig sets another). All slip is one way, so nothing here "
+        "can tell: where that zero is arbitrary, all friction forces are off by the force it stands for, which no "
+        "interval holds."
+    ]
 
 
 def _notes(record: FrictionRecord) -> list[str]:
