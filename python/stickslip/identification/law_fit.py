@@ -130,9 +130,9 @@ class LawFit:
         """The law with its numbers."""
         guess, records, kind, static = self.guess, self.records, self.kind, self._static
         fits = [(problem, fit_branches(problem, problem.law)) for problem in self.problems]
-        likeliest = min(fits, key=lambda fit: _unlikeliness(fit[1]))
-        decided = _unlikeliness(fits[0][1]) - _unlikeliness(likeliest[1])
-        problem, found = likeliest if decided > DECISIVE else fits[0]
+        unlikeliness = [_unlikeliness(fit) for _, fit in fits]
+        likeliest = int(np.argmin(unlikeliness))
+        problem, found = fits[likeliest if unlikeliness[0] - unlikeliness[likeliest] > DECISIVE else 0]
         constant = 0.0 if found.offset is None else float(found.offset["value"])
         notes = [
             *lack_of_fit(problem, found.law, constant),
@@ -142,7 +142,7 @@ class LawFit:
             *(static.notes if static is not None else self._drift),
             *guess.notes,
             *_held(found),
-            *_chosen_form(found.law, guess, sorted(_unlikeliness(fit) for _, fit in fits)),
+            *_chosen_form(found.law, guess, sorted(unlikeliness)),
             *_at_bounds(found, self.options.bounds),
             *_undecided(found),
             *_measured_range(records, found.law),
