@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -141,28 +143,48 @@ def test_fundamental_matrix_of_masses_forgets_what_a_stick_forgets() -> None:
     assert abs(np.linalg.det(matrix)) < 1e-8
 
 
+def sides(system: Any, name: str, end: float, **start: Any) -> tuple[ss.Orbit, ss.Orbit, float]:
+    """Runs with a number of the system a little lower and higher, and how far these lie apart."""
+    value = system.core.number("/" + name.replace(".", "/"))
+    step = 1e-6 * value
+    low, high = (ss.simulate(system.with_number(name, value + h), end, **start) for h in (-step, step))
+    return low, high, 2 * step
+
+
 def test_sensitivities_are_differences_of_events() -> None:
     system = ss.Oscillator(0.05, 0.3, ss.laws.BogaczRyczek(), forcing=ss.Harmonic(0.1, 1.25))
-    names = {
-        "drive_velocity": 0.3,
-        "damping": 0.05,
-        "forcing.amplitude": 0.1,
-        "forcing.frequency": 1.25,
-        "law.psi": 39.0,
-    }
-    exact = derivatives.sensitivities(ss.simulate(system, 30.0), list(names))
-    for name, value in names.items():
-        step = 1e-6 * value
-        document = system.to_dict()
-        times = []
-        for sign in (-1, 1):
-            *rooms, last = name.split(".")
-            place = document[rooms[0]] if rooms else document
-            place[last] = value + sign * step
-            times.append(ss.simulate(ss.Oscillator.from_dict(document), 30.0).events["t"].to_numpy())
-            place[last] = value
-        difference = (times[1] - times[0]) / (2 * step)
+    names = ["drive_velocity", "damping", "forcing.0.amplitude", "forcing.0.frequency", "law.psi"]
+    exact = derivatives.sensitivities(ss.simulate(system, 30.0), names)
+    for name in names:
+        low, high, apart = sides(system, name, 30.0)
+        difference = (high.events["t"] - low.events["t"]).to_numpy() / apart
         assert exact["t"].sel(parameter=name).to_numpy() == pytest.approx(difference, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("law", "names"),
+    [
+        (ss.laws.StaticKinetic(1.0, 0.6), ["law.kinetic", "damping"]),
+        (ss.laws.DwellTime(0.5, 0.4, 0.3), ["law.kinetic", "law.limit"]),
+        (ss.laws.ForceRate(0.5, 0.4, 0.3, 0.5), ["law.kinetic", "drive_velocity"]),
+        (ss.laws.PiecewiseLinear([(0.0, 1.0), (0.3, 0.6), (2.0, 0.8)], 1.1), ["law.nodes.0.1", "law.nodes.1.1"]),
+        (ss.laws.BogaczRyczek(), ["law.static_friction.initial", "law.psi", "stiffness"]),
+        (ss.laws.ExponentialStribeck(1.0, 0.6, 0.5), ["law.kinetic", "law.scale"]),
+    ],
+)
+@pytest.mark.parametrize(("x0", "v0"), [(-1.0, 0.5), (0.0, -0.5), (2.0, None)])
+def test_friction_at_a_slipping_start_moves_with_the_law(law: Any, names: list[str], x0: float, v0: float | None) -> None:
+    system = ss.Oscillator(0.05, 0.2, law)
+    orbit = ss.simulate(system, 8.0, x0=x0, v0=v0)
+    exact = derivatives.sensitivities(orbit, names)
+    for name in names:
+        low, high, apart = sides(system, name, 8.0, x0=x0, v0=v0)
+        # Two orbits do not tell what an event beside does to them.
+        assert len(low.events) == len(high.events) == len(orbit.events)
+        difference = (high.at(8.0)[0] - low.at(8.0)[0]) / apart
+        assert float(exact["x_end"].sel(parameter=name)) == pytest.approx(difference, rel=1e-5, abs=1e-7)
+        events = (high.events["t"] - low.events["t"]).to_numpy() / apart
+        assert exact["t"].sel(parameter=name).to_numpy() == pytest.approx(events, rel=1e-5, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -219,4 +219,5 @@ def follow(
     last: _Modes,
     reseed: bool,
     tests: bool,
+    origin: tuple[list[float] | None, list[float] | None] | None,
 ) -> tuple[_Floats, _Floats, _Floats, _Tests]: ...

@@ -102,6 +102,8 @@ fn row_of(state: &State) -> impl Iterator<Item = f64> {
 
 /// Modes of every contact phase by phase, endings, contacts, durations.
 type Phases<'py> = (Array<'py, i8>, Array<'py, u8>, Array<'py, u32>, Array<'py, f64>);
+/// Positions and velocities at t = 0.
+type Origin = (Option<Vec<f64>>, Option<Vec<f64>>);
 /// States, derivatives, durations, test functions.
 type Followed<'py> = (
     Array<'py, f64>,
@@ -189,6 +191,7 @@ pub(crate) fn event_sequence_from<'py>(
 
 /// Follow an event sequence. Returns the states after the phases, their derivatives (numbers × (numbers + parameters, one at
 /// least) each), the durations, and the test functions: boundaries, contacts, phases; tau, detail, value and derivatives of each.
+/// `origin` is x and v of a run that begins there, so that what its contacts do at the start moves with the numbers at `paths`.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a thing")]
 #[expect(
@@ -204,9 +207,19 @@ pub(crate) fn follow<'py>(
     last: PyReadonlyArray1<'py, i8>,
     reseed: bool,
     tests: bool,
+    origin: Option<Origin>,
 ) -> PyResult<Followed<'py>> {
     let (masses, _) = system.masses()?;
-    let varied = Varied::new(masses, system.document(), &paths).map_err(refused)?;
+    let mut varied = Varied::new(masses, system.document(), &paths).map_err(refused)?;
+    if let Some((x0, v0)) = origin.filter(|_| !paths.is_empty()) {
+        let run = network::Run {
+            x0,
+            v0,
+            t_end: 0.0,
+            max_events: 0,
+        };
+        varied = varied.begun(|system| of_system::start(system, &run));
+    }
     let layout = Layout::of(masses);
     let start = state_from(layout, state.as_slice()?)?;
     let (modes, endings) = (phases.0.readonly(), phases.1.readonly());

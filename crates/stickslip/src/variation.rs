@@ -57,7 +57,8 @@ fn lost(index: usize, why: &str) -> Error {
     }
 }
 
-/// Follow an event sequence from `start`; `last` is what the contacts do after it. With `reseed` the derivatives begin anew with each phase.
+/// Follow an event sequence from `start`; `last` is what the contacts do after it. With `reseed` the derivatives begin anew with each
+/// phase, and the start does not move with the parameters.
 /// It ends early once `go_on` says no, asked before every phase.
 ///
 /// # Errors
@@ -88,6 +89,13 @@ pub fn follow(
     let mut state = start.clone();
     // The derivatives so far, row after row; what a phase adds is found by its own start.
     let unit = identity(width, lanes);
+    let mut begun = unit.clone();
+    if !varied.start.is_empty() {
+        let parameters = lanes - width;
+        for (row, rates) in begun.chunks_exact_mut(lanes).zip(varied.start.chunks_exact(parameters)) {
+            row[width..].copy_from_slice(rates);
+        }
+    }
     let mut expansion = course.expansion();
     for (index, phase) in phases.iter().enumerate() {
         if !go_on() {
@@ -129,10 +137,10 @@ pub fn follow(
         let first = followed.rates.len();
         followed.rates.resize(first + width * lanes, 0.0);
         let (before, rows) = followed.rates.split_at_mut(first);
-        let rates = if reseed || index == 0 {
-            &unit
-        } else {
-            &before[first - width * lanes..]
+        let rates = match index {
+            _ if reseed => &unit,
+            0 => &begun,
+            _ => &before[first - width * lanes..],
         };
         if tests {
             let first = followed.tests.len();

@@ -46,11 +46,17 @@ fn admit(system: &System) -> Result<(), Error> {
 pub fn run(system: &System, run: Run, go_on: impl FnMut() -> bool) -> Result<EventSequence, Error> {
     admit(system)?;
     check(system, &run)?;
-    let mut state = Loop::new(system, &run);
-    state.start();
-    let start = state_of(&state);
+    let start = start(system, &run);
     let orbit = simulate_while(system, run, go_on)?;
     of_orbit(&orbit, start, 0.0)
+}
+
+/// The state in which a run begins: what every contact does follows from its load.
+#[must_use]
+pub fn start(system: &System, run: &Run) -> State {
+    let mut state = Loop::new(system, run);
+    state.start();
+    state_of(&state)
 }
 
 /// The event sequence from a state in which the contacts do what `contact_states` say, for a duration and as long as `go_on` says so.

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::state::Layout;
+use super::state::{Layout, State};
 use crate::dual::Dual;
 use crate::error::Error;
 use crate::law::{Checked, Law};
@@ -15,6 +15,8 @@ pub struct Varied {
     pub base: System,
     /// What each parameter does to it.
     pub(super) parameters: Vec<Parameter>,
+    /// How the numbers of the start move with them, row after row; empty where it does not move.
+    pub(super) start: Vec<f64>,
 }
 
 /// What one number of a document does to its system.
@@ -136,7 +138,28 @@ impl Varied {
         Ok(Self {
             parameters: parameters.collect::<Result<_, _>>()?,
             base: base.clone(),
+            start: Vec::new(),
         })
+    }
+
+    /// The same where the motion begins as `begin` says, so that its start moves with the parameters: a slip begins on a line
+    /// of friction of its law.
+    #[must_use]
+    pub fn begun(mut self, begin: impl Fn(&System) -> State) -> Self {
+        let own = begin(&self.base);
+        let beside: Vec<_> = (self.parameters.iter())
+            .map(|parameter| parameter.around.each_ref().map(&begin))
+            .collect();
+        let same = |around: &[State; 4]| around.iter().all(|state| state.flags == own.flags);
+        let mut rates = Vec::with_capacity(own.numbers.len() * self.parameters.len());
+        for i in 0..own.numbers.len() {
+            for (around, parameter) in beside.iter().zip(&self.parameters) {
+                let rate = difference(around.each_ref().map(|state| state.numbers[i]), parameter.step);
+                rates.push(if same(around) && rate.is_finite() { rate } else { 0.0 });
+            }
+        }
+        self.start = rates;
+        self
     }
 
     /// Directions of differentiation: the numbers of a state and the parameters, one at least.

@@ -69,7 +69,7 @@ def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
     -------
     Dataset over ``event`` and ``parameter``: ``t``, ``x``, ``v``, derivatives of the time and state of each event, and over
     ``parameter``: ``x_end``, ``v_end``, those of the state at t_end; of several masses over ``mass`` too. The start does not
-    move.
+    move; what friction is there does.
 
     >>> from stickslip import Oscillator, simulate
     >>> from stickslip.laws import StaticKinetic
@@ -83,7 +83,10 @@ def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:
     check(orbit.system, "sensitivities")
     names = list(parameters)
     sequence, kinds, _ = _sequence(orbit, orbit.t_end)
-    followed = sequence.follow(*(pointer(orbit.system, name, "sensitivities") for name in names))
+    run = orbit._core.run
+    followed = sequence.follow(
+        *(pointer(orbit.system, name, "sensitivities") for name in names), origin=(run[0], run[1])
+    )
     first = sequence.layout.width
     rates = followed.rates[:, :, first : first + len(names)]
     events = rates[: len(kinds)]

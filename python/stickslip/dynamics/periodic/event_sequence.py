@@ -32,6 +32,7 @@ BOUNDARIES = tuple(_core.BOUNDARIES)
 RELEASE, LOW, HIGH, FALLING, RISING, SECTION, TIME = range(len(_core.ENDINGS))
 #: What a contact does: it sticks, slips or holds its slip velocity; negative in the other direction.
 STICK, SLIP, HOLD = range(3)
+
 _COLUMNS = ("mode", "ending", "contact", "duration")
 _TEST = np.dtype(
     [("boundary", np.uint8), ("contact", np.uint32), ("phase", np.uint32)]
@@ -263,10 +264,13 @@ class EventSequence:
         phases = _table(_phase(layout_of(system).contacts), *columns)
         return cls(system, start, phases, phases["mode"][-1].copy()), kinds, stop
 
-    def follow(self, *paths: str, reseed: bool = False, tests: bool = False) -> Followed:
+    def follow(
+        self, *paths: str, reseed: bool = False, tests: bool = False, origin: tuple[Any, Any] | None = None
+    ) -> Followed:
         """States, derivatives (the last columns with respect to the numbers at `paths`, zero without) and test functions.
 
-        With `reseed` the derivatives are those of each phase alone.
+        With `reseed` the derivatives are those of each phase alone. `origin` is x and v of the run that begins at the start:
+        the line of friction on which a slip begins then moves with the numbers at `paths`; else the start is held.
         """
         modes, endings, contacts, durations = (np.ascontiguousarray(self.phases[name].ravel()) for name in _COLUMNS)
         try:
@@ -278,6 +282,7 @@ class EventSequence:
                 self.last,
                 reseed,
                 tests,
+                None if origin is None else (as_list(origin[0]), as_list(origin[1])),
             )
         except ValueError as error:
             raise InputError(f"event sequence: {error}") from None

@@ -174,17 +174,15 @@ class MotionMisfit:
         v = np.asarray(orbit.at(times)[1])
         if not names or why_differences(type(law)) is not None:
             return v, {}
-        try:
-            window = (min(times[0], rise), max(times[-1], rise))
-            tangent = Tangent(orbit, self._start, (float(window[0]), float(window[1])))
-        except InputError:
-            return v, {}
         x, speed = (float(part) for part in orbit.at(rise))
         # The clock starts at the rise, which moves too; where there is none it is a fixed time.
         moves = speed != 0 and abs(x - self._mean) < 1e-6 * self.spread
-        return v, {
-            name: by(times) - v * (float(by(rise)) / speed if moves else 0.0) for name, by in tangent.by(names).items()
-        }
+        try:
+            window = (float(min(times[0], rise)), float(max(times[-1], rise)))
+            tangent = Tangent(orbit, self._start, window, rise if moves else None)
+        except InputError:
+            return v, {}
+        return v, {name: by(times) for name, by in tangent.by(names).items()}
 
     def _clock(self, law: Law, shift: float, count: int) -> tuple[Orbit, float, Array]:
         """An orbit, the rise from which it is counted, and its times that belong to the first `count` samples."""

@@ -19,11 +19,17 @@ from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.identification.trajectory.search import LIKE_NOISE, Refined, distance
 from stickslip.identification.trajectory.tangent import why_differences
+from stickslip.laws.state_law import StateLaw
 
 Array = npt.NDArray[np.float64]
 
 SHARES = (0.1, 0.35, 1.0)
 """Shares of each record that are fitted one after the other."""
+STEP = 1e-4
+"""Of a number, in units of a visible change, for differences of orbits that are exact. Where numbers act alike but for a
+thousandth of what they do, the slopes must be exact to a part of that: a longer step hides how little is known."""
+STEP_OF_STATE_LAWS = 0.02
+"""And of orbits that are as exact as their integration."""
 FAR = 0.3
 """A motion farther than this from a record, in its standard deviations, is not near it."""
 FARTHEST = 1e6
@@ -112,8 +118,9 @@ class SingleShooting:
             found[:, j] = self.differences(unknowns, j, share)
         return found
 
-    def differences(self, unknowns: Array, j: int, share: float = 1.0, step: float = 0.02) -> Array:
-        """The derivative of the residuals by free number `j`: central differences of exact orbits, one-sided at a limit."""
+    def differences(self, unknowns: Array, j: int, share: float = 1.0) -> Array:
+        """The derivative of the residuals by free number `j`: central differences of orbits, one-sided at a limit."""
+        step = STEP_OF_STATE_LAWS if isinstance(self.free.law(unknowns[: self.count]), StateLaw) else STEP
         sides: list[tuple[float, Array]] = []
         for h in (step, -step, 0.0):
             trial = unknowns.copy()
