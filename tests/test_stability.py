@@ -173,7 +173,9 @@ def test_sensitivities_are_differences_of_events() -> None:
     ],
 )
 @pytest.mark.parametrize(("x0", "v0"), [(-1.0, 0.5), (0.0, -0.5), (2.0, None)])
-def test_friction_at_a_slipping_start_moves_with_the_law(law: Any, names: list[str], x0: float, v0: float | None) -> None:
+def test_friction_at_a_slipping_start_moves_with_the_law(
+    law: Any, names: list[str], x0: float, v0: float | None
+) -> None:
     system = ss.Oscillator(0.05, 0.2, law)
     orbit = ss.simulate(system, 8.0, x0=x0, v0=v0)
     exact = derivatives.sensitivities(orbit, names)

@@ -23,9 +23,11 @@ from stickslip.identification.selection.identify import identify
 from stickslip.identification.trajectory.shooting import fit_trajectories
 from stickslip.laws import (
     BogaczRyczek,
+    Combined,
     DwellTime,
     ExponentialStribeck,
     Law,
+    LogarithmicDwell,
     PiecewiseLinear,
     StaticFriction,
     StaticKinetic,
@@ -52,6 +54,7 @@ class Case:
     damping : of the oscillator, known to the identification as its mass and stiffness (both 1) are.
     fixed : numbers that are held at their true values.
     free : names of the numbers to fit; default what the records tell.
+    ties : numbers that follow another; default those of the first guess.
     pieces : of a piecewise-linear law.
     noise : standard deviation of the white noise of the displacement, relative to that of the motion.
     duration, step : of each record.
@@ -62,6 +65,7 @@ class Case:
     damping: float
     fixed: Mapping[str, float] = field(default_factory=dict)
     free: tuple[str, ...] | None = None
+    ties: Mapping[str, str] | None = None
     pieces: int | None = None
     noise: float = 0.005
     duration: float = 60.0
@@ -82,7 +86,7 @@ class Case:
     def first(self, seed: int) -> Identification:
         """The fit of the branches to the measured records of one seed."""
         frictions = [measure(record, rig) for record, rig in self.records(seed)]
-        return identify(frictions, law=type(self.law), fixed=self.fixed, pieces=self.pieces)
+        return identify(frictions, law=type(self.law), fixed=self.fixed, ties=self.ties, pieces=self.pieces)
 
     def again(self, first: Identification, seed: int) -> Identification:
         """The law identified from the records of another seed, the search begun at the first identification."""
@@ -99,6 +103,18 @@ CASES = {
     "DwellTime": Case(DwellTime(kinetic=0.5, limit=0.5, rate=0.3), (0.08, 0.12, 0.16), 0.05),
     "ExponentialStribeck": Case(
         ExponentialStribeck(break_away=1.0, kinetic=0.6, scale=0.2, viscous=0.1), (0.1, 0.2, 0.3), 0.05
+    ),
+    # Growth, onset and level act nearly alike on such motions: the misfit is a long bent valley.
+    "Combined": Case(
+        Combined(
+            LogarithmicDwell(kinetic=1.0, growth=0.08, onset=0.3),
+            ExponentialStribeck(break_away=0.95, kinetic=0.7, scale=0.1, viscous=0.05),
+        ),
+        (0.06, 0.14, 0.34),
+        0.05,
+        ties={},
+        duration=150.0,
+        step=0.06,
     ),
     "PiecewiseLinear": Case(
         PiecewiseLinear(nodes=((0.0, 1.0), (0.2, 0.6), (0.6, 0.75)), break_away=1.05),

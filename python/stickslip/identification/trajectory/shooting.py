@@ -18,6 +18,7 @@ from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Checkpoint
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.identification.trajectory.multiple_shooting import MultipleShooting, scattering
+from stickslip.identification.trajectory.profile import profile_intervals, why_no_parabola
 from stickslip.identification.trajectory.search import Progress, Refined, distance, search
 from stickslip.identification.trajectory.single_shooting import SingleShooting
 from stickslip.laws.numbers import check_names
@@ -121,8 +122,11 @@ def fit_trajectories(
     search(shots, first, starts, np.random.default_rng(seed), memory, progress)
     shots, laid, notes = _finished(shots)
     result = _result(first, shots, laid, [*notes, *([] if why is None else [f"Shot by slips: {why}."])])
-    if profile and isinstance(shots, SingleShooting):
-        result = _profiled(result, shots, laid, progress)
+    if isinstance(shots, SingleShooting):
+        if profile:
+            result = _profiled(result, shots, laid, progress)
+        elif (doubt := why_no_parabola(shots, shots.best[1], laid.covariance)) is not None:
+            result = replace(result, notes=[*result.notes, doubt])
     memory.remove()
     return result
 
@@ -191,8 +195,6 @@ def _result(
 
 
 def _profiled(result: Identification, shots: SingleShooting, laid: Refined, progress: Progress) -> Identification:
-    from stickslip.identification.trajectory.profile import profile_intervals
-
     ends, open_ends = profile_intervals(shots, shots.best[1], laid.covariance, progress)
     return replace(
         result,
