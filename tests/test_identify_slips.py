@@ -88,6 +88,22 @@ def test_static_friction_is_found_from_sticks_whose_chance_lies_on_the_loading_l
     assert found.rate == pytest.approx(0.3, abs=0.02)
 
 
+def test_static_friction_of_a_combined_law_is_found_by_slips():
+    law = ss.laws.Combined(ss.laws.LogarithmicDwell(1.0, 0.08, 0.3), ss.laws.ExponentialStribeck(0.95, 0.7, 0.1, 0.05))
+    times = np.arange(0.0, 150.0, 0.05)
+    frictions = [
+        friction_of_sticks(ss.Oscillator(0.05, s, law), times, 0.1, 0.01, seed, displacement_noise=0.0015)
+        for seed, s in enumerate((0.06, 0.14))
+    ]
+    names = ["static.growth", "static.onset"]
+    begun = identify(frictions, law=law, free=names)
+    found = fit_trajectories(begun, settled_after=0.0, shooting="slips", starts=1)
+    assert "Each stick has its own static.growth" in " ".join(found.notes)
+    table = found.parameters
+    for name, true in zip(names, (0.08, 0.3), strict=True):
+        assert abs(table.loc[name, "value"] - true) < 3 * table.loc[name, "error"] < true
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(CASES))
 def test_intervals_by_slips_hold_the_truth(name):

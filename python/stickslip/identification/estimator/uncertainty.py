@@ -216,7 +216,7 @@ def inverse(information: Array, names: Sequence[str]) -> Array:
     """
     length = np.sqrt(np.abs(np.diag(information)))
     scaled = information / np.outer(length, length)
-    if np.linalg.cond(scaled) > 1e13:
+    if scaled.size and np.linalg.cond(scaled) > 1e13:
         weak = np.linalg.svd(scaled)[2][-1, : len(names)]
         raise Inseparable([name for name, part in zip(names, weak, strict=True) if abs(part) > 0.3])
     return np.asarray(np.linalg.inv(scaled) / np.outer(length, length))

@@ -28,7 +28,8 @@ from stickslip.laws.numbers import pointers, value, with_values
 Array = npt.NDArray[np.float64]
 
 OWN = ("break_away", "limit", "static_friction.initial", "growth", "static", "break_away[0].force")
-"""The number in which one stick differs from the other, the first of these that a law has; f_s is linear in it."""
+"""The number in which one stick differs from the other, the first of these that a law, or the static part of a combined one,
+has; f_s is linear in it."""
 STEP = 1e-3
 """Of a number, in units of a visible change, for differences."""
 BISECTIONS = 50
@@ -49,14 +50,18 @@ def own_number(law: Law) -> str:
     >>> own_number(DwellTime(kinetic=0.5, limit=0.5, rate=0.3))
     'limit'
     """
+    if (name := varying_number(law)) is None:
+        raise InputError(
+            f"fit_trajectories: {type(law).__name__} has no static friction that could differ from stick to stick: take a "
+            "law with a break-away, such as StaticKinetic, or shoot by records"
+        )
+    return name
+
+
+def varying_number(law: Law) -> str | None:
+    """What :func:`own_number` gives, None for a law without static friction of its own."""
     known = pointers(law)
-    for name in OWN:
-        if name in known:
-            return name
-    raise InputError(
-        f"fit_trajectories: {type(law).__name__} has no static friction that could differ from stick to stick: take a law "
-        "with a break-away, such as StaticKinetic, or shoot by records"
-    )
+    return next((name for name in (*OWN, *(f"static.{name}" for name in OWN)) if name in known), None)
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,19 @@ from stickslip.identification.estimator.least_squares import OUTLIER, levenberg_
 from stickslip.identification.estimator.uncertainty import correlation_time, inverse, robust_scale
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.trajectory.first_passage import OWN, STEP, Passage, Sticks, own_number, passage, solve
+from stickslip.identification.trajectory.first_passage import (
+    STEP,
+    Passage,
+    Sticks,
+    own_number,
+    passage,
+    solve,
+    varying_number,
+)
 from stickslip.identification.trajectory.search import Refined, distance
 from stickslip.identification.trajectory.slip import Slip, slips_of
 from stickslip.laws import Law
-from stickslip.laws.numbers import pointers, with_values
+from stickslip.laws.numbers import with_values
 from stickslip.laws.state_law import StateLaw
 from stickslip.measurement.signals.noise import noise_level
 
@@ -45,7 +53,7 @@ FAR = 0.3
 
 def scattering(first: Identification, settled_after: float) -> str | None:
     """What says that the cycles of a record scatter, None where they repeat or the law could not be shot by slips."""
-    if isinstance(first.law, StateLaw) or not any(name in pointers(first.law) for name in OWN):
+    if isinstance(first.law, StateLaw) or varying_number(first.law) is None:
         return None
     for record in first.records:
         settled = record.time[0] + settled_after * (record.time[-1] - record.time[0])
