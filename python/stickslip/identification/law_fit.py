@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
+import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
@@ -144,7 +145,7 @@ class LawFit:
             *_held(found),
             *_chosen_form(found.law, guess, sorted(unlikeliness)),
             *_at_bounds(found, self.options.bounds),
-            *_undecided(found),
+            *undecided(found.parameters, found.covariance),
             *_measured_range(records, found.law),
         ]
         if kind is DwellTime and static is not None and static.chosen != "exponential":
@@ -390,14 +391,15 @@ def _measured_range(records: Sequence[FrictionRecord], law: Law) -> list[str]:
     ]
 
 
-def _undecided(found: BranchFit) -> list[str]:
+def undecided(parameters: pd.DataFrame, covariance: pd.DataFrame) -> list[str]:
+    """Sentences on numbers that may be zero, and on those that are known only together."""
     notes = []
-    for name, number, error in found.parameters[["value", "error"]].itertuples():
+    for name, number, error in parameters[["value", "error"]].itertuples():
         if abs(number) < 2 * error:
             notes.append(f"{name} is not told apart from zero: {number:.3g} ± {error:.2g}.")
-    errors = found.parameters["error"].to_numpy()
-    correlation = found.covariance.to_numpy() / np.outer(errors, errors)
-    names = list(found.parameters.index)
+    errors = parameters["error"].to_numpy()
+    correlation = covariance.to_numpy() / np.outer(errors, errors)
+    names = list(parameters.index)
     notes += [
         f"{names[j]} and {names[i]} are hardly told apart (correlation {correlation[i, j]:.3f}): a combination of them is "
         "known far better than either."

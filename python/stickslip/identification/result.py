@@ -31,7 +31,8 @@ class Identification(Result):
     covariance : DataFrame, names in both directions.
     groups : DataFrame of the residuals' groups: record, kind, rows, independent (rows that count), scale, record_scatter
         (standard deviation from record to record, where records differ from one another).
-    rms : root mean square of measured minus predicted kinetic force.
+    rms : root mean square of measured minus predicted kinetic force; with `motions` that of measured minus simulated
+        displacement, in standard deviations of the measured one.
     static : fits of static friction over stick time, None for fewer than five break-aways.
     notes : plain sentences: what was assumed, what could not be told.
     records : the records it was identified from.
@@ -111,7 +112,13 @@ class Identification(Result):
     def tables(self) -> list[str]:
         """The numbers and the misfit."""
         table = self.shown().to_string(float_format=lambda number: f"{number:.5g}")
-        return [table, f"rms of the kinetic force: {self.rms:.3g}{self.force_unit}"]
+        return [table, " ".join(self.misfit())]
+
+    def misfit(self) -> tuple[str, str]:
+        """What of records and law lies apart, and by how much."""
+        if self.motions is None:
+            return "rms of the kinetic force:", f"{self.rms:.3g}{self.force_unit}"
+        return "rms distance of the motions:", f"{self.rms:.3g} of the displacement's standard deviation"
 
     def to_toml(self) -> str:
         """The law file: the tables [law], [uncertainty] (standard errors by name), [covariance] and [source]."""

@@ -126,7 +126,8 @@ def _sentence(result: Identification) -> str:
 def _key_numbers(result: Identification) -> dict[str, str]:
     """The numbers of the law that are known best, three with the residual where they are few."""
     key = _best_known(result.parameters, result.units)
-    return key if len(key) == 3 else key | {"rms force residual": f"{result.rms:.2g}{result.force_unit}"}
+    what, size = result.misfit()
+    return key if len(key) == 3 else key | {what.removesuffix(":"): size}
 
 
 def _best_known(table: pd.DataFrame, units: Mapping[str, str]) -> dict[str, str]:

@@ -14,6 +14,7 @@ from stickslip.files.checks import number
 from stickslip.files.notebook import waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import Inseparable
+from stickslip.identification.law_fit import undecided
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Checkpoint
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
@@ -182,6 +183,8 @@ def _result(
         for name, at in zip(free.names, held, strict=True)
         if at
     ]
+    # What the first fit left undecided, the motions may have told.
+    before = undecided(first.parameters, first.covariance)
     return replace(
         first,
         law=free.law(laid.numbers),
@@ -190,7 +193,12 @@ def _result(
         rms=distance(laid.motions),
         motions=laid.motions,
         command=" ".join([first.command, *options]),
-        notes=[*first.notes, *notes, *laid.notes],
+        notes=[
+            *(note for note in first.notes if note not in before),
+            *undecided(parameters, full),
+            *notes,
+            *laid.notes,
+        ],
     )
 
 
