@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.io import savemat
 
 from stickslip.errors import InputError
-from stickslip.measurement import Rig, read_columns
+from stickslip.measurement import Rig, load_rig, measure, read_columns
 from stickslip.measurement.read import as_record
 
 RIG = Rig(instrument="displacement", column="x", unit="m", stiffness=1, mass=1, drive_velocity=1)
@@ -53,6 +53,39 @@ def test_names_behind_a_comment_mark_are_the_header(tmp_path: Path) -> None:
     np.savetxt(tmp_path / "note.csv", table, delimiter=",", header="two, columns, of numbers")
     with pytest.raises(InputError, match="row 2 holds numbers where a header line with column names was expected"):
         read_columns(tmp_path / "note.csv")
+
+
+def test_a_unit_behind_a_name_is_no_part_of_it_and_must_be_that_of_the_rig(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    pd.DataFrame({"Zeit [ms]": 1000 * T, "Weg [mm]": X, "Weg roh [A]": X}).to_csv(path, index=False)
+
+    def rig(**changes: object) -> Rig:
+        given = {"column": "Weg", "unit": "mm", "time_column": "Zeit", "time_unit": "ms"} | changes
+        return Rig(instrument="displacement", stiffness=1, mass=1, drive_velocity=1, **given)  # type: ignore[arg-type]
+
+    record = as_record(path, rig())
+    np.testing.assert_array_equal(record.signal, X)
+    np.testing.assert_allclose(record.time, T)
+    with pytest.raises(InputError, match=r"'Weg \[mm\]' is in mm and the rig says m; write unit = \"mm\" in the rig"):
+        as_record(path, rig(unit="m"))
+    with pytest.raises(InputError, match=r"'Zeit \[ms\]' is in ms and the rig says s; write time_unit = \"ms\""):
+        as_record(path, rig(time_unit="s"))
+    # A reading in ampere has another unit than what a scale makes of it.
+    np.testing.assert_array_equal(as_record(path, rig(column="Weg roh", scale=2.0)).signal, X)
+    np.testing.assert_array_equal(as_record({"time [s]": T, "x [m]": X}, RIG).time, T)
+
+
+def test_a_channel_without_a_unit_has_that_of_its_name(tmp_path: Path) -> None:
+    path, rig = tmp_path / "log.csv", tmp_path / "rig.toml"
+    speed = np.linspace(0.01, 0.1, 200)
+    pd.DataFrame({"t (s)": T, "v (mm/s)": 1000 * speed, "F (kN)": np.full(200, 0.003)}).to_csv(path, index=False)
+    rig.write_text('instrument = "direct_force"\n[columns]\ntime = "t"\nvelocity = "v"\nforce = "F"\n')
+    data = measure(path, load_rig(rig))
+    np.testing.assert_allclose(data["force"], 3.0)
+    np.testing.assert_allclose(data["slip_velocity"], speed)
+    rig.write_text(rig.read_text().replace('"F"', '{ column = "F", unit = "N" }'))
+    with pytest.raises(InputError, match=r"'F \(kN\)' is in kN and the rig says N; write unit = \"kN\" for force"):
+        measure(path, load_rig(rig))
 
 
 def test_time_from_the_sampling_rate() -> None:

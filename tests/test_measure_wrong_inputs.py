@@ -102,7 +102,7 @@ def said(tmp_path: Path, capsys, record: bytes, rig: str, name: str = "r.csv") -
             "row 1 was read as the header, and row 3 names t, x; write [read] skip_rows = 2",
         ),
         (b"sep=,\n" + rows().encode(), "row 2 names t, x; write [read] skip_rows = 1"),
-        (rows().replace("x", "x [m]", 1).encode(), "there is no column 'x' (did you mean 'x [m]'?)"),
+        (rows().replace("x", "x raw", 1).encode(), "there is no column 'x' (did you mean 'x raw'?)"),
         (
             rows(1000 * T).encode(),
             "samples are 10 s apart, and by the rig's stiffness and mass the free mass swings once in",

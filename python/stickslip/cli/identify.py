@@ -278,6 +278,8 @@ def _deliver_law(
     say(result.report())
     for agreement in agreements:
         say("\n" + agreement.report())
+        if len(result.records) > 1:
+            say(f"- This is the first of {len(result.records)} records; --report FILE.html compares each of them.")
     if prediction is not None:
         say("\n" + prediction.report())
     say_written(output, plot, report)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 from stickslip.errors import InputError
@@ -134,6 +135,27 @@ def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, fl
     known = [name for dimension in dimensions for name in UNITS[dimension]]
     # No unit is proposed for another: one letter more or less is a factor of a hundred.
     raise InputError(f"{where}: the unit must be one of {', '.join(known)}, got {unit!r}")
+
+
+def unit_in_name(name: str) -> str | None:
+    """The unit in brackets at the end of a column's name, None where there is none that is known.
+
+    >>> unit_in_name("Weg [mm]"), unit_in_name("force (kN)"), unit_in_name("x (raw)")
+    ('mm', 'kN', None)
+    """
+    found = re.search(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$", name)
+    unit = SPELLINGS.get(found[1], found[1]) if found else None
+    return unit if any(unit in sizes for sizes in UNITS.values()) else None
+
+
+def contradicts(unit: str, other: str | None) -> bool:
+    """Whether two units of one kind have different sizes, as mm and m have.
+
+    >>> contradicts("mm", "m"), contradicts("mm", "V"), contradicts("mm", None)
+    (True, False, False)
+    """
+    unit, other = SPELLINGS.get(unit, unit), SPELLINGS.get(other or "", other)
+    return any(unit in sizes and other in sizes and sizes[unit] != sizes[other] for sizes in UNITS.values())
 
 
 def quantity(name: str, value: object, dimensions: Sequence[str], where: str) -> float:

@@ -13,11 +13,11 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.files.disk import read_bytes
 from stickslip.files.netcdf import read_tree
-from stickslip.files.units import FARTHEST, find_unit
+from stickslip.files.units import FARTHEST, contradicts, find_unit
 from stickslip.measurement.formats.json_rows import json_table
 from stickslip.measurement.formats.look import look_table
 from stickslip.measurement.formats.matlab import matlab_table
-from stickslip.measurement.formats.table import Table
+from stickslip.measurement.formats.table import Table, whole_name
 from stickslip.measurement.formats.text import text_table
 from stickslip.measurement.rigs.layout import Layout
 from stickslip.measurement.rigs.rig import Rig
@@ -134,11 +134,12 @@ def as_record(source: Any, rig: Rig) -> Record:
     else:
         table = table_of(source)
     time_column = rig.time_column
-    if time_column == "t" and "t" not in table.columns and "time" in table.columns:
-        time_column = "time"  # the default name; "time" is what our own data sets call it
+    if time_column == "t" and not {"t", whole_name("t", table.columns)} & {*table.columns}:
+        # the default name; "time" is what our own data sets call it
+        time_column = "time" if "time" in table.columns else whole_name("time", table.columns) or "t"
     table = one_segment(table, rig.read, time_column)
     column = table.name_of(rig.column)
-    _check_unit(source, column, rig, table.source)
+    _check_unit(source, column, rig, table)
     signal = table.columns[column]
     notes = list(table.notes)
     check_finite(signal, column, table, rig.read.missing)
@@ -222,14 +223,13 @@ def _columns_of(source: Any) -> dict[str, Array]:
     return columns
 
 
-def _check_unit(source: Any, column: str, rig: Rig, name: str) -> None:
-    """Refuse a labelled motion in another unit than the rig's; pixels are not metres."""
-    if not hasattr(source, "data_vars") or column not in source:
-        return
-    unit = source[column].attrs.get("units")
-    if unit is not None and str(unit) != rig.unit:
+def _check_unit(source: Any, column: str, rig: Rig, table: Table) -> None:
+    """Refuse a motion that is labelled with another unit than the rig's; pixels are not metres."""
+    unit = table.unit_of(column)
+    labelled = hasattr(source, "data_vars") and unit is not None and unit != rig.unit
+    if labelled or (abs(rig.scale) == 1 and contradicts(rig.unit, unit)):
         what = "track it with a calibration" if unit == "px" else f'write unit = "{unit}" in the rig'
-        raise InputError(f"{name}: {column!r} is in {unit} and the rig says {rig.unit}; {what}")
+        raise InputError(f"{table.source}: {column!r} is in {unit} and the rig says {rig.unit}; {what}")
 
 
 def check_finite(values: Array, column: str, table: Table, missing: str) -> None:
@@ -259,6 +259,10 @@ def _time(table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[
         notes.append(f"there is no time column: time was counted from the sampling rate of {rig.sampling_rate:g} Hz")
         return np.arange(n) / rig.sampling_rate
     wanted = table.name_of(wanted)
+    if contradicts(rig.time_unit, unit := table.unit_of(wanted)):
+        raise InputError(
+            f'{name}: {wanted!r} is in {unit} and the rig says {rig.time_unit}; write time_unit = "{unit}" in the rig'
+        )
     time = table.columns[wanted] * find_unit(rig.time_unit, ("time",), "rig: time_unit")[1]
     check_finite(time, wanted, table, "refuse")
     if len(time) != n:

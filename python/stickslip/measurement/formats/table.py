@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,8 +11,19 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
+from stickslip.files.units import unit_in_name
 
 Array = npt.NDArray[np.float64]
+
+
+def whole_name(column: str | int, names: Collection[str]) -> str | None:
+    """The one name that is a column's name with a unit behind it, such as ``Weg [mm]`` of ``Weg``.
+
+    >>> whole_name("Weg", ["t [s]", "Weg [mm]"])
+    'Weg [mm]'
+    """
+    found = [name for name in names if unit_in_name(name) and re.split(r"\s*[\[(]", name)[0] == column]
+    return found[0] if len(found) == 1 and column not in names else None
 
 
 @dataclass(frozen=True)
@@ -43,6 +54,8 @@ class Table:
             if not 1 <= column <= len(names):
                 raise InputError(f"{self.source}: there is no column {column}; the file has {len(names)}")
             return names[column - 1]
+        if (whole := whole_name(column, self.columns)) is not None:
+            return whole
         if column not in self.columns:
             names = [*self.columns][:40]
             longer = [name for name in names if column in re.split(r"\W+", name)]  # "x" of "x [mm]" or "% x"
@@ -51,6 +64,10 @@ class Table:
                 f"{self.source}: there is no column {column!r}{hint}; the columns are {', '.join(names) or 'none'}"
             )
         return column
+
+    def unit_of(self, column: str) -> str | None:
+        """The unit that the file says for a column, in its name or beside it."""
+        return self.units.get(column) or unit_in_name(column)
 
     def row(self, index: int) -> int:
         """Number of a sample's row in the file."""

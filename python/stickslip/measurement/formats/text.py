@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.measurement.formats.table import Table
+from stickslip.measurement.formats.table import Table, whole_name
 from stickslip.measurement.rigs.layout import DELIMITERS, Layout
 
 HEADER_LINES = 60
@@ -78,6 +78,7 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
         # a column without a name keeps its number, so that the others keep theirs
         header = [name or str(i) for i, name in enumerate(header, start=1)]
         if wanted is not None:
+            wanted = [whole_name(column, header) or column for column in wanted]
             rows, units = _below_header(path, first_row, header, rows, wanted, cells)
         unnamed = {i for i, name in enumerate(header) if name == str(i + 1)}
     else:
