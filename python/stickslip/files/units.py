@@ -138,14 +138,14 @@ def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, fl
 
 
 def unit_in_name(name: str) -> str | None:
-    """The unit in brackets at the end of a column's name, None where there is none that is known.
+    """The unit in brackets at the end of a column's name, None where there is none that is known. A number is none.
 
-    >>> unit_in_name("Weg [mm]"), unit_in_name("force (kN)"), unit_in_name("x (raw)")
-    ('mm', 'kN', None)
+    >>> unit_in_name("Weg [mm]"), unit_in_name("force (kN)"), unit_in_name("x (raw)"), unit_in_name("phi(1)")
+    ('mm', 'kN', None, None)
     """
     found = re.search(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$", name)
     unit = SPELLINGS.get(found[1], found[1]) if found else None
-    return unit if any(unit in sizes for sizes in UNITS.values()) else None
+    return unit if unit != "1" and any(unit in sizes for sizes in UNITS.values()) else None
 
 
 def contradicts(unit: str, other: str | None) -> bool:
