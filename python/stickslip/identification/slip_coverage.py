@@ -14,10 +14,9 @@ import xarray as xr
 from stickslip.identification import coverage
 from stickslip.identification.records import read_records
 from stickslip.identification.result import Identification
-from stickslip.identification.selection.identify import identify
 from stickslip.identification.synthetic import friction_of_sticks
 from stickslip.identification.trajectory.shooting import fit_trajectories
-from stickslip.laws import BogaczRyczek, DwellTime, ExponentialStribeck, Law, StaticFriction, StaticKinetic
+from stickslip.laws import BogaczRyczek, DwellTime, ExponentialStribeck, StaticFriction, StaticKinetic
 from stickslip.model.system import Oscillator
 
 FORCE_NOISE = 0.01
@@ -31,11 +30,9 @@ class Scattered(coverage.Case):
     Attributes
     ----------
     scatter : standard deviation of that number, relative to it.
-    guess : where the branch fit begins; default what the records show.
     """
 
     scatter: float = 0.15
-    guess: Law | None = None
 
     def frictions(self, seed: int) -> list[xr.DataTree]:
         """Records with other sticks and other noise for each seed."""
@@ -50,9 +47,7 @@ class Scattered(coverage.Case):
 
     def first(self, seed: int) -> Identification:
         """The fit of the branches to the records of one seed."""
-        return identify(
-            self.frictions(seed), self.guess or type(self.law), self.free if self.guess else None, self.fixed
-        )
+        return self.fitted(self.frictions(seed))
 
     def again(self, first: Identification, seed: int) -> Identification:
         """The law identified from the records of another seed, the search begun at the first identification."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 Progress = Callable[[str, int, int], Any]
 
-LIKE_NOISE = 1.15
+LIKE_NOISE = 1.05
 """A misfit of all records within this ratio of their noise cannot be improved: no further start is tried."""
 TWICE = 1e-3
 """Misfits within this ratio are the same minimum."""
