@@ -1,10 +1,13 @@
 """``stickslip law``: what a law file holds."""
 
+import numpy as np
 import pandas as pd
 import pytest
 
 import stickslip as ss
+from stickslip.cli import law as cli_law
 from stickslip.cli.main import main
+from stickslip.identification import friction_of_orbit, identify
 
 
 @pytest.fixture
@@ -35,6 +38,25 @@ def test_picture_table_and_code_are_those_of_the_law(file, tmp_path):
     exec(written["code"].read_text(encoding="utf-8"), names)
     assert (names["friction"](-1.0, 0.0), names["friction"](0.0, 5.0)) == (-0.6, 1.0)
     assert written["plot"].stat().st_size > 1000
+
+
+def test_a_fitted_law_says_and_draws_what_was_measured(tmp_path, capsys, monkeypatch):
+    systems = [ss.Oscillator(0.1, s, ss.laws.DwellTime(0.5, 0.5, 0.4)) for s in (0.1, 0.2)]
+    times = np.arange(40.0, 100.0, 0.05)
+    frictions = [friction_of_orbit(ss.simulate(system, 100.0), times, 0.01) for system in systems]
+    found = identify(frictions, law="DwellTime")
+    fastest = max(float(friction["slip_velocity"].max()) for friction in frictions)
+    rests = [t for friction in frictions for t in friction["break_away"]["stick_time"].to_numpy()]
+    file = found.save(tmp_path / "law.toml")
+    drawn = []
+    monkeypatch.setattr(cli_law, "save_figure", lambda figure, _: drawn.append(figure.axes[0]))
+    assert main(["law", str(file), "--plot", "l.png"]) == 0
+    said = f"fitted to slip velocities up to {fastest:.3g} and rests of {min(rests):.3g} to {max(rests):.3g}\n"
+    assert said in capsys.readouterr().out
+    assert drawn[0].get_xlim()[1] == pytest.approx(fastest)
+    assert f"break-away, rest of {max(rests):.2g}" in drawn[0].get_legend_handles_labels()[1]
+    assert main(["law", str(file), "--plot", "l.png", "--speed", "2"]) == 0
+    assert drawn[1].get_xlim()[1] == 2.0
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("law", help="show a law file: its numbers, a picture, a table with bands, code")
     command.add_argument("law", metavar="LAW.toml", help="as identify -o writes it, or Law.save")
     command.add_argument(
-        "--speed", type=float, metavar="W", help="the largest slip velocity of picture, table and code"
+        "--speed",
+        type=float,
+        metavar="W",
+        help="the largest slip velocity of picture, table and code; of the picture the largest measured one by default",
     )
     command.add_argument("--plot", metavar="FILE.png", help="draw friction over slip velocity, with its 95 %% band")
     command.add_argument(
@@ -58,15 +61,21 @@ def run(options: argparse.Namespace) -> None:
     for name in numbers(law):
         number, error = value(law, name), errors.get(name)
         stated = f"{number:.6g}" if error is None else rounded(number, error)
-        unit = unit if (unit := units.get(name, "1")) != "1" else ""
-        say(f"  {name:24s}{stated} {unit}".rstrip())
-    for note in document.get("source", {}).get("notes", []):
+        say(f"  {name:24s}{stated}{_unit(units.get(name))}")
+    source = document.get("source", {})
+    measured = source.get("measured", {})
+    fastest, rests = measured.get("slip_velocity", [None])[-1], measured.get("stick_time")
+    if fastest is not None:
+        after = f" and rests of {rests[0]:.3g} to {rests[1]:.3g}{_unit(of('time'))}" if rests else ""
+        say(f"  fitted to slip velocities up to {fastest:.3g}{_unit(of('velocity'))}{after}")
+    for note in source.get("notes", []):
         say(f"- {note}")
     if options.plot:
         from stickslip.show.canvas import in_units
         from stickslip.show.law import law_plot
 
-        axes = law_plot(law, w_max=options.speed)
+        scales = "SI" if of("time") == "s" else "dimensionless"
+        axes = law_plot(law, w_max=options.speed or fastest, rests=rests and tuple(rests), units=scales)
         axes.set(xlabel="slip velocity w" + in_units(of("velocity")), ylabel="friction force f" + in_units(of("force")))
         save_figure(axes.figure, options.plot)
     if options.table:
@@ -75,3 +84,7 @@ def run(options: argparse.Namespace) -> None:
     if options.code:
         write_text(options.code, law_code(law, ENDINGS[ending], options.speed, stick_time=options.stick_time), ending)
     say_written(options.plot, options.table, options.code)
+
+
+def _unit(unit: str | None) -> str:
+    return "" if unit in (None, "1") else f" {unit}"

@@ -120,6 +120,14 @@ class Identification(Result):
             return "rms of the kinetic force:", f"{self.rms:.3g}{self.force_unit}"
         return "rms distance of the motions:", f"{self.rms:.3g} of the displacement's standard deviation"
 
+    def measured(self) -> dict[str, list[float]]:
+        """Least and greatest slip velocity while slipping, and stick time of a break-away, that the records hold."""
+        slips = [np.abs(record.slip_velocity[~record.stuck]) for record in self.records]
+        rests = [record.break_away["stick_time"].to_numpy(float) for record in self.records]
+        held = {"slip_velocity": np.concatenate([[], *slips]), "stick_time": np.concatenate([[], *rests])}
+        finite = {name: values[np.isfinite(values)] for name, values in held.items()}
+        return {name: [float(values.min()), float(values.max())] for name, values in finite.items() if values.size}
+
     def to_toml(self) -> str:
         """The law file: the tables [law], [uncertainty] (standard errors by name), [covariance] and [source]."""
         source = {
@@ -128,6 +136,7 @@ class Identification(Result):
                 {"name": record.name, "measured_from": str(record.attrs.get("source", "unknown"))}
                 for record in self.records
             ],
+            "measured": self.measured(),
             "rms": self.rms,
             "intervals": {name: [float(row["low"]), float(row["high"])] for name, row in self.parameters.iterrows()},
             "notes": self.notes,

@@ -34,6 +34,7 @@ def law_plot(
     climbs: Sequence[float] = (0.25, 0.6),
     legend: bool = True,
     units: str = "dimensionless",
+    rests: tuple[float, float] | None = None,
 ) -> Axes:
     """Draw the friction force over the slip velocity: while |w| grows after a break-away, while it falls, and at rest.
 
@@ -46,13 +47,14 @@ def law_plot(
         velocity where they meet.
     legend : whether the curves are named.
     units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``.
+    rests : stick times of the two break-aways; default none and a long one.
 
     Returns
     -------
     The axes. The dot is the break-away force at stick time zero; a bar above it reaches to the break-away force after
-    a long rest at a vanishing force rate. Of a law with a covariance (from a fit or a law file) shades hold 95 % of the
-    laws that :meth:`~stickslip.laws.Law.sample` draws: of the kinetic force at each w while |w| grows, and, at w = 0, of
-    the break-away force without rest.
+    a long rest at a vanishing force rate, or both are those after `rests`. Of a law with a covariance (from a fit or a
+    law file) shades hold 95 % of the laws that :meth:`~stickslip.laws.Law.sample` draws: of the kinetic force at each w
+    while |w| grows, and, at w = 0, of the break-away force after the shorter rest.
     """
     ax = axes(ax)
     top = _reach(law) if w_max is None else w_max
@@ -63,9 +65,13 @@ def law_plot(
     # At w = 0 the replay sticks: what follows at once is the kinetic force.
     rising[0], falling[0] = 2 * rising[1] - rising[2], 2 * falling[1] - falling[2]
     laws = _as_well(law)
+    short, long = (0.0, 10 * long_rest(law)) if rests is None else rests
+    second = "" if units == "dimensionless" else " s"
+    after = ("no rest", "long rest") if rests is None else (f"rest of {rest:.2g}{second}" for rest in rests)
+    after_short, after_long = (f"break-away, {rest}" for rest in after)
     if laws:
         _shade(ax, w[1:], *band(laws, lambda one: _replay(one, w)[1:]))
-        low, high = band(laws, lambda one: one.break_away_force(0.0))
+        low, high = band(laws, lambda one: one.break_away_force(short))
         ax.plot([0, 0], [low, high], color=OKABE_ITO["green"], lw=6, alpha=0.3, solid_capstyle="butt", clip_on=False)
     apart = np.abs(rising - falling) > 1e-9 * np.abs(rising).max()
     if apart.any():
@@ -87,14 +93,12 @@ def law_plot(
         ax.plot(w[1:], back, color=OKABE_ITO["black"], ls="--", label="kinetic, w < 0 turned over")
         rising = np.maximum(rising, back.max())
         ax.plot(0, law.break_away_force(0.0, -1e-300), "s", color=OKABE_ITO["green"], ms=4, clip_on=False, zorder=3)
-    weakest, strongest = law.break_away_force(0.0), law.break_away_force(10 * long_rest(law))
+    weakest, strongest = law.break_away_force(short), law.break_away_force(long)
     ax.plot([0, 0], [0, weakest], color=OKABE_ITO["grey"], lw=2.2, solid_capstyle="butt", label="adhesion", zorder=1.5)
     if strongest > weakest * (1 + 1e-12):
         ax.plot([0, 0], [weakest, strongest], color=OKABE_ITO["grey"], lw=2.2, ls=(0, (1, 0.6)), zorder=1.5)
-        ax.plot(
-            0, strongest, "o", mfc="white", mec=OKABE_ITO["green"], ms=5, clip_on=False, label="break-away, long rest"
-        )
-    ax.plot(0, weakest, "o", color=OKABE_ITO["green"], ms=5, clip_on=False, label="break-away, no rest", zorder=3)
+        ax.plot(0, strongest, "o", mfc="white", mec=OKABE_ITO["green"], ms=5, clip_on=False, label=after_long)
+    ax.plot(0, weakest, "o", color=OKABE_ITO["green"], ms=5, clip_on=False, label=after_short, zorder=3)
     ax.set_xlim(-0.02 * top, top)
     ax.set_ylim(0, 1.08 * max(strongest, rising.max()))
     if legend:
