@@ -58,7 +58,7 @@ def test_a_law_predicts_kind_and_stick_time_of_another_run(alike):
 
 def test_sticks_and_the_highest_force_are_predicted_and_a_begin_that_is_not_steady_does_not_count(alike):
     row = predict_motion(alike, run(0.2, seed=2), duration=100.0)
-    for name in ("stick_rate", "max_force"):
+    for name in ("amplitude", "stick_rate", "max_force"):
         value, low, high = (row.table.iloc[0][f"{name}_{column}"] for column in ("predicted", "low", "high"))
         assert low < row.table.iloc[0][name] < high
         assert 0.8 * value < low < high < 1.2 * value

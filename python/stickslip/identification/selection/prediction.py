@@ -50,7 +50,7 @@ DRAWS = 32
 KINDS = ("stick_slip", "almost_harmonic", "stable_slip")
 UNKNOWN = "unknown"
 """The kind of a record that cannot be told: it speaks neither for a law nor against it."""
-QUANTITIES = ("stick_time", "stick_rate", "mean_force", "min_force", "max_force", "main_line")
+QUANTITIES = ("amplitude", "stick_time", "stick_rate", "mean_force", "min_force", "max_force", "main_line")
 RATIOS = ("stick_time", "stick_rate", "main_line")
 """Quantities whose errors are parts of them."""
 STATED = ("stiffness", "drive_velocity")
@@ -69,10 +69,10 @@ class Prediction(OfTable):
     ----------
     table : DataFrame over the runs: kind (as measured, missing for a run that is a rig alone), predicted_kind (the most
         probable), probability of each kind by its name, beyond (distance from the records of the law in e-folds of
-        stiffness, drive velocity and mass; 0 between them), fastest_slip (of the predicted motion); then for `stick_time`
-        (median, s), `stick_rate` (sticks per second), `mean_force`, `min_force` and `max_force` (of the spring in the steady
-        motion) and `main_line` (Hz, of the acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and
-        ``_high``.
+        stiffness, drive velocity and mass; 0 between them), fastest_slip (of the predicted motion); then for `amplitude`
+        (half of the range of the displacement in the steady motion, m), `stick_time` (median, s), `stick_rate` (sticks per
+        second), `mean_force`, `min_force` and `max_force` (of the spring in the steady motion) and `main_line` (Hz, of the
+        acceleration) the measured value, its ``_error``, ``_predicted``, ``_low`` and ``_high``: of the predicted kind.
     sentences : what the numbers hold, and what was predicted wrongly.
     """
 
@@ -259,7 +259,7 @@ class _Law:
         kinds, rests = [], []
         for record in self.records:
             read = _simulated(record, self.law)
-            here, there = _numbers_of(read), _measured(record, oscillator_of(record, self.law))
+            here, there = _numbers_of(read, record), _measured(record, oscillator_of(record, self.law))
             if (kind := measured_kind(record)) != UNKNOWN:
                 kinds.append(read.kind == kind)
             rests.append([_off(name, here[name], there[name][0]) for name in QUANTITIES])
@@ -291,8 +291,8 @@ class _Law:
         weight = math.exp(-beyond)
         return (1 + weight * self.right) / (2 + weight * self.decided)
 
-    def draws(self, run: FrictionRecord, beyond: float) -> list[Reading]:
-        """Motions of the laws that may as well be."""
+    def draws(self, run: FrictionRecord, beyond: float) -> list[tuple[Reading, FrictionRecord]]:
+        """Motions of the laws that may as well be, each with the run as it may as well be."""
         spread = Spread(self.law, self.covariance * (1 + beyond), self.constraints)
         count = len(spread.names)
         normal = qmc.MultivariateNormalQMC(np.zeros(count + len(STATED)), rng=np.random.default_rng(0)).random(DRAWS)
@@ -302,7 +302,8 @@ class _Law:
             ratios = np.exp(self.mistaken * one[count:])
             known = {name: run.constants[name] * ratio for name, ratio in zip(STATED, ratios, strict=True)}
             if law is not None:
-                found.append(_simulated(replace(run, constants={**run.constants, **known}), law))
+                there = replace(run, constants={**run.constants, **known})
+                found.append((_simulated(there, law), there))
         return found
 
 
@@ -319,7 +320,7 @@ def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
     system = oscillator_of(run, law.law)  # names the constant that is missing
     beyond = law.beyond(run)
     read, drawn = _simulated(run, law.law), law.draws(run, beyond)
-    kinds = [one.kind for one in drawn] or [read.kind]
+    kinds = [one.kind for one, _ in drawn] or [read.kind]
     probabilities = _probabilities(kinds, law.credibility(beyond))
     row: dict[str, Any] = {
         "kind": measured_kind(run) if _is_measured(run) else None,
@@ -328,7 +329,7 @@ def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
         "beyond": beyond,
         "fastest_slip": _fastest(read.trace["v"].to_numpy() - run.constants["drive_velocity"]),
     }
-    centre, others = _numbers_of(read), [_numbers_of(one) for one in drawn]
+    centre, others = _numbers_of(read, run), [_numbers_of(*one) for one in drawn]
     measured = _measured(run, system) if _is_measured(run) else {}
     for name in QUANTITIES:
         value, rest = centre[name], np.array([_off(name, other[name], centre[name]) for other in others])
@@ -339,6 +340,8 @@ def _row(run: FrictionRecord, law: _Law) -> dict[str, Any]:
             low, high = value * math.exp(-half), value * math.exp(min(half, 700.0))
         else:
             low, high = value - half, value + half
+        if name == "amplitude":
+            low = max(low, 0.0)
         if name in ("mean_force", "max_force"):  # friction does not turn round
             low, high = np.array([low, high]).clip(*((0.0, math.inf) if value > 0 else (-math.inf, 0.0)))
         row |= dict(zip(columns(name), (*measured.get(name, (math.nan, math.nan)), value, low, high), strict=True))
@@ -373,12 +376,13 @@ def _usual_cycle(run: FrictionRecord, law: Law) -> float:
     return float(np.mean(np.diff(ends[ends.size // 2 :]))) if ends.size >= 4 else 0.0
 
 
-def _numbers_of(read: Reading) -> dict[str, float]:
-    """The quantities of a simulated motion, NaN where it has none."""
+def _numbers_of(read: Reading, run: FrictionRecord) -> dict[str, float]:
+    """The quantities of a simulated motion of a run, NaN where it has none."""
     step = float(read.trace["time"].iloc[1] - read.trace["time"].iloc[0])
     swings = read.kind != "stable_slip"
     rate = _rate(read.sticks["t"].to_numpy())[0]
     return {
+        "amplitude": float(np.ptp(read.trace["spring"])) / run.constants["stiffness"] / 2 if swings else 0.0,
         "stick_rate": rate,
         "min_force": float(read.trace["spring"].min()),
         "max_force": float(read.trace["spring"].max()),
@@ -414,6 +418,7 @@ def _measured(run: FrictionRecord, system: Oscillator) -> dict[str, tuple[float,
     found["mean_force"] = (mean, float(np.std(force)) * math.sqrt(correlation_time(force - mean) / force.size))
     spring = steady_part(measured_trace_of(run, system), run)["spring"]
     found |= {"min_force": (float(spring.min()), math.nan), "max_force": (float(spring.max()), math.nan)}
+    found["amplitude"] = (float(np.ptp(spring)) / system.stiffness / 2, math.nan)
     line = main_line(np.gradient(run.slip_velocity), run.step, rate=found["stick_rate"][0])
     found["main_line"] = (line.frequency, line.error)
     return found
@@ -458,6 +463,10 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
         )
     if law.right < law.decided:
         found.append(f"Of its own {law.decided} records the law gives the kind of {law.right} rightly.")
+    found.append(
+        "A probability is the share of the laws within the errors of the fit that move so, less what the law was wrong about "
+        "its own records and what the distance from them leaves open. The intervals are those of the predicted kind."
+    )
     for name, row in table.iterrows():
         odds = ", ".join(f"{kind} {row[kind]:.2f}" for kind in KINDS)
         found.append(f"{name}: probability of {odds}.")
@@ -484,7 +493,8 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
     for name, row in measured.iterrows():
         for quantity in QUANTITIES:
             value, _, _, low, high = (row[column] for column in columns(quantity))
-            if math.isfinite(value * low) and not low <= value <= high:
+            # Of another kind than the predicted one nothing was said.
+            if row["kind"] == row["predicted_kind"] and math.isfinite(value * low) and not low <= value <= high:
                 words = quantity.replace("_", " ")
                 found.append(
                     f"{name}: the measured {words} lies outside of the interval: the law leaves something out."
