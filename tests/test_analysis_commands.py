@@ -10,6 +10,7 @@ import xarray as xr
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.show import orbit_diagram_plot
 from stickslip.show.diagram import alike_everywhere
 
 # A belt whose friction first falls and then rises with speed: stick-slip and stable slip coexist.
@@ -41,6 +42,9 @@ def test_a_sweep_both_ways_shows_what_coexists(document, tmp_path, capsys):
     differ = (diagram["regime"].sel(direction="up") != diagram["regime"].sel(direction="down")).to_numpy()
     assert 3 <= differ.sum() < 17
     assert picture.stat().st_size > 10_000
+    drawn = np.concatenate([line.get_ydata() for line in orbit_diagram_plot(diagram, quantity="amplitude").lines])
+    shown = np.where(differ, diagram["amplitude"], diagram["amplitude"].sel(direction="up"))
+    np.testing.assert_allclose(np.unique(drawn), np.unique(shown))
 
 
 def test_a_map_and_its_basins_from_the_command_line(document, tmp_path, capsys):
@@ -63,6 +67,7 @@ def test_a_map_and_its_basins_from_the_command_line(document, tmp_path, capsys):
         (["--over", "damping=1:0:5"], "increasing order"),
         (["--over", "damping=0:1:5", "--over", "damping=0:1:5"], "named once"),
         (["--over", "damping=0:1:5", "--over", "mass=1:2:5", "--direction", "up"], "only a diagram over one parameter"),
+        (["--over", "damping=0:1:5", "--quantity", "amplitude"], "only the picture (--plot) of a diagram"),
         (["--over", "law.nodes=0:1:5"], "not a number of the system"),
         (["--over", "mass=-1:2:5"], "mass must be greater than 0"),
         (["--over", "damping=0:1:5", "--workers", "0"], "workers must be"),

@@ -11,6 +11,9 @@ from stickslip.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
+QUANTITIES = ("x", "slip_velocity", "section", "amplitude")
+"""What :func:`stickslip.show.orbit_diagram_plot` draws."""
+
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Declare the options."""
@@ -35,6 +38,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         default=0,
         metavar="P",
         help="follow what does not repeat for so many periods, 500 or more",
+    )
+    command.add_argument(
+        "--quantity",
+        choices=QUANTITIES,
+        help="what --plot draws of a diagram: turning points of x (default) or of the slip velocity, x in the section, or "
+        "the amplitude of x",
     )
     add_run(command, "DIAGRAM.zarr")
     command.set_defaults(run=run)
@@ -109,6 +118,8 @@ def run(options: argparse.Namespace) -> None:
     over = dict(axis(text, "--over") for text in options.over)
     if len(over) < len(options.over):
         raise InputError("--over: each parameter can be named once")
+    if options.quantity and (len(over) > 1 or not options.plot):
+        raise InputError("--quantity: only the picture (--plot) of a diagram over one parameter has one; leave it out")
     if options.direction and len(over) > 1:
         raise InputError("--direction: only a diagram over one parameter has directions; leave it out")
     with Bar() as bar:
@@ -128,7 +139,7 @@ def run(options: argparse.Namespace) -> None:
         else:
             result = regime_map(system, over, **common, **lengths(options))
     if options.plot:
-        _plot(result, options.plot)
+        _plot(result, options.plot, options.quantity or QUANTITIES[0])
     runs, regimes, returns = result["regime"].size, shares(result, "regime"), shares(result, "recurrence")
     found = windows(result)
     if options.json:
@@ -196,11 +207,11 @@ def shares(result: xr.Dataset, name: str) -> dict[str, float]:
     return {str(words[i]): float(counts[i] / counts.sum()) for i in order}
 
 
-def _plot(result: xr.Dataset, path: str) -> None:
+def _plot(result: xr.Dataset, path: str, quantity: str) -> None:
     from stickslip import show
 
     if "parameter" in result.attrs:
-        ax = show.orbit_diagram_plot(result)
+        ax = show.orbit_diagram_plot(result, quantity=quantity)
     elif result["regime"].ndim == 2:
         ax = show.regime_map_plot(result)
     else:

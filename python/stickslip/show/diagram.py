@@ -28,6 +28,7 @@ _QUANTITIES = {
     "x": ("turning_x", "position x at ẋ = 0", "position"),
     "slip_velocity": ("turning_slip_velocity", "slip velocity w at ẇ = 0", "velocity"),
     "section": ("section_x", "position x in the section", "position"),
+    "amplitude": ("amplitude", "amplitude of x", "position"),
 }
 _MARKERS = {"up": "^", "down": "v", "fresh": "."}
 _DIRECTIONS = {"up": "swept up", "down": "swept down", "fresh": "fresh starts"}
@@ -50,7 +51,8 @@ def orbit_diagram_plot(
     ----------
     diagram : from :func:`stickslip.dynamics.orbit_diagram`.
     ax : axes to draw into; default a new figure.
-    quantity : ``"x"`` (position where ẋ = 0), ``"slip_velocity"`` (where ẇ = 0) or ``"section"`` (position at the returns).
+    quantity : ``"x"`` (position where ẋ = 0), ``"slip_velocity"`` (where ẇ = 0), ``"section"`` (position at the
+        returns) or ``"amplitude"`` (half of the range of x, one point a motion).
     name_regimes : whether the regimes are written above their spans.
     units : ``"dimensionless"``, ``"SI"`` or ``"torsional"``; default what the diagram says.
 
@@ -69,10 +71,10 @@ def orbit_diagram_plot(
     variable, name, kind = _QUANTITIES[quantity]
     ax.set(xlabel=parameter_label(parameter, which), ylabel=label(name, kind, which))
     if diagram.sizes.get("direction", 1) > 1:
-        return _draw_directions(diagram, parameter, variable, ax)
+        return _draw_directions(diagram, parameter, _points(diagram, variable), ax)
     diagram = diagram.squeeze("direction") if "direction" in diagram.dims else diagram
     values, regimes = diagram[parameter].to_numpy(), diagram["regime"].to_numpy().astype("<U16")
-    points = diagram[variable].transpose(parameter, "point").to_numpy()
+    points = _points(diagram, variable).transpose(parameter, "point").to_numpy()
     across = np.broadcast_to(values[:, None], points.shape)
     colours = np.array([REGIME_COLOURS[regime] for regime in regimes])
     for regime in dict.fromkeys(regimes):
@@ -163,11 +165,17 @@ def alike_everywhere(diagram: xr.Dataset, parameter: str) -> NDArray[np.bool_]:
     return np.asarray(alike(rows, first, 1e-2, wide).all(axis=0))
 
 
-def _draw_directions(diagram: xr.Dataset, parameter: str, variable: str, ax: Axes) -> Axes:
+def _points(diagram: xr.Dataset, variable: str) -> xr.DataArray:
+    """What is drawn, with the dimension ``point``."""
+    drawn = diagram[variable]
+    return drawn if "point" in drawn.dims else drawn.expand_dims("point")
+
+
+def _draw_directions(diagram: xr.Dataset, parameter: str, drawn: xr.DataArray, ax: Axes) -> Axes:
     """What all directions share in grey; where they differ, the points of each in its colour and with its marker."""
     directions = [str(direction) for direction in diagram["direction"].to_numpy()]
     values = diagram[parameter].to_numpy()
-    points = diagram[variable].transpose("direction", parameter, "point").to_numpy()
+    points = drawn.transpose("direction", parameter, "point").to_numpy()
     one = alike_everywhere(diagram, parameter)
     across = np.broadcast_to(values[:, None], points.shape[1:])
     shared: dict[str, Any] = {"marker": ".", "ls": "", "ms": 2.4, "mew": 0, "color": OKABE_ITO["grey"]}
