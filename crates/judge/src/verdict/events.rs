@@ -284,7 +284,8 @@ impl Judge<'_> {
             (at - end).abs(),
             tolerance,
         );
-        let more = steep * tolerance + ROUNDINGS * force.abs();
+        // The engine's displacement and the judge's may lie on either side of the end, each as far as the tolerance.
+        let more = 2.0 * steep * tolerance + ROUNDINGS * force.abs();
         self.find("force reported of a spring", t, (event.force - force).abs(), more);
         if end.is_finite() {
             self.pieces[s] = if up { piece + 1 } else { piece - 1 };
