@@ -349,6 +349,17 @@ def test_pieces_of_a_spring_agree_with_another_integrator():
             assert all(min(abs(x - corner) for corner in corners) < 1e-12 for x in passed["x"])
 
 
+def test_the_force_of_a_spring_is_that_at_its_node_however_far_up_its_cubic_part_the_motion_began() -> None:
+    nodes = [(-0.56, -13.8), (-0.42, -5.5), (-0.37, -5.3), (-0.23, 3.1)]
+    spring = ss.Spring(cubic=9.5, nodes=nodes)
+    slider = ss.Oscillator(0.0, 1.0, STATIC, springs=spring)
+    events = ss.simulate(slider, 1e-4, x0=-1e5, v0=0.0, max_events=6).events
+    events = events[events["kind"] == "spring"]
+    assert len(events) == 4
+    pull = np.interp(events["x"], *np.array(nodes).T) + 9.5 * events["x"] ** 3
+    np.testing.assert_allclose(events["force"], -pull, rtol=1e-9)
+
+
 def test_pieces_on_one_line_are_the_linear_spring():
     law, x = STATIC, (0.4, -0.2)
     pieces = ss.Spring(((-1.0, -1.0), (0.0, 0.0), (0.1, 0.1), (2.0, 2.0)))

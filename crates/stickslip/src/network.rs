@@ -546,7 +546,9 @@ impl<'a> Loop<'a> {
 
     /// Spring `s` goes on to a piece.
     fn change_spring(&mut self, h: f64, s: usize, piece: usize) {
-        let force = at(&self.motion.pull[s], h);
+        let (spring, displacement) = (&self.frame.springs[s], at(&self.motion.displacement[s], h));
+        // The series of the force would keep the rounding of where the step began, which may lie far up a cubic part.
+        let force = spring.force(self.motion.pieces[s], displacement);
         self.advance(h);
         if h > 0.0 {
             for contact in &mut self.contacts {
