@@ -37,7 +37,7 @@ def compare(rounds: int) -> list[str]:
     for problem in PROBLEMS:
         whole, _, _ = EventSequence.of_run(problem.system, problem.horizon, max_events=EVENTS + 1)
         sequence = replace(whole, phases=whole.phases[:EVENTS].copy(), last=whole.modes[EVENTS].copy())
-        end = float(sequence.phases[:, -1].sum())
+        end = float(sequence.phases["duration"].sum())
         runs = (
             lambda system=problem.system, end=end: ss.simulate(system, end),
             lambda sequence=sequence: sequence.follow(),
