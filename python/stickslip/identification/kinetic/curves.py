@@ -550,21 +550,21 @@ def _scales(rows: Rows, blank: Curve) -> list[float]:
     fixed = np.column_stack([beside.columns(rows), rows.force]) * weight
     few, count = len(falls), len(falls) + fixed.shape[1]
     parts = [(part, fixed[part]) for part in rows.parts]
-    grams = np.zeros((len(parts), count, count))
+    grams = np.empty((len(parts), count, count))
     for gram, (_, own) in zip(grams, parts, strict=True):
         gram[few:, few:] = own.T @ own
 
     def costs(log_scales: Array) -> Array:
-        shapes = [replace(blank, terms=falls, scale=math.exp(log_scale)).columns(rows) for log_scale in log_scales]
-        fall = np.stack(shapes) * weight
-        several = np.repeat(grams[None], len(log_scales), axis=0)
-        for number, (part, own) in enumerate(parts):
-            turned = np.swapaxes(fall[:, part], 1, 2)
-            several[:, number, :few, :few] = turned @ fall[:, part]
-            several[:, number, :few, few:] = turned @ own
-            several[:, number, few:, :few] = np.swapaxes(several[:, number, :few, few:], 1, 2)
-        summed = np.stack([_without_each(rows, gram) for gram in several])
-        return _least(summed.reshape(-1, count, count))[1].reshape(len(log_scales), -1)
+        summed = []
+        for log_scale in log_scales:
+            fall = replace(blank, terms=falls, scale=math.exp(log_scale)).columns(rows) * weight
+            for gram, (part, own) in zip(grams, parts, strict=True):
+                falling = fall[part]
+                gram[:few, :few] = falling.T @ falling
+                gram[:few, few:] = falling.T @ own
+                gram[few:, :few] = gram[:few, few:].T
+            summed.append(_without_each(rows, grams))
+        return _least(np.concatenate(summed))[1].reshape(len(log_scales), -1)
 
     # a fall that is over at the slowest rows would be an extrapolation many times its size
     grid = np.linspace(math.log(float(speed.min())), math.log(float(speed.max())), 13)
