@@ -14,6 +14,8 @@ from browser import Browser
 
 from stickslip.explorer import page
 
+#: Laws with lines, forced, smooth, and a row of masses.
+PRESETS = ("stick-slip", "almost-harmonic", "forced", "brake", "bow", "chain")
 MOVE = """(() => { const slider = document.querySelector('input[aria-label="belt speed s"]'); const times = [];
   const calls = explorer.core.calls; const now = slider.valueAsNumber;
   for (let i = 0; i < MOVES; i++) { slider.value = now + i % 2; const begun = performance.now();
@@ -41,12 +43,12 @@ def busy(browser: Browser) -> float:
 
 
 def main() -> None:
-    """Print the numbers for some presets: laws with lines, forced, smooth, and a row of masses."""
+    """Print the numbers of each preset."""
     with tempfile.TemporaryDirectory() as folder, Browser() as browser:
         path = Path(folder) / "page.html"
         path.write_text(page(), encoding="utf-8")
         browser.send("Performance.enable", timeDomain="threadTicks")
-        for preset in ("stick-slip", "almost-harmonic", "forced", "brake", "bow", "chain"):
+        for preset in PRESETS:
             browser.open(f"{path.as_uri()}#{preset}")
             browser.run("explorer.play(false)")
             browser.wait("explorer.swept[0] === 300 && explorer.swept[1] === 300")

@@ -15,11 +15,12 @@ SCORED = ("end-of-stick-slip", "end-of-oscillation")
 
 @pytest.fixture(scope="module", params=["short", pytest.param("whole", marks=pytest.mark.slow)])
 def report(request, tmp_path_factory):
-    """The report; the short one of half the pictures, without the refinement of the law, with few claims and speeds."""
+    """The report; the short one of a third of the pictures, without the refinement of the law, with few claims and speeds."""
     folder = tmp_path_factory.mktemp("demo")
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "short":
             patch.setattr(demo, "CAMERA", demo.CAMERA | {"frame_rate": 10.0})
+            patch.setattr(demo, "DURATION", 40.0)
             patch.setattr(demo, "fit_trajectories", lambda branches, *_, **__: branches)
             patch.setattr(paper, "score", partial(paper.score, only=SCORED))
             diagram = partial(paper.figures.drive_velocity_diagram, np.linspace(0.1, 0.5, 9), periods=60)

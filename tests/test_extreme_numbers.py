@@ -1,10 +1,13 @@
 """Numbers at the ends of the range: right where they can be, else a stop with a sentence, and never a silent NaN."""
 
+import json
+
 import numpy as np
 import pytest
 
 import stickslip as ss
 from stickslip.dynamics.periodic.derivatives import sensitivities
+from stickslip.dynamics.sweep import Chunk, Look
 
 STEEP = ss.laws.PiecewiseLinear([(0, 0.9), (1e-10, 0.7), (0.6, 0.7)], 1.0)
 FLAT = ss.laws.PiecewiseLinear([(0, 0.7), (0.6, 0.7)], 1.0)
@@ -107,3 +110,13 @@ def test_a_parameter_without_neighbours_has_no_derivative():
     # A damping of zero makes no sense below, but its derivative does.
     undamped = ss.simulate(ss.Oscillator(0.0, 0.2, ss.laws.StaticKinetic(1.0, 0.6)), 20)
     assert np.isfinite(sensitivities(undamped, ["damping"]).to_array()).all()
+
+
+def test_a_chain_that_goes_on_from_no_regime_is_refused():
+    belt = ss.Oscillator(0.1, 0.2, ss.laws.StaticKinetic(1.0, 0.6))
+    chunk = Chunk(
+        json.dumps(belt.to_dict()), ("drive_velocity",), np.array([[0.2]]), Look(5, 5, 1e-6),
+        chain=True, before=([0.2], 7, 1.0),
+    )  # fmt: skip
+    with pytest.raises(ss.InputError, match="expected the number of a regime, below 7, got 7"):
+        chunk.compute()

@@ -143,14 +143,14 @@ def test_a_clipped_gauge_is_refused_with_the_reading_at_which_it_was():
     with pytest.raises(
         InputError, match=r"readings of the displacement are exactly 0\.8, so the instrument was clipped"
     ):
-        identify(measured(change=lambda x: np.minimum(x, 0.8)), law="StaticKinetic")
+        identify(measured(change=lambda x: np.minimum(x, 0.8), t_end=60), law="StaticKinetic")
     # An instrument of few steps is not clipped.
-    coarse = identify(measured(change=lambda x: np.round(x, 2)), law="StaticKinetic")
+    coarse = identify(measured(change=lambda x: np.round(x, 2), t_end=60), law="StaticKinetic")
     assert coarse.law.kinetic == pytest.approx(0.6, abs=0.01)
 
 
 def test_a_zero_that_nobody_gave_is_said_where_no_record_tells_it():
-    tree = measured()
+    tree = measured(t_end=60)
     word = "all friction forces are off by the force it stands for"
     assert any(word in note for note in identify(tree, law="StaticKinetic").notes)
     tree.attrs["rig"] = tree.attrs["rig"].replace("rest = 0.0", "rest = 1e-9")
@@ -182,11 +182,12 @@ def test_where_no_law_is_asked_for_the_break_aways_choose_it(friction):
 
 
 def test_a_displacement_of_the_wrong_sign_is_refused_as_friction_does_no_work():
+    wrong = measured(change=lambda x: -x, t_end=60)
     for law in ("Coulomb", "PiecewiseLinear", "TwoBranch"):
         with pytest.raises(
             InputError, match=r"friction does work on the slip \(it is -0\.\d+ in its sense on average\)"
         ):
-            identify(measured(change=lambda x: -x), law=law)
+            identify(wrong, law=law)
 
 
 def test_a_law_that_would_drive_is_refused():

@@ -19,6 +19,7 @@ def friction(shared_data: Path, name: str) -> xr.DataTree:
     return measure(record, RIGS / f"paper_slider_{name}.toml")
 
 
+@pytest.mark.slow
 def test_slow_stick_slip_has_its_slips(shared_data: Path) -> None:
     f = friction(shared_data, "k168_v42")
     table = f["break_away"].to_dataset()

@@ -6,8 +6,9 @@ use pyo3::types::PyDict;
 use stickslip::engine::{Replay, ReplaySteps};
 use stickslip::model::Orbit as Kept;
 use stickslip::network::{self, Run, sequence};
+use stickslip::orbit;
+use stickslip::simulate::{self, Stop};
 use stickslip::variation::Layout;
-use stickslip::{orbit, simulate};
 
 use crate::Array;
 use crate::rows::{self, Counts};
@@ -88,7 +89,11 @@ impl Orbit {
         segments: PyReadonlyArray1<'_, f64>,
         events: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
-        let (stop, work, run) = (rows::stop_of(stop)?, rows::work_of(work), run_of(run));
+        let (stop, work, run) = (
+            rows::named(&Stop::ALL, stop, "stop")?,
+            rows::work_of(work),
+            run_of(run),
+        );
         let events = rows::read(&events)?;
         let kept = match system.model()? {
             stickslip::model::Model::Closed(oscillator) => Kept::Closed(orbit::Orbit {

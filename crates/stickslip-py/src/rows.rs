@@ -48,9 +48,15 @@ pub(crate) fn read<T: Row<N>, const N: usize>(columns: &PyReadonlyArray1<'_, f64
     rows.iter().map(|row| T::read(row).ok_or_else(broken)).collect()
 }
 
-/// Why a run ended, by its number.
-pub(crate) fn stop_of(number: usize) -> PyResult<Stop> {
-    Stop::ALL.get(number).copied().ok_or_else(broken)
+/// One of the values of a kind by its number.
+pub(crate) fn named<T: Copy>(all: &[T], number: usize, kind: &str) -> PyResult<T> {
+    let unknown = || {
+        PyValueError::new_err(format!(
+            "expected the number of a {kind}, below {}, got {number}",
+            all.len()
+        ))
+    };
+    all.get(number).copied().ok_or_else(unknown)
 }
 
 /// Number, name and sentence of the end of a run.

@@ -11,9 +11,9 @@ use stickslip::rows::Rows;
 use stickslip::section::Surface;
 use stickslip::sweep::{Link, Look, Steady, Sweep, steady};
 
-use crate::read;
 use crate::table::Table;
 use crate::watch::watched;
+use crate::{read, rows};
 
 /// How many numbers say how a motion goes on.
 pub(crate) const RESTART: usize = Restart::NUMBERS;
@@ -60,11 +60,15 @@ pub(crate) fn sweep<'py>(
         v,
         restart: Restart::read(&restart),
     };
-    let before = before.map(|(values, regime, extent)| Link {
-        values,
-        regime: Regime::ALL[regime],
-        extent,
-    });
+    let link = |(values, regime, extent)| {
+        let regime = rows::named(&Regime::ALL, regime, "regime")?;
+        Ok::<_, PyErr>(Link {
+            values,
+            regime,
+            extent,
+        })
+    };
+    let before = before.map(link).transpose()?;
     let rows = watched(py, max_seconds, |go_on| {
         if chain {
             sweep.chain(0..sweep.rows.len(), begin, before, go_on)

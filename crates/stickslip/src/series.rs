@@ -169,6 +169,27 @@ pub fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
     }
 }
 
+/// The first of `step`, its half, its quarter … within which a force stays below a limit that falls with the force rate.
+///
+/// `limit` is asked at the worst force rate ahead, |rate| + curvature τ; no step shorter than `least` is looked for.
+pub(crate) fn borne_step(
+    mut step: f64,
+    least: f64,
+    [size, rate, curvature]: [f64; 3],
+    limit: impl Fn(f64) -> f64,
+) -> f64 {
+    let margin = |step: f64| {
+        limit(rate.abs() + curvature * step) - size - rate.abs() * step - 0.5 * curvature * step * step
+    };
+    while step > 0.0 && margin(step) <= 0.0 {
+        step *= 0.5;
+        if step < least {
+            break;
+        }
+    }
+    step
+}
+
 /// A guard that starts below zero by so many times its rounding has been passed: something else happened that changed it.
 pub(crate) const PASSED: f64 = 1e6;
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stickslip.cli.terminal import Commands, save_figure, say, say_written
 from stickslip.errors import InputError
-from stickslip.files.disk import read_toml, write_text
+from stickslip.files.disk import write_text
 from stickslip.files.units import rounded
 
 ENDINGS = {".c": "c", ".py": "python"}
@@ -39,8 +39,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Do the work."""
-    from stickslip.laws import law_code, load_law
+    from stickslip.laws import law_code
     from stickslip.laws.bands import table_up_to
+    from stickslip.laws.law import law_document, law_of
     from stickslip.laws.numbers import numbers, value
 
     if (options.table or options.code) and options.speed is None:
@@ -50,7 +51,8 @@ def run(options: argparse.Namespace) -> None:
     ending = Path(options.code or "law.c").suffix
     if ending not in ENDINGS:
         raise InputError(f"law: --code: the file must end in {' or '.join(ENDINGS)}, got {options.code}")
-    law, document = load_law(options.law), read_toml(options.law)
+    document = law_document(options.law)
+    law = law_of(document, options.law)
     units, errors = document.get("units", {}), document.get("uncertainty", {})
 
     def of(dimension: str) -> str | None:

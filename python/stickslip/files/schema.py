@@ -53,7 +53,6 @@ class Says:
     many: str = "values"
 
 
-Finite = Annotated[float, Limits(extreme=True)]
 Positive = Annotated[float, Limits(above=0)]
 NotNegative = Annotated[float, Limits(least=0)]
 Count = Annotated[int, Limits(least=1)]

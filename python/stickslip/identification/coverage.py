@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +101,7 @@ class Case:
             _with_recorded(record, made["x"])
             for record, (made, _) in zip(first.records, self.records(seed), strict=True)
         ]
-        begun = Identification(**{**vars(first), "records": records})
+        begun = replace(first, records=records)
         return fit_trajectories(begun, self.free, settled_after=0.0, seed=seed)
 
 
@@ -242,7 +242,7 @@ def _summary(case: Case, rows: pd.DataFrame) -> pd.DataFrame:
 
 def _with_recorded(record: FrictionRecord, recorded: Any) -> FrictionRecord:
     """The record with the samples of another noise; what was smoothed from the first ones only leads the search."""
-    return FrictionRecord(**{**vars(record), "recorded": np.asarray(recorded, float)})
+    return replace(record, recorded=np.asarray(recorded, float))
 
 
 def main(arguments: Sequence[str] | None = None, cases: Mapping[str, Case] = CASES) -> None:

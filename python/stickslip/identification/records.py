@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +74,7 @@ class FrictionRecord(InNotebook):
     def __repr__(self) -> str:
         return f"<FrictionRecord {self.name}: {self.time.size} samples, {len(self.break_away)} break-aways>"
 
-    @property
+    @cached_property
     def slips(self) -> list[tuple[int, int]]:
         """First and one past the last sample of each slip."""
         edges = np.flatnonzero(np.diff(np.concatenate([[True], self.stuck, [True]]).astype(int)))
@@ -84,7 +85,7 @@ class FrictionRecord(InNotebook):
         """What the record was taken with, as its rig says it; empty where nothing is said."""
         return toml_table(str(self.attrs.get("rig", "")), f"{self.name}: rig")
 
-    @property
+    @cached_property
     def step(self) -> float:
         """Sampling interval."""
         return float(np.median(np.diff(self.time)))

@@ -6,7 +6,7 @@ stopped; it prints the table of ``docs/evidence/identification.md``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -51,7 +51,7 @@ class Scattered(coverage.Case):
 
     def again(self, first: Identification, seed: int) -> Identification:
         """The law identified from the records of another seed, the search begun at the first identification."""
-        begun = Identification(**{**vars(first), "records": read_records(self.frictions(seed))})
+        begun = replace(first, records=read_records(self.frictions(seed)))
         return fit_trajectories(begun, self.free, settled_after=0.0, shooting="slips", seed=seed)
 
 

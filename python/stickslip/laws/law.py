@@ -323,7 +323,11 @@ def motion_columns(
 
 def load_law(path: str | Path) -> Law:
     """The law of a law file: its table ``[law]``, with the covariance of its numbers where the file holds one."""
-    document = _law_document(path)
+    return law_of(law_document(path), path)
+
+
+def law_of(document: Mapping[str, Any], path: str | Path) -> Law:
+    """The same of a document that :func:`law_document` has read from this file."""
     law = Law.from_dict(document["law"], f"{path}: law")
     covariance, constraints, within = _read_covariance(document, path)
     return law if covariance.empty else law.with_covariance(covariance, constraints, within)
@@ -334,7 +338,7 @@ def load_covariance(path: str | Path) -> pd.DataFrame:
 
     The standard errors are the roots of its diagonal. Numbers that were not fitted are not in it.
     """
-    return _read_covariance(_law_document(path), path)[0]
+    return _read_covariance(law_document(path), path)[0]
 
 
 def _read_covariance(
@@ -374,7 +378,8 @@ def law_schema() -> dict[str, Any]:
     return complete(described)
 
 
-def _law_document(path: str | Path) -> dict[str, Any]:
+def law_document(path: str | Path) -> dict[str, Any]:
+    """The tables of a law file."""
     document = read_toml(path)
     check_keys(document, TABLES, ("law",), str(path))
     return document

@@ -302,10 +302,8 @@ def _measured(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict
 def _make(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str, Any]:
     import xarray as xr
 
-    from stickslip import show
     from stickslip.measurement import Bench, facts, load_rig, measure, motion, notes
     from stickslip.measurement.masses import masses_of
-    from stickslip.tracking import track
 
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.iterdir():
@@ -313,10 +311,14 @@ def _make(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str
             old.unlink()
     record: Any = path
     if path.is_dir() or path.suffix.lower() in FILMS:
+        from stickslip.tracking import track
+
         record = track(path, setup, output=folder / "motion.nc")
     known_rig = load_rig(rig)
     friction = measure(record, known_rig)
     write_netcdf(folder / "friction.nc", friction)
+    from stickslip import show  # what draws is loaded for what was measured: it takes as long as all else
+
     parts = {"": friction} if "notes" in friction.attrs else dict(friction.children)
     for name, part in parts.items():
         end = name.replace("mass_", "-")

@@ -5,7 +5,7 @@ use super::slip::{add_waves, bounds, waves};
 use super::{ANEW, BESIDE, Start, changes_sign};
 use crate::flow::exact::Stick;
 use crate::law::{End, Friction, Hold, Law};
-use crate::series::free_time;
+use crate::series::{borne_step, free_time};
 use crate::watch::Watched;
 
 /// The friction force that holds a speed.
@@ -223,18 +223,8 @@ fn growing_limit<const H: usize, const SIDE: i32>(
         let mut step = margin_time::<SIDE>(static_limit, force, rate, curvature_bound).min(reach);
         let mut growth = law.growth_bound(t);
         if feels_rate {
-            while step > 0.0
-                && limit(t, rate.abs() + curvature_bound * step)
-                    - size
-                    - rate.abs() * step
-                    - 0.5 * curvature_bound * step * step
-                    <= 0.0
-            {
-                step *= 0.5;
-                if step < f64::EPSILON * reach {
-                    break;
-                }
-            }
+            let least = f64::EPSILON * reach;
+            step = borne_step(step, least, [size, rate, curvature_bound], |rate| limit(t, rate));
             // Where the force rate falls, the limit grows with it.
             let window = 2.0 * step;
             let (swing, fast) = (curvature_bound * window, rate.abs());

@@ -3,7 +3,9 @@
 use super::ROUNDING;
 use crate::event::changes_sign;
 use crate::law::{Friction, Hold, Law};
-use crate::series::{CERTIFIED, PASSED, Series, at, curvature_bound, first_root, free_time, slope_at};
+use crate::series::{
+    CERTIFIED, PASSED, Series, at, borne_step, curvature_bound, first_root, free_time, slope_at,
+};
 
 /// A search of so many rounds gives up where it is: the motion goes on from there.
 const ROUNDS: u32 = 10_000;
@@ -144,18 +146,7 @@ fn end_on(
             .min(reach - t);
         if feels_rate && !flat {
             // The limit falls with the force rate: at the worst rate ahead it must still bear.
-            while step > 0.0
-                && limit(t, rate.abs() + curvature * step)
-                    - size
-                    - rate.abs() * step
-                    - 0.5 * curvature * step * step
-                    <= 0.0
-            {
-                step *= 0.5;
-                if step < tiny {
-                    break;
-                }
-            }
+            step = borne_step(step, tiny, [size, rate, curvature], |rate| limit(t, rate));
         }
         if normal.is_none()
             && (!feels_rate || flat)

@@ -529,7 +529,11 @@ def _least(grams: Array) -> tuple[Array, Array]:
     size = np.sqrt(np.diagonal(grams, axis1=1, axis2=2))
     size = np.where(size > 0, size, 1.0)
     scaled = grams / size[:, :, None] / size[:, None, :]
-    numbers = np.linalg.pinv(scaled[:, :-1, :-1], rcond=TOO_NEAR, hermitian=True) @ scaled[:, :-1, -1:]
+    # The pseudo-inverse by its eigenvectors: NumPy's own takes three times as long to sort them first.
+    values, vectors = np.linalg.eigh(scaled[:, :-1, :-1])
+    known = np.abs(values) > TOO_NEAR * np.abs(values).max(axis=1, keepdims=True)
+    along = np.swapaxes(vectors, 1, 2) @ scaled[:, :-1, -1:]
+    numbers = vectors @ (np.where(known, 1 / np.where(known, values, 1.0), 0.0)[:, :, None] * along)
     cost = size[:, -1] ** 2 * (1 - np.sum(scaled[:, :-1, -1] * numbers[:, :, 0], axis=1))
     return numbers[:, :, 0] * size[:, -1:] / size[:, :-1], cost
 
@@ -545,21 +549,26 @@ def _scales(rows: Rows, blank: Curve) -> list[float]:
     weight = 1 / rows.error[:, None]
     fixed = np.column_stack([beside.columns(rows), rows.force]) * weight
     few, count = len(falls), len(falls) + fixed.shape[1]
-    grams = np.empty((len(rows.parts), count, count))
-    for gram, part in zip(grams, rows.parts, strict=True):
-        gram[few:, few:] = fixed[part].T @ fixed[part]
+    parts = [(part, fixed[part]) for part in rows.parts]
+    grams = np.empty((len(parts), count, count))
+    for gram, (_, own) in zip(grams, parts, strict=True):
+        gram[few:, few:] = own.T @ own
 
-    def costs(log_scale: float) -> Array:
-        fall = replace(blank, terms=falls, scale=math.exp(log_scale)).columns(rows) * weight
-        for gram, part in zip(grams, rows.parts, strict=True):
-            gram[:few, :few] = fall[part].T @ fall[part]
-            gram[:few, few:] = fall[part].T @ fixed[part]
-            gram[few:, :few] = gram[:few, few:].T
-        return _least(_without_each(rows, grams))[1]
+    def costs(log_scales: Array) -> Array:
+        summed = []
+        for log_scale in log_scales:
+            fall = replace(blank, terms=falls, scale=math.exp(log_scale)).columns(rows) * weight
+            for gram, (part, own) in zip(grams, parts, strict=True):
+                falling = fall[part]
+                gram[:few, :few] = falling.T @ falling
+                gram[:few, few:] = falling.T @ own
+                gram[few:, :few] = gram[:few, few:].T
+            summed.append(_without_each(rows, grams))
+        return _least(np.concatenate(summed))[1].reshape(len(log_scales), -1)
 
     # a fall that is over at the slowest rows would be an extrapolation many times its size
     grid = np.linspace(math.log(float(speed.min())), math.log(float(speed.max())), 13)
-    seen = {float(x): costs(float(x)) for x in grid}
+    seen = dict(zip(grid.tolist(), costs(grid), strict=True))
 
     def lowest(number: int) -> float:
         found = math.nan
@@ -575,7 +584,7 @@ def _scales(rows: Rows, blank: Curve) -> list[float]:
             found = float(np.clip(vertex, x[max(best - 1, 0)], x[min(best + 1, x.size - 1)]))
             if np.min(np.abs(x - found)) < CLOSE:
                 break
-            seen[found] = costs(found)
+            seen[found] = costs(np.array([found]))[0]
         return math.exp(found)
 
     return [lowest(number) for number in range(1 + len(rows.parts))]

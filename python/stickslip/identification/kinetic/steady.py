@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-import xarray as xr
 from scipy.stats import chi2
 
 from stickslip.errors import InputError
@@ -23,7 +22,6 @@ from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.kinetic.curves import (
     BLOCKS,
-    COLUMNS,
     FEW,
     GRAVITY,
     ONE_SPEED,
@@ -32,40 +30,27 @@ from stickslip.identification.kinetic.curves import (
     SteadyFit,
     fit_form,
     forms_of,
-    inertia_error,
     record_scatter_of,
 )
 from stickslip.identification.kinetic.misfit import behind, widened
-from stickslip.identification.kinetic.motion import SENSE, extrapolated_note
-from stickslip.identification.records import check_same_units, opened, stated_units
+from stickslip.identification.kinetic.motion import extrapolated_note
+from stickslip.identification.kinetic.steady_rows import joined, rows_of
+from stickslip.identification.records import check_same_units, opened
 from stickslip.laws import Asymmetric, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
 from stickslip.laws.numbers import pointers, units_of, value
-from stickslip.measurement.instruments.scatter import median_and_error
-from stickslip.measurement.signals.noise import noise_level
 
 Array = npt.NDArray[np.float64]
 
-SLOW = 0.05
-"""Below this share of its top speed a record is asked whether friction is a function of the slip velocity at all."""
-FEWEST = 4
-"""Samples of which a median has an error."""
-OCTAVE = 2.0
-"""Ratio of the ends of a range of speeds in which that is asked."""
 TIED = 0.9
 """Correlation of load and logarithm of the speed from which on no form that has both is chosen: one stands for the other."""
 APART = 0.1
 """Friction that misses the curve by more than this part of it is named."""
-CURVED = 12
-"""Of a free curve on either side, beside which it is seen whether the force follows the acceleration."""
 BEYOND = 1000.0
 """A logarithm goes on to so many times the fastest speed measured."""
 
 VISIBLE = 0.01
 """Curves within this part of the range of forces of the chosen one are not drawn beside it."""
-FARTHEST = 1e60
-"""Numbers larger than this are no friction in any unit."""
-
 SEEN_TIE = 0.8
 """Correlation of load and logarithm of the speed from which on it is said that they are tied."""
 STANDS_OUT = 6.0
@@ -384,7 +369,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     for number, item in enumerate(items, start=1):
         name = str(item) if isinstance(item, str | Path) else f"record {number}"
         tree = opened(Path(item)) if isinstance(item, str | Path) else item
-        rows, stated, said = _rows(tree, name)
+        rows, stated, said = rows_of(tree, name)
         notes += said
         parts.append(rows)
         units.append((name, stated))
@@ -392,7 +377,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     if not parts:
         raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
     check_same_units(units)
-    measured = rows = _joined(parts)
+    measured = rows = joined(parts)
     if float(np.sum(rows.force * np.sign(rows.w))) < 0:
         measured = rows = replace(rows, force=-rows.force)
         notes.append(
@@ -442,157 +427,6 @@ def _between(rows: Rows, fit: SteadyFit) -> float:
     """Standard deviation of friction from record to record about this curve, 0 where chance makes it."""
     columns = fit.curve.columns(rows)
     return record_scatter_of(rows, rows.force - columns @ fit.numbers, columns / rows.error[:, None])[0]
-
-
-def _rows(tree: Any, name: str) -> tuple[Rows, dict[str, str], list[str]]:
-    """The rows of a record that slide, the units of force and slip velocity, and what is to be said of the record."""
-    if not isinstance(tree, xr.DataTree):
-        raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
-    root = tree.to_dataset(inherit=False)
-    table = tree.children["steady"].to_dataset(inherit=False) if "steady" in tree.children else None
-    series = {"time", "slip_velocity", "force"} <= set(map(str, root.variables))
-    data = table if table is not None else root
-    if series and (table is None or "branch" in table):
-        data = root
-        w, force = (_numbers(root, key, name) for key in ("slip_velocity", "force"))
-        unknown = np.full(len(w), math.nan)
-        position = _numbers(root, "displacement", name) if "displacement" in root else unknown
-        rows = Rows(w, force, np.ones(len(w)), unknown, position, np.full(len(w), name), True)
-        _check(rows, name, "sample")
-        stated = "slip_velocity_error" in root
-        moving = np.abs(w) > SENSE * (_numbers(root, "slip_velocity_error", name) if stated else noise_level(w))
-        slides = ~root["stuck"].to_numpy().astype(bool) if "stuck" in root else np.ones(len(w), dtype=bool)
-        rows, inertia, notes = _with_inertia(rows, root, moving & slides, name)
-        slowest = _slowest(w, force - inertia, moving)
-        notes += _left_out(np.abs(w), slides, moving, slowest, name)
-        moving &= slides & (np.abs(w) > slowest)
-    elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
-        w = _numbers(table, "slip_velocity", name)
-        unknown = np.full(len(w), math.nan)
-
-        def column(key: str) -> Array:
-            return _numbers(table, key, name) if key in table else unknown
-
-        load = column("pressure" if "pressure" in table else "normal_force")
-        source = table["source"].to_numpy().astype(str) if "source" in table else np.full(len(w), name)
-        rows = Rows(w, column("force"), column("force_error"), load, column("displacement"), source, False)
-        _check(rows, name, "row")
-        moving, notes = np.abs(w) > 0, []
-    else:
-        raise InputError(f"{name}: holds no friction over slip velocity; measure a record that slides")
-    if not moving.any():
-        raise InputError(f"{name}: nothing slides in it, so it holds no friction of slip; measure a record that slides")
-    units = stated_units(data)
-    rows = replace(rows, turning="displacement" in data and data["displacement"].attrs.get("units") == "rad")
-    return rows.take(moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}, notes
-
-
-def _with_inertia(
-    rows: Rows, root: xr.Dataset, moving: npt.NDArray[np.bool_], name: str
-) -> tuple[Rows, Array | float, list[str]]:
-    """Whether the record contradicts the inertia that was taken off its force: rows, the force that is left of it, a note."""
-    taken = float(root.attrs.get("subtracted_inertia", 0.0))
-    fast = moving & (np.abs(rows.w) > SLOW * float(np.abs(rows.w).max()))
-    if not taken > 0 or np.count_nonzero(fast) < 4 * CURVED or "slip_acceleration" not in root:
-        return rows, 0.0, []
-    acceleration = _numbers(root, "slip_acceleration", name)
-    moved = replace(rows, acceleration=acceleration)
-    off, error = inertia_error(moved.take(fast), CURVED)
-    if abs(off) < SENSE * error:
-        return rows, 0.0, []
-    unit = "kg m^2" if root["slip_velocity"].attrs.get("units") == "rad/s" else "kg"
-    note = (
-        f"{name} contradicts the inertia of its rig, {taken:.4g} {unit}, by {off:+.2g} +- {error:.1g} {unit}: what is left "
-        "of the force follows the acceleration. Measure the inertia again, or correct it in the rig; here it is fitted, "
-        "where that predicts better."
-    )
-    return moved, off * acceleration, [note]
-
-
-def _left_out(
-    speed: Array, slides: npt.NDArray[np.bool_], moving: npt.NDArray[np.bool_], slowest: float, name: str
-) -> list[str]:
-    """How many samples of slip are no rows, at what speeds, and why."""
-    unsure, slow = slides & ~moving, slides & moving & (speed <= slowest)
-    parts = []
-    if unsure.any():
-        parts.append(
-            f"{np.count_nonzero(unsure)} up to w = {speed[unsure].max():.3g}, not clear of the error of w, so that the sense "
-            "of the slip is not sure"
-        )
-    if slow.any():
-        parts.append(
-            f"{np.count_nonzero(slow)} up to w = {speed[slow].max():.3g}, where friction differs between speeding up and "
-            "slowing down"
-        )
-    return [f"{name}: of {np.count_nonzero(slides)} samples these were left out: {'; '.join(parts)}."] if parts else []
-
-
-def _slowest(w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> float:
-    """Speed below which friction is none of the slip velocity: it differs between speeding up and slowing down.
-
-    After a turn friction builds up over a path (presliding, backlash). Medians of the two are laid beside each other in
-    ranges of speed, from `SLOW` of the top speed downwards, as far as either can be told.
-    """
-    speed, speeding = np.abs(w), np.gradient(np.abs(w)) > 0
-    end = SLOW * float(np.quantile(speed, 0.99))
-    while True:
-        inside = moving & (speed > end / OCTAVE) & (speed <= end)
-        for way in (w > 0, w < 0):
-            up, down = (force[inside & way & branch] for branch in (speeding, ~speeding))
-            if min(up.size, down.size) < FEWEST and max(up.size, down.size) > 0:
-                return end
-            (first, its_error), (second, other_error) = median_and_error(up), median_and_error(down)
-            if abs(first - second) > SENSE * math.hypot(its_error, other_error):
-                return end
-        if not inside.any():
-            return end
-        end /= OCTAVE
-
-
-def _numbers(table: xr.Dataset, key: str, name: str) -> Array:
-    values = table[key].to_numpy()
-    if values.ndim != 1 or values.shape != table["slip_velocity"].shape or values.dtype.kind not in "fiu":
-        raise InputError(
-            f"{name}: {key} must be one number a row, got {values.dtype} of shape {values.shape}; measure the record first"
-        )
-    return np.asarray(values, dtype=float)
-
-
-def _check(rows: Rows, name: str, unit: str) -> None:
-    """Refuse what is no number, and what is out of all proportion."""
-    for words, values in (("slip velocity", rows.w), ("friction force", rows.force)):
-        wrong = np.flatnonzero(~(np.abs(values) < FARTHEST))
-        if not wrong.size and 0 < np.max(np.abs(values), initial=0.0) < 1 / FARTHEST:
-            wrong = np.array([int(np.argmax(np.abs(values)))])
-        if wrong.size:
-            raise InputError(
-                f"{name}: {words} is {values[wrong[0]]:g} in {unit} {wrong[0]}, where a number below {FARTHEST:g} and "
-                f"not all below {1 / FARTHEST:g} was expected; remove that {unit} or correct the unit"
-            )
-    if len(rows) < 4 and unit == "sample":
-        raise InputError(
-            f"{name}: {len(rows)} samples are too few for friction over slip velocity; give a longer record"
-        )
-    wrong = np.flatnonzero(rows.error < 0)
-    if wrong.size:
-        raise InputError(
-            f"{name}: force_error is {rows.error[wrong[0]]:g} in {unit} {wrong[0]}, where a standard error was expected; "
-            "correct it"
-        )
-
-
-def _joined(parts: list[Rows]) -> Rows:
-    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS[:-1]}
-    if any(part.acceleration is not None for part in parts):
-        given = [np.zeros(len(part)) if part.acceleration is None else part.acceleration for part in parts]
-        columns["acceleration"] = np.concatenate(given)
-    columns |= {name: all(getattr(part, name) for part in parts) for name in ("series", "turning")}
-    rows = Rows(**columns)
-    if not (np.isfinite(rows.error) & (rows.error > 0)).all():
-        return replace(rows, error=np.ones(len(rows)))
-    # a row whose scatter happens to be small is not known that much better than the others
-    return replace(rows, error=np.maximum(rows.error, np.median(rows.error)))
 
 
 def _choose(rows: Rows, fits: dict[str, SteadyFit]) -> tuple[str, list[str]]:

@@ -1,6 +1,6 @@
 """The checks of the paper's claims, one family a file; each looks at a study and returns its verdict and evidence."""
 
-from stickslip.paper.checks import almost_harmonic, drive_velocity, forced, history
+from stickslip.paper.checks import almost_harmonic, forced, history, thresholds
 
 #: Every claim that is scored, in the order of the paper.
-CLAIMS = almost_harmonic.CLAIMS + drive_velocity.CLAIMS + history.CLAIMS + forced.CLAIMS
+CLAIMS = almost_harmonic.CLAIMS + thresholds.CLAIMS + history.CLAIMS + forced.CLAIMS
