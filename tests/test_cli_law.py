@@ -59,6 +59,14 @@ def test_a_fitted_law_says_and_draws_what_was_measured(tmp_path, capsys, monkeyp
     assert drawn[1].get_xlim()[1] == 2.0
 
 
+@pytest.mark.parametrize("measured", ['"fast"', "[1]", '{ slip_velocity = ["a", "b"], stick_time = 3 }'])
+def test_a_measured_range_that_is_none_is_left_out(file, measured, capsys):
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text.replace("[source]", f"[source]\nmeasured = {measured}"), encoding="utf-8")
+    assert main(["law", str(file)]) == 0
+    assert "fitted to" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from stickslip.cli.terminal import Commands, save_figure, say, say_written
 from stickslip.errors import InputError
@@ -65,8 +66,8 @@ def run(options: argparse.Namespace) -> None:
         stated = f"{number:.6g}" if error is None else rounded(number, error)
         say(f"  {name:24s}{stated}{_unit(units.get(name))}")
     source = document.get("source", {})
-    measured = source.get("measured", {})
-    fastest, rests = measured.get("slip_velocity", [None])[-1], measured.get("stick_time")
+    speeds, rests = (_measured(source, name) for name in ("slip_velocity", "stick_time"))
+    fastest = speeds[1] if speeds else None
     if fastest is not None:
         after = f" and rests of {rests[0]:.3g} to {rests[1]:.3g}{_unit(of('time'))}" if rests else ""
         say(f"  fitted to slip velocities up to {fastest:.3g}{_unit(of('velocity'))}{after}")
@@ -77,7 +78,7 @@ def run(options: argparse.Namespace) -> None:
         from stickslip.show.law import law_plot
 
         scales = "SI" if of("time") == "s" else "dimensionless"
-        axes = law_plot(law, w_max=options.speed or fastest, rests=rests and tuple(rests), units=scales)
+        axes = law_plot(law, w_max=options.speed or fastest, rests=rests, units=scales)
         axes.set(xlabel="slip velocity w" + in_units(of("velocity")), ylabel="friction force f" + in_units(of("force")))
         save_figure(axes.figure, options.plot)
     if options.table:
@@ -86,6 +87,16 @@ def run(options: argparse.Namespace) -> None:
     if options.code:
         write_text(options.code, law_code(law, ENDINGS[ending], options.speed, stick_time=options.stick_time), ending)
     say_written(options.plot, options.table, options.code)
+
+
+def _measured(source: Any, name: str) -> tuple[float, float] | None:
+    """Least and greatest value that the records held, None where the file, which anybody may edit, has no such pair."""
+    measured = source.get("measured") if isinstance(source, dict) else None
+    found = measured.get(name) if isinstance(measured, dict) else None
+    if not (isinstance(found, list) and len(found) == 2 and all(isinstance(end, int | float) for end in found)):
+        return None
+    low, high = map(float, found)
+    return (low, high) if 0 <= low <= high > 0 else None
 
 
 def _unit(unit: str | None) -> str:
