@@ -176,7 +176,7 @@ def test_a_law_too_stiff_for_the_page_says_so(module):
 @pytest.mark.parametrize("law", ["BogaczRyczek", "DwellTime"])
 def test_a_motion_carries_on_with_what_friction_remembers(module, law):
     """Cut at any time, in a stick or in a slip, and gone on with: the events are those of the motion that was not cut."""
-    system = ss.Oscillator(0.15, 0.2, Law.ALL[law].example())
+    system = ss.Oscillator(0.02, 0.2, Law.ALL[law].example())
     document = {"system": json.loads(system.to_json()), "max_events": 10**6, "per_segment": 1, "samples": 0}
     whole = rows(ss.simulate(system, 90.0, x0=0.3))
     for cut in (17.0, 21.0, 24.5, 27.3, 30.0):

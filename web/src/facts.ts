@@ -88,7 +88,7 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
   }
   const { events, engine } = orbit.words;
   if (engine === "integrated") host.append(". Integrated to 10⁻⁶ a step, without events: the law has an internal state and creeps where others stick");
-  else host.append(`. ${events} ${events === 1 ? "event" : "events"}, ${engine === "exact" ? "each exact" : "by Taylor series"}`);
+  else host.append(`. ${events} ${events === 1 ? "event" : "events"}, ${engine === "taylor" ? "by Taylor series" : events === 1 ? "exact" : "each exact"}`);
   if (orbit.words.stop !== "t_end") host.append(`; ${orbit.words.sentence}`);
   host.append(".");
 }

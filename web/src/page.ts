@@ -118,7 +118,8 @@ export class Page {
       state: () => this.state,
       ready: () => Boolean(this.orbit && !this.refused),
       integrated: () => this.integrated,
-      wild: () => this.settled?.period === 0,
+      // Of an integration the core has no derivative.
+      wild: () => this.settled?.period === 0 && !this.integrated,
       draw: (panel: Panel) => this.drawPanel(panel),
       tell: () => this.tell(),
     };
@@ -369,7 +370,7 @@ export class Page {
       strong(this.refused, "bad");
       return;
     }
-    sayMotion(host, this.state, this.orbit!, this.settled, this.jobs.chaos);
+    sayMotion(host, this.state, this.orbit!, this.settled, this.integrated ? { test: NaN, exponent: null } : this.jobs.chaos);
   }
 
   /** What can be swept or mapped may have changed with the law. */

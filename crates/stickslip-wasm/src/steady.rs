@@ -20,7 +20,7 @@ pub(crate) enum Chain {
     #[default]
     New,
     /// How the next one begins, and what the last one was.
-    Events(Start, Option<Link>),
+    Events(Box<Start>, Option<Link>),
     /// The variables at the end of an integration.
     Integrated(Vec<f64>),
 }
@@ -75,7 +75,7 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
     };
     let mut at = match (before, is_integrated(&sweep.rows.document)) {
         (Chain::New, true) => Chain::Integrated(memory.unwrap_or_default()),
-        (Chain::New, false) => Chain::Events(begin.clone(), None),
+        (Chain::New, false) => Chain::Events(Box::new(begin.clone()), None),
         (before, _) => before,
     };
     let mut events = 0;
@@ -92,12 +92,12 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
             }
             (Chain::Events(start, before), true) => {
                 let mut rows = sweep
-                    .chain(index..index + 1, start.clone(), before.take(), &mut go_on)
+                    .chain(index..index + 1, (**start).clone(), before.take(), &mut go_on)
                     .map_err(sentence)?;
                 let row = rows.remove(0);
                 let link = row.end.as_ref().map(|_| Link::new(sweep.rows.row(index), &row));
                 let start = row.end.as_ref().map(Start::after).unwrap_or_default();
-                (row, Chain::Events(start, link))
+                (row, Chain::Events(Box::new(start), link))
             }
             _ => (
                 sweep.row(index, &begin, &mut go_on).map_err(sentence)?,
@@ -146,7 +146,11 @@ fn integrated(
     let (x, v) = (given(&begin.x), given(&begin.v));
     let y = variables(&system, (x.as_deref(), v.as_deref()), Some(before.to_vec()));
     let (period, surface) = (system.period(), system.usual_surface());
-    let look = &sweep.look;
+    // No finer than the integration is.
+    let look = &Look {
+        tolerance: sweep.look.tolerance.max(1e3 * TOLERANCE),
+        ..sweep.look
+    };
     if look.contact >= system.contacts() {
         return Err(format!(
             "contact must be less than {}, got {}",

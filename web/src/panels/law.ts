@@ -162,7 +162,10 @@ export class Law extends Panel {
       if ((!dx && !dy) || !handle) return;
       event.preventDefault();
       const size = ({ high }: Range) => ((event.shiftKey ? 10 : 1) / 100) * 10 ** Math.round(Math.log10(high));
-      move(handle.w + dx * size(this.plot.x), handle.f + dy * size(this.plot.y));
+      // The next key may come before the next picture: it goes on from here.
+      handle.w += dx * size(this.plot.x);
+      handle.f += dy * size(this.plot.y);
+      move(handle.w, handle.f);
     });
     this.buttons.set(key, button);
     this.plot.host.append(button);
