@@ -142,6 +142,7 @@ def test_a_law_with_an_internal_state_moves_as_the_package_integrates_it(module,
     size = np.ptp(known.at(t)[0]) + np.ptp(known.at(t)[1])
     assert np.abs(x - known.at(t)[0]).max() < 1e-3 * size
     assert np.abs(v - known.at(t)[1]).max() < 1e-3 * size
+    assert np.abs(force - known.to_xarray(t)["force"].to_numpy()).max() < 1e-2 * np.ptp(force)
     assert np.array_equal(mode < 0, np.abs(w) <= 0.01 * np.abs(w).max())
     # The motion goes on from what is integrated, as one that was never interrupted.
     assert len(words["end"]) == 3
