@@ -86,7 +86,6 @@ pub struct Integration {
     /// The length of the next step.
     h: f64,
     steps: usize,
-    evaluations: u64,
     /// What an observer sees.
     contact: usize,
     end: Reached,
@@ -109,7 +108,6 @@ impl Integration {
             y,
             h: 1e-3 * system.period(),
             steps: 0,
-            evaluations: 1,
             contact: 0,
             end: Reached::default(),
             system,
@@ -139,7 +137,7 @@ impl Integration {
             let h = if self.h >= left {
                 left
             } else {
-                self.h.min(0.5 * left.max(self.h))
+                self.h.min(0.5 * left)
             };
             let (error, y) = self.step(t, h);
             self.h =
@@ -150,7 +148,6 @@ impl Integration {
                 }
                 let now = if h == left { t_end } else { t + h };
                 let slope = self.system.rates(now, &y);
-                self.evaluations += 1;
                 if now <= after {
                     self.t.clear();
                     self.y.clear();
@@ -180,7 +177,6 @@ impl Integration {
         for i in 0..width {
             matrix[i * width + i] += 1.0 / (h * GAMMA);
         }
-        self.evaluations += width as u64 + 6;
         let Some(pivots) = factor(&mut matrix, width) else {
             return (f64::INFINITY, Vec::new());
         };
@@ -238,12 +234,6 @@ impl Integration {
     #[must_use]
     pub fn times(&self) -> &[f64] {
         &self.t
-    }
-
-    /// Evaluations of the right-hand side.
-    #[must_use]
-    pub fn evaluations(&self) -> u64 {
-        self.evaluations
     }
 
     /// The variables at the end.
@@ -413,5 +403,76 @@ fn solve(matrix: &[f64], pivots: &[usize], right: &mut [f64]) {
             right[i] -= matrix[i * n + j] * right[j];
         }
         right[i] /= matrix[i * n + i];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Integration;
+    use crate::oscillator::Oscillator;
+    use crate::simulate::Stop;
+    use crate::state_law::{Dahl, LuGre, StateLaw};
+    use crate::state_system::StateSystem;
+    use crate::system::System;
+
+    fn integrated(law: impl Into<StateLaw>, tolerance: f64, times: &[f64]) -> Integration {
+        let oscillator = Oscillator {
+            mass: 1.0,
+            stiffness: 1.0,
+            damping: 0.05,
+            drive_velocity: 0.2,
+            law: law.into(),
+            forcing: vec![],
+        };
+        let system = StateSystem::new(System::from(&oscillator)).unwrap();
+        let y = system.variables(&[0.3], None);
+        let mut motion = Integration::new(system, y, tolerance).unwrap();
+        for &t in times {
+            assert_eq!(motion.advance(t, 0.0, &mut || true), Stop::End);
+        }
+        motion
+    }
+
+    #[test]
+    fn the_error_falls_with_the_tolerance_and_no_interruption_counts() {
+        let law = LuGre {
+            stiffness: 100.0,
+            damping: 2.0,
+            viscous: 0.1,
+            kinetic: 1.0,
+            break_away: 1.5,
+            scale: 0.1,
+            exponent: 2.0,
+        };
+        let known = integrated(law.clone(), 1e-11, &[20.0]);
+        let missed = |motion: &Integration, t: f64| (motion.variables(t)[0] - known.variables(t)[0]).abs();
+        let (coarse, fine) = (
+            integrated(law.clone(), 1e-6, &[20.0]),
+            integrated(law.clone(), 1e-9, &[20.0]),
+        );
+        assert!(missed(&coarse, 20.0) < 1e-4 && missed(&fine, 20.0) < 0.03 * missed(&coarse, 20.0));
+        // Between steps too, and as it is gone on with.
+        assert!((1..20).all(|t| missed(&coarse, f64::from(t)) < 1e-4));
+        assert!(missed(&integrated(law, 1e-9, &[7.3, 12.0, 20.0]), 20.0) < 1e-6);
+    }
+
+    #[test]
+    fn friction_that_only_adheres_is_a_spring() {
+        // Dahl's bristles at small slip: F = σ z, so the mass swings at √(k + σ) about where both springs balance.
+        let law = Dahl {
+            stiffness: 3.0,
+            kinetic: 1e9,
+            exponent: 1.0,
+        };
+        let motion = integrated(law, 1e-9, &[5.0]);
+        let (x0, s, damping) = (0.3, 0.2, 0.05_f64);
+        // d³x/dt³ + D ẍ + (k + σ) ẋ = σ s: ẋ oscillates about σ s/(k + σ) from s, with ẍ(0) = −D s − k x₀.
+        let (decay, mean) = (0.5 * damping, 3.0 * s / 4.0);
+        let frequency = (4.0 - decay * decay).sqrt();
+        let (a, b) = (s - mean, (-damping * s - x0 + decay * (s - mean)) / frequency);
+        let t = 5.0_f64;
+        let v = mean + (-decay * t).exp() * (a * (frequency * t).cos() + b * (frequency * t).sin());
+        let slip = motion.variables(t)[1];
+        assert!((s - slip - v).abs() < 1e-6, "{} {v}", s - slip);
     }
 }

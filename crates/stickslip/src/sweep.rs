@@ -38,8 +38,8 @@ pub struct Look {
     /// Returns after the window by which a motion that does not repeat is told regular from chaotic; 0: not at all.
     #[serde(default)]
     pub decide: usize,
-    /// Periods after which a motion that repeats already counts as steady: of the last half of them all returns, [`AGREE`] at
-    /// least. Others go on to the end of the transient. 0: all do.
+    /// Periods after which a motion counts as steady if all returns of the last half of them repeat, six at least. Others go
+    /// through the whole transient. 0: all do.
     #[serde(default)]
     pub early: f64,
     /// How many turning points and points of the section are kept.
