@@ -182,6 +182,7 @@ def test_a_law_with_an_internal_state_moves_and_says_how(opened):
     assert "too stiff for this page; run the system by stickslip simulate" in facts(opened)
 
 
+@pytest.mark.slow
 def test_every_step_of_every_lesson_sets_a_state_and_names_what_is_there(opened):
     lessons = opened.run("explorer.lessons.all")
     assert len(lessons) == 7
