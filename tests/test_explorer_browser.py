@@ -183,6 +183,21 @@ def test_a_law_with_an_internal_state_moves_and_says_how(opened):
 
 
 @pytest.mark.slow
+def test_the_starts_of_the_basins_remember_nothing(opened):
+    """A motion that was carried on has a memory; the starts around it are others."""
+    facts(opened)
+    opened.run("document.getElementById('carry').click()")
+    opened.run("explorer.change([['system.drive_velocity', 0.201]])")
+    assert "memory" in facts(opened)
+    opened.run("document.getElementById('basin').scrollIntoView({ block: 'center' })")
+    opened.wait("explorer.idle && explorer.cells('basin') === 1600")
+    kinds = opened.run(
+        "[...new Set(explorer.panels.find((one) => one.plot.host.id === 'basin').cells.map((one) => one.regime))]"
+    )
+    assert sorted(kinds) == [0, 2]
+
+
+@pytest.mark.slow
 def test_every_step_of_every_lesson_sets_a_state_and_names_what_is_there(opened):
     lessons = opened.run("explorer.lessons.all")
     assert len(lessons) == 7

@@ -185,8 +185,10 @@ function gridJob(panel: Grid, depends: Job["depends"], prepare: (state: State) =
     ask: (state) => {
       panel.clear();
       const { names, row } = prepare(state);
+      // A start of its own has nothing to remember.
+      const fresh = names.some((name) => /^[xv]0/.test(name));
       const look = { ...lookOf(state, 60), points: 1, ...(state.system["forcing"].length ? { window: 60 } : {}) };
-      return { system: documentOf(state), names, rows: panel.rows().map((values) => row(...values)), look, chain: false, ...startOf(state) };
+      return { system: documentOf(state), names, rows: panel.rows().map((values) => row(...values)), look, chain: false, ...startOf(state), ...(fresh ? { memory: null } : {}) };
     },
     hear: ({ from, rows, refused }) => {
       if (refused) panel.refused ||= refused;
