@@ -120,7 +120,7 @@ web/node_modules: web/package-lock.json
 	@touch $@
 
 explorer-test: .venv/.built
-	STICKSLIP_BROWSER=required $(BIN)/python -m pytest --quiet tests/test_explorer_browser.py -m "slow or not slow" $(PYTEST)
+	STICKSLIP_BROWSER=required $(BIN)/python -m pytest --quiet tests/test_explorer_browser.py tests/test_explorer_files.py -m "slow or not slow" $(PYTEST)
 
 setup: .venv/.built
 

@@ -42,3 +42,33 @@ def figures_closed():
     yield
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close("all")
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    """The explorer's page, from a file."""
+    from stickslip.explorer import page
+
+    path = tmp_path_factory.mktemp("explorer") / "page.html"
+    path.write_text(page(), encoding="utf-8")
+    return path.as_uri()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """A headless browser."""
+    from browser import Browser
+
+    with Browser() as browser:
+        yield browser
+
+
+@pytest.fixture
+def opened(browser, address):
+    """The explorer's page as it opens, still."""
+    browser.problems.clear()
+    browser.resize(1440, 900)
+    browser.open(address)
+    browser.run("explorer.play(false)")
+    yield browser
+    assert browser.problems == []

@@ -41,10 +41,12 @@ class Module:
     def call(self, name, *arguments):
         return self.functions[name](self.store, *arguments)
 
-    def ask(self, verb, question):
+    def ask(self, verb, question, columns=()):
         text = json.dumps(question).encode()
         at = self.call("question", len(text))
         self.memory.write(self.store, text, at)
+        numbers = np.concatenate([np.zeros(0), *columns]).astype("<f8")
+        self.memory.write(self.store, numbers.tobytes(), self.call("columns", len(numbers)))
         bad = self.call("answer", verb)
         words = self.read("words", 1).decode()
         if bad:
@@ -106,9 +108,111 @@ def test_forces_of_laws_with_an_internal_state_are_those_of_the_package_to_the_b
     law = Law.ALL[name].example()
     t = np.arange(200) / 64
     w = (np.abs(np.arange(200) % 64 - 32.0) - 16.0) / 64
-    question = {"law": json.loads(law.to_json()), "t": t.tolist(), "w": w.tolist(), "stuck": [], "force_rate": []}
-    _, numbers = module.ask(CURVE, question)
+    columns = [t, w, np.zeros_like(t), np.zeros_like(t)]
+    _, numbers = module.ask(CURVE, {"law": json.loads(law.to_json())}, columns)
     assert same_bits(numbers, np.concatenate(law.follow(t, w, law.steady_state(w[0])))), STALE
+
+
+def test_a_measured_motion_goes_in_as_columns_and_gives_the_forces_of_the_package(module):
+    law = Law.ALL["BogaczRyczek"].example()
+    orbit = ss.simulate(ss.Oscillator(0.35, 0.2, law), 40.0)
+    t = np.linspace(0, 40, 801)
+    motion = orbit.to_xarray(t)
+    stuck = motion["stuck"].to_numpy()
+    w = np.where(stuck, 0.0, motion["slip_velocity"].to_numpy())
+    rate = np.full_like(t, 0.2)
+    _, numbers = module.ask(CURVE, {"law": json.loads(law.to_json())}, [t, w, stuck, rate])
+    assert same_bits(numbers, ss.force_along(law, t, w, stuck, rate)), STALE
+    with pytest.raises(ValueError, match="columns t, w, stuck and force rate of one length, got 7 numbers"):
+        module.ask(CURVE, {"law": json.loads(law.to_json())}, [t[:7]])
+
+
+#: Rate and state is too stiff for the page, as its example is for the package's integrators.
+INTEGRATED = [name for name in Law.ALL if name not in MOVING and name != "RateState"]
+
+
+@pytest.mark.parametrize("name", INTEGRATED)
+def test_a_law_with_an_internal_state_moves_as_the_package_integrates_it(module, name):
+    system = ss.Oscillator(0.05, 0.2, Law.ALL[name].example())
+    question = {"system": json.loads(system.to_json()), "t_end": 30.0, "max_events": 1, "per_segment": 1}
+    words, numbers = module.ask(ORBIT, {**question, "samples": 500})
+    assert (words["engine"], words["stop"], words["events"]) == ("integrated", "t_end", 0)
+    t, x, v, w, force, mode = numbers.reshape(6, -1)
+    known = ss.integrate(system, 30.0)
+    size = np.ptp(known.at(t)[0]) + np.ptp(known.at(t)[1])
+    assert np.abs(x - known.at(t)[0]).max() < 1e-3 * size
+    assert np.abs(v - known.at(t)[1]).max() < 1e-3 * size
+    assert np.abs(force - known.to_xarray(t)["force"].to_numpy()).max() < 1e-2 * np.ptp(force)
+    assert np.array_equal(mode < 0, np.abs(w) <= 0.01 * np.abs(w).max())
+    # The motion goes on from what is integrated, as one that was never interrupted.
+    assert len(words["end"]) == 3
+    _, later = module.ask(ORBIT, {**question, "samples": 500, "memory": words["end"]})
+    further = ss.integrate(system, 60.0)
+    assert later.reshape(6, -1)[1, -1] == pytest.approx(float(further.at(60.0)[0]), abs=2e-3 * size)
+
+
+def test_the_steady_motion_of_an_integration_is_that_of_the_package(module):
+    system = ss.Oscillator(0.05, 0.2, Law.ALL["LuGre"].example())
+    look = {"transient": 20.0, "window": 20.0, "tolerance": 1e-3, "surface": None, "points": 4, "max_events": 1}
+    question = {"system": json.loads(system.to_json()), "names": ["drive_velocity"], "values": [0.2, 0.4]}
+    words, numbers = module.ask(STEADY, {**question, "look": look, "patience": 1000, "chain": True})
+    regime, period, _, share, low, high, lasts = numbers[:7]
+    diagram = ss.orbit_diagram(system, "drive_velocity", [0.2], direction="fresh", periods=40, keep=20)
+    assert words["regimes"][int(regime)] == str(diagram["regime"].values[0]) == "stick_slip"
+    assert (low, high) == pytest.approx((float(diagram["x_min"][0]), float(diagram["x_max"][0])), rel=1e-4)
+    assert (period, lasts) == pytest.approx((1, 8.8040), rel=1e-4)
+    assert 0.05 < share < 0.9
+
+
+def test_a_law_too_stiff_for_the_page_says_so(module):
+    system = ss.Oscillator(0.05, 0.2, Law.ALL["RateState"].example())
+    question = {"system": json.loads(system.to_json()), "t_end": 30.0, "max_events": 1, "per_segment": 1}
+    words, _ = module.ask(ORBIT, {**question, "samples": 10})
+    assert words["stop"] == "max_seconds"
+    assert "too stiff for this page; run the system by stickslip simulate" in words["sentence"]
+    with pytest.raises(ValueError, match="no break-away force of its own"):
+        module.ask(SURFACE, {"law": json.loads(system.law.to_json()), "stick_times": [0.0], "force_rates": [1.0]})
+
+
+@pytest.mark.parametrize("law", ["BogaczRyczek", "DwellTime"])
+def test_a_motion_carries_on_with_what_friction_remembers(module, law):
+    """Cut at any time, in a stick or in a slip, and gone on with: the events are those of the motion that was not cut."""
+    system = ss.Oscillator(0.02, 0.2, Law.ALL[law].example())
+    document = {"system": json.loads(system.to_json()), "max_events": 10**6, "per_segment": 1, "samples": 0}
+    whole = rows(ss.simulate(system, 90.0, x0=0.3))
+    for cut in (17.0, 21.0, 24.5, 27.3, 30.0):
+        words, _ = module.ask(ORBIT, {**document, "t_end": cut, "x0": [0.3]})
+        words, numbers = module.ask(ORBIT, {**document, "t_end": 90.0 - cut, "memory": words["end"]})
+        later = numbers[words["samples"] * 6 :].reshape(-1, 8)
+        known = whole[whole[:, 0] > cut]
+        assert len(later) == len(known) > 3
+        assert np.array_equal(later[:, 1], known[:, 1])
+        np.testing.assert_allclose(later[:, 0] + cut, known[:, 0], rtol=1e-9)
+        np.testing.assert_allclose(later[:, 5:], known[:, 5:], rtol=1e-8, atol=1e-10)
+        assert numbers[: words["samples"]].min() >= 0.0
+
+
+@pytest.mark.parametrize("preset", ["brake", "bow", "wiper"])
+def test_columns_that_repeat_early_are_those_that_go_all_the_way(module, preset):
+    state = presets()[preset]["state"]
+    span = {"low": 0.02, "high": 0.6, **state.get("diagram", {})}
+    look = {"transient": 60.0, "window": 40.0, "tolerance": 1e-6, "surface": None, "points": 2, "max_events": 10**5}
+    question = {
+        "system": state["system"],
+        "names": ["drive_velocity"],
+        "values": np.linspace(span["low"], span["high"], 12).tolist(),
+    }
+    found = []
+    for early in (0.0, 12.0):
+        _, numbers = module.ask(STEADY, {**question, "look": {**look, "early": early}, "chain": True, "patience": 1000})
+        rows = []
+        while len(numbers):
+            section, turns = (int(count) for count in numbers[8:10])
+            rows.append(numbers[[0, 1, 4, 5]])
+            numbers = numbers[10 + 2 * section + turns :]
+        found.append(np.array(rows))
+    assert found[0].shape == (12, 4)
+    np.testing.assert_allclose(*found, rtol=1e-5, atol=1e-9)
 
 
 def test_masses_in_a_row_give_the_same_bits(module):
@@ -195,8 +299,11 @@ def test_the_module_refuses_with_the_sentences_of_the_package(module):
             module.ask(ORBIT, {"system": system | change, **run})
     with pytest.raises(ValueError, match="expected the number of a question from 0 to 5, got 9"):
         module.ask(9, {})
-    with pytest.raises(ValueError, match="internal state"):
-        module.ask(ORBIT, {"system": system | {"law": json.loads(Law.ALL["LuGre"].example().to_json())}, **run})
+    with pytest.raises(ValueError, match="its motion has no derivative here"):
+        module.ask(
+            LYAPUNOV,
+            {"system": system | {"law": json.loads(Law.ALL["LuGre"].example().to_json())}, **run, "transient": 0.2},
+        )
     # What was refused leaves the module as it was.
     assert module.ask(ORBIT, {"system": system, **run})[0]["stop"] == "t_end"
 
@@ -206,8 +313,9 @@ def test_the_script_is_that_of_its_sources():
     folder = ROOT / "web" / "src"
     for path in sorted(folder.rglob("*.ts"), key=lambda path: path.relative_to(folder).as_posix()):
         total.update(f"{path.relative_to(folder).as_posix()}\n".encode() + path.read_bytes())
-    stored = (SHIPPED / "explorer.js").read_text(encoding="utf-8").partition("\n")[0].split()[-1]
-    assert stored == total.hexdigest(), "web/src changed since explorer.js was made: run make explorer"
+    for script in ("explorer.js", "boot.js"):
+        stored = (SHIPPED / script).read_text(encoding="utf-8").partition("\n")[0].split()[-1]
+        assert stored == total.hexdigest(), f"web/src changed since {script} was made: run make explorer"
 
 
 def test_the_shipped_files_name_no_machine_and_no_network():

@@ -5,6 +5,7 @@ import { fromBase85, unlzma } from "./lzma";
 interface Exports {
   memory: WebAssembly.Memory;
   question(len: number): number;
+  columns(len: number): number;
   answer(verb: number): number;
   words(): number;
   words_len(): number;
@@ -34,14 +35,19 @@ export class Core {
     return new WebAssembly.Instance(this.module, {}).exports as unknown as Exports;
   }
 
-  ask<Words = Record<string, unknown>>(verb: Verb, question: unknown): { words: Words; numbers: Float64Array } {
+  /** Columns of one length go as numbers, not as text. */
+  ask<Words = Record<string, unknown>>(verb: Verb, question: unknown, columns: ArrayLike<number>[] = []): { words: Words; numbers: Float64Array } {
     this.calls++;
     const bytes = encoder.encode(JSON.stringify(question));
     let bad: number;
     try {
-      // Both calls may grow the memory, which detaches its buffer: it is asked for after each.
+      // The calls may grow the memory, which detaches its buffer: it is asked for after each.
       const at = this.exports.question(bytes.length);
       new Uint8Array(this.exports.memory.buffer, at, bytes.length).set(bytes);
+      const rows = columns[0]?.length ?? 0;
+      const first = this.exports.columns(rows * columns.length);
+      const room = new Float64Array(this.exports.memory.buffer, first, rows * columns.length);
+      columns.forEach((column, i) => room.set(column, i * rows));
       bad = this.exports.answer(verb);
     } catch (error) {
       this.exports = this.instance(); // a trap costs one instance

@@ -21,7 +21,7 @@ export interface LawPage {
   numbers: NumberPage[];
   /** A document of this law in plain numbers. */
   example: Record<string, any>;
-  /** Whether it has an internal state: then the page shows the law alone. */
+  /** Whether it has an internal state: then motions are integrated. */
   state: boolean;
 }
 

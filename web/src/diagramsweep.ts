@@ -5,8 +5,9 @@ import { type SweepPart, Sweeper, lookOf } from "./sweeps";
 
 /** Columns of the orbit diagram. */
 const COLUMNS = 300;
-/** Periods that are left out in each column. */
+/** Periods that are left out in each column, and after which one that repeats already is done: where forcing or many masses make that rare, never. */
 const TRANSIENT = 60;
+const EARLY = 12;
 
 export class DiagramSweep {
   /** Columns that have come: up and down. */
@@ -34,7 +35,8 @@ export class DiagramSweep {
     this.clear(state);
     const { names, row } = varied(state, state.diagram.over);
     const rows = this.diagram.values.map((value) => row(value));
-    const question = { system: documentOf(state), names, look: lookOf(state, TRANSIENT), x0: state.start.x0?.[0] ?? 0, chain: true };
+    const early = state.system["forcing"].length || state.chain.masses > 1 ? 0 : EARLY;
+    const question = { system: documentOf(state), names, look: { ...lookOf(state, TRANSIENT), early }, x0: state.start.x0?.[0] ?? 0, chain: true };
     this.sweepers[0]!.ask({ ...question, rows });
     this.sweepers[1]!.ask({ ...question, rows: rows.toReversed() });
   }

@@ -97,7 +97,8 @@ export class StickSlip extends HTMLElement {
     this.words.replaceChildren();
     try {
       const orbit = simulate(this.core, this.state);
-      const settled = settle(this.core, this.state, true);
+      // That of an integration takes too long for a page of figures.
+      const settled = orbit.words.engine === "integrated" ? null : settle(this.core, this.state, true);
       this.scene = sceneOf(this.core, this.state, orbit, settled, this.records);
       sayMotion(this.words, this.state, orbit, settled, { test: settled?.chaos ?? NaN, exponent: null });
       for (const panel of this.panels) {

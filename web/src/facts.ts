@@ -16,7 +16,7 @@ const DECIDE = 400;
 export function steadyQuestion(state: State, test = false): Parameters<typeof steady>[1] {
   const { names, row } = varied(state, "drive_velocity");
   const look = { ...lookOf(state, TRANSIENT), decide: test && state.system["forcing"].length ? DECIDE : 0 };
-  return { system: documentOf(state), names, values: row(state.system["drive_velocity"]), look, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null };
+  return { system: documentOf(state), names, values: row(state.system["drive_velocity"]), look, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null, memory: state.start.memory ?? null };
 }
 
 /** The steady motion of a state; null where the core does not tell it. */
@@ -79,14 +79,16 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
     say(", sticks for ", last.stickTime, 4);
     say(" and breaks away at ", Math.abs(last.force), 4);
   }
-  const { x0, v0 } = state.start;
+  const { x0, v0, memory } = state.start;
   if (x0 || v0) {
-    host.append("; started at x₀ = ");
+    host.append(memory ? "; carried on, with the memory of friction, from x₀ = " : "; started at x₀ = ");
     strong(plain(x0?.[0] ?? 0));
     host.append(", ẋ₀ = ");
     strong(plain(v0?.[0] ?? state.system["drive_velocity"]));
   }
-  host.append(`. ${orbit.words.events} ${orbit.words.events === 1 ? "event" : "events"}, ${orbit.words.exact ? "each exact" : "by Taylor series"}`);
+  const { events, engine } = orbit.words;
+  if (engine === "integrated") host.append(". Integrated to 10⁻⁶ a step, without events: the law has an internal state and creeps where others stick");
+  else host.append(`. ${events} ${events === 1 ? "event" : "events"}, ${engine === "taylor" ? "by Taylor series" : events === 1 ? "exact" : "each exact"}`);
   if (orbit.words.stop !== "t_end") host.append(`; ${orbit.words.sentence}`);
   host.append(".");
 }

@@ -17,7 +17,7 @@ export interface Fit {
 /** The force of the law along the record, sample by sample. */
 export function predicted(core: Core, law: Document, record: Measured): Float64Array {
   const { t, w, stuck, rate } = record;
-  return core.ask(Verb.curve, { law, t, w, stuck, force_rate: rate }).numbers.subarray(0, t.length);
+  return core.ask(Verb.curve, { law }, [t, w, stuck.map(Number), rate]).numbers.subarray(0, t.length);
 }
 
 /** Two groups of equal weight, each with the sum of its squares 1/n of what its rows have, over all records. */
@@ -27,8 +27,9 @@ function residuals(core: Core, law: Document, records: Measured[]): { rows: Floa
     return record.t.map((_, i) => (record.stuck[i] || i < first ? 0 : Math.abs(record.w[i]!)));
   });
   const whole = weights.flat().reduce((sum, one) => sum + one, 0) || 1;
-  const breaks = records.flatMap((record) => record.breaks);
-  const limits = core.ask(Verb.surface, { law, stick_times: breaks.map(([time]) => time), force_rates: breaks.map(([, rate]) => rate), pairs: true }).numbers;
+  // A law with an internal state has no break-away force: its slips alone are compared.
+  const breaks = core.ask<{ state: boolean }>(Verb.curve, { law }).words.state ? [] : records.flatMap((record) => record.breaks);
+  const limits = !breaks.length ? new Float64Array() : core.ask(Verb.surface, { law, stick_times: breaks.map(([time]) => time), force_rates: breaks.map(([, rate]) => rate), pairs: true }).numbers;
   const slips = records.flatMap((record, n) => {
     const model = predicted(core, law, record);
     return weights[n]!.map((weight, i) => (weight ? (model[i]! - record.force[i]!) * Math.sqrt(weight / whole) : 0));

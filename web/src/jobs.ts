@@ -6,7 +6,7 @@ import type { Panel } from "./panels/panel";
 import type { Returns } from "./panels/returns";
 import { type Plot, type Range, widen } from "./plot";
 import { type State, documentOf, put, varied } from "./state";
-import { type Ask, type Chaos, type SweepPart, Sweeper, lookOf } from "./sweeps";
+import { type Ask, type Chaos, type Steady, type SweepPart, Sweeper, lookOf } from "./sweeps";
 
 /** Something computed for one panel. */
 interface Job {
@@ -37,6 +37,8 @@ interface Host {
   state(): State;
   /** Whether there is a motion at all. */
   ready(): boolean;
+  /** Whether it is integrated, so that its steady motion takes too long for the page itself. */
+  integrated(): boolean;
   /** Whether it moves and does not repeat. */
   wild(): boolean;
   draw(panel: Panel): void;
@@ -58,7 +60,8 @@ export class Jobs {
   ) {
     this.sweeper = new Sweeper(program, module, (part) => this.hear(part));
     this.chaotic = this.chaosJob();
-    this.all = [this.chaotic, returnsJob(panels.returns), basinJob(panels.basin, panels.phase), regimesJob(panels.regimes)];
+    this.settling = this.steadyJob();
+    this.all = [this.settling, this.chaotic, returnsJob(panels.returns), basinJob(panels.basin, panels.phase), regimesJob(panels.regimes)];
     const seen = new IntersectionObserver(
       (entries) => {
         for (const { target, isIntersecting } of entries) {
@@ -84,6 +87,7 @@ export class Jobs {
   /** Begin the next of those whose panel is seen and whose answer is of another state. */
   next(): void {
     if (!this.host.ready()) return;
+    this.settling.seen = this.host.integrated();
     this.chaotic.seen = this.host.wild();
     const next = this.all.find((job) => job.seen && job.key !== this.key(job));
     const outdated = this.running && this.running.key !== this.key(this.running);
@@ -103,6 +107,27 @@ export class Jobs {
     this.running = null;
     if (!job.panel) this.host.tell();
     this.next();
+  }
+
+  private readonly settling: Job;
+  private settled: Steady | null = null;
+
+  /** The steady motion of an integration; null while it is computed. */
+  get steady(): Steady | null {
+    return this.settling.key === this.key(this.settling) ? this.settled : null;
+  }
+
+  private steadyJob(): Job {
+    return {
+      panel: null, key: "", seen: false,
+      depends: ({ system, chain, start }) => [system, chain, start],
+      ask: (state) => {
+        this.settled = null;
+        const { values, ...question } = steadyQuestion(state);
+        return { ...question, x0: question.x0 ?? 0, rows: [values], chain: false };
+      },
+      hear: ({ rows }) => (this.settled = rows[0] ?? this.settled),
+    };
   }
 
   private readonly chaotic: Job;
@@ -135,7 +160,7 @@ export class Jobs {
   }
 }
 
-const startOf = ({ start }: State) => ({ x0: start.x0?.[0] ?? 0, v0: start.v0?.[0] ?? null });
+const startOf = ({ start }: State) => ({ x0: start.x0?.[0] ?? 0, v0: start.v0?.[0] ?? null, memory: start.memory ?? null });
 
 function returnsJob(panel: Returns): Job {
   return {
@@ -160,8 +185,10 @@ function gridJob(panel: Grid, depends: Job["depends"], prepare: (state: State) =
     ask: (state) => {
       panel.clear();
       const { names, row } = prepare(state);
+      // A start of its own has nothing to remember.
+      const fresh = names.some((name) => /^[xv]0/.test(name));
       const look = { ...lookOf(state, 60), points: 1, ...(state.system["forcing"].length ? { window: 60 } : {}) };
-      return { system: documentOf(state), names, rows: panel.rows().map((values) => row(...values)), look, chain: false, ...startOf(state) };
+      return { system: documentOf(state), names, rows: panel.rows().map((values) => row(...values)), look, chain: false, ...startOf(state), ...(fresh ? { memory: null } : {}) };
     },
     hear: ({ from, rows, refused }) => {
       if (refused) panel.refused ||= refused;

@@ -3,9 +3,11 @@ import { start } from "./page";
 import { work } from "./sweeps";
 
 function begin(): void {
-  // The page as it was opened, before anything in it changes; it ends with this script.
+  // The page as it was opened, before anything in it changes: without this script, which is unpacked from it again.
+  const here = document.currentScript!;
+  const program = here.textContent!;
+  here.remove();
   const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
-  const program = document.currentScript!.textContent!;
   const dark = matchMedia("(prefers-color-scheme: dark)").matches;
   document.documentElement.dataset["theme"] ||= dark ? "dark" : "light";
   if (document.getElementById("panels")) void start(source, program);

@@ -7,11 +7,14 @@ interface OrbitWords {
   masses: number;
   contacts: number;
   events: number;
-  exact: boolean;
+  /** In closed form, by Taylor series, or integrated. */
+  engine: "exact" | "taylor" | "integrated";
   regime: string;
   stop: string;
   sentence: string;
   t_last: number;
+  /** What it remembers at its end beside position and velocity; empty where there is nothing. */
+  end: (number | null)[];
 }
 
 export interface Orbit {
@@ -46,6 +49,7 @@ export function simulate(core: Core, state: State, samples = 4000): Orbit {
     system: documentOf(state),
     x0: state.start.x0,
     v0: state.start.v0,
+    memory: state.start.memory ?? null,
     t_end: state.t_end,
     max_events: 100000,
     per_segment: 8,

@@ -117,7 +117,9 @@ export class Page {
     const host = {
       state: () => this.state,
       ready: () => Boolean(this.orbit && !this.refused),
-      wild: () => this.settled?.period === 0,
+      integrated: () => this.integrated,
+      // Of an integration the core has no derivative.
+      wild: () => this.settled?.period === 0 && !this.integrated,
       draw: (panel: Panel) => this.drawPanel(panel),
       tell: () => this.tell(),
     };
@@ -172,20 +174,21 @@ export class Page {
   change(changes: Change[]): void {
     this.notes = [];
     for (const [path, value] of changes) this.state = put(this.state, path, value);
-    if (this.carry && changes.some(([path]) => path.startsWith("system."))) this.goOn();
+    if (this.carry && changes.some(([path]) => path.startsWith("system."))) this.goOn(changes.some(([path]) => path.startsWith("system.law")));
     if (changes.some(([path]) => path.startsWith("chain.masses"))) this.state = put(this.state, "start", { x0: null, v0: null });
     // What the diagram is swept over does not change the diagram itself.
     this.update(changes.every(([path]) => path === `system.${this.state.diagram.over}` || path.startsWith("view.")));
   }
 
-  /** The motion begins where it ended; a mass that stuck goes with the belt as it is now. What the law remembers starts anew. */
-  private goOn(): void {
+  /** The motion begins where it ended, with what friction remembers; a mass that stuck goes with the belt as it is now. Under another law there is nothing to remember. */
+  private goOn(anotherLaw: boolean): void {
     const { orbit, state } = this;
     if (!orbit || this.refused) return;
     const last = ({ length }: ArrayLike<number>) => length - 1;
     const x0 = orbit.x.map((x) => x[last(x)]!);
     const v0 = orbit.v.map((v, i) => (orbit.mode[i]![last(v)]! < 0 ? (state.system["drive_velocity"] as number) : v[last(v)]!));
-    this.state = put(state, "start", { x0, v0 });
+    const { end } = orbit.words;
+    this.state = put(state, "start", { x0, v0, ...(end.length && !anotherLaw ? { memory: end } : {}) });
   }
 
   private update(sameDiagram = false): void {
@@ -200,7 +203,7 @@ export class Page {
   /** To the next event, and stop there. */
   nextEvent(): void {
     const next = this.orbit?.events.find(({ t }) => t > this.clock + 1e-9);
-    this.seek(next ? next.t : 0);
+    if (this.orbit?.events.length) this.seek(next ? next.t : 0);
     this.play(false);
   }
 
@@ -221,7 +224,12 @@ export class Page {
     }
     this.settled = null;
     if (this.refused) return;
-    this.settled = settle(this.core, state);
+    this.settled = this.integrated ? null : settle(this.core, state);
+  }
+
+  /** Whether the motion is integrated step by step: then its steady motion is computed beside the page. */
+  private get integrated(): boolean {
+    return this.orbit?.words.engine === "integrated";
   }
 
   scene(): Scene | null {
@@ -353,6 +361,7 @@ export class Page {
   private tell(): void {
     const host = $("facts");
     host.replaceChildren();
+    if (this.integrated && !this.refused) this.settled = this.jobs.steady;
     const strong = (text: string, name = "") => host.append(Object.assign(document.createElement("b"), { textContent: text, className: name }));
     if (this.notes.length) {
       strong(`${this.notes.join("; ")}. `, "bad");
@@ -361,7 +370,7 @@ export class Page {
       strong(this.refused, "bad");
       return;
     }
-    sayMotion(host, this.state, this.orbit!, this.settled, this.jobs.chaos);
+    sayMotion(host, this.state, this.orbit!, this.settled, this.integrated ? { test: NaN, exponent: null } : this.jobs.chaos);
   }
 
   /** What can be swept or mapped may have changed with the law. */

@@ -193,6 +193,22 @@ export class Plot {
     g.globalAlpha = 1;
   }
 
+  /** Bars of one standard error up and down. */
+  errors(xs: ArrayLike<number>, ys: ArrayLike<number>, errors: ArrayLike<number>): void {
+    const g = this.base;
+    g.strokeStyle = theme().accent;
+    g.globalAlpha = 0.18;
+    g.lineWidth = 1;
+    g.beginPath();
+    for (let i = 0; i < errors.length; i++) {
+      const x = this.px(xs[i]!);
+      g.moveTo(x, this.py(ys[i]! - errors[i]!));
+      g.lineTo(x, this.py(ys[i]! + errors[i]!));
+    }
+    g.stroke();
+    g.globalAlpha = 1;
+  }
+
   /** One stroke for each run of a mode. */
   runs(xs: ArrayLike<number>, ys: ArrayLike<number>, modes: ArrayLike<number>, from: number, style: (mode: number) => string): void {
     for (let i = from; i < xs.length - 1; ) {

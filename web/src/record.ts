@@ -7,6 +7,8 @@ export interface Measured {
   /** Slip velocity, 0 while stuck. */
   w: number[];
   force: number[];
+  /** Standard error of the force, where it is known. */
+  error?: number[] | null;
   stuck: boolean[];
   /** Rate of the force while stuck. */
   rate: number[];
@@ -24,6 +26,7 @@ const NAMES: Record<string, string[]> = {
   w: ["slip_velocity", "w"],
   force: ["force", "friction", "f"],
   x: ["x", "displacement"],
+  error: ["force_error"],
   stuck: ["stuck", "branch"],
 };
 
@@ -58,14 +61,14 @@ export function readRecord(name: string, text: string, drive: number, adhesion: 
       columns[key]!.push(value);
     }
   });
-  const { t, w, force, x, stuck: mark } = columns as Record<"t" | "w" | "force" | "x" | "stuck", number[]>;
+  const { t, w, force, x, error, stuck: mark } = columns as Record<"t" | "w" | "force" | "x" | "error" | "stuck", number[]>;
   if (t.length < 10) throw new Refused(`${name}: expected at least 10 rows, got ${t.length}; take a longer record`);
   const fast = w.reduce((most, one) => Math.max(most, Math.abs(one)), 0);
   // The page's own CSV says the branch, −1 while stuck; others may say 1 or true.
   const branch = header[at["stuck"]!] === "branch";
   const stuck = w.map((one, i) => (mark.length ? (branch ? mark[i]! < 0 : mark[i] !== 0) : Math.abs(one) < 1e-6 * fast));
   return { name, t, drive, // At its end a slip is as fast as rounding lets it be.
-    w: w.map((one, i) => (stuck[i] || Math.abs(one) < 1e-12 * fast ? 0 : one)), force, stuck, x: x.length ? x : null, ...sticks(t, force, stuck, adhesion) };
+    w: w.map((one, i) => (stuck[i] || Math.abs(one) < 1e-12 * fast ? 0 : one)), force, stuck, x: x.length ? x : null, error: error.length ? error : null, ...sticks(t, force, stuck, adhesion) };
 }
 
 /** The rate of the force in each stick, and what broke away at its end. While it slips the rate is what adhesion would feel. */

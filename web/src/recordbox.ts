@@ -57,7 +57,8 @@ export class RecordBox {
     }
     this.paths = all.map(({ path }) => path).filter((path) => !this.held.has(path));
     this.button.textContent = busy ? "Fitting …" : "Fit";
-    const breaks = records.reduce((sum, record) => sum + record.breaks.length, 0);
+    // A law with an internal state has no break-away force to be compared.
+    const breaks = page.state ? 0 : records.reduce((sum, record) => sum + record.breaks.length, 0);
     const measure = quality
       ? `Misfit (rms): ${plain(+quality.kinetic.toPrecision(3))} while it slips` + (breaks ? `, ${plain(+quality.broken.toPrecision(3))} at ${breaks} break-aways. ` : ". ")
       : "";

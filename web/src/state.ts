@@ -9,7 +9,8 @@ export interface State {
   system: Document;
   /** A chain of so many equal masses, each tied to its neighbours. */
   chain: { masses: number; coupling: number };
-  start: { x0: number[] | null; v0: number[] | null };
+  /** Where it starts, and what the motion remembers that it goes on from (numbers of the core, null where there is none). */
+  start: { x0: number[] | null; v0: number[] | null; memory?: (number | null)[] | null };
   t_end: number;
   diagram: { over: string; low: number; high: number };
   /** The two numbers of the regime map, and from where to where they go. */
@@ -147,7 +148,8 @@ export function toToml(state: State): string {
   }
   for (const force of forcing ?? []) table("[[forcing]]", force);
   for (const spring of springs ?? []) table("[[springs]]", spring);
-  const { x0, v0 } = state.start;
+  const { x0, v0, memory } = state.start;
+  if (memory) lines.unshift("# Carried on from another motion: what friction remembers of it stands in the link and in the saved page, not in this file.");
   const one = (values: number[] | null) => (values && values.length === 1 ? values[0] : values);
   table("[simulation]", { t_end: state.t_end, x0: one(x0), v0: one(v0) });
   return `${lines.join("\n")}\n`;

@@ -34,6 +34,7 @@ export interface SweepAsk {
   look: Document;
   x0: number;
   v0?: number | null;
+  memory?: (number | null)[] | null;
   /** Whether each motion starts where the one before ended. */
   chain: boolean;
   /** The row to begin with. */
@@ -86,7 +87,7 @@ export function lookOf({ system, t_end }: State, periods: number): Document {
 
 export function steady(
   core: Core,
-  question: { system: Document; names: string[]; values: number[]; look: Document; chain?: boolean; go_on?: boolean; x0?: number; v0?: number | null },
+  question: { system: Document; names: string[]; values: number[]; look: Document; chain?: boolean; go_on?: boolean; x0?: number; v0?: number | null; memory?: (number | null)[] | null },
 ): { rows: Steady[]; events: number } {
   const { words, numbers } = core.ask<{ events: number }>(Verb.steady, { ...question, patience: PATIENCE });
   const rows: Steady[] = [];

@@ -26,7 +26,7 @@ function choices(page: Page): void {
     groups.get(group)!.append(option);
   }
   const presets = $<HTMLSelectElement>("presets");
-  presets.append(...groups.values());
+  presets.append(element("option", { value: "", textContent: "From a file", hidden: true }), ...groups.values());
   presets.onchange = () => page.open(`#${presets.value}`);
   for (const [name, { sentence }] of Object.entries(page.data.laws)) $("type").append(element("option", { value: name, textContent: name, title: sentence }));
   $<HTMLSelectElement>("type").onchange = ({ target }) => page.change([["system.law", structuredClone(page.data.laws[(target as HTMLSelectElement).value]!.example)]]);

@@ -47,27 +47,34 @@ pub(crate) fn has_state(law: &Value) -> bool {
 #[derive(Deserialize)]
 struct Curve {
     law: Value,
-    w: Vec<f64>,
-    t: Vec<f64>,
-    stuck: Vec<bool>,
-    force_rate: Vec<f64>,
 }
 
-/// The friction force of a law along a slip velocity; for a law with an internal state also its state, from that of steady
-/// slip at the first slip velocity.
+/// The friction force of a law along a slip velocity, from the columns t, w, stuck (0 or 1) and force rate; for a law with an
+/// internal state also its state, from that of steady slip at the first slip velocity.
 fn curve(desk: &mut Desk) -> Result<Value, String> {
     let ask: Curve = read(&desk.question)?;
-    if has_state(&ask.law) {
+    let (rows, rest) = (desk.columns.len() / 4, desk.columns.len() % 4);
+    if rest > 0 {
+        return Err(format!(
+            "expected the columns t, w, stuck and force rate of one length, got {} numbers",
+            desk.columns.len()
+        ));
+    }
+    let column = |index: usize| &desk.columns[index * rows..][..rows];
+    let (t, w) = (column(0), column(1));
+    let state = has_state(&ask.law);
+    if state {
         let law: StateLaw = document(ask.law)?;
-        let start = ask.w.first().map_or(0.0, |&w| law.steady(w));
-        let (force, state) = follow(&law, &ask.t, &ask.w, start, &mut || true).map_err(sentence)?;
+        let start = w.first().map_or(0.0, |&w| law.steady(w));
+        let (force, state) = follow(&law, t, w, start, &mut || true).map_err(sentence)?;
         desk.numbers.extend(force.into_iter().chain(state));
     } else {
         let law: Law = document(ask.law)?;
-        let force = force_along(&law, &ask.t, &ask.w, &ask.stuck, &ask.force_rate).map_err(sentence)?;
+        let stuck: Vec<bool> = column(2).iter().map(|&stuck| stuck != 0.0).collect();
+        let force = force_along(&law, t, w, &stuck, column(3)).map_err(sentence)?;
         desk.numbers.extend(force);
     }
-    Ok(json!({}))
+    Ok(json!({"state": state}))
 }
 
 #[derive(Deserialize)]
@@ -83,6 +90,9 @@ struct Surface {
 /// Break-away force, a row for each force rate, or one of each pair.
 fn surface(desk: &mut Desk) -> Result<Value, String> {
     let ask: Surface = read(&desk.question)?;
+    if has_state(&ask.law) {
+        return Err("a law with an internal state has no break-away force of its own: what adhesion bears depends on how it is loaded".into());
+    }
     let law: Law = document(ask.law)?;
     law.validate().map_err(sentence)?;
     let mut add = |stick_time: f64, force_rate: f64| {

@@ -1,8 +1,9 @@
 //! The border to WebAssembly: a document goes in, a document and columns of numbers come out. No physics, and no unsafe block.
 //!
-//! A caller writes a question as JSON to where `question(len)` points, calls `answer(verb)`, and reads `words()` (JSON: what
-//! the columns are; or the sentence of an error) and `numbers()` (f64). JSON has no infinity and no not-a-number, so what
-//! holds them (orbits, how a motion goes on) stays here between two questions.
+//! A caller writes a question as JSON to where `question(len)` points, and its columns of f64, if it has any, to where
+//! `columns(len)` does; it calls `answer(verb)` and reads `words()` (JSON: what the columns are; or the sentence of an error)
+//! and `numbers()` (f64). JSON has no infinity and no not-a-number, so what holds them (orbits, how a motion goes on) stays
+//! here between two questions.
 #![warn(clippy::disallowed_methods)]
 
 mod ask;
@@ -15,12 +16,13 @@ use std::cell::RefCell;
 #[derive(Default)]
 struct Desk {
     question: Vec<u8>,
+    columns: Vec<f64>,
     words: Vec<u8>,
     numbers: Vec<f64>,
     /// The orbit that was simulated last.
-    orbit: Option<stickslip::model::Orbit>,
+    orbit: Option<motion::Orbit>,
     /// How the last motion of the last chain goes on.
-    chain: Option<(stickslip::model::Start, Option<stickslip::sweep::Link>)>,
+    chain: steady::Chain,
 }
 
 thread_local! {
@@ -34,6 +36,16 @@ pub extern "C" fn question(len: usize) -> *mut u8 {
         desk.question.clear();
         desk.question.resize(len, 0);
         desk.question.as_mut_ptr()
+    })
+}
+
+/// Where to write `len` numbers that belong to it, column after column.
+#[unsafe(no_mangle)]
+pub extern "C" fn columns(len: usize) -> *mut f64 {
+    DESK.with_borrow_mut(|desk| {
+        desk.columns.clear();
+        desk.columns.resize(len, 0.0);
+        desk.columns.as_mut_ptr()
     })
 }
 

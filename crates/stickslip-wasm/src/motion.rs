@@ -2,15 +2,26 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
+use stickslip::integration::{CREEP, Integration};
 use stickslip::lyapunov::largest;
 use stickslip::mode::Kind;
-use stickslip::model::{Model, Orbit};
+use stickslip::model::{self, Model};
 use stickslip::network::{self, Run, branch_of};
 use stickslip::orbit;
 use stickslip::regime::Regime;
+use stickslip::restart::Restart;
+use stickslip::simulate::{Run as OneRun, Stop, simulate_from};
+use stickslip::state_system::StateSystem;
+use stickslip::system::System;
 
 use crate::Desk;
 use crate::ask::{has_state, read, sentence};
+
+/// The error of a step of an integration: what a picture shows.
+pub(crate) const TOLERANCE: f64 = 1e-6;
+/// Most hundreds of its steps in one motion, so that the page does not stand still.
+const MOST_HUNDREDS: u32 = 120;
+const TOO_STIFF: &str = "the run stopped after 12000 steps of its integration: the law is too stiff for this page; run the system by stickslip simulate";
 
 #[derive(Deserialize)]
 struct Start {
@@ -21,6 +32,9 @@ struct Start {
     x0: Option<Vec<f64>>,
     #[serde(default)]
     v0: Option<Vec<f64>>,
+    /// What the motion remembers of one that went before.
+    #[serde(default)]
+    memory: Option<Memory>,
     max_events: u64,
     /// Samples of each segment at least, its start among them.
     per_segment: usize,
@@ -28,41 +42,121 @@ struct Start {
     samples: usize,
 }
 
+/// How a motion goes on: numbers, null where there is none. In closed form those of a [`Restart`], of laws with an internal
+/// state the variables that are integrated.
+pub(crate) type Memory = Vec<Option<f64>>;
+
+pub(crate) fn numbers(memory: &Memory) -> Vec<f64> {
+    memory.iter().map(|value| value.unwrap_or(f64::NAN)).collect()
+}
+
+/// Whether a document has a law with an internal state.
+pub(crate) fn is_integrated(system: &Value) -> bool {
+    let laws = system["contacts"].as_array();
+    has_state(&system["law"]) || laws.is_some_and(|all| all.iter().any(|one| has_state(&one["law"])))
+}
+
 /// What a document describes, but for what has no events.
 fn model(system: Value) -> Result<Model, String> {
-    let laws = system["contacts"].as_array();
-    if has_state(&system["law"]) || laws.is_some_and(|all| all.iter().any(|one| has_state(&one["law"]))) {
+    if is_integrated(&system) {
         return Err(
-            "a law with an internal state is integrated, not solved from event to event: \
-                    the page shows the law alone; run the system by `stickslip simulate`"
+            "expected a law without an internal state, got one that is integrated: its motion has no derivative here"
                 .into(),
         );
     }
     Model::read(system).map_err(sentence)
 }
 
+/// The right-hand side of masses under laws with an internal state.
+pub(crate) fn state_system(system: Value) -> Result<StateSystem, String> {
+    let (system, _) = System::read(system).map_err(sentence)?;
+    StateSystem::new(system).map_err(sentence)
+}
+
+/// The variables of a start, those of a motion that went before if they fit.
+pub(crate) fn variables(
+    system: &StateSystem,
+    (x0, v0): (Option<&[f64]>, Option<&[f64]>),
+    memory: Option<Vec<f64>>,
+) -> Vec<f64> {
+    let each = |values: &[f64]| match values {
+        [one] => vec![*one; system.masses()],
+        all => all.to_vec(),
+    };
+    memory
+        .filter(|numbers| numbers.len() == system.width() && numbers.iter().all(|number| number.is_finite()))
+        .unwrap_or_else(|| {
+            system.variables(&x0.map_or_else(|| vec![0.0; system.masses()], each), v0.map(each))
+        })
+}
+
+/// A whole motion, in events or integrated.
+pub(crate) enum Orbit {
+    Events(model::Orbit),
+    Integrated(Integration, Stop),
+}
+
 impl Start {
-    fn orbit(&mut self) -> Result<Orbit, String> {
+    /// The motion, and how it goes on if that says more than its position and velocity.
+    fn orbit(&mut self) -> Result<(Orbit, Vec<f64>), String> {
+        let system = self.system.take();
+        let memory = self.memory.as_ref().map(numbers);
+        if is_integrated(&system) {
+            let system = state_system(system)?;
+            let starts = (self.x0.as_deref(), self.v0.as_deref());
+            if let Some(values) = [starts.0, starts.1]
+                .into_iter()
+                .flatten()
+                .find(|values| values.len() != 1 && values.len() != system.masses())
+            {
+                return Err(format!(
+                    "expected a start of {} masses, got {} numbers",
+                    system.masses(),
+                    values.len()
+                ));
+            }
+            let y = variables(&system, starts, memory);
+            let mut left = MOST_HUNDREDS;
+            let mut go_on = || {
+                left = left.saturating_sub(1);
+                left > 0
+            };
+            let mut orbit = Integration::new(system, y, TOLERANCE).map_err(sentence)?;
+            let stop = orbit.advance(self.t_end, 0.0, &mut go_on);
+            let end = orbit.last().to_vec();
+            return Ok((Orbit::Integrated(orbit, stop), end));
+        }
         let run = Run {
             x0: self.x0.take(),
             v0: self.v0.take(),
             t_end: self.t_end,
             max_events: self.max_events,
         };
-        model(self.system.take())?
-            .simulate(run, || true)
-            .map_err(sentence)
+        let model = model(system)?;
+        if let Model::Closed(oscillator) = &model {
+            let from = memory.as_deref().and_then(Restart::read);
+            let (orbit, end) =
+                simulate_from(oscillator, OneRun::of_one(&run), from, || true).map_err(sentence)?;
+            let end = end.map_or_else(Vec::new, |end| end.numbers().to_vec());
+            return Ok((Orbit::Events(model::Orbit::Closed(orbit)), end));
+        }
+        let orbit = model.simulate(run, || true).map_err(sentence)?;
+        Ok((Orbit::Events(orbit), Vec::new()))
     }
 
     /// The start of a segment and as many times in it as its share of the orbit asks for.
     fn times(&self, from: f64, to: f64, times: &mut Vec<f64>) {
+        self.times_at_least(self.per_segment, from, to, times);
+    }
+
+    fn times_at_least(&self, least: usize, from: f64, to: f64, times: &mut Vec<f64>) {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "a share of the samples"
         )]
         let share = ((to - from) / self.t_end * self.samples as f64).ceil() as usize;
-        let count = share.clamp(self.per_segment, self.samples.max(self.per_segment));
+        let count = share.clamp(least, self.samples.max(least));
         times.extend((0..count).map(|step| from + (to - from) * step as f64 / count as f64));
     }
 }
@@ -110,7 +204,8 @@ impl Path {
             let mode = if stuck { -1.0 } else { f64::from(segment.branch) };
             times.clear();
             let to = next.map_or(orbit.t_last(), |event| event.t);
-            ask.times(inside(segment.clock.high), to, &mut times);
+            // A stick that goes on began before.
+            ask.times(inside(segment.clock.high).max(0.0), to, &mut times);
             for (&t, state) in times.iter().zip(orbit.states(&times)) {
                 let w = if stuck { 0.0 } else { s - state.v };
                 path.push(t, [state.x, state.v], [w, state.force, mode]);
@@ -157,6 +252,34 @@ impl Path {
         path
     }
 
+    /// Every step, with states between two of them.
+    fn integrated(orbit: &Integration, ask: &Start) -> Self {
+        let system = orbit.system();
+        let mut path = Self::new(system.masses(), system.contacts());
+        for step in orbit.times().windows(2) {
+            // Steps are short: of most their start is enough.
+            ask.times_at_least(1, step[0], step[1], &mut path.t);
+        }
+        path.t.push(orbit.t_last());
+        for &t in &path.t {
+            let y = orbit.variables(t);
+            let motion = system.motion(t, &y);
+            for (i, [x, v]) in path.masses.iter_mut().enumerate() {
+                x.push(y[i]);
+                v.push(motion.v[i]);
+            }
+            for (c, [w, force, _]) in path.contacts.iter_mut().enumerate() {
+                w.push(motion.w[c]);
+                force.push(motion.force[c]);
+            }
+        }
+        for [w, _, mode] in &mut path.contacts {
+            let most = w.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
+            mode.extend(w.iter().map(|w| if w.abs() <= CREEP * most { -1.0 } else { 0.0 }));
+        }
+        path
+    }
+
     /// The kind of motion of the first contact in the second half.
     fn regime(&self) -> Regime {
         let last = self.t.last().copied().unwrap_or(0.0);
@@ -189,22 +312,33 @@ fn kind(kind: Kind) -> f64 {
 /// The columns of a path, then the events: t, kind, contact, x, v, force, stick_time, force_rate of each.
 pub(crate) fn orbit(desk: &mut Desk) -> Result<Value, String> {
     let mut ask: Start = read(&desk.question)?;
-    let orbit = ask.orbit()?;
+    let (orbit, end) = ask.orbit()?;
     let out = &mut desk.numbers;
-    let path = match &orbit {
-        Orbit::Closed(orbit) => Path::exact(orbit, &ask),
-        Orbit::Steps(orbit) => Path::taylor(orbit, &ask),
+    let (path, engine, stop, t_last) = match &orbit {
+        Orbit::Events(model::Orbit::Closed(orbit)) => {
+            (Path::exact(orbit, &ask), "exact", orbit.stop, orbit.t_last())
+        }
+        Orbit::Events(model::Orbit::Steps(orbit)) => {
+            (Path::taylor(orbit, &ask), "taylor", orbit.stop, orbit.t_last())
+        }
+        Orbit::Integrated(orbit, stop) => {
+            (Path::integrated(orbit, &ask), "integrated", *stop, orbit.t_last())
+        }
     };
     path.lay(out);
-    for event in orbit.events() {
-        let contact = f64::from(event.contact);
-        out.extend([event.t, kind(event.kind), contact, event.x, event.v, event.force]);
-        out.extend([event.stick_time, event.force_rate]);
+    let mut count = 0;
+    if let Orbit::Events(orbit) = &orbit {
+        count = orbit.work().events;
+        for event in orbit.events() {
+            let contact = f64::from(event.contact);
+            out.extend([event.t, kind(event.kind), contact, event.x, event.v, event.force]);
+            out.extend([event.stick_time, event.force_rate]);
+        }
     }
     let words = json!({
         "samples": path.t.len(), "masses": path.masses.len(), "contacts": path.contacts.len(),
-        "events": orbit.work().events, "exact": matches!(orbit, Orbit::Closed(_)), "regime": path.regime().name(),
-        "stop": orbit.stop().name(), "sentence": orbit.stop().sentence(), "t_last": orbit.t_last(),
+        "events": count, "engine": engine, "regime": path.regime().name(),
+        "stop": stop.name(), "sentence": if engine == "integrated" && stop == Stop::MaxSeconds { TOO_STIFF } else { stop.sentence() }, "t_last": t_last, "end": end,
     });
     desk.orbit = Some(orbit);
     Ok(words)
@@ -228,6 +362,23 @@ pub(crate) fn states(desk: &mut Desk) -> Result<Value, String> {
         .orbit
         .as_ref()
         .ok_or("there is no orbit yet: simulate first")?;
+    let orbit = match orbit {
+        Orbit::Events(orbit) => orbit,
+        Orbit::Integrated(orbit, _) => {
+            let motions: Vec<_> = times
+                .iter()
+                .map(|&t| {
+                    let y = orbit.variables(t);
+                    let motion = orbit.system().motion(t, &y);
+                    [y[0], motion.v[0], motion.a[0], motion.force[0]]
+                })
+                .collect();
+            for column in 0..4 {
+                desk.numbers.extend(motions.iter().map(|motion| motion[column]));
+            }
+            return Ok(json!({}));
+        }
+    };
     let states = orbit.states(&times);
     let (masses, contacts) = (
         states.x.len() / times.len().max(1),

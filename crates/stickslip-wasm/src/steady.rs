@@ -2,13 +2,28 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
+use stickslip::integration::Integration;
 use stickslip::model::Start;
 use stickslip::regime::Regime;
+use stickslip::restart::Restart;
 use stickslip::rows::Rows;
-use stickslip::sweep::{Link, Look, Sweep};
+use stickslip::sweep::{Link, Look, Steady, Sweep, steady};
 
 use crate::Desk;
 use crate::ask::{read, sentence};
+use crate::motion::{Memory, TOLERANCE, is_integrated, numbers, state_system, variables};
+
+/// Where a chain of motions has come to.
+#[derive(Default)]
+pub(crate) enum Chain {
+    /// There is none.
+    #[default]
+    New,
+    /// How the next one begins, and what the last one was.
+    Events(Box<Start>, Option<Link>),
+    /// The variables at the end of an integration.
+    Integrated(Vec<f64>),
+}
 
 #[derive(Deserialize)]
 struct Ask {
@@ -28,6 +43,9 @@ struct Ask {
     x0: f64,
     #[serde(default)]
     v0: Option<f64>,
+    /// What the first motion remembers of one that went before.
+    #[serde(default)]
+    memory: Option<Memory>,
     /// How often a motion may ask whether to go on: a limit that is the same on every machine.
     patience: u64,
 }
@@ -44,15 +62,21 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
         },
         look: ask.look,
     };
-    let (mut begin, mut before) = if ask.go_on {
-        desk.chain.take().unwrap_or_default()
+    let before = if ask.go_on {
+        std::mem::take(&mut desk.chain)
     } else {
-        let begin = Start {
-            x: vec![ask.x0],
-            v: ask.v0.into_iter().collect(),
-            restart: None,
-        };
-        (begin, None)
+        Chain::New
+    };
+    let memory = ask.memory.as_ref().map(numbers);
+    let begin = Start {
+        x: vec![ask.x0],
+        v: ask.v0.into_iter().collect(),
+        restart: memory.as_deref().and_then(Restart::read),
+    };
+    let mut at = match (before, is_integrated(&sweep.rows.document)) {
+        (Chain::New, true) => Chain::Integrated(memory.unwrap_or_default()),
+        (Chain::New, false) => Chain::Events(Box::new(begin.clone()), None),
+        (before, _) => before,
     };
     let mut events = 0;
     for index in 0..sweep.rows.len() {
@@ -61,14 +85,28 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
             left = left.saturating_sub(1);
             left > 0
         };
-        let row = if ask.chain {
-            sweep
-                .chain(index..index + 1, begin.clone(), before, &mut go_on)
-                .map(|mut rows| rows.remove(0))
-        } else {
-            sweep.row(index, &begin, &mut go_on)
+        let (row, end) = match (&mut at, ask.chain) {
+            (Chain::Integrated(y), _) => {
+                let (row, end) = integrated(&sweep, index, &begin, y, &mut go_on)?;
+                (row, Chain::Integrated(end))
+            }
+            (Chain::Events(start, before), true) => {
+                let mut rows = sweep
+                    .chain(index..index + 1, (**start).clone(), before.take(), &mut go_on)
+                    .map_err(sentence)?;
+                let row = rows.remove(0);
+                let link = row.end.as_ref().map(|_| Link::new(sweep.rows.row(index), &row));
+                let start = row.end.as_ref().map(Start::after).unwrap_or_default();
+                (row, Chain::Events(Box::new(start), link))
+            }
+            _ => (
+                sweep.row(index, &begin, &mut go_on).map_err(sentence)?,
+                Chain::New,
+            ),
+        };
+        if ask.chain {
+            at = end;
         }
-        .map_err(sentence)?;
         events += row.events;
         desk.numbers.extend([
             f64::from(row.regime as u8),
@@ -85,13 +123,44 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
         desk.numbers
             .extend(row.section.iter().flat_map(|point| [point.x, point.v]));
         desk.numbers.extend(&row.extrema_w);
-        before = row.end.as_ref().map(|_| Link::new(sweep.rows.row(index), &row));
-        if ask.chain {
-            begin = row.end.as_ref().map(Start::after).unwrap_or_default();
-        }
     }
     if ask.chain {
-        desk.chain = Some((begin, before));
+        desk.chain = at;
     }
     Ok(json!({"events": events, "regimes": Regime::ALL.map(Regime::name)}))
+}
+
+/// One motion under laws with an internal state, from the variables of one before where they fit, and its variables at the end.
+fn integrated(
+    sweep: &Sweep,
+    index: usize,
+    begin: &Start,
+    before: &[f64],
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<(Steady, Vec<f64>), String> {
+    let (document, starts) = sweep.rows.described(sweep.rows.row(index)).map_err(sentence)?;
+    let system = state_system(document)?;
+    let mut begin = begin.clone();
+    starts.begin(&mut begin, system.masses()).map_err(sentence)?;
+    let given = |values: &'_ [f64]| (!values.is_empty()).then(|| values.to_vec());
+    let (x, v) = (given(&begin.x), given(&begin.v));
+    let y = variables(&system, (x.as_deref(), v.as_deref()), Some(before.to_vec()));
+    let (period, surface) = (system.period(), system.usual_surface());
+    // No finer than the integration is.
+    let look = &Look {
+        tolerance: sweep.look.tolerance.max(1e3 * TOLERANCE),
+        ..sweep.look
+    };
+    if look.contact >= system.contacts() {
+        return Err(format!(
+            "contact must be less than {}, got {}",
+            system.contacts(),
+            look.contact
+        ));
+    }
+    let integration = Integration::new(system, y, TOLERANCE).map_err(sentence)?;
+    let mut engine = integration.of_contact(look.contact);
+    let surface = look.surface.unwrap_or(surface);
+    let row = steady(&mut engine, period, &surface, look, go_on).map_err(sentence)?;
+    Ok((row, engine.last().to_vec()))
 }

@@ -26,6 +26,7 @@ fn main() -> Result<(), Error> {
             tolerance: 1e-6,
             surface: None,
             decide: 0,
+            early: 0.0,
             points: 8,
             max_events: 1_000_000,
             contact: 0,

@@ -39,6 +39,7 @@
 //! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
 //! | [`series`] | Taylor coefficients, their recursions, the certified first root |
 //! | [`state_law`] | friction laws with an internal state, one file a law |
+//! | [`integration`] | the motion under such laws, by the steps of a Rosenbrock method |
 //! | [`state_system`] | the right-hand side of masses under such laws |
 //! | [`elementary`] | exponential, logarithm, sine and their kin with the same bits on every machine |
 //! | [`error`] | everything a user can get wrong, one sentence each |
@@ -57,6 +58,7 @@ pub mod event;
 pub mod event_sequence;
 pub mod flow;
 pub mod harmonic;
+pub mod integration;
 #[expect(
     clippy::inline_always,
     reason = "what is not inlined is not compiled for the width"

@@ -97,17 +97,12 @@ impl Model {
     /// The frequency of the first force that varies or, without one, of the first harmonic of a drive.
     #[must_use]
     pub fn forcing_frequency(&self) -> Option<f64> {
-        let frequencies: Vec<f64> = match self {
-            Self::Closed(oscillator) => oscillator.forcing.iter().map(|force| force.frequency).collect(),
-            Self::Steps(system) => {
-                let forces = system.forcing.iter().map(|force| force.frequency);
-                let drives = system.contacts.iter().flat_map(|c| &c.drive_velocity.harmonics);
-                let normals = system.contacts.iter().flat_map(|c| &c.normal_force);
-                let others = drives.chain(normals.flat_map(|normal| &normal.harmonics));
-                forces.chain(others.map(|harmonic| harmonic.frequency)).collect()
+        match self {
+            Self::Closed(oscillator) => {
+                first_positive(oscillator.forcing.iter().map(|force| force.frequency))
             }
-        };
-        frequencies.into_iter().find(|&frequency| frequency > 0.0)
+            Self::Steps(system) => system.forcing_frequency(),
+        }
     }
 
     /// The period of the first forcing, or the natural period: of several masses that of the highest frequency.
@@ -299,7 +294,21 @@ impl Engine for Running<'_> {
     }
 }
 
-impl System {
+/// The first frequency of what varies at all.
+fn first_positive(mut frequencies: impl Iterator<Item = f64>) -> Option<f64> {
+    frequencies.find(|&frequency| frequency > 0.0)
+}
+
+impl<L> System<L> {
+    /// As [`Model::forcing_frequency`].
+    pub(crate) fn forcing_frequency(&self) -> Option<f64> {
+        let forces = self.forcing.iter().map(|force| force.frequency);
+        let drives = self.contacts.iter().flat_map(|c| &c.drive_velocity.harmonics);
+        let normals = self.contacts.iter().flat_map(|c| &c.normal_force);
+        let others = drives.chain(normals.flat_map(|normal| &normal.harmonics));
+        first_positive(forces.chain(others.map(|harmonic| harmonic.frequency)))
+    }
+
     /// The highest natural frequency of the masses without damping and friction; 1 where nothing is sprung.
     ///
     /// The spectral radius of M⁻¹ K is the limit of |(M⁻¹ K)^n|^(1/n) (Gelfand), taken by squaring.

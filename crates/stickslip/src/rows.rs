@@ -44,6 +44,18 @@ impl Rows {
     /// # Errors
     /// A name that is no number of the document, and what makes no sense in the document.
     pub fn model(&self, values: &[f64], begin: &Start) -> Result<(Model, Start), Error> {
+        let (document, starts) = self.described(values)?;
+        let model = Model::read(document)?;
+        let mut start = begin.clone();
+        starts.begin(&mut start, model.masses())?;
+        Ok((model, start))
+    }
+
+    /// The document of the values of a row, and what they say of its start.
+    ///
+    /// # Errors
+    /// A name that is no number of the document.
+    pub fn described(&self, values: &[f64]) -> Result<(Value, Starts<'_>), Error> {
         let mut document = self.document.clone();
         let mut starts = Vec::new();
         for (name, value) in self.named(values) {
@@ -54,20 +66,7 @@ impl Rows {
                 *number(&mut document, name)? = value.into();
             }
         }
-        let model = Model::read(document)?;
-        let mut start = begin.clone();
-        for (head, mass, value) in starts {
-            let of = if head == "x0" { &mut start.x } else { &mut start.v };
-            of.resize(model.masses(), f64::NAN);
-            let node = match mass {
-                "" if model.masses() == 1 => of.first_mut(),
-                _ => mass.parse().ok().and_then(|mass: usize| of.get_mut(mass)),
-            };
-            *node.ok_or_else(|| Error::Document {
-                reason: format!("{head} must name a mass, such as {head}.0, got {mass:?}"),
-            })? = value;
-        }
-        Ok((model, start))
+        Ok((document, Starts(starts)))
     }
 
     /// An error with the run it belongs to.
@@ -79,6 +78,31 @@ impl Rows {
         Error::Document {
             reason: format!("run {index} ({}): {error}", row.join(", ")),
         }
+    }
+}
+
+/// What a row says of its start: x0 or v0, the mass, and the value.
+#[derive(Clone, Debug)]
+pub struct Starts<'a>(Vec<(&'a str, &'a str, f64)>);
+
+impl Starts<'_> {
+    /// Put it into the start of so many masses.
+    ///
+    /// # Errors
+    /// A mass that is not there.
+    pub fn begin(self, start: &mut Start, masses: usize) -> Result<(), Error> {
+        for (head, mass, value) in self.0 {
+            let of = if head == "x0" { &mut start.x } else { &mut start.v };
+            of.resize(masses, f64::NAN);
+            let node = match mass {
+                "" if masses == 1 => of.first_mut(),
+                _ => mass.parse().ok().and_then(|mass: usize| of.get_mut(mass)),
+            };
+            *node.ok_or_else(|| Error::Document {
+                reason: format!("{head} must name a mass, such as {head}.0, got {mass:?}"),
+            })? = value;
+        }
+        Ok(())
     }
 }
 

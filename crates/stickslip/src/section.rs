@@ -44,7 +44,12 @@ impl Surface {
     /// The stroboscopic section of a forced system, the maxima of x of another.
     #[must_use]
     pub fn usual(model: &Model) -> Self {
-        match model.forcing_frequency() {
+        Self::of_forcing(model.forcing_frequency())
+    }
+
+    /// The same by the frequency of the forcing.
+    pub(crate) fn of_forcing(frequency: Option<f64>) -> Self {
+        match frequency {
             Some(frequency) => Self::Strobe {
                 period: TAU / frequency,
                 start: 0.0,

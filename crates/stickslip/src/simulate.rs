@@ -9,7 +9,7 @@ use crate::mode::{self, Kind, Mode};
 use crate::network;
 use crate::orbit::{Event, Orbit, Record, Segment, While};
 use crate::oscillator::{Oscillator, with_harmonics};
-use crate::restart::HybridState;
+use crate::restart::{HybridState, Restart};
 use crate::watch::Watched;
 
 /// Why a run ended. Ending is a value, not an error.
@@ -157,6 +157,84 @@ pub fn simulate_while(
     orbit.stop = stop;
     orbit.work = work;
     Ok(orbit)
+}
+
+/// The same from where another motion ended, if any, and how this one goes on, if it reached its end.
+///
+/// # Errors
+/// The first value of the oscillator or the run that makes no sense.
+pub fn simulate_from(
+    oscillator: &Oscillator,
+    run: Run,
+    from: Option<Restart>,
+    go_on: impl FnMut() -> bool,
+) -> Result<(Orbit, Option<Restart>), Error> {
+    let hybrid = from.map(|from| from.hybrid(oscillator.drive_velocity, Clock::default()));
+    let run = hybrid.map_or(run, |(x0, v0, _)| Run {
+        x0,
+        v0: Some(v0),
+        ..run
+    });
+    let mut kept = Kept {
+        orbit: Orbit::new(oscillator.clone(), run),
+        hybrid: None,
+    };
+    let record = &mut While {
+        record: &mut kept,
+        go_on,
+    };
+    let (stop, work) = match hybrid {
+        Some((_, _, hybrid)) => {
+            oscillator.validate()?;
+            run.validate()?;
+            resume(oscillator, run, hybrid, record)?
+        }
+        None => observe(oscillator, run, record)?,
+    };
+    let Kept { mut orbit, hybrid } = kept;
+    (orbit.stop, orbit.work) = (stop, work);
+    let restart = hybrid.filter(|_| stop == Stop::End).and_then(|hybrid| {
+        let (last, segment) = (*orbit.states(&[run.t_end]).first()?, orbit.segments.last()?);
+        Some(Restart {
+            x: last.x,
+            w: if last.stuck {
+                0.0
+            } else {
+                oscillator.drive_velocity - last.v
+            },
+            stuck_for: if last.stuck {
+                segment.clock.until(run.t_end)
+            } else {
+                0.0
+            },
+            hybrid,
+        })
+    });
+    Ok((orbit, restart))
+}
+
+/// An orbit, and where it arrived.
+struct Kept {
+    orbit: Orbit,
+    hybrid: Option<HybridState>,
+}
+
+impl Record for Kept {
+    fn segment(&mut self, segment: Segment) {
+        self.orbit.segment(segment);
+    }
+
+    fn event(&mut self, event: Event) {
+        self.orbit.event(event);
+    }
+
+    fn full(&self) -> bool {
+        self.orbit.full()
+    }
+
+    fn arrived(&mut self, hybrid: HybridState) {
+        self.hybrid = Some(hybrid);
+    }
 }
 
 /// Simulate and tell `record` of every segment and event.

@@ -1,7 +1,7 @@
 //! Friction laws with an internal state: no adhesion, no modes, one smooth (and stiff) equation for all times.
 //!
 //! A law here says how much force slip at velocity w and state z produces, and how fast z changes. It has one state at most.
-//! The motion is integrated outside the core, as an orbit of these laws is no closed form.
+//! The motion is integrated ([`crate::integration`], or outside the core), as an orbit of these laws is no closed form.
 
 mod bouc_wen;
 mod dahl;
@@ -56,6 +56,12 @@ pub trait StateFriction: Limited {
     /// The state of steady slip at velocity `w`; for w = 0 the state of a contact that was never loaded.
     fn steady(&self, w: f64) -> f64;
 
+    /// The size of the state in slip at that speed, by which an integration measures its errors.
+    fn state_scale(&self, speed: f64) -> f64 {
+        let steady = self.steady(speed).abs();
+        if steady > 0.0 { steady } else { 1.0 }
+    }
+
     /// A bound of |∂ż/∂z| at slip velocity `w`, for [`StateFriction::advance`].
     fn pace(&self, _w: f64) -> f64 {
         0.0
@@ -108,6 +114,7 @@ macro_rules! laws {
             #[inline]
             fn rates(&self, w: f64, z: f64) -> (f64, f64) { match self { $(Self::$name(law) => law.rates(w, z)),+ } }
             fn steady(&self, w: f64) -> f64 { match self { $(Self::$name(law) => law.steady(w)),+ } }
+            fn state_scale(&self, speed: f64) -> f64 { match self { $(Self::$name(law) => law.state_scale(speed)),+ } }
             fn pace(&self, w: f64) -> f64 { match self { $(Self::$name(law) => law.pace(w)),+ } }
             fn advance(&self, w: f64, z: f64, time: f64) -> f64 { match self { $(Self::$name(law) => law.advance(w, z, time)),+ } }
         }

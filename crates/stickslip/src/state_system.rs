@@ -1,11 +1,17 @@
 //! Masses under laws with an internal state: the right-hand side that an integrator asks for.
 
+use std::f64::consts::TAU;
+
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::matrix::Matrix;
+use crate::section::Surface;
 use crate::series::ZERO;
 use crate::state_law::{StateFriction, StateLaw};
 use crate::system::System;
+
+/// The part of a variable over which differences are taken: the root of the rounding.
+const DIFFERENCE: f64 = 1.5e-8;
 
 /// M ẍ + D ẋ + K x = Σ b_c F_c(w_c, z_c) + Σ e_i A cos(Ω t + φ), ż_c = g_c(w_c, z_c), in the variables [x, q, z].
 ///
@@ -108,6 +114,88 @@ impl StateSystem {
             Link::Forward(c) | Link::Backward(c) => slip_acceleration[c],
         });
         v.iter().copied().chain(q).chain(rate).collect()
+    }
+
+    /// ∂/∂y of the time derivative, row after row, and ∂/∂t of it, by differences; `slope` is the time derivative itself.
+    #[must_use]
+    pub fn jacobian(&self, t: f64, y: &[f64], slope: &[f64], scales: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let n = y.len();
+        let mut matrix = vec![0.0; n * n];
+        let mut moved = y.to_vec();
+        for j in 0..n {
+            moved[j] += DIFFERENCE * y[j].abs().max(scales[j]);
+            let by = moved[j] - y[j];
+            for (i, (there, here)) in self.rates(t, &moved).into_iter().zip(slope).enumerate() {
+                matrix[i * n + j] = (there - here) / by;
+            }
+            moved[j] = y[j];
+        }
+        let by = DIFFERENCE * t.max(self.period());
+        let later = self.rates(t + by, y).into_iter().zip(slope);
+        (matrix, later.map(|(there, here)| (there - here) / by).collect())
+    }
+
+    /// What counts as small in each variable, from a start: that of a motion as fast as the drives, at the natural frequency.
+    #[must_use]
+    pub fn scales(&self, y: &[f64]) -> Vec<f64> {
+        let n = self.masses();
+        let frequency = self.system.natural_frequency();
+        let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let drives: Vec<f64> = self.drives(0.0).iter().map(|drive| drive[0]).collect();
+        let (far, fast) = (largest(&y[..n]), largest(&y[n..2 * n]).max(largest(&drives)));
+        let speed = fast.max(1e-3 * far * frequency);
+        let speed = if speed > 0.0 { speed } else { 1.0 };
+        let states = self
+            .system
+            .contacts
+            .iter()
+            .map(|contact| contact.law.state_scale(speed));
+        let length = (speed / frequency).max(1e-9 * far);
+        [length, speed]
+            .into_iter()
+            .flat_map(|scale| vec![scale; n])
+            .chain(states)
+            .collect()
+    }
+
+    /// The variables of a motion from positions and velocities, as [`StateSystem::start`] takes them; states are those of
+    /// steady slip, or of a contact that was never loaded.
+    #[must_use]
+    pub fn variables(&self, x: &[f64], v: Option<Vec<f64>>) -> Vec<f64> {
+        let (mut y, w) = self.start(x, v);
+        y.extend(
+            self.system
+                .contacts
+                .iter()
+                .zip(w)
+                .map(|(contact, w)| contact.law.steady(w)),
+        );
+        y
+    }
+
+    /// The number of contacts.
+    #[must_use]
+    pub fn contacts(&self) -> usize {
+        self.system.contacts.len()
+    }
+
+    /// The mass of a contact.
+    #[must_use]
+    pub fn mass_of(&self, contact: usize) -> usize {
+        self.system.contacts[contact].mass
+    }
+
+    /// The period of the first forcing, or the natural period.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        let frequency = self.system.forcing_frequency();
+        TAU / frequency.unwrap_or_else(|| self.system.natural_frequency())
+    }
+
+    /// The stroboscopic section where there is forcing, else the maxima of x.
+    #[must_use]
+    pub fn usual_surface(&self) -> Surface {
+        Surface::of_forcing(self.system.forcing_frequency())
     }
 
     /// What follows from the variables `y` at `t`.

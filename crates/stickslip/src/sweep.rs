@@ -38,6 +38,10 @@ pub struct Look {
     /// Returns after the window by which a motion that does not repeat is told regular from chaotic; 0: not at all.
     #[serde(default)]
     pub decide: usize,
+    /// Periods after which a motion counts as steady if all returns of the last half of them repeat, six at least. Others go
+    /// through the whole transient. 0: all do.
+    #[serde(default)]
+    pub early: f64,
     /// How many turning points and points of the section are kept.
     pub points: usize,
     /// Most events of each run.
@@ -52,6 +56,9 @@ const ABREAST: usize = 256;
 
 /// Returns to the section that are compared with each other, at most.
 const RETURNS: usize = 256;
+
+/// Returns that must agree before a motion is steady early.
+const AGREE: usize = 6;
 
 /// What is kept of one run.
 #[derive(Clone, Debug, PartialEq)]
@@ -308,6 +315,18 @@ pub fn steady(
 ) -> Result<Steady, Error> {
     surface.validate()?;
     positive("tolerance", look.tolerance)?;
+    if look.early > 0.0 {
+        let until = look.early * period;
+        let mut watch = Watch::new(look, surface, RETURNS, go_on);
+        let stop = engine.go(until, 0.5 * until, &mut watch)?;
+        let compared = watch.returns.len();
+        let row = watch.summary(look, stop, engine, compared);
+        // Steady slip that has ceased to be stable is left but slowly.
+        let settled = row.period > 0 && !row.regime.rests() && compared >= AGREE;
+        if stop != Stop::End || settled {
+            return Ok(row);
+        }
+    }
     let (after, end) = (look.transient * period, (look.transient + look.window) * period);
     let mut watch = Watch::new(look, surface, RETURNS, go_on);
     let stop = engine.go(end, after, &mut watch)?;

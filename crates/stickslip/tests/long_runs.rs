@@ -171,6 +171,7 @@ fn a_motion_that_has_died_out_is_looked_at_in_no_time() {
             tolerance: 1e-6,
             surface: None,
             decide: 0,
+            early: 0.0,
             points: 16,
             max_events: 10_000,
             contact: 0,

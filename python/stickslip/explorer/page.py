@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -218,7 +219,8 @@ def page(
         'id="state">null<': f'id="state">{_json(state)}<',
         'id="records">null<': f'id="records">{_json(records)}<',
         'id="core"><': f'id="core">{_core_packed()}<',
-        'id="program"><': f'id="program">{_shipped("explorer.js")}<',
+        'id="program"><': f'id="program">{_program_packed()}<',
+        'id="boot"><': f'id="boot">{_shipped("boot.js")}<',
     }
     for slot, filled in parts.items():
         text = text.replace(slot, filled, 1)
@@ -245,7 +247,8 @@ def program() -> str:
     return (
         f'<style>{style}</style><script type="application/octet-stream" id="data">{_data([])}</script>'
         f'<script type="application/octet-stream" id="core">{_core_packed()}</script>'
-        f"<script>{_shipped('explorer.js')}</script>"
+        f'<script type="application/octet-stream" id="program">{_program_packed()}</script>'
+        f"<script>{_shipped('boot.js')}</script>"
     )
 
 
@@ -258,6 +261,11 @@ def _data(lessons: Sequence[str]) -> str:
         "lessons": list(lessons),
     }
     return text_of(packed(_json(document).encode()))
+
+
+@cache
+def _program_packed() -> str:
+    return text_of(packed(_shipped("explorer.js").encode()))
 
 
 def _core_packed() -> str:

@@ -49,6 +49,7 @@ def record_of(record: FrictionRecord, path: str) -> dict[str, Any]:
         "t": [round(float(t - start), 9) for t in compact.time[kept]],
         "w": column(np.where(stuck, 0.0, motion.slip_velocity)),
         "force": column(compact.force),
+        "error": column(compact.force_error) if np.any(compact.force_error) else None,
         "stuck": stuck[kept].tolist(),
         "rate": column(motion.force_rate),
         "x": x,

@@ -65,11 +65,13 @@ export class Diagram extends Panel {
         g.globalAlpha = alpha;
         const seen = new Set<number>();
         const ys = heights(row, i);
+        const wide = Math.max(size, step);
         for (let k = 0; k < ys.length; k++) {
           const y = Math.round(p.py(ys[k]!) * 2);
           if (seen.has(y)) continue;
           seen.add(y);
-          g.fillRect(x - size / 2, y / 2 - size / 2, size, size);
+          // On a wide screen the columns touch, so that a line is one.
+          g.fillRect(x - wide / 2, y / 2 - size / 2, wide, size);
         }
         if (rows === this.up) g.fillRect(x - step / 2, p.height - p.pad.bottom + 1, step + 0.5, 3);
       });

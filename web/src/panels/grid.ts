@@ -116,7 +116,7 @@ export class Grid extends Panel {
   override time(scene: Scene): void {
     const p = this.plot;
     p.begin(p.over);
-    const at = this.refused ? null : this.here?.(scene);
+    const at = this.refused || !this.cells.length ? null : this.here?.(scene);
     if (!at) return;
     this.at = at;
     p.clip(p.over);

@@ -26,11 +26,9 @@ export class Law extends Panel {
   private curve({ core, state: { system } }: Scene, top: number): { w: number[]; f: Float64Array } {
     const up = Array.from({ length: SAMPLES }, (_, i) => (i * top) / (SAMPLES - 1));
     const w = [...up, ...up.slice(0, -1).reverse()];
-    const question = {
-      law: system["law"], w, t: w.map((_, i) => i), stuck: w.map((_, i) => i === 0),
-      force_rate: w.map(() => Math.abs(system["stiffness"] * system["drive_velocity"])),
-    };
-    return { w, f: core.ask(Verb.curve, question).numbers.subarray(0, w.length) };
+    const rate = Math.abs(system["stiffness"] * system["drive_velocity"]);
+    const columns = [w.map((_, i) => i), w, w.map((_, i) => Number(i === 0)), w.map(() => rate)];
+    return { w, f: core.ask(Verb.curve, { law: system["law"] }, columns).numbers.subarray(0, w.length) };
   }
 
   draw(scene: Scene): void {
@@ -71,7 +69,10 @@ export class Law extends Panel {
       p.line(g, drawn.w, drawn.f, SAMPLES, drawn.w.length);
       g.lineCap = "round";
     }
-    for (const record of scene.records) p.cloud(record.w, record.force);
+    for (const record of scene.records) {
+      p.errors(record.w, record.force, record.error ?? []);
+      p.cloud(record.w, record.force);
+    }
     const mode = orbit.mode[0]!;
     const entry = (branch: number) => {
       for (let i = steady + 1; i < mode.length; i++) if (mode[i] === branch && mode[i - 1] !== branch) return [w[i]!, f[i]!] as [number, number];
@@ -161,7 +162,10 @@ export class Law extends Panel {
       if ((!dx && !dy) || !handle) return;
       event.preventDefault();
       const size = ({ high }: Range) => ((event.shiftKey ? 10 : 1) / 100) * 10 ** Math.round(Math.log10(high));
-      move(handle.w + dx * size(this.plot.x), handle.f + dy * size(this.plot.y));
+      // The next key may come before the next picture: it goes on from here.
+      handle.w += dx * size(this.plot.x);
+      handle.f += dy * size(this.plot.y);
+      move(handle.w, handle.f);
     });
     this.buttons.set(key, button);
     this.plot.host.append(button);

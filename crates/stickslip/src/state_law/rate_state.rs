@@ -82,6 +82,11 @@ impl StateFriction for RateState {
         }
     }
 
+    /// The state is a logarithm.
+    fn state_scale(&self, _speed: f64) -> f64 {
+        1.0
+    }
+
     fn advance(&self, w: f64, z: f64, time: f64) -> f64 {
         let speed = w.abs();
         let decay = exp(-speed * time / self.length);
