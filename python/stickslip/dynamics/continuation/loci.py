@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, corrected, labels, stepped
-from stickslip.dynamics.continuation.branch import SpecialPoint, extremes
+from stickslip.dynamics.continuation.branch import SpecialPoint, extremes, first_of
 from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS, root, second_conditions
 from stickslip.dynamics.continuation.switching_boundaries import name_of, worst
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, one_period, unchecked
@@ -163,7 +163,7 @@ def locus(
             )
     family = Family(paths, ranges)
     curve = Locus(system, point.kind, names, (ranges[0], ranges[1]))
-    if point.kind == "hopf" and isinstance(system, Oscillator):
+    if point.kind == "hopf":
         halves = [_hopf_half(system, family, np.array(here), sign, most) for sign in (-1.0, 1.0)]
     else:
         condition = (
@@ -338,7 +338,7 @@ def _outside(values: Floats, family: Family) -> tuple[int, float] | None:
     return None
 
 
-def _hopf_half(system: Oscillator, family: Family, start: Floats, sign: float, most: int) -> list[_Row]:
+def _hopf_half(system: Oscillator | System, family: Family, start: Floats, sign: float, most: int) -> list[_Row]:
     """The curve on which the damping of steady slip vanishes, one way."""
     spans = family.scales(start)
 
@@ -347,7 +347,7 @@ def _hopf_half(system: Oscillator, family: Family, start: Floats, sign: float, m
         for path, value in zip(family.paths, values, strict=True):
             there = with_number(there, path, float(value))
         state = steady_slip(there)
-        return (math.nan, math.nan) if state is None else (state.damping, state.x)
+        return (math.nan, math.nan) if state is None else (state.damping, first_of(state.x))
 
     def slopes(values: Floats) -> Floats:
         steps = 1e-5 * np.diag(spans)
