@@ -94,6 +94,20 @@ def test_basins_have_labels_and_fractions_of_known_size():
     assert result["fraction"].values.tolist() == [1.0]
 
 
+def test_basins_call_a_transient_undecided_until_more_is_asked_for(document, capsys):
+    swing = ss.Oscillator(0.001, 0.0, ss.laws.Coulomb(0.0), forcing=ss.Harmonic(0.3, 0.7))
+    starts = {"x": [1.0], "v": [0.0], "transient": 20, "window": 8}
+    early = ss.basins(swing, **starts)
+    assert early["attractor_recurrence"].values.tolist() == ["undecided"]
+    labels = [item.get_text() for item in ss.show.basins_plot(early).get_legend().get_texts()]
+    assert labels == ["reversing slip, undecided (100 %)"]
+    wild = ss.Oscillator(0.0, 0.1, ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.8, 1.3))
+    told = ss.basins(wild, **starts, decide=500)
+    assert told["attractor_recurrence"].values.tolist() == ["chaotic"]
+    assert main(["basins", document, "--x", "1:1.5:2", "--v", "0:0.1:1", "--transient", "1", "--window", "2"]) == 0
+    assert "does not repeat" not in capsys.readouterr().out
+
+
 def test_basins_tell_motions_of_one_regime_apart():
     # Coulomb's oscillator at rest sticks anywhere in |x| < f: one attractor, however many places.
     rest = ss.Oscillator(damping=0.0, drive_velocity=0.0, law=ss.laws.Coulomb(0.5))

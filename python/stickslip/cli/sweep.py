@@ -29,6 +29,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         choices=("up", "down", "fresh"),
         help="of a diagram: each value from where its neighbour ended, or from a fresh start (default); repeat for several",
     )
+    add_run(command, "DIAGRAM.zarr")
+    command.set_defaults(run=run)
+
+
+def add_run(command: argparse.ArgumentParser, output: str) -> None:
+    """Declare the options of everything that runs many motions."""
     command.add_argument(
         "--decide",
         type=int,
@@ -36,12 +42,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="P",
         help="follow what does not repeat for so many periods, 500 or more",
     )
-    add_run(command, "DIAGRAM.zarr")
-    command.set_defaults(run=run)
-
-
-def add_run(command: argparse.ArgumentParser, output: str) -> None:
-    """Declare the options of everything that runs many motions."""
     command.add_argument(
         "--transient", type=float, metavar="P", help="periods that are left out; default 300 (diagram: 130)"
     )
