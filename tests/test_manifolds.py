@@ -38,7 +38,7 @@ def mapped(system, point, periods):
 def distance(point, curve):
     """From a point to a curve of straight pieces."""
     begins, ways = curve[:-1], np.diff(curve, axis=0)
-    shares = np.clip(((point - begins) * ways).sum(axis=1) / (ways**2).sum(axis=1), 0, 1)
+    shares = np.clip(((point - begins) * ways).sum(axis=1) / np.maximum((ways**2).sum(axis=1), 1e-300), 0, 1)
     return np.linalg.norm(point - begins - shares[:, None] * ways, axis=1).min()
 
 

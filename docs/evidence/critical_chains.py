@@ -39,7 +39,15 @@ def chain(seed: int) -> tuple[ss.System, tuple[float, float] | None]:
     uniform = rng.uniform
     n = int(rng.integers(2, 6))
     alike = rng.random() < 0.5
-    names = ("StaticKinetic", "Coulomb", "ExponentialStribeck", "Lorentzian", "PiecewiseLinear", "DwellTime", "Cubic")
+    names = (
+        "StaticKinetic",
+        "Coulomb",
+        "ExponentialStribeck",
+        "Lorentzian",
+        "PiecewiseLinear",
+        "DwellTime",
+        "Rational",
+    )
     name = names[seed % len(names)]
 
     def law() -> ss.laws.Law:
@@ -57,8 +65,8 @@ def chain(seed: int) -> tuple[ss.System, tuple[float, float] | None]:
                 return ss.laws.Lorentzian(high, kinetic, scale, rising)
             case "DwellTime":
                 return ss.laws.DwellTime(kinetic, high - kinetic, uniform(0.05, 0.5))
-            case "Cubic":
-                return ss.laws.Cubic(high, 1.5 * (high - kinetic) / scale, 0.5 * (high - kinetic) / scale**3)
+            case "Rational":
+                return ss.laws.Rational(high, uniform(0.1, 2))
         nodes = [(0.0, high), (scale, kinetic), (2.5 * scale, kinetic + uniform(0.0, 0.3))]
         return ss.laws.PiecewiseLinear(nodes, high)
 
@@ -70,8 +78,7 @@ def chain(seed: int) -> tuple[ss.System, tuple[float, float] | None]:
         system = replace(system, mass=uniform(0.5, 2.0, n).tolist())
     low = 10 ** uniform(-1.5, -0.5)
     bounds = (low, low + uniform(0.5, 2))
-    # Friction that grows with the cube of the speed is stiff at a high one.
-    return system, bounds if name == "Cubic" or rng.random() < 0.5 else None
+    return system, bounds if rng.random() < 0.5 else None
 
 
 def driven(system: ss.System, speed: float) -> ss.System:
