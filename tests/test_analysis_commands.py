@@ -10,6 +10,7 @@ import xarray as xr
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.dynamics import diagrams
 from stickslip.show.diagram import alike_everywhere
 
 # A belt whose friction first falls and then rises with speed: stick-slip and stable slip coexist.
@@ -143,6 +144,23 @@ def test_laws_without_a_closed_form_go_through_the_same_calls(law, parameter):
     diagram = ss.orbit_diagram(system, parameter, [0.1, 0.12], periods=10, keep=5)
     assert diagram["regime"].values.tolist() == ["stick_slip", "stick_slip"]
     assert ss.section(system, t_end=60).sizes["point"] >= 2
+
+
+@pytest.mark.parametrize("chunk", [64, 1], ids=["within a part", "from part to part"])
+def test_a_sweep_hands_on_the_internal_state_of_a_law(chunk, monkeypatch):
+    law = ss.laws.LuGre(100.0, 2.0, 0.1, kinetic=0.6, break_away=1.0, scale=0.1)
+    system, speeds = ss.Oscillator(damping=0.1, drive_velocity=0.1, law=law), [0.1, 0.12]
+    monkeypatch.setattr(diagrams, "CHUNK", chunk)
+    swept = ss.orbit_diagram(system, "drive_velocity", speeds, direction="up", periods=5, keep=2, workers=1)
+    t_end = 5 * system.natural_period
+    first = ss.integrate(replace(system, drive_velocity=speeds[0]), t_end)
+    x, v, state = first.variables(np.array([t_end]))[0]
+    x, v = first.at(t_end)
+    second = ss.integrate(replace(system, drive_velocity=speeds[1]), t_end, x, v, state=[state])
+    assert swept["x_end"].values == pytest.approx([x, second.at(t_end)[0]], rel=1e-9)
+    # Without the state the motion begins with a jerk.
+    fresh = ss.integrate(replace(system, drive_velocity=speeds[1]), t_end, x, v)
+    assert abs(fresh.at(t_end)[0] - second.at(t_end)[0]) > 1e-3
 
 
 def test_pictures_say_what_they_show():
