@@ -24,7 +24,7 @@ import stickslip as ss
 
 PAGE = Path(__file__).with_name("critical-velocities.md")
 HEADING = "\n## Chains\n"
-COUNT, SPEEDS = 40, 100
+COUNT, SPEEDS = 24, 100
 #: Cycles of the slowest mode: of a run at each speed, where two neighbours differ, and beside a reported velocity.
 SHORT, LONGEST = 120, 3000
 #: How far beside a reported velocity runs look at it, relative to it.
@@ -139,13 +139,16 @@ def attracts_on_one_side(system: ss.System, here: float, there: float) -> bool:
 
 
 def growth(system: ss.System, speed: float, cycles: float, share: float = 1e-6) -> float:
-    """What becomes of a small motion beside steady slip: ln of its size after so many slowest cycles, over that before."""
+    """What becomes of a small motion beside steady slip: ln of its size after so many slowest cycles, over that half-way.
+
+    By then the modes that decay faster are gone.
+    """
     system = driven(system, speed)
     slow = slowest(system)
     orbit = ss.simulate(system, cycles * slow, *aside(system, speed, share), max_events=20_000_000)
-    windows = [np.linspace(begin, begin + 3 * slow, 300) for begin in (0.0, (cycles - 3) * slow)]
+    windows = [np.linspace(begin, begin + 3 * slow, 300) for begin in (cycles / 2 * slow, (cycles - 3) * slow)]
     sizes = [float(np.ptp(orbit.at(window)[0], axis=0).max()) for window in windows]
-    return math.log(max(sizes[1], 1e-300) / sizes[0])
+    return math.log(max(sizes[1], 1e-300) / max(sizes[0], 1e-300))
 
 
 @dataclass

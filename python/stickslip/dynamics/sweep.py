@@ -83,8 +83,8 @@ class Chunk:
     that is not a number is that of the drive); in a `chain` only the first, the others where the one before ended, and
     `backwards` the last row is the first. `before` has the values, the regime's number and max x − min x of the row where it
     starts, if that is one: the core follows a motion that changes suddenly in smaller steps. Where the motion has a closed
-    form the column ``restart`` says how it goes on: x, w, the mode and what the contact remembers; under laws with an internal
-    state it has the state of each contact; else it is not a number.
+    form the column ``restart`` says how it goes on: x, w, the mode and what the contact remembers; under laws with a
+    state it has that of each contact; else it is not a number.
     """
 
     document: str

@@ -60,9 +60,9 @@ def continuation(
 
     Parameters
     ----------
-    system : of one mass or several (of which the positions of the first are kept). Steady slip is followed of one mass, under
-        a law without an internal state; under one with such a state cycles are followed by the map over one period, and
-        folds, flips, branch points and tori are located on them.
+    system : of one mass or several (of which the positions of the first are kept). Steady slip is followed where every
+        contact slips, under laws without an internal state; under one with such a state cycles are followed by the map over
+        one period, and folds, flips, branch points and tori are located on them.
     parameter : a number of the system document, such as ``"drive_velocity"``, ``"forcing.frequency"`` or ``"law.kinetic"``.
     bounds : (low, high) of the parameter.
     guess : as for :func:`stickslip.periodic_orbit`, at the value that the system has; default the motion from rest. A
