@@ -67,6 +67,15 @@ def test_masses_unlike_lose_it_where_the_first_eigenvalue_passes():
     assert branches.branches[0].stable[-1] is True
 
 
+def test_steady_slip_over_drives_of_two_speeds_is_a_branch_too():
+    two = ss.System([1, 1], [[2, -1], [-1, 2]], 0.05, [ss.Contact(0, FALLING, 1.0), ss.Contact(1, FALLING, 1.3)])
+    branches = ss.continuation(two, "contacts.0.drive_velocity", (0.8, 1.4), seeds=0)
+    (hopf,) = [point for point in branches.special_points if point.kind == "hopf"]
+    slopes = [slope(FALLING, speed) for speed in (hopf.parameter, 1.3)]
+    matrix = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.array(two.stiffness), -np.diag(slopes) - 0.05 * np.eye(2)]])
+    assert np.linalg.eigvals(matrix).real.max() == pytest.approx(0.0, abs=1e-10)
+
+
 def test_a_chain_without_coupling_ends_as_one_mass_does():
     law, bounds = ss.laws.StaticKinetic(1.0, 0.6), (0.62, 0.7)
     one = ss.critical_velocities(ss.Oscillator(0.05, 0.3, law), bounds)

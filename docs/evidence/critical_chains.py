@@ -139,16 +139,17 @@ def attracts_on_one_side(system: ss.System, here: float, there: float) -> bool:
 
 
 def growth(system: ss.System, speed: float, cycles: float, share: float = 1e-6) -> float:
-    """What becomes of a small motion beside steady slip: ln of its size after so many slowest cycles, over that half-way.
+    """What becomes of a small motion beside steady slip: ln of its size after so many slowest cycles, over that before.
 
-    By then the modes that decay faster are gone.
+    Before is half-way, when the modes that decay faster are gone; where the size has changed a thousandfold, the start.
     """
     system = driven(system, speed)
     slow = slowest(system)
     orbit = ss.simulate(system, cycles * slow, *aside(system, speed, share), max_events=20_000_000)
     windows = [np.linspace(begin, begin + 3 * slow, 300) for begin in (cycles / 2 * slow, (cycles - 3) * slow)]
-    sizes = [float(np.ptp(orbit.at(window)[0], axis=0).max()) for window in windows]
-    return math.log(max(sizes[1], 1e-300) / max(sizes[0], 1e-300))
+    half, last = (max(float(np.ptp(orbit.at(window)[0], axis=0).max()), 1e-300) for window in windows)
+    first = share * speed * slow / (2 * math.pi)
+    return math.log(last / (half if 1e-3 < last / first < 1e3 else first))
 
 
 @dataclass

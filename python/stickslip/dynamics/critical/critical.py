@@ -434,7 +434,7 @@ def _changes_of_sticking(
 ) -> Iterator[tuple[float, Sides]]:
     """Where a sweep shows an end or an onset of stick-slip: at a known speed that explains it, else by bisection on runs.
 
-    The runs of a bisection that ends at a speed are added to `looks`.
+    The runs of a bisection are added to `looks`, of several masses of one that ends at a speed.
     """
     for (low, below), (high, _) in tuple(_unlike_neighbours(looks)):
         sticks = below.sticks
@@ -449,7 +449,7 @@ def _changes_of_sticking(
             cycles, near = (_LONGEST, _NEAR) if below.several else (_LONG, 1e-9)
             if run(low, cycles).sticks != sticks or run(high, cycles).sticks == sticks:
                 continue
-            between: list[tuple[float, Shown]] = []
+            between = [] if below.several else looks
             while high - low > near * high:
                 middle = (low + high) / 2
                 between.append((middle, run(middle, cycles)))
@@ -465,7 +465,8 @@ def _changes_of_sticking(
                 and not run(low if sticks else high, cycles).short
                 and not (below.several and any(run(side.speed, _LONGEST).sticks != side.sticks for side in sides))
             ):
-                looks += between
+                if below.several:
+                    looks += between
                 yield low, sides
 
 
