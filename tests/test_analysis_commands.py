@@ -10,6 +10,7 @@ import xarray as xr
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.dynamics import diagrams
 from stickslip.show import orbit_diagram_plot
 from stickslip.show.diagram import alike_everywhere
 
@@ -99,6 +100,20 @@ def test_basins_have_labels_and_fractions_of_known_size():
     assert result["fraction"].values.tolist() == [1.0]
 
 
+def test_basins_call_a_transient_undecided_until_more_is_asked_for(document, capsys):
+    swing = ss.Oscillator(0.001, 0.0, ss.laws.Coulomb(0.0), forcing=ss.Harmonic(0.3, 0.7))
+    starts = {"x": [1.0], "v": [0.0], "transient": 20, "window": 8}
+    early = ss.basins(swing, **starts)
+    assert early["attractor_recurrence"].values.tolist() == ["undecided"]
+    labels = [item.get_text() for item in ss.show.basins_plot(early).get_legend().get_texts()]
+    assert labels == ["reversing slip, undecided (100 %)"]
+    wild = ss.Oscillator(0.0, 0.1, ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.8, 1.3))
+    told = ss.basins(wild, **starts, decide=500)
+    assert told["attractor_recurrence"].values.tolist() == ["chaotic"]
+    assert main(["basins", document, "--x", "1:1.5:2", "--v", "0:0.1:1", "--transient", "1", "--window", "2"]) == 0
+    assert "does not repeat" not in capsys.readouterr().out
+
+
 def test_basins_tell_motions_of_one_regime_apart():
     # Coulomb's oscillator at rest sticks anywhere in |x| < f: one attractor, however many places.
     rest = ss.Oscillator(damping=0.0, drive_velocity=0.0, law=ss.laws.Coulomb(0.5))
@@ -134,6 +149,23 @@ def test_laws_without_a_closed_form_go_through_the_same_calls(law, parameter):
     diagram = ss.orbit_diagram(system, parameter, [0.1, 0.12], periods=10, keep=5)
     assert diagram["regime"].values.tolist() == ["stick_slip", "stick_slip"]
     assert ss.section(system, t_end=60).sizes["point"] >= 2
+
+
+@pytest.mark.parametrize("chunk", [64, 1], ids=["within a part", "from part to part"])
+def test_a_sweep_hands_on_the_internal_state_of_a_law(chunk, monkeypatch):
+    law = ss.laws.LuGre(100.0, 2.0, 0.1, kinetic=0.6, break_away=1.0, scale=0.1)
+    system, speeds = ss.Oscillator(damping=0.1, drive_velocity=0.1, law=law), [0.1, 0.12]
+    monkeypatch.setattr(diagrams, "CHUNK", chunk)
+    swept = ss.orbit_diagram(system, "drive_velocity", speeds, direction="up", periods=5, keep=2, workers=1)
+    t_end = 5 * system.natural_period
+    first = ss.integrate(replace(system, drive_velocity=speeds[0]), t_end)
+    x, v, state = first.variables(np.array([t_end]))[0]
+    x, v = first.at(t_end)
+    second = ss.integrate(replace(system, drive_velocity=speeds[1]), t_end, x, v, state=[state])
+    assert swept["x_end"].values == pytest.approx([x, second.at(t_end)[0]], rel=1e-9)
+    # Without the state the motion begins with a jerk.
+    fresh = ss.integrate(replace(system, drive_velocity=speeds[1]), t_end, x, v)
+    assert abs(fresh.at(t_end)[0] - second.at(t_end)[0]) > 1e-3
 
 
 def test_pictures_say_what_they_show():

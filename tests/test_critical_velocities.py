@@ -282,9 +282,3 @@ def test_a_search_that_ends_early_gives_the_brackets_of_its_runs(monkeypatch, tm
     monkeypatch.setattr(critical, "critical_velocities", lambda *_, **__: found)
     assert main(["critical", str(tmp_path / "system.toml"), "--max-seconds", "1"]) == 0
     assert f"end of stick slip   between {low:.12g} and {high:.12g} (not confirmed)" in capsys.readouterr().out
-
-
-def test_a_chain_is_refused_with_what_to_do_instead():
-    chain = ss.chain(3, ss.laws.Coulomb(0.5), 0.2, coupling=1.0)
-    with pytest.raises(ss.InputError, match="expected an Oscillator of one mass, got System; for several masses call"):
-        ss.critical_velocities(chain)

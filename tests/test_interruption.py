@@ -17,7 +17,7 @@ import xarray as xr
 import stickslip as ss
 from stickslip import show
 from stickslip.cli.main import main
-from stickslip.dynamics.continuation import walk
+from stickslip.dynamics.continuation import loci, walk
 from stickslip.errors import UnfinishedWarning
 
 FOREVER = 10**9
@@ -331,6 +331,49 @@ def test_continue_keeps_what_it_has_at_ctrl_c(tmp_path, monkeypatch, capsys):
     whole = ss.continuation(belt, "drive_velocity", (0.28, 0.32), seeds=0)
     assert len(cycles) > 3
     assert set(cycles.values.tolist()) < set(whole.branches[1].values)
+
+
+@pytest.mark.parametrize("kind", ["hopf", "crossing_sliding"])
+def test_a_locus_keeps_what_it_has_at_ctrl_c(kind, tmp_path, monkeypatch, capsys):
+    if kind == "hopf":
+        system = ss.Oscillator(0.1, 1.0, ss.laws.ExponentialStribeck(1.0, 0.5, 0.5))
+        ranges, step = {"drive_velocity": (1.0, 1.3), "damping": (0.05, 0.15)}, "steady_slip"
+    else:
+        system = ss.Oscillator(0.0, 0.0, ss.laws.Coulomb(0.6), forcing=ss.Harmonic(1.0, 0.7))
+        ranges, step = {"law.kinetic": (0.55, 0.75), "forcing.frequency": (0.65, 0.75)}, "stepped"
+    (first, bounds), (second, others) = ranges.items()
+    (point,) = (item for item in ss.continuation(system, first, bounds, seeds=0).special_points if item.kind == kind)
+    whole = ss.locus(point, (first, second), (bounds, others))
+    real = getattr(loci, step)
+
+    def ctrl_c_at(calls):
+        made = []
+
+        def stopped(*arguments):
+            made.append(1)
+            if len(made) == calls:
+                raise KeyboardInterrupt
+            return real(*arguments)
+
+        monkeypatch.setattr(loci, step, stopped)
+
+    ctrl_c_at(100 if kind == "hopf" else 7)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        ss.locus(point, (first, second), (bounds, others))
+    curve = stop.value.result
+    assert (curve.kind, curve.cut, whole.cut) == (kind, "interrupt", "")
+    assert 3 < len(curve.values) < len(whole.values)
+    assert {*map(tuple, curve.values.tolist())} < {*map(tuple, whole.values.tolist())}
+    # The command keeps it beside its branches.
+    (tmp_path / "system.toml").write_text(system.to_toml())
+    spans = [f"{name}={low}:{high}" for name, (low, high) in ranges.items()]
+    ctrl_c_at(100 if kind == "hopf" else 7)
+    output = ["-o", str(tmp_path / "loci.nc")]
+    assert main(["continue", str(tmp_path / "system.toml"), "--over", spans[0], "--and", spans[1], *output]) == 130
+    assert "points, " in (said := capsys.readouterr().out)
+    assert "cut off by Ctrl-C" in said
+    with xr.open_dataset(tmp_path / "loci.partial.nc") as kept:
+        assert kept["locus_cut"].values.tolist()[-1] == "interrupt"
 
 
 def test_progress_is_said_while_the_first_orbit_is_sought():

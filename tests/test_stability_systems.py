@@ -79,7 +79,8 @@ def test_a_cycle_of_two_masses_its_multipliers_exponents_and_branch() -> None:
     spectrum = ss.lyapunov(TWO, 2000.0)
     assert spectrum.exponents[3] == -math.inf
     assert spectrum.exponents[:3] == pytest.approx(np.log(sizes[:3]) / cycle.period, abs=2e-3)
-    branch = ss.continuation(TWO, "contacts.1.law.weakening", (1.9, 2.1), seeds=0).branches[0]
+    steady, branch = ss.continuation(TWO, "contacts.1.law.weakening", (1.9, 2.1), seeds=0).branches
+    assert (steady.kind, any(steady.stable)) == ("steady_slip", False)
     assert branch.values[0] == pytest.approx(1.9)
     assert branch.values[-1] == pytest.approx(2.1)
     assert all(branch.stable)

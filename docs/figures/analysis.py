@@ -1,4 +1,7 @@
-"""Draw the pictures of docs/how-to/diagrams.md anew, all or some: python docs/figures/analysis.py maps (some minutes)."""
+"""Draw the pictures of docs/how-to/diagrams.md and that of manifolds anew, all or some: python docs/figures/analysis.py maps.
+
+All take some minutes.
+"""
 
 import sys
 
@@ -72,6 +75,19 @@ def basins() -> None:
     save(show.basins_plot(result), "analysis-basins.png")
 
 
+def manifolds() -> None:
+    """A saddle between stick-slip and slip of a forced belt, and its manifolds."""
+    law = ss.laws.ExponentialStribeck(break_away=1.0, kinetic=0.5, scale=0.3, viscous=0.1)
+    belt = ss.Oscillator(damping=0.1, drive_velocity=1.0, law=law, forcing=ss.Harmonic(0.1, 0.9))
+    branches = ss.continuation(belt, "forcing.frequency", (0.8, 0.96), seeds=0).branches
+    saddle = max((orbit for branch in branches for orbit in branch.orbits), key=lambda orbit: orbit.largest)
+    ax = show.basins_plot(
+        ss.basins(saddle.system, x=np.linspace(-1.5, 2.5, 101), v=np.linspace(-2, 2, 101), transient=100)
+    )
+    curves = [ss.manifold(saddle, side, length=length) for side, length in (("stable", 8.0), ("unstable", 4.0))]
+    save(show.manifold_plot(curves, ax), "manifolds.png")
+
+
 def paper() -> None:
     """The paper's forced oscillator: regimes and periods over amplitude and frequency at s = 0.30 and 0.40."""
     over = {"forcing.amplitude": np.linspace(0.0, 0.35, 141), "forcing.frequency": np.linspace(0.2, 2.0, 145)}
@@ -85,6 +101,6 @@ def paper() -> None:
 
 
 if __name__ == "__main__":
-    parts = {part.__name__: part for part in (sections, diagrams, maps, basins, paper)}
+    parts = {part.__name__: part for part in (sections, diagrams, maps, basins, manifolds, paper)}
     for name in sys.argv[1:] or parts:
         parts[name]()

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.periodic.close_returns import periodic_orbits
     from stickslip.dynamics.periodic.cycles import periodic_orbit
     from stickslip.dynamics.periodic.exponents import lyapunov
+    from stickslip.dynamics.periodic.manifold import manifold
     from stickslip.errors import InputError
     from stickslip.identification import identify
     from stickslip.laws.law import force_along, load_law
@@ -72,6 +73,7 @@ _HOME = {
     "paper": "",
     "periodic_orbit": "dynamics.periodic.cycles",
     "periodic_orbits": "dynamics.periodic.close_returns",
+    "manifold": "dynamics.periodic.manifold",
     "regime_map": "dynamics",
     "return_map": "dynamics",
     "run": "report.experiment",
@@ -110,6 +112,7 @@ __all__ = [
     "load_system",
     "locus",
     "lyapunov",
+    "manifold",
     "measure",
     "measurement",
     "orbit_diagram",

@@ -7,6 +7,7 @@ use serde_json::Value;
 use stickslip::law::{Checked, Law};
 use stickslip::model::Model;
 use stickslip::oscillator::Oscillator;
+use stickslip::rows::numbers_at;
 use stickslip::state_law::StateLaw;
 use stickslip::system;
 
@@ -76,15 +77,18 @@ impl System {
 
     /// The number at a place such as `/law/kinetic`.
     fn number(&self, path: &str) -> Option<f64> {
-        self.document.pointer(path)?.as_f64()
+        numbers_at(&mut self.document.clone(), path).first()?.as_f64()
     }
 
     /// The same with another number at a place.
     fn with_number(&self, path: &str, value: f64) -> PyResult<Self> {
         let mut document = self.document.clone();
-        match document.pointer_mut(path) {
-            Some(place) => *place = value.into(),
-            None => return Err(PyValueError::new_err(format!("the system has no number {path}"))),
+        let numbers = numbers_at(&mut document, path);
+        if numbers.is_empty() {
+            return Err(PyValueError::new_err(format!("the system has no number {path}")));
+        }
+        for number in numbers {
+            *number = value.into();
         }
         Self::of(document)
     }

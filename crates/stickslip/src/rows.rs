@@ -10,7 +10,7 @@ use crate::model::{Model, Start};
 pub struct Rows {
     /// The document of the oscillator or system.
     pub document: Value,
-    /// What is varied: paths in the document such as `forcing.0.amplitude`, or starts such as `x0` and `v0`.
+    /// What is varied: paths in the document such as `forcing.0.amplitude` ([`numbers_at`]), or starts such as `x0` and `v0`.
     pub names: Vec<String>,
     /// The values, a row for each run.
     pub values: Vec<f64>,
@@ -63,7 +63,9 @@ impl Rows {
             if matches!(head, "x0" | "v0") {
                 starts.push((head, mass, value));
             } else {
-                *number(&mut document, name)? = value.into();
+                for number in numbers(&mut document, name)? {
+                    *number = value.into();
+                }
             }
         }
         Ok((document, Starts(starts)))
@@ -106,16 +108,35 @@ impl Starts<'_> {
     }
 }
 
-/// The number at a dotted path of a document.
-fn number<'a>(document: &'a mut Value, path: &str) -> Result<&'a mut Value, Error> {
-    let missing = || Error::Document {
-        reason: format!("the system document has no number {path:?}"),
-    };
-    let pointer = format!("/{}", path.replace('.', "/"));
-    let node = document.pointer_mut(&pointer).ok_or_else(missing)?;
-    if node.is_number() {
-        Ok(node)
-    } else {
-        Err(missing())
+/// The numbers at a dotted path of a document.
+fn numbers<'a>(document: &'a mut Value, path: &str) -> Result<Vec<&'a mut Value>, Error> {
+    let found = numbers_at(document, &format!("/{}", path.replace('.', "/")));
+    if found.is_empty() {
+        return Err(Error::Document {
+            reason: format!("the system document has no number {path:?}"),
+        });
     }
+    Ok(found)
+}
+
+/// The numbers at a place of the document of a system, such as `/law/kinetic`; none where there is no number.
+///
+/// `/drive_velocity` of a system of masses is that of all its contacts on a drive, where they have the same one.
+pub fn numbers_at<'a>(document: &'a mut Value, pointer: &str) -> Vec<&'a mut Value> {
+    if pointer != "/drive_velocity" || document.get("contacts").is_none() {
+        return document
+            .pointer_mut(pointer)
+            .filter(|node| node.is_number())
+            .into_iter()
+            .collect();
+    }
+    let contacts = document["contacts"].as_array_mut().into_iter().flatten();
+    let driven = contacts.filter(|contact| contact.get("other").is_none_or(Value::is_null));
+    let speeds: Vec<_> = driven
+        .filter_map(|contact| contact.get_mut("drive_velocity"))
+        .collect();
+    let one = speeds
+        .iter()
+        .all(|speed| speed.is_number() && **speed == *speeds[0]);
+    if one { speeds } else { Vec::new() }
 }

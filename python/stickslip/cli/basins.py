@@ -33,12 +33,12 @@ def run(options: argparse.Namespace) -> None:
     starts = {name: numbers_of(getattr(options, name), f"--{name}", getattr(options, name)) for name in ("x", "v")}
     with Bar() as bar:
         progress = settings(options, lambda done, n: bar("starts", done, n))
-        result = basins(system, **starts, mass=options.mass, **lengths(options), **progress)
+        result = basins(system, **starts, mass=options.mass, decide=options.decide, **lengths(options), **progress)
     if options.plot:
         from stickslip import show
 
         save_figure(show.basins_plot(result).figure, options.plot)
-    columns = ("regime", "period", "loops", "x_mean", "v_mean")
+    columns = ("regime", "period", "recurrence", "loops", "x_mean", "v_mean")
     attractors = [
         {"fraction": float(result["fraction"][i])} | {name: result[f"attractor_{name}"][i].item() for name in columns}
         for i in range(result.sizes["attractor"])
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> None:
         return
     say_value("starts", result["label"].size)
     for row in attractors:
-        period = f"period {row['period']}" if row["period"] else "does not repeat"
+        period = f"period {row['period']}" if row["period"] else row["recurrence"].replace("_", " ")
         where = f"x = {row['x_mean']:.6g}, v = {row['v_mean']:.6g} in the section"
         say(f"{100 * row['fraction']:7.3f} %           {row['regime'].replace('_', ' ')}, {period}, {where}")
     say_written(options.output, options.plot)

@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> None:
 
     from stickslip.dynamics.continuation.branches import continuation
     from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS
-    from stickslip.dynamics.continuation.loci import locus, together
+    from stickslip.dynamics.continuation.loci import Locus, locus, together
     from stickslip.dynamics.continuation.switching import switch_branch
     from stickslip.dynamics.periodic.event_sequence import check
     from stickslip.files.netcdf import write_netcdf
@@ -92,7 +92,9 @@ def run(options: argparse.Namespace) -> None:
         except KeyboardInterrupt as stop:
             if isinstance(stop, Interrupted):
                 more = stop.result
-                if result is None:
+                if isinstance(more, Locus):
+                    loci.append(more)
+                elif result is None:
                     result = more
                 elif more.values:
                     result = replace(result, branches=(*result.branches, more))
@@ -146,4 +148,5 @@ def _say(name: str, branches: list[dict[str, Any]], result: Branches, loci: list
         say(f"{item.kind.replace('_', ' '):20s}{name} = {item.parameter:.12g}")
     for curve in loci:
         ends = " … ".join(f"({x:.6g}, {y:.6g})" for x, y in curve.values[[0, -1]])
-        say(f"{'locus of ' + curve.kind.replace('_', ' '):30s}{len(curve.values)} points, {ends}")
+        cut = ", cut off by Ctrl-C" if curve.cut else ""
+        say(f"{'locus of ' + curve.kind.replace('_', ' '):30s}{len(curve.values)} points, {ends}{cut}")

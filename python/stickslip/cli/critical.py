@@ -23,11 +23,10 @@ def run(options: argparse.Namespace) -> None:
     """Do the work."""
     from stickslip.cli.continue_ import parse_bounds
     from stickslip.dynamics.critical.critical import critical_velocities
-    from stickslip.dynamics.periodic.event_sequence import check_one
     from stickslip.model.system import load_system
 
     bounds = parse_bounds("--between", options.between) if options.between else None
-    system = check_one(load_system(options.system), "critical")
+    system = load_system(options.system)
     with Bar() as bar:
         found = critical_velocities(system, bounds, progress=bar, max_seconds=options.max_seconds)
     if options.json:

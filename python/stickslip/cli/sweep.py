@@ -33,13 +33,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="of a diagram: each value from where its neighbour ended, or from a fresh start (default); repeat for several",
     )
     command.add_argument(
-        "--decide",
-        type=int,
-        default=0,
-        metavar="P",
-        help="follow what does not repeat for so many periods, 500 or more",
-    )
-    command.add_argument(
         "--quantity",
         choices=QUANTITIES,
         help="what --plot draws of a diagram: turning points of x (default) or of the slip velocity, x in the section, or "
@@ -51,6 +44,13 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_run(command: argparse.ArgumentParser, output: str) -> None:
     """Declare the options of everything that runs many motions."""
+    command.add_argument(
+        "--decide",
+        type=int,
+        default=0,
+        metavar="P",
+        help="follow what does not repeat for so many periods, 500 or more",
+    )
     command.add_argument(
         "--transient", type=float, metavar="P", help="periods that are left out; default 300 (diagram: 130)"
     )

@@ -37,6 +37,7 @@ def basins(
     window: float = 32,
     section: str | Surface | None = None,
     tolerance: float = 1e-4,
+    decide: int = 0,
     same: float = 1e-2,
     contact: int = 0,
     store: str | Path | None = None,
@@ -59,14 +60,16 @@ def basins(
     x, v : positions and velocities at t = 0, shape (n,) each, in increasing order; all combinations are run.
     mass : of a system of masses, the one that starts there; the others start at rest at x = 0.
     transient, window : periods that are left out and then looked at, as in :func:`regime_map`.
-    section, tolerance, contact, store, workers, cluster, progress, max_seconds : as in :func:`orbit_diagram`.
+    section, tolerance, decide, contact, store, workers, cluster, progress, max_seconds : as in :func:`orbit_diagram`.
     same : how far two motions may differ to be the same, > 0.
 
     Returns
     -------
     Dataset over ``x`` and ``v``: ``label`` (the number of the attractor, those that attract more starts first; −1 where the
     motion diverges or ends before its time) and the variables of :func:`regime_map`; over ``attractor``: ``fraction`` of the
-    starts, and its ``attractor_regime``, ``attractor_period``, ``attractor_loops``, ``attractor_x_min`` and so on.
+    starts, and its ``attractor_regime``, ``attractor_period``, ``attractor_loops``, ``attractor_x_min`` and so on, and
+    ``attractor_recurrence``: without `decide` a motion that does not repeat in the window is ``"undecided"``, as it may only
+    not have settled yet.
 
     Raises
     ------
@@ -98,7 +101,7 @@ def basins(
         window=window,
         section=section,
         tolerance=tolerance,
-        decide=0,
+        decide=decide,
         start=(np.zeros(masses), np.zeros(masses)) if masses else (None, None),
         contact=contact,
         paths={"x": f"x0.{mass}", "v": f"v0.{mass}"} if masses else {"x": "x0", "v": "v0"},
@@ -109,7 +112,7 @@ def basins(
 
 def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tuple[tuple[str, ...], Array]]:
     """The labels of all starts and the table of attractors, chunk by chunk in their order."""
-    found: dict[str, list[Any]] = {name: [] for name in ATTRACTOR}
+    found: dict[str, list[Any]] = {name: [] for name in (*ATTRACTOR, "recurrence")}
     label = np.full(tuple(plan.sizes[dim] for dim in plan.chunks), -1, np.int16)
     wide = max(float(np.ptp(values)) for values, _ in plan.coords.values()) or 1.0
     for index in range(int(np.prod(plan.counts))):
@@ -135,7 +138,10 @@ def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tup
     order = np.argsort(-counts, kind="stable")
     rank = np.append(np.argsort(order), -1).astype(np.int16)
     table = {
-        f"attractor_{name}": (("attractor",), np.array(values, "<U16" if name == "regime" else None)[order])
+        f"attractor_{name}": (
+            ("attractor",),
+            np.array(values, "<U16" if name in ("regime", "recurrence") else None)[order],
+        )
         for name, values in found.items()
     }
     return {

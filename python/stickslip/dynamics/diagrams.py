@@ -97,8 +97,9 @@ def orbit_diagram(
 
     Limits: a transient that outlasts `periods` − `keep` is shown as if it were steady: near a threshold, run longer. A swept
     motion is handed on with its position and its slip velocity, at a whole period of the first forcing, and with what the
-    contact remembers unless it is the law that is varied; a system of masses and a smooth law with position and velocity, or
-    stuck on the drive. Under laws with an internal state a step is never made smaller: there a motion can be lost early.
+    contact remembers (the internal state of a law) unless it is the law that is varied; a system of masses and a smooth law
+    with position and velocity, or stuck on the drive. Under laws with an internal state a step is never made smaller: there a
+    motion can be lost early.
 
     >>> from stickslip import paper
     >>> diagram = orbit_diagram(paper.oscillator(0.3), "drive_velocity", [0.2, 0.3, 0.45])
@@ -147,7 +148,7 @@ def orbit_diagram(
             there = low - 1 if directions[which] == "up" else high
             if arrays["stop"][which, there] == "t_end":
                 ends = [np.asarray(arrays[name][which, there]) for name in carried]
-                start = (ends[0], ends[1], ends[2] if closed else ())
+                start = (ends[0], ends[1], ends[2] if numbers else ())
                 regime, low_x, high_x = (arrays[name][which, there] for name in ("regime", "x_min", "x_max"))
                 link = ([float(axis[there])], _core.REGIMES.index(str(regime)), float(high_x - low_x))
         return Chunk(
@@ -161,8 +162,10 @@ def orbit_diagram(
             before=link,
         )
 
-    closed = isinstance(system, Oscillator) and system.closed_form
-    carried = ("x_end", "v_end", *(["restart"] if closed else []))
+    numbers = _core.RESTART if isinstance(system, Oscillator) and system.closed_form else 0
+    if system.integrated:
+        numbers = len(system.contacts) if isinstance(system, System) else 1
+    carried = ("x_end", "v_end", *(["restart"] if numbers else []))
     dims = ("direction", parameter)
     state = (*dims, "mass") if isinstance(system, System) else dims
     variables = {
@@ -181,11 +184,11 @@ def orbit_diagram(
         },
     }
     sizes = {"direction": len(directions), parameter: axis.size, "point": points}
-    if closed:
+    if numbers:
         variables["restart"] = Variable(
             (*dims, "number"), float, {"long_name": "the state from which the motion goes on"}
         )
-        sizes["number"] = _core.RESTART
+        sizes["number"] = numbers
     if isinstance(system, System):
         sizes["mass"] = system.masses
     dimensionless = (

@@ -15,6 +15,7 @@ from stickslip.dynamics.sections import Surface, forcing_frequency, usual_surfac
 from stickslip.errors import InputError
 from stickslip.model.parameters import varied
 from stickslip.model.system import Oscillator, System, system_from_dict
+from stickslip.simulation.integration import integrate
 from stickslip.simulation.regimes import PARTS
 from stickslip.simulation.simulate import simulate
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
@@ -82,7 +83,8 @@ class Chunk:
     that is not a number is that of the drive); in a `chain` only the first, the others where the one before ended, and
     `backwards` the last row is the first. `before` has the values, the regime's number and max x − min x of the row where it
     starts, if that is one: the core follows a motion that changes suddenly in smaller steps. Where the motion has a closed
-    form the column ``restart`` says how it goes on: x, w, the mode and what the contact remembers; else it is not a number.
+    form the column ``restart`` says how it goes on: x, w, the mode and what the contact remembers; under laws with a
+    state it has that of each contact; else it is not a number.
     """
 
     document: str
@@ -141,14 +143,19 @@ class Chunk:
     def _integrated(self, document: dict[str, Any], values: Array) -> dict[str, Array]:
         """Runs under laws with an internal state, one by one from their whole orbits."""
         rows, start = [], self.start
+        # The state of one law says nothing under another.
+        same_law = not any("law" in path.split(".") for path in self.paths)
         for row in values.tolist():
             system, starts = varied(document, self.paths, row)
             if start is not None:
-                x, v, _ = start
+                x, v, state = start
                 starts = {"x0": x, "v0": None if np.isnan(v).any() else v} | starts
+                if np.size(state) and same_law:
+                    starts["state"] = state
             rows.append(self._one(system, starts))
             ended = self.chain and rows[-1]["stop"][0] == "t_end"
-            start = (rows[-1]["x_end"][0], rows[-1]["v_end"][0], ()) if ended else None if self.chain else start
+            ends = tuple(rows[-1][name][0] for name in ("x_end", "v_end", "restart"))
+            start = ends if ended else None if self.chain else start
         return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
 
     def _one(self, system: Oscillator | System, starts: dict[str, Any]) -> dict[str, Array]:
@@ -156,13 +163,14 @@ class Chunk:
         surface = json.dumps((look.surface or usual_surface(system)).to_dict())
         periods = look.transient + look.window
         while True:
-            orbit = simulate(system, periods * span, max_events=look.max_events, max_seconds=self.limit.left, **starts)
+            orbit = integrate(system, periods * span, max_events=look.max_events, max_seconds=self.limit.left, **starts)
             columns = columns_of(orbit._steady(look.to_json(), span, surface, look.contact))
             masses = system.masses if isinstance(system, System) else 1
             columns |= {
                 name: np.reshape(value, (1, masses))
                 for name, value in zip(("x_end", "v_end"), orbit.at(orbit.t_end), strict=True)
             }
+            columns["restart"] = orbit.variables(np.array([orbit.t_end]))[:, 2 * masses :]
             if orbit.stop != "t_end":
                 return columns | {
                     "stop": np.array([orbit.stop]), "regime": np.array(["unfinished"]), "period": np.array([0]),

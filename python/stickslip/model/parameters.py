@@ -1,4 +1,7 @@
-"""Numbers of a system document by their path, such as ``law.break_away`` or ``forcing.amplitude``, and grids over them."""
+"""Numbers of a system document by their path, such as ``law.break_away`` or ``forcing.amplitude``, and grids over them.
+
+Of a system of masses ``drive_velocity`` is that of all its contacts on a drive, where it is the same.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
-from stickslip.model.system import Oscillator, System, system_from_dict
+from stickslip.model.system import Oscillator, System, paths_of, system_from_dict
 
 #: Names of a start: position and velocity, for a system of masses with the number of the mass, ``x0.1``.
 STARTS = ("x0", "v0")
@@ -41,8 +44,16 @@ def path_in(name: str, document: Mapping[str, Any], where: str, *, starts: bool 
         return name
     if name.startswith("forcing.") and not name.split(".")[1].isdigit():
         name = name.replace("forcing.", "forcing.0.", 1)
+    driven = _driven(document)
+    if name == "drive_velocity" and driven is not None:
+        speeds = [document["contacts"][i]["drive_velocity"] for i in driven]
+        if not speeds or any(speed != speeds[0] for speed in speeds):
+            raise InputError(
+                f"{where}: 'drive_velocity' of a system of masses is that of all its contacts on a drive, and here they "
+                "have not the same; name one of them, such as 'contacts.0.drive_velocity'"
+            )
     node: Any = document
-    for key in name.split("."):
+    for key in paths_of(name, driven)[0].split("."):
         try:
             node = node[int(key)] if isinstance(node, list) else node[key]
         except (KeyError, IndexError, ValueError, TypeError):
@@ -73,11 +84,19 @@ def varied(document: Mapping[str, Any], paths: Sequence[str], values: Sequence[f
             else:
                 starts.setdefault(parents[0], [0.0] * masses)[int(last)] = value
             continue
-        node = copy
-        for key in parents:
-            node = node[int(key)] if isinstance(node, list) else node[key]
-        node[int(last) if isinstance(node, list) else last] = value
+        for one in paths_of(path, _driven(copy)):
+            *parents, last = one.split(".")
+            node = copy
+            for key in parents:
+                node = node[int(key)] if isinstance(node, list) else node[key]
+            node[int(last) if isinstance(node, list) else last] = value
     return system_from_dict(copy), starts
+
+
+def _driven(document: Mapping[str, Any]) -> list[int] | None:
+    """Of the document of masses the contacts on a drive; None for an oscillator."""
+    contacts = document.get("contacts")
+    return None if contacts is None else [i for i, item in enumerate(contacts) if item.get("other") is None]
 
 
 def grid(name: str, values: ArrayLike, where: str) -> NDArray[np.float64]:

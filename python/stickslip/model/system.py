@@ -52,14 +52,31 @@ class Described(Document):
         >>> paper.oscillator(0.3).with_number("damping", 0.1) == replace(paper.oscillator(0.3), damping=0.1)
         True
         """
-        keys = name.split(".")
         try:
-            core = self.core.with_number("/" + "/".join(keys), value)
+            core = self.core.with_number("/" + name.replace(".", "/"), value)
         except ValueError as error:
             raise InputError(f"{type(self).__name__}: {error}") from None
-        twin: Self = replaced(self, [int(key) if key.isdigit() else key for key in keys], float(value))
+        twin = self
+        for path in paths_of(name, self.driven):
+            twin = replaced(twin, [int(key) if key.isdigit() else key for key in path.split(".")], float(value))
         vars(twin)["core"] = core
         return twin
+
+    @property
+    def driven(self) -> list[int] | None:
+        """Of a system of masses the contacts on a drive, by their numbers."""
+        return None
+
+
+def paths_of(name: str, driven: Sequence[int] | None) -> list[str]:
+    """Where the number of a name stands in a document: ``drive_velocity`` of masses at every contact on a drive.
+
+    >>> paths_of("drive_velocity", [0, 2]), paths_of("damping", None)
+    (['contacts.0.drive_velocity', 'contacts.2.drive_velocity'], ['damping'])
+    """
+    if driven is None or name != "drive_velocity":
+        return [name]
+    return [f"contacts.{i}.drive_velocity" for i in driven]
 
 
 @dataclass(frozen=True)
@@ -377,6 +394,17 @@ class System(Described):
     def integrated(self) -> bool:
         """Whether the laws have an internal state or a smooth sign, so that nothing sticks and the motion is integrated."""
         return any(isinstance(contact.law, StateLaw) for contact in self.contacts)
+
+    @property
+    def driven(self) -> list[int]:
+        """The contacts on a drive, by their numbers."""
+        return [i for i, contact in enumerate(self.contacts) if contact.other is None]
+
+    @property
+    def drive_velocity(self) -> float | None:
+        """That of all contacts on a drive; None where they have not the same number, or there is none."""
+        speeds = [self.contacts[i].drive_velocity for i in self.driven]
+        return speeds[0] if speeds and isinstance(speeds[0], float) and speeds.count(speeds[0]) == len(speeds) else None
 
     @property
     def masses(self) -> int:

@@ -30,7 +30,7 @@ from stickslip.show.phase import phase_plane
 from stickslip.show.record import friction_record
 from stickslip.show.section import return_map_plot, section_plot
 from stickslip.show.series import time_series
-from stickslip.show.stability import lyapunov_plot, multipliers_plot
+from stickslip.show.stability import lyapunov_plot, manifold_plot, multipliers_plot
 
 __all__ = [
     "BRANCH_COLOURS",
@@ -47,6 +47,7 @@ __all__ = [
     "law_plot",
     "loci_plot",
     "lyapunov_plot",
+    "manifold_plot",
     "motion_figure",
     "motion_phase",
     "motion_plot",

@@ -101,9 +101,8 @@ def basins_plot(result: xr.Dataset, ax: Axes | None = None, *, most: int = 8, un
         attractor = result.isel(attractor=index)
         period = int(attractor["attractor_period"])
         regime = str(attractor["attractor_regime"].item())
-        repeats = (
-            "" if regime in ("stable_slip", "at_rest") else f", period {period}" if period else ", does not repeat"
-        )
+        recurrence = words(str(attractor["attractor_recurrence"].item()))
+        repeats = "" if regime in ("stable_slip", "at_rest") else f", period {period}" if period else f", {recurrence}"
         names.append(f"{words(regime)}{repeats} ({100 * float(attractor['fraction']):.3g} %)")
     codes, colours = np.where(labels < count, labels, -1), _BASINS[:count]
     # Starts without an attractor are no part of one.

@@ -1,9 +1,9 @@
-"""Stability in numbers: Floquet multipliers in the complex plane, Lyapunov exponents as they converge."""
+"""Stability: Floquet multipliers in the complex plane, manifolds of saddles, Lyapunov exponents as they converge."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.periodic.cycles import PeriodicOrbit
     from stickslip.dynamics.periodic.exponents import LyapunovSpectrum
+    from stickslip.dynamics.periodic.manifold import Manifold
 
 
 def multipliers_plot(
@@ -63,6 +64,39 @@ def multipliers_plot(
     ax.axhline(0, color=OKABE_ITO["grey"], lw=0.5, zorder=0)
     ax.axvline(0, color=OKABE_ITO["grey"], lw=0.5, zorder=0)
     ax.set(xlabel="real part of the multiplier", ylabel="imaginary part", aspect="equal")
+    return ax
+
+
+def manifold_plot(manifolds: Manifold | Sequence[Manifold], ax: Axes | None = None) -> Axes:
+    """Draw stable and unstable manifolds in the stroboscopic section, with a cross at the orbit.
+
+    Parameters
+    ----------
+    manifolds : from :func:`stickslip.manifold`, one or several.
+    ax : axes to draw into, such as those of :func:`basins_plot` or :func:`section_plot`, whose limits and legend stay;
+        default a new figure.
+
+    Returns
+    -------
+    The axes. The stable manifold of a saddle bounds basins; a chaotic motion lies along the unstable one.
+    """
+    over = ax is not None
+    ax = axes(ax)
+    limits = ax.axis()
+    colours = {"stable": OKABE_ITO["black"], "unstable": OKABE_ITO["vermilion"]}
+    several = list(manifolds) if isinstance(manifolds, Sequence) else [manifolds]
+    known = ax.get_legend()
+    for item in several:
+        ax.plot(*item.points.T, color=colours[item.side], lw=1.0, label=f"{item.side} manifold")
+        ax.plot(*item.fixed_point, "x", ms=7, mew=1.6, color=OKABE_ITO["black"])
+    if over:
+        ax.axis(limits)
+    else:
+        ax.set(xlabel="position x", ylabel="velocity ẋ")
+    lines = {str(line.get_label()): line for line in ax.get_lines() if str(line.get_label()).endswith(" manifold")}
+    patches: list[Any] = [] if known is None else list(known.legend_handles)
+    names = [] if known is None else [text.get_text() for text in known.get_texts()]
+    ax.legend([*patches, *lines.values()], [*names, *lines], **ABOVE, ncols=2, columnspacing=1.2)
     return ax
 
 

@@ -6,6 +6,7 @@ use super::state::{Layout, State};
 use crate::dual::Dual;
 use crate::error::Error;
 use crate::law::{Checked, Law};
+use crate::rows::numbers_at;
 use crate::system::System;
 
 /// A system that varies with numbers of its document, each a parameter.
@@ -91,12 +92,14 @@ fn system_of(document: &Value) -> Result<System, Error> {
 /// The systems around that of a document, and the size of a step.
 fn around(document: &Value, path: &str) -> Result<([System; 4], f64), Error> {
     let mut table = document.clone();
-    let number = table.pointer(path).and_then(Value::as_f64);
+    let number = numbers_at(&mut table, path)
+        .first()
+        .and_then(|number| number.as_f64());
     let value = number.ok_or_else(|| refused(&format!("the system document has no number {path:?}")))?;
     let step = step_of(value, RELATIVE_STEP);
     let mut beside = |steps: f64| {
-        if let Some(expansion) = table.pointer_mut(path) {
-            *expansion = (value + steps * step).into();
+        for number in numbers_at(&mut table, path) {
+            *number = (value + steps * step).into();
         }
         let system = system_of(&table)?;
         admit(&system).map_err(|error| {

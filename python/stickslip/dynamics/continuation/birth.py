@@ -12,13 +12,13 @@ from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import EventSequence
 from stickslip.dynamics.periodic.poincare_map import Lost
 from stickslip.errors import InputError
-from stickslip.model.system import Oscillator
+from stickslip.model.system import Oscillator, System
 
 #: Largest velocities of the cycle that is looked for, as shares of the drive velocity: none of them reaches w = 0.
 _SHARES = (0.3, 0.1, 0.03)
 
 
-def born(system: Oscillator, value: float, family: Family) -> Point | None:
+def born(system: Oscillator | System, value: float, family: Family) -> Point | None:
     """A small cycle of the curve that begins at a Hopf point: of given velocity, at the parameter where it closes.
 
     Beside the point steady slip and cycle are close together, and a cycle that repels is reached by no run; with its size
@@ -40,20 +40,25 @@ def born(system: Oscillator, value: float, family: Family) -> Point | None:
     if state is None:
         return None
     low, high = family.ranges[0]
+    # At a Hopf point of several masses all swing in one mode, whose frequency is any of theirs.
+    period = system.natural_period if isinstance(system, Oscillator) else 2 * math.pi / max(state.frequency, 1e-300)
+    contacts = [system] if isinstance(system, Oscillator) else system.contacts
+    drive = max(abs(float(contact.drive_velocity)) for contact in contacts)
     for share in _SHARES:
-        speed = share * abs(system.drive_velocity)
+        speed = share * drive
+        start = (state.x + speed * state.displacement, speed * state.mode)
         try:
-            run, kinds, _ = EventSequence.of_run(system, 4 * system.natural_period, state.x, speed)
+            run, kinds, _ = EventSequence.of_run(system, 4 * period, *start)
             cut, _ = find(system, run, kinds, False, None)
             size = np.zeros(cut.layout.width + 1)
-            size[cut.layout.v] = 1.0
+            size[cut.layout.v] = state.mode
             point = corrected(cut, 0, family, np.array([value]), size)
             cycle = finished(point.here, 0)
         except (InputError, Lost):
             continue
         if cycle.marginal:
             return None
-        reach = amplitude(cycle) * 2 * math.pi / system.natural_period
+        reach = amplitude(cycle) * 2 * math.pi / period
         if low <= point.values[0] <= high and 0.5 * speed < reach < 2 * speed:
             return point
     return None

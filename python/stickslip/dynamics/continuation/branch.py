@@ -283,6 +283,11 @@ def same_motion(one: Cycle, other: Cycle) -> bool:
     return bool((np.abs(one.multipliers - other.multipliers) <= _SAME_ORBIT * sizes).all())
 
 
+def first_of(x: Any) -> float:
+    """The position of the first mass."""
+    return float(np.ravel(x)[0])
+
+
 def extremes(orbit: Orbit) -> tuple[float, float]:
     """Least and greatest position, of several masses that of the first."""
     x = np.asarray(orbit.at(np.linspace(0.0, orbit.t_end, 201))[0])

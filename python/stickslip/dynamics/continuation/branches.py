@@ -12,7 +12,15 @@ import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
 from stickslip.dynamics.continuation.birth import born
-from stickslip.dynamics.continuation.branch import COLUMNS, Branch, Branches, SpecialPoint, both_ways_of, range_of
+from stickslip.dynamics.continuation.branch import (
+    COLUMNS,
+    Branch,
+    Branches,
+    SpecialPoint,
+    both_ways_of,
+    first_of,
+    range_of,
+)
 from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.closed_orbit import Cycle
@@ -52,9 +60,9 @@ def continuation(
 
     Parameters
     ----------
-    system : of one mass or several (of which the positions of the first are kept). Steady slip is followed of one mass, under
-        a law without an internal state; under one with such a state cycles are followed by the map over one period, and
-        folds, flips, branch points and tori are located on them.
+    system : of one mass or several (of which the positions of the first are kept). Steady slip is followed where every
+        contact slips, under laws without an internal state; under one with such a state cycles are followed by the map over
+        one period, and folds, flips, branch points and tori are located on them.
     parameter : a number of the system document, such as ``"drive_velocity"``, ``"forcing.frequency"`` or ``"law.kinetic"``.
     bounds : (low, high) of the parameter.
     guess : as for :func:`stickslip.periodic_orbit`, at the value that the system has; default the motion from rest. A
@@ -135,7 +143,7 @@ def _search(
     """Add the branches from steady slip, the starts and the Hopf points; how many starts the limit left out."""
     late = 0
     integrated = system.integrated
-    if isinstance(system, Oscillator) and not integrated and forcing_period(system) is None:
+    if not integrated and forcing_period(system) is None:
         steady = _steady(system, path, family)
         if steady.values:
             branches.append(steady)
@@ -158,7 +166,7 @@ def _search(
             point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
             branches.append(both_ways(point, family, most, progress, limit))
     for hopf in [item for branch in branches if branch.kind == "steady_slip" for item in branch.special_points]:
-        assert isinstance(hopf.system, Oscillator)
+        assert hopf.system is not None
         if limit.passed:
             late += 1
             continue
@@ -193,20 +201,21 @@ def lies_on(branch: Branch, cycle: Cycle, value: float) -> bool:
     return any(abs(branch.x_max[i] - high) < 0.1 * size and abs(branch.x_min[i] - low) < 0.1 * size for i in near)
 
 
-def _steady(system: Oscillator, path: str, family: Family) -> Branch:
+def _steady(system: Oscillator | System, path: str, family: Family) -> Branch:
     low, high = family.ranges[0]
     branch = Branch("steady_slip")
     for value in np.linspace(low, high, 121):
         state = steady_slip(with_number(system, path, float(value)))
         if state is None:
             continue
-        row = (float(value), state.growth < 0, math.nan, state.growth, state.x, state.x, False)
+        x = first_of(state.x)
+        row = (float(value), state.growth < 0, math.nan, state.growth, x, x, False)
         for name, item in zip(COLUMNS, row, strict=True):
             getattr(branch, name).append(item)
     for kind, value in hopf_points(system, path, (low, high)) if branch.values else ():
         there = with_number(system, path, value)
         state = steady_slip(there)
-        x = math.nan if state is None else state.x
+        x = math.nan if state is None else first_of(state.x)
         branch.special_points.append(SpecialPoint(kind, value, x=(x, x), system=there))
     return branch
 
@@ -222,7 +231,7 @@ def both_ways(start: Point, family: Family, most: int, progress: Any = None, lim
 
 
 def born_branch(
-    system: Oscillator,
+    system: Oscillator | System,
     value: float,
     family: Family,
     known: list[Branch],

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, corrected, labels, stepped
-from stickslip.dynamics.continuation.branch import SpecialPoint, extremes
+from stickslip.dynamics.continuation.branch import SpecialPoint, extremes, first_of
 from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS, root, second_conditions
 from stickslip.dynamics.continuation.switching_boundaries import name_of, worst
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer, read, with_number
 from stickslip.dynamics.periodic.poincare_map import Lost
-from stickslip.errors import InputError
+from stickslip.errors import InputError, Interrupted
 from stickslip.files.checks import number
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
@@ -63,6 +63,7 @@ class Locus(InNotebook):
     values : shape (n, 2), in the order of the curve.
     x_min, x_max : range of the position of the motion there, shape (n,).
     special_points : points of codimension two, in the order of the curve.
+    cut : ``"interrupt"`` where Ctrl-C ended the curve though it goes on, else empty.
     """
 
     system: Oscillator | System
@@ -73,6 +74,7 @@ class Locus(InNotebook):
     x_min: Floats = field(default_factory=lambda: np.empty(0))
     x_max: Floats = field(default_factory=lambda: np.empty(0))
     special_points: list[CodimensionTwo] = field(default_factory=list)
+    cut: str = ""
 
     def to_xarray(self) -> xr.Dataset:
         """Both parameters and the range of the position over ``point``."""
@@ -102,7 +104,9 @@ def together(loci: list[Locus]) -> xr.Dataset:
     rows = [np.column_stack([curve.values, curve.x_min, curve.x_max]) for curve in loci]
     padded = np.array([np.pad(row, ((0, most - len(row)), (0, 0)), constant_values=np.nan) for row in rows])
     data: dict[str, Any] = {name: (("locus", "locus_point"), padded[:, :, i]) for i, name in enumerate(names)}
-    return xr.Dataset(data | {"locus_kind": ("locus", np.array([curve.kind for curve in loci], dtype=str))})
+    for name in ("kind", "cut"):
+        data[f"locus_{name}"] = ("locus", np.array([getattr(curve, name) for curve in loci], dtype=str))
+    return xr.Dataset(data)
 
 
 def locus(
@@ -135,6 +139,8 @@ def locus(
     ------
     InputError
         for unknown parameters, bounds that make no sense or leave the point out, or a kind that is no curve to follow.
+    Interrupted
+        a KeyboardInterrupt, at Ctrl-C once there is a point: its ``result`` has the curve as far as it was followed.
 
     Limits: the event sequence is held; the curve ends where another boundary is met (a point of codimension two). Where a
     multiplier is 1 there, or a stick of no duration is followed, it ends beside that point without its name. A nonsmooth Hopf
@@ -163,48 +169,80 @@ def locus(
             )
     family = Family(paths, ranges)
     curve = Locus(system, point.kind, names, (ranges[0], ranges[1]))
-    if point.kind == "hopf" and isinstance(system, Oscillator):
-        halves = [_hopf_half(system, family, np.array(here), sign, most) for sign in (-1.0, 1.0)]
-    else:
-        condition = (
-            point.kind if point.kind in BY_MULTIPLIERS else None if point.point is None else point.point.boundary
-        )
-        if condition is None or point.point is None:
-            raise InputError(
-                f"locus: a {point.kind} is not followed in two parameters; locate it at several values instead"
-            )
-        sequence, forcing_periods = point.point.here.sequence, point.point.here.forcing_periods
-        try:
-            start = corrected(sequence, forcing_periods, family, np.array(here), None, condition)
-        except Lost as error:
-            raise InputError(f"locus: the point is not found again in two parameters: {error}") from None
-        walked = 0
+    halves: tuple[list[_Row], list[_Row]] = ([], [])
+    second: tuple[list[CodimensionTwo], list[CodimensionTwo]] = ([], [])
+    try:
+        _follow(point, family, np.array(here), most, progress, halves, second)
+    except KeyboardInterrupt:
+        if not halves[0]:
+            raise
+        curve.cut = "interrupt"
+        raise Interrupted(_filled(curve, halves, second)) from None
+    return _filled(curve, halves, second)
 
-        def notify(points: int) -> None:
-            if progress is not None:
-                progress(walked + points, 2 * most)
 
-        halves, found = [], []
-        for sign in (-1.0, 1.0):
-            half, second = _half(replace(start, direction=sign * start.direction), family, most, notify, point.kind)
-            halves.append(half)
-            found.append(second)
-            walked += most
-        curve.special_points = found[0][::-1] + found[1]
+def _filled(
+    curve: Locus,
+    halves: tuple[list[_Row], list[_Row]],
+    second: tuple[list[CodimensionTwo], list[CodimensionTwo]],
+) -> Locus:
+    """The curve of both halves, each of which begins at the point that was followed."""
     rows = np.array(halves[0][::-1] + halves[1][1:])
     curve.values, curve.x_min, curve.x_max = rows[:, :2], rows[:, 2], rows[:, 3]
+    curve.special_points = second[0][::-1] + second[1]
     return curve
+
+
+def _follow(
+    point: SpecialPoint,
+    family: Family,
+    here: Floats,
+    most: int,
+    progress: Callable[[int, int], Any] | None,
+    halves: tuple[list[_Row], list[_Row]],
+    second: tuple[list[CodimensionTwo], list[CodimensionTwo]],
+) -> None:
+    """Add the points of both halves of the curve, and those of codimension two on them, to the lists."""
+    if point.kind == "hopf":
+        assert point.system is not None
+        for sign, rows in zip((-1.0, 1.0), halves, strict=True):
+            _hopf_half(point.system, family, here, sign, most, rows)
+        return
+    condition = point.kind if point.kind in BY_MULTIPLIERS else None if point.point is None else point.point.boundary
+    if condition is None or point.point is None:
+        raise InputError(
+            f"locus: a {point.kind} is not followed in two parameters; locate it at several values instead"
+        )
+    sequence, forcing_periods = point.point.here.sequence, point.point.here.forcing_periods
+    try:
+        start = corrected(sequence, forcing_periods, family, here, None, condition)
+    except Lost as error:
+        raise InputError(f"locus: the point is not found again in two parameters: {error}") from None
+    walked = 0
+
+    def notify(points: int) -> None:
+        if progress is not None:
+            progress(walked + points, 2 * most)
+
+    for sign, rows, found in zip((-1.0, 1.0), halves, second, strict=True):
+        _half(replace(start, direction=sign * start.direction), family, most, notify, point.kind, rows, found)
+        walked += most
 
 
 _Row = tuple[float, float, float, float]
 
 
 def _half(
-    point: Point, family: Family, most: int, notify: Callable[[int], None], kind: str
-) -> tuple[list[_Row], list[CodimensionTwo]]:
-    """One way along the curve until a bound or another boundary, and the points of codimension two on it."""
-    rows = [_row(point)]
-    found: list[CodimensionTwo] = []
+    point: Point,
+    family: Family,
+    most: int,
+    notify: Callable[[int], None],
+    kind: str,
+    rows: list[_Row],
+    found: list[CodimensionTwo],
+) -> None:
+    """Add the points one way along the curve until a bound or another boundary, and those of codimension two on it."""
+    rows.append(_row(point))
     step = 0.01
     # What vanishes at the end of the curve, with the last point that has it.
     ended: tuple[Point, Point, float] | None = None
@@ -233,7 +271,7 @@ def _half(
                     point.here.sequence, point.here.forcing_periods, family, values, direction, point.boundary
                 )
                 rows.append(_row(end))
-            return rows, found
+            return
         if _name(ahead) != _name(point):
             # Where the boundary becomes another kind no motion follows the event sequence any more.
             try:
@@ -241,14 +279,15 @@ def _half(
             except Lost:
                 step /= 2
                 continue
-            return [*rows, _row(end)], [*found, _codimension_two(f"{kind}_and_{_name(ahead)}", end)]
+            rows.append(_row(end))
+            found.append(_codimension_two(f"{kind}_and_{_name(ahead)}", end))
+            return
         found += _second(point, ahead, step, family, kind)
         ended, point = None, ahead
         rows.append(_row(point))
         step = min(1.4 * step, _LARGEST)
     if ended is not None and len(rows) < most:
         found += _last(*ended, family, kind)
-    return rows, found
 
 
 def _between(
@@ -338,8 +377,10 @@ def _outside(values: Floats, family: Family) -> tuple[int, float] | None:
     return None
 
 
-def _hopf_half(system: Oscillator, family: Family, start: Floats, sign: float, most: int) -> list[_Row]:
-    """The curve on which the damping of steady slip vanishes, one way."""
+def _hopf_half(
+    system: Oscillator | System, family: Family, start: Floats, sign: float, most: int, rows: list[_Row]
+) -> None:
+    """Add the points of the curve on which the damping of steady slip vanishes, one way."""
     spans = family.scales(start)
 
     def placed(values: Floats) -> tuple[float, float]:
@@ -347,7 +388,7 @@ def _hopf_half(system: Oscillator, family: Family, start: Floats, sign: float, m
         for path, value in zip(family.paths, values, strict=True):
             there = with_number(there, path, float(value))
         state = steady_slip(there)
-        return (math.nan, math.nan) if state is None else (state.damping, state.x)
+        return (math.nan, math.nan) if state is None else (state.damping, first_of(state.x))
 
     def slopes(values: Floats) -> Floats:
         steps = 1e-5 * np.diag(spans)
@@ -375,7 +416,6 @@ def _hopf_half(system: Oscillator, family: Family, start: Floats, sign: float, m
         raise InputError("locus: the damping of steady slip does not depend on these numbers")
     values, way = found
     way = sign * way
-    rows: list[_Row] = []
 
     def add(values: Floats) -> None:
         x = placed(values)[1]
@@ -395,4 +435,3 @@ def _hopf_half(system: Oscillator, family: Family, start: Floats, sign: float, m
             break
         (values, way), step = found, min(1.4 * step, _LARGEST)
         add(values)
-    return rows

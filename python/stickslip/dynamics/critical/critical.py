@@ -15,15 +15,15 @@ from stickslip.dynamics.continuation.arclength import Family, Point, axis, corre
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint
 from stickslip.dynamics.continuation.branches import born_branch, lies_on
 from stickslip.dynamics.continuation.walk import Walk
-from stickslip.dynamics.critical.confirmation import Shown, shown
+from stickslip.dynamics.critical.confirmation import Shown, drive_of, reach, shown, slowest_period, speed_scale
 from stickslip.dynamics.periodic.cycles import event_cycle
 from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, steady_slip
-from stickslip.dynamics.periodic.event_sequence import check_one, with_number
+from stickslip.dynamics.periodic.event_sequence import check, with_number
 from stickslip.dynamics.periodic.poincare_map import Lost, forcing_period
 from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.checks import number
 from stickslip.files.notebook import InNotebook, waiting_by_stage
-from stickslip.model.system import Oscillator
+from stickslip.model.system import Oscillator, System
 from stickslip.simulation.time_limit import TimeIsUp, TimeLimit
 
 _PATH = "/drive_velocity"
@@ -38,6 +38,8 @@ _SWEEP = 64
 _CONFIRM = ((1e-3, 300), (1e-3, 3000), (1e-2, 300), (1e-4, 3000))
 #: How long the runs of a sweep are, and those that close in on a change which no followed cycle explains.
 _CYCLES, _LONG = 100, 600
+#: How long runs of several masses have to be, where only runs tell a change, and how near that is, relative to the speed.
+_LONGEST, _NEAR = 3000, 1e-5
 #: Two speeds closer than this, relative to the bounds, are the same.
 _SAME = 1e-6
 #: Candidates closer than this, relative to the speed, may be too near for runs to tell which of them changes the motion.
@@ -60,7 +62,8 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     followed; `not_shown` are those among them where runs on both sides end in the same motion, as on cycles that repel: there
     it is the set of starts which lead to each motion that changes. Not `finished` is a search that ended after its limit of
     time, with what it had confirmed; `brackets` has (name, low, high) of what runs from rest show by then, where nothing that
-    is confirmed explains it: stick-slip ends or begins between two speeds.
+    is confirmed explains it: stick-slip ends or begins between two speeds. Of several masses also a search that is finished
+    may leave some.
     """
 
     all: tuple[tuple[str, float], ...]
@@ -133,7 +136,7 @@ class _Watch:
 
 
 def critical_velocities(
-    system: Oscillator,
+    system: Oscillator | System,
     bounds: tuple[float, float] | None = None,
     *,
     progress: Callable[[str, int, int], Any] | None = None,
@@ -141,7 +144,8 @@ def critical_velocities(
 ) -> CriticalVelocities:
     """The drive velocities at which steady slip loses its stability and at which stick-slip and slip cycles end.
 
-    Steady slip: the zeros of D + F′(s), and the corners of a piecewise-linear law at which that changes its sign by a jump.
+    Steady slip: the zeros of D + F′(s), of several masses of the largest real part of the eigenvalues of small disturbances,
+    and the corners of a piecewise-linear law at which that changes its sign by a jump.
     Cycles: the motion from rest and the slip cycle are followed over the drive velocity until a test function of a sliding
     bifurcation vanishes, a fold turns them back, they shrink to a point, or their stick time vanishes; each is a root of its
     own condition by Newton's method. Each is then run on both sides, from the orbit there, and is given only where the two
@@ -149,8 +153,10 @@ def critical_velocities(
 
     Parameters
     ----------
-    system : an oscillator of one mass without forcing; its own drive velocity does not matter.
-    bounds : (low, high) of the drive velocity that is searched; default from a hundredth of F_s/√(k m) to three times that.
+    system : an oscillator of one mass without forcing, or a system of several whose contacts are all on one drive, such as a
+        :func:`~stickslip.chain`; its own drive velocity does not matter.
+    bounds : (low, high) of the drive velocity that is searched; default from a hundredth of F_s/√(k m) to three times that,
+        of several masses of the greatest F_s/(m ω) of each, with the lowest natural frequency ω.
     progress : called as ``progress(what, done, n)`` through three stages: ``"runs"`` over the drive velocity, ``"cycles"`` of
         those runs that are followed, ``"confirmation"`` of what was found.
     max_seconds : time on the clock > 0 after which the search ends, asked during runs and between points of a cycle, with a
@@ -168,9 +174,17 @@ def critical_velocities(
     Raises
     ------
     InputError
-        for a forced system or bounds that make no sense.
+        for a forced system or bounds that make no sense; of several masses for contacts that are not all on one drive,
+        springs that are not linear, or masses that nothing ties to the ground.
 
-    Limits: cycles that are reached neither from rest nor from beside steady slip are not looked for.
+    Several masses start at rest at unlike positions, and along the mode that grows beside steady slip. Their motions may be
+    chaotic, with long transients; of them only the changes of steady slip and of sticking are given: every end and onset of
+    stick-slip, as it may end and begin again. A cycle beside it is followed to what ends it (to rounding, with its name),
+    else runs of 3000 of the slowest natural periods tell it to 1e-5. What these do not settle is in ``.brackets``. Sticks in
+    less than 1e-4 of the time are none.
+
+    Limits: cycles that are reached neither from rest nor from beside steady slip are not looked for; nor is, of several
+    masses, what happens and is undone between two of the 96 speeds, or `criticality`.
 
     Source: Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389; Leine & Nijmeijer 2004 (LNACM 18), ch. 8.
 
@@ -179,10 +193,7 @@ def critical_velocities(
     >>> round(found["hopf"], 12), found.criticality, round(found["nonsmooth_fold"], 7)
     (1.151292546497, 'subcritical', 1.836601)
     """
-    check_one(system, "critical_velocities")
-    if forcing_period(system) is not None:
-        raise InputError("critical_velocities: the system is forced; use continuation over drive_velocity")
-    scale = system.law.break_away_force() / (system.stiffness * system.mass) ** 0.5
+    scale = _checked(system)
     low, high = bounds if bounds is not None else (0.01 * scale, 3 * scale)
     low, high = number("low", low, "critical_velocities"), number("high", high, "critical_velocities")
     if not 0 < low < high:
@@ -191,7 +202,7 @@ def critical_velocities(
         )
     steady, neutral = steady_changes(system, _PATH, (low, high))
     smooth = [value for kind, value in steady if kind == "hopf"]
-    nature = criticality(system, _PATH, smooth[-1], high - low) if smooth else None
+    nature = criticality(system, _PATH, smooth[-1], high - low) if smooth and isinstance(system, Oscillator) else None
     found: list[tuple[str, float]] = []
     points: list[SpecialPoint] = []
     watch = _Watch(progress, TimeLimit.after(max_seconds, "critical_velocities"))
@@ -204,15 +215,49 @@ def critical_velocities(
             UnfinishedWarning,
             stacklevel=2,
         )
-        brackets = _brackets(sweeps[0], [value for _, value in found])
+        brackets = _brackets(sweeps[0], found)
         return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral), False, brackets)
-    if ends:
-        found.append(("end_of_stick_slip", max(ends)))
-    return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral))
+    if isinstance(system, Oscillator):
+        found += [("end_of_stick_slip", max(ends))] if ends else []
+        return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral))
+    # Stick-slip of several masses may end and begin again, and what does so may not be told from a transient.
+    found += [("end_of_stick_slip", value) for value in sorted(set(ends))]
+    return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral), brackets=_brackets(sweeps[0], found))
+
+
+def _checked(system: Oscillator | System) -> float:
+    """What velocities are measured by, :func:`speed_scale`.
+
+    Raises
+    ------
+    InputError
+        for a system that is not one drive under one mass or several.
+    """
+    check(system, "critical_velocities")
+    if forcing_period(system) is not None:
+        raise InputError("critical_velocities: the system is forced; use continuation over drive_velocity")
+    if isinstance(system, Oscillator):
+        return float(system.law.break_away_force() / (system.stiffness * system.mass) ** 0.5)
+    if len(system.driven) < len(system.contacts) or system.drive_velocity is None:
+        raise InputError(
+            "critical_velocities: every contact of a system of masses must be on one drive of constant velocity; "
+            "simulate at each value, or look at an orbit_diagram over a number of one contact"
+        )
+    if system.springs or any(contact.normal_force is not None for contact in system.contacts):
+        raise InputError(
+            "critical_velocities: of several masses the springs must be linear and normal forces constant; look at an "
+            "orbit_diagram over drive_velocity"
+        )
+    if np.linalg.matrix_rank(np.array(system.stiffness)) < system.masses:
+        raise InputError(
+            "critical_velocities: the masses can move together without a force, so there is no steady slip; tie one of "
+            "them to the ground"
+        )
+    return speed_scale(system)
 
 
 def _search(
-    system: Oscillator,
+    system: Oscillator | System,
     bounds: tuple[float, float],
     steady: list[tuple[str, float]],
     neutral: list[tuple[float, float]],
@@ -224,7 +269,11 @@ def _search(
     """Add what runs show, the special points of cycles and what runs confirm of them to the lists; the ends of stick-slip."""
     low, high = bounds
     _look(system, low, high, watch, sweeps)
-    for branch in _branches(system, (low, high), steady, neutral, sweeps, watch):
+    if isinstance(system, Oscillator):
+        branches = _branches(system, bounds, steady, neutral, sweeps, watch)
+    else:
+        branches = _branches_of_masses(system, bounds, sweeps, watch)
+    for branch in branches:
         for point in branch.special_points:
             if all(abs(point.parameter - other.parameter) > _SAME * (high - low) for other in points):
                 points.append(point)
@@ -243,7 +292,7 @@ def _search(
         if sides is None and all(abs(other - value) > _TOGETHER * value for _, other in found):
             # Runs between two so near to each other change too slowly: those on both sides of both tell of the first.
             sides = _sides(run, value, min((gap for gap in others if gap > _TOGETHER * value), default=math.inf))
-        if sides is None or (special is not None and not _attracts(system, watch, value, *sides)):
+        if sides is None or (special is not None and not _ends(system, watch, value, *sides)):
             continue
         if kind != "vanishing_stick":
             found.append((kind, value))
@@ -252,7 +301,7 @@ def _search(
     for run, looks in sweeps:
         for value, sides in _changes_of_sticking(run, looks, [*ends, *(value for _, value in found)]):
             # From rest a change is one whatever it comes from; beside steady slip it may be that of a basin.
-            if run is not sweeps[0][0] and not _attracts(system, watch, value, *sides):
+            if run is not sweeps[0][0] and not _ends(system, watch, value, *sides):
                 continue
             if sides[0].sticks:
                 ends.append(value)
@@ -275,6 +324,15 @@ def _sides(run: Run, value: float, gap: float) -> Sides | None:
     return first
 
 
+def _ends(system: Oscillator | System, watch: _Watch, value: float, below: Shown, above: Shown) -> bool:
+    """Whether a motion ends between two speeds; of several masses one that sticks, as little else is clear in chaos."""
+    if isinstance(system, Oscillator):
+        return _attracts(system, watch, value, below, above)
+    here, there = (below, above) if below.sticks else (above, below)
+    beyond = with_number(system, _PATH, there.speed)
+    return here.sticks and not there.sticks and not watch.shown(beyond, _LONGEST, *here.end).sticks
+
+
 def _attracts(system: Oscillator, watch: _Watch, value: float, below: Shown, above: Shown) -> bool:
     """Whether a motion that attracts on one side does not on the other: from where it ended it goes on on both sides.
 
@@ -295,26 +353,34 @@ def _attracts(system: Oscillator, watch: _Watch, value: float, below: Shown, abo
     )
 
 
-def _from_rest(system: Oscillator, watch: _Watch) -> Run:
+def _from_rest(system: Oscillator | System, watch: _Watch) -> Run:
     return lambda speed, cycles: watch.shown(with_number(system, _PATH, speed), cycles)
 
 
-def _beside(system: Oscillator, watch: _Watch, value: float | None = None) -> Run:
+def _beside(system: Oscillator | System, watch: _Watch, value: float | None = None) -> Run:
     """Runs from a small disturbance of steady slip; near a corner of the law at a speed one that does not reach it."""
 
     def run(speed: float, cycles: float) -> Shown:
         size = 0.1 * (speed if value is None else abs(speed - value))
-        return watch.shown(with_number(system, _PATH, speed), cycles, _steady(system, speed), size)
+        return watch.shown(with_number(system, _PATH, speed), cycles, *_disturbed(system, speed, size))
 
     return run
 
 
-def _steady(system: Oscillator, speed: float) -> float:
-    """Where friction and spring balance in slip."""
-    return float(system.law.kinetic_force(speed)) / system.stiffness
+def _disturbed(system: Oscillator | System, speed: float, size: float) -> tuple[Any, Any]:
+    """A state beside steady slip, where friction and springs balance: with a velocity, of masses along their first mode."""
+    if isinstance(system, Oscillator):
+        return float(system.law.kinetic_force(speed)) / system.stiffness, size
+    state = steady_slip(with_number(system, _PATH, speed))
+    if state is not None:
+        return state.x + size * state.displacement, size * state.mode
+    force = np.zeros(system.masses)
+    for contact in system.contacts:
+        force[contact.mass] += float(contact.law.kinetic_force(speed))
+    return np.linalg.solve(np.array(system.stiffness), force), size * np.ones(system.masses)
 
 
-def _from_orbit(system: Oscillator, watch: _Watch, special: SpecialPoint) -> Run:
+def _from_orbit(system: Oscillator | System, watch: _Watch, special: SpecialPoint) -> Run:
     """Runs from the orbit at a special point: from where it begins to stick, as nothing before is remembered there."""
     assert special.point is not None
     here = special.point.here
@@ -322,22 +388,24 @@ def _from_orbit(system: Oscillator, watch: _Watch, special: SpecialPoint) -> Run
     captures = np.flatnonzero(stuck & ~np.roll(stuck, 1))
     if captures.size and captures[0] > 0:
         state = here.sequence.follow().states[captures[0] - 1]
-    x, v = float(state[1]), None if captures.size else float(state[2])
+    layout = here.sequence.layout
+    x: Any = state[layout.x]
+    v: Any = state[layout.v]
+    if layout.masses == 1:
+        x, v = float(x[0]), None if captures.size else float(v[0])
     return lambda speed, cycles: watch.shown(with_number(system, _PATH, speed), cycles, x, v)
 
 
-def _brackets(sweep: Sweep, known: Sequence[float]) -> tuple[tuple[str, float, float], ...]:
+def _brackets(sweep: Sweep, known: list[tuple[str, float]]) -> tuple[tuple[str, float, float], ...]:
     """Between which speeds the runs of a sweep stop or begin to stick, where no speed that is known explains it."""
-    looks = sorted(sweep[1], key=lambda look: look[0])
-    changes = [(one, other) for one, other in itertools.pairwise(looks) if one[1].sticks != other[1].sticks]
     return tuple(
         ("end_of_stick_slip" if below.sticks else "onset_of_stick_slip", low, high)
-        for (low, below), (high, _) in changes
-        if not any(low <= value <= high for value in known)
+        for (low, below), (high, _) in _unlike_neighbours(sweep[1])
+        if not any(low <= value <= high for _, value in known)
     )
 
 
-def _look(system: Oscillator, low: float, high: float, watch: _Watch, sweeps: list[Sweep]) -> None:
+def _look(system: Oscillator | System, low: float, high: float, watch: _Watch, sweeps: list[Sweep]) -> None:
     """Add what runs from rest, and from beside steady slip where that is unstable, show over the speeds."""
     speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
     states = [steady_slip(with_number(system, _PATH, speed)) for speed in speeds]
@@ -348,7 +416,17 @@ def _look(system: Oscillator, low: float, high: float, watch: _Watch, sweeps: li
         for speed in some:
             watch("runs", sum(len(known) for _, known in sweeps), count)
             looks.append((speed, run(speed, _CYCLES)))
+        if isinstance(system, System):
+            _outlast(run, looks)
     watch("runs", count, count)
+
+
+def _outlast(run: Run, looks: list[tuple[float, Shown]]) -> None:
+    """Run longer beside each speed at which the runs stop or begin to stick: of several masses transients are long."""
+    known: set[float] = set()
+    while doubtful := {speed for pair in _unlike_neighbours(looks) for speed, _ in pair} - known:
+        looks[:] = [(speed, run(speed, _LONGEST) if speed in doubtful else look) for speed, look in looks]
+        known |= doubtful
 
 
 def _changes_of_sticking(
@@ -356,13 +434,11 @@ def _changes_of_sticking(
 ) -> Iterator[tuple[float, Sides]]:
     """Where a sweep shows an end or an onset of stick-slip: at a known speed that explains it, else by bisection on runs.
 
-    The runs of the bisection are added to `looks`.
+    The runs of a bisection are added to `looks`, of several masses of one that ends at a speed.
     """
-    for (low, below), (high, above) in itertools.pairwise(tuple(looks)):
+    for (low, below), (high, _) in tuple(_unlike_neighbours(looks)):
         sticks = below.sticks
-        if sticks == above.sticks:
-            continue
-        slack = 0.02 * low
+        slack = 0.0 if below.several else 0.02 * low
         for value in known:
             if low - slack <= value <= high + slack:
                 sides = _sides(run, value, math.inf)
@@ -370,12 +446,14 @@ def _changes_of_sticking(
                     yield value, sides
                     break
         else:
-            if run(low, _LONG).sticks != sticks or run(high, _LONG).sticks == sticks:
+            cycles, near = (_LONGEST, _NEAR) if below.several else (_LONG, 1e-9)
+            if run(low, cycles).sticks != sticks or run(high, cycles).sticks == sticks:
                 continue
-            while high - low > 1e-9 * high:
+            between = [] if below.several else looks
+            while high - low > near * high:
                 middle = (low + high) / 2
-                looks.append((middle, run(middle, _LONG)))
-                if looks[-1][1].sticks == sticks:
+                between.append((middle, run(middle, cycles)))
+                if between[-1][1].sticks == sticks:
                     low = middle
                 else:
                     high = middle
@@ -384,13 +462,16 @@ def _changes_of_sticking(
             if (
                 sides is not None
                 and sides[0].sticks != sides[1].sticks
-                and not run(low if sticks else high, _LONG).short
+                and not run(low if sticks else high, cycles).short
+                and not (below.several and any(run(side.speed, _LONGEST).sticks != side.sticks for side in sides))
             ):
+                if below.several:
+                    looks += between
                 yield low, sides
 
 
 def _branches(
-    system: Oscillator,
+    system: Oscillator | System,
     bounds: tuple[float, float],
     steady: list[tuple[str, float]],
     neutral: list[tuple[float, float]],
@@ -403,7 +484,7 @@ def _branches(
 
     def follow(speed: float, beside: bool) -> None:
         there = with_number(system, _PATH, speed)
-        guess = (_steady(system, speed), 0.1 * speed) if beside else None
+        guess = _disturbed(system, speed, 0.1 * speed) if beside else None
         branch = _branch(there, speed, guess, family, branches, watch)
         if branch is not None:
             branches.append(branch)
@@ -432,7 +513,42 @@ def _branches(
     return branches
 
 
-def _decays(system: Oscillator, speed: float, look: Shown) -> bool:
+def _branches_of_masses(
+    system: System, bounds: tuple[float, float], sweeps: list[Sweep], watch: _Watch
+) -> list[Branch]:
+    """The branches of the cycles beside which the runs of masses stop or begin to stick, over the speeds around that.
+
+    Most motions of several masses are no cycles, and those that are have many special points at which no motion ends.
+    """
+    branches: list[Branch] = []
+    changes = [(looks, *pair) for _, looks in sweeps for pair in _unlike_neighbours(looks)]
+    for done, (looks, below, above) in enumerate(changes):
+        watch("cycles", done, len(changes))
+        last, beyond = (below[0], above[0]) if below[1].sticks else (above[0], below[0])
+        # Near its end a motion settles slowly: the cycle is that of the nearest run that has settled.
+        side = [look for look in looks if (look[0] - last) * (last - beyond) >= 0]
+        settled = [look for look in side if look[1].sticks and look[1].repeats]
+        if not settled:
+            continue
+        speed, look = min(settled, key=lambda look: abs(look[0] - last))
+        # So far that the cycle is followed to what ends it.
+        end = float(np.clip(2 * beyond - last, *bounds))
+        family = Family((_PATH,), ((min(speed, end), max(speed, end)),), relative=True)
+        branch = _branch(with_number(system, _PATH, speed), speed, look.end, family, branches, watch)
+        if branch is not None:
+            branches.append(branch)
+    watch("cycles", len(changes), len(changes))
+    return branches
+
+
+def _unlike_neighbours(looks: list[tuple[float, Shown]]) -> Iterator[tuple[tuple[float, Shown], tuple[float, Shown]]]:
+    """Speeds beside each other, in their order, of which only one shows sticks."""
+    for pair in itertools.pairwise(sorted(looks, key=lambda look: look[0])):
+        if pair[0][1].sticks != pair[1][1].sticks:
+            yield pair
+
+
+def _decays(system: Oscillator | System, speed: float, look: Shown) -> bool:
     """Whether a motion without sticks decays as small disturbances of steady slip do, however slowly."""
     state = steady_slip(with_number(system, _PATH, speed))
     if state is None or state.neutral or state.growth >= 0 or look.stick_time > 0:
@@ -452,11 +568,15 @@ def _passes(branch: Branch, speed: float, look: Shown) -> bool:
 
 
 def _branch(
-    system: Oscillator, value: float, guess: Any, family: Family, known: list[Branch], watch: _Watch
+    system: Oscillator | System, value: float, guess: Any, family: Family, known: list[Branch], watch: _Watch
 ) -> Branch | None:
     try:
-        cycle = event_cycle(system, guess, t_end=None if guess is None else 150 * system.natural_period)
-        if (cycle.marginal and not cycle.sticks) or any(lies_on(branch, cycle, value) for branch in known):
+        length = 150 * system.natural_period
+        if isinstance(system, System):
+            length = 30 * slowest_period(system) + 10 * reach(system).max() / drive_of(system)
+        cycle = event_cycle(system, guess, t_end=None if guess is None else length)
+        neutral = cycle.marginal and (isinstance(system, System) or not cycle.sticks)
+        if neutral or any(lies_on(branch, cycle, value) for branch in known):
             return None
         sequence = cycle.closed.sequence
         start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))

@@ -4,38 +4,46 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from stickslip.dynamics.periodic.event_sequence import STATE, EventSequence, one_phase, read, with_number
 from stickslip.errors import InputError
 from stickslip.model.drive import NormalForce
-from stickslip.model.system import Oscillator
+from stickslip.model.system import Oscillator, System
 
-#: The damping, in units of √(k m), that rounding leaves where there is none.
-_NEUTRAL = 1e-12
+#: The damping, in units of √(k m), that rounding leaves where there is none; the growth, in units of the fastest frequency,
+#: that the eigenvalues of several masses leave.
+_NEUTRAL, _NEUTRAL_MODE = 1e-12, 1e-11
 
 
 @dataclass(frozen=True)
 class SteadySlip:
-    """The mass at rest while the drive slips under it.
+    """The masses at rest while the drive slips under them.
 
     Attributes
     ----------
-    x : where friction and spring balance.
-    damping : D + dF/du, the damping that small disturbances feel.
-    growth : their rate of growth, the largest real part of the two exponents.
-    neutral : whether they neither grow nor decay: that damping is zero to 1e-12 of √(k m).
+    x : where friction and spring balance, of several masses shape (n,).
+    damping : D + dF/du, the damping that small disturbances feel; of several masses −2 `growth`, that of a single mass of 1.
+    growth : their rate of growth, the largest real part of the exponents.
+    neutral : whether they neither grow nor decay: that damping is zero to 1e-12 of √(k m), of several masses the growth to
+        1e-11 of the fastest frequency.
+    mode : velocities of the disturbance that grows the most, the largest 1; `displacement` its positions at that time.
+    frequency : at which it swings, rad per unit of time; 0 where it creeps.
     """
 
-    x: float
+    x: Any
     damping: float
     growth: float
     neutral: bool
+    mode: Any = 1.0
+    displacement: Any = 0.0
+    frequency: float = math.nan
 
 
-def steady_slip(system: Oscillator) -> SteadySlip | None:
-    """The steady slip of an oscillator on which nothing swings.
+def steady_slip(system: Oscillator | System) -> SteadySlip | None:
+    """The steady slip of an oscillator, or of masses, on which nothing swings.
 
     None where the drive rests, where the spring does not hold the mass or the bodies are apart, and where friction has
     branches by the sense of ẇ.
@@ -47,6 +55,8 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
     >>> round(state.damping, 12) == round(0.1 - math.exp(-2.0), 12)
     True
     """
+    if isinstance(system, System):
+        return _of_masses(system)
     drive = system.drive_velocity
     if drive == 0 or not isinstance(drive, float) or system.swings or system.springs:
         return None
@@ -72,6 +82,55 @@ def steady_slip(system: Oscillator) -> SteadySlip | None:
     return SteadySlip(x, damping, growth, abs(damping) < _NEUTRAL * math.sqrt(system.stiffness * system.mass))
 
 
+def _of_masses(system: System) -> SteadySlip | None:
+    """M ẍ + (D + Σ F_c′(s_c) b bᵀ) ẋ + K x = Σ F_c(s_c) b: the eigenvalues of small disturbances of steady slip."""
+    if system.swings or system.springs:
+        return None
+    mass, stiffness, damping = (np.array(matrix) for matrix in (system.mass, system.stiffness, system.damping))
+    n = system.masses
+    force = np.zeros(n)
+    for item in system.forcing:
+        force[item.mass] += item.amplitude * math.cos(item.phase)
+    slopes: dict[Any, float] = {}
+    for contact in system.contacts:
+        drive = contact.drive_velocity
+        if not isinstance(drive, float) or drive == 0 or contact.normal_force is not None:
+            return None
+        if (contact.law, drive) not in slopes:
+            # Alone, without a damper, the slope is all the damping that there is.
+            own = (contact.mass, contact.mass)
+            one = steady_slip(Oscillator(0.0, drive, contact.law, float(mass[own]), max(float(stiffness[own]), 1e-300)))
+            if one is None:
+                return None
+            slopes[contact.law, drive] = one.damping
+        b = np.zeros(n)
+        b[contact.mass] = 1.0
+        if contact.other is not None:
+            b[contact.other] = -1.0
+        force += float(contact.law.kinetic_force(drive)) * b
+        damping = damping + slopes[contact.law, drive] * np.outer(b, b)
+    if np.linalg.matrix_rank(stiffness) < n:
+        return None
+    matrix = np.zeros((2 * n, 2 * n))
+    matrix[:n, n:] = np.eye(n)
+    matrix[n:, :n], matrix[n:, n:] = -np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)
+    exponents, modes = np.linalg.eig(matrix)
+    which = int(np.argmax(exponents.real))
+    fastest = float(np.abs(exponents).max())
+    velocities = modes[n:, which]
+    mode = modes[:, which] / velocities[np.argmax(np.abs(velocities))]
+    growth = float(exponents[which].real)
+    return SteadySlip(
+        x=np.linalg.solve(stiffness, force),
+        damping=-2 * growth,
+        growth=growth,
+        neutral=abs(growth) < _NEUTRAL_MODE * fastest,
+        mode=mode[n:].real,
+        displacement=mode[:n].real,
+        frequency=abs(float(exponents[which].imag)),
+    )
+
+
 def _damping(system: Oscillator, x: float, tau: float) -> float:
     """The damping of small disturbances, from what becomes of them in a time; NaN where the law follows the sense of ẇ."""
     sequence, kinds, _ = EventSequence.of_run(system, tau, x, 0.0)
@@ -85,7 +144,7 @@ def _damping(system: Oscillator, x: float, tau: float) -> float:
     return -system.mass * math.log(max(float(np.linalg.det(matrix)), 1e-300)) / tau
 
 
-def hopf_points(system: Oscillator, path: str, bounds: tuple[float, float]) -> list[tuple[str, float]]:
+def hopf_points(system: Oscillator | System, path: str, bounds: tuple[float, float]) -> list[tuple[str, float]]:
     """Where the damping of steady slip changes its sign over a parameter.
 
     Through zero it is a ``"hopf"`` point, by a jump at a corner of the law a ``"nonsmooth_hopf"`` point, also where the
@@ -100,7 +159,7 @@ def hopf_points(system: Oscillator, path: str, bounds: tuple[float, float]) -> l
 
 
 def steady_changes(
-    system: Oscillator, path: str, bounds: tuple[float, float], scan: int = 400
+    system: Oscillator | System, path: str, bounds: tuple[float, float], scan: int = 400
 ) -> tuple[list[tuple[str, float]], list[tuple[float, float]]]:
     """The Hopf points of steady slip (:func:`hopf_points`), and the ranges of the parameter in which it is neutral.
 

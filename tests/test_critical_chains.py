@@ -1,0 +1,204 @@
+"""Critical velocities of chains: closed forms, one mass as the limit, runs on both sides; the drive under all masses."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import stickslip as ss
+from stickslip.cli.main import main
+from stickslip.dynamics.critical import critical
+from stickslip.dynamics.critical.confirmation import Shown
+from stickslip.dynamics.periodic.derivatives import sensitivities
+from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
+from stickslip.errors import UnfinishedWarning
+from stickslip.simulation import time_limit
+
+SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "critical_chains.py"
+_spec = importlib.util.spec_from_file_location("critical_chains_evidence", SCRIPT)
+assert _spec is not None
+assert _spec.loader is not None
+evidence = importlib.util.module_from_spec(_spec)
+sys.modules[_spec.name] = evidence  # dataclasses look their module up
+_spec.loader.exec_module(evidence)
+
+FALLING = ss.laws.ExponentialStribeck(1.0, 0.5, 0.3)
+STEEP = ss.laws.ExponentialStribeck(1.2, 0.5, 0.4)
+TWO = ss.chain(2, [ss.laws.StaticKinetic(1.0, 0.6), ss.laws.StaticKinetic(1.3, 0.6)], 0.3, coupling=0.8, damping=0.05)
+
+
+def slope(law, w):
+    """F′(w) of an ExponentialStribeck law without a rising part."""
+    return -(law.break_away - law.kinetic) / law.scale * math.exp(-w / law.scale)
+
+
+def test_masses_alike_lose_steady_slip_where_one_of_them_does():
+    chain = ss.chain(4, FALLING, 0.3, coupling=0.7, damping=0.05)
+    # D + F′(s) = 0 for every mode at once
+    ((kind, speed),) = hopf_points(chain, "/drive_velocity", (0.9, 1.2))
+    assert kind == "hopf"
+    assert speed == pytest.approx(0.3 * math.log(0.5 / 0.3 / 0.05), abs=1e-10)
+
+
+def test_masses_unlike_lose_it_where_the_first_eigenvalue_passes():
+    chain = ss.chain(3, [FALLING, STEEP, FALLING], 0.3, coupling=0.8, damping=0.05)
+
+    def growth(speed):
+        damping = np.array(chain.damping) + np.diag([slope(contact.law, speed) for contact in chain.contacts])
+        matrix = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.array(chain.stiffness), -damping]])
+        return np.linalg.eigvals(matrix).real.max()
+
+    hopf = brentq(growth, 1.0, 2.0, xtol=1e-13)
+    branches = ss.continuation(chain, "drive_velocity", (1.1, 1.8), seeds=0)
+    assert branches.branches[0].kind == "steady_slip"
+    assert branches.special_points[0].kind == "hopf"
+    assert branches.special_points[0].parameter == pytest.approx(hopf, abs=1e-10)
+    # The cycle that is born there swings at the frequency of that mode.
+    (cycle,) = (branch for branch in branches.branches if branch.kind == "cycle" and branch.period[0] < 4)
+    assert cycle.period[0] == pytest.approx(2 * math.pi / steady_slip(evidence.driven(chain, hopf)).frequency, rel=1e-4)
+    assert branches.branches[0].stable[0] is False
+    assert branches.branches[0].stable[-1] is True
+
+
+def test_steady_slip_over_drives_of_two_speeds_is_a_branch_too():
+    two = ss.System([1, 1], [[2, -1], [-1, 2]], 0.05, [ss.Contact(0, FALLING, 1.0), ss.Contact(1, FALLING, 1.3)])
+    branches = ss.continuation(two, "contacts.0.drive_velocity", (0.8, 1.4), seeds=0)
+    (hopf,) = [point for point in branches.special_points if point.kind == "hopf"]
+    slopes = [slope(FALLING, speed) for speed in (hopf.parameter, 1.3)]
+    matrix = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.array(two.stiffness), -np.diag(slopes) - 0.05 * np.eye(2)]])
+    assert np.linalg.eigvals(matrix).real.max() == pytest.approx(0.0, abs=1e-10)
+
+
+def test_a_chain_without_coupling_ends_as_one_mass_does():
+    law, bounds = ss.laws.StaticKinetic(1.0, 0.6), (0.62, 0.7)
+    one = ss.critical_velocities(ss.Oscillator(0.05, 0.3, law), bounds)
+    two = ss.critical_velocities(ss.chain(2, law, 0.3, coupling=0.0, damping=0.05), bounds)
+    # Nothing ties their phases, so no cycle is followed and runs alone tell.
+    assert two["end_of_stick_slip"] == pytest.approx(one["end_of_stick_slip"], rel=1e-5)
+
+
+def test_the_end_of_stick_slip_is_the_fold_of_its_cycle_and_runs_show_it():
+    found = ss.critical_velocities(TWO, (0.3, 0.6))
+    assert dict(found) == {"fold": pytest.approx(0.440946284, abs=1e-8), "end_of_stick_slip": found["fold"]}
+    assert found.brackets == ()
+    for speed, sticks in ((0.999 * found["fold"], True), (1.001 * found["fold"], False)):
+        assert evidence.sticks(TWO, speed, 1500) is sticks
+
+
+def test_neutral_slip_of_a_chain_is_named_and_has_no_critical_velocity():
+    # Sticks become ever rarer, and none of the speeds at which the last one was seen is an end.
+    chain, _ = evidence.chain(1)
+    assert chain.damping == ((0.0,) * 3,) * 3
+    found = ss.critical_velocities(chain, (0.1, 2.5))
+    assert found.all == ()
+    assert found.neutral == ((0.1, 2.5),)
+    assert found.brackets == ()
+
+
+@pytest.mark.parametrize("seed", [5, pytest.param(3, marks=pytest.mark.slow), pytest.param(4, marks=pytest.mark.slow)])
+def test_what_is_reported_is_what_runs_show(seed):
+    case = evidence.case(seed)
+    assert case.reported
+    assert case.unconfirmed == []
+    assert case.missed == []
+
+
+def test_what_runs_do_not_settle_is_a_bracket(monkeypatch):
+    """Sticks that end at a speed which depends on the length of the run are given as such."""
+
+    def shown(system, cycles, *_, **__):
+        share = float(system.drive_velocity < (0.45 if cycles == 3000 and system.drive_velocity > 0.4 else 0.4))
+        times, end = (share, share), (None, None)
+        return Shown(system.drive_velocity, "t_end", 1.0, 1.0, 0.0, *times, 1.0, False, end, True, *times)
+
+    monkeypatch.setattr(critical, "shown", shown)
+    monkeypatch.setattr(critical, "_branch", lambda *_: None)
+    found = ss.critical_velocities(TWO, (0.2, 0.5))
+    assert found.all == ()
+    ((name, low, high),) = found.brackets
+    assert name == "end_of_stick_slip"
+    assert low < 0.4 <= high < low + 0.01
+    assert found.finished
+
+
+def test_a_search_over_a_chain_ends_after_max_seconds(monkeypatch):
+    monkeypatch.setattr(time_limit.time, "time", lambda: 0.0)
+
+    def stop(what, *_):
+        if what == "cycles":
+            monkeypatch.setattr(time_limit.time, "time", lambda: 2.0)
+
+    with pytest.warns(UnfinishedWarning):
+        found = ss.critical_velocities(TWO, (0.3, 0.6), max_seconds=1.0, progress=stop)
+    assert not found.finished
+    ((name, low, high),) = found.brackets
+    assert name == "end_of_stick_slip"
+    assert low < 0.440946284 < high < low + 0.02
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (
+            {"contacts": [ss.Contact(0, FALLING, 0.3), ss.Contact(1, FALLING, other=0)]},
+            "must be on one drive of constant",
+        ),
+        ({"contacts": [ss.Contact(0, FALLING, 0.3), ss.Contact(1, FALLING, 0.2)]}, "must be on one drive of constant"),
+        ({"contacts": [ss.Contact(0, FALLING, ss.Drive(0.3))]}, "must be on one drive of constant"),
+        ({"forcing": ss.Force(0.1, 1.0)}, "the system is forced"),
+        ({"springs": ss.Spring.stop(0.5, 40.0)}, "springs must be linear"),
+        ({"stiffness": [[1.0, -1.0], [-1.0, 1.0]]}, "tie one of them to the ground"),
+    ],
+)
+def test_what_has_no_critical_velocity_is_refused(change, sentence):
+    with pytest.raises(ss.InputError, match=sentence):
+        ss.critical_velocities(replace(TWO, **change))
+
+
+def test_the_command_takes_a_chain(tmp_path, capsys):
+    system = tmp_path / "chain.toml"
+    system.write_text(TWO.to_toml())
+    assert main(["critical", str(system), "--between", "0.43:0.45"]) == 0
+    assert "end of stick slip   0.44094628" in capsys.readouterr().out
+
+
+def test_the_drive_under_all_masses_is_one_number_of_a_chain():
+    chain = ss.chain(3, FALLING, 0.3, coupling=0.8, damping=0.05)
+    assert chain.with_number("drive_velocity", 0.9) == evidence.driven(chain, 0.9)
+    assert evidence.driven(chain, 0.9).drive_velocity == 0.9
+    diagram = ss.orbit_diagram(chain, "drive_velocity", [0.3, 0.9], periods=60, keep=10)
+    alone = [
+        ss.orbit_diagram(evidence.driven(chain, s), "damping.0.0", [chain.damping[0][0]], periods=60, keep=10)
+        for s in (0.3, 0.9)
+    ]
+    assert diagram["x_end"].values.tolist() == [one["x_end"].values[0].tolist() for one in alone]
+    chart = ss.regime_map(chain, {"drive_velocity": [0.3, 3.0]}, transient=100)
+    assert chart["regime"].values.tolist() == ["stick_slip", "stable_slip"]
+    runs = ss.simulate_many(chain, {"drive_velocity": [0.3, 0.9]}, 60.0)
+    ends = [ss.simulate(evidence.driven(chain, s), 60.0).at(60.0)[0] for s in (0.3, 0.9)]
+    assert runs["x"].values == pytest.approx(np.array(ends))
+    # Its derivative is the sum of those of the contacts.
+    names = ["drive_velocity", *(f"contacts.{i}.drive_velocity" for i in range(3))]
+    moved = sensitivities(ss.simulate(chain, 20.0, [0.0, 0.1, 0.3]), names)["x_end"].values
+    assert moved[:, 0] == pytest.approx(moved[:, 1:].sum(axis=1), rel=1e-9)
+
+
+def test_a_drive_that_is_not_the_same_everywhere_is_no_number():
+    two = ss.System([1, 1], [2, 2], 0.1, [ss.Contact(0, FALLING, 0.2), ss.Contact(1, FALLING, 0.3)])
+    assert two.drive_velocity is None
+    with pytest.raises(
+        ss.InputError, match=r"here they have not the same; name one of them, such as 'contacts\.0\.drive"
+    ):
+        ss.orbit_diagram(two, "drive_velocity", [0.1])
+    with pytest.raises(ss.InputError, match="the system has no number /drive_velocity"):
+        two.with_number("drive_velocity", 0.1)
+    # Between masses nothing is driven.
+    carriage = ss.System([1, 1], [2, 0], 0.1, [ss.Contact(0, FALLING, 0.2), ss.Contact(1, FALLING, other=0)])
+    assert carriage.with_number("drive_velocity", 0.5).contacts[1].drive_velocity == 0.0
