@@ -202,9 +202,10 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
     trial, slope, rigid = rigid_sticks(stated, o.drive_velocity)
     # A mass that does not go with the drive where it seems to rest does not rest.
-    rigid = rigid and slope is not None and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig)
-    if not trial:
-        rigid = True  # nothing sticks, so nothing creeps
+    if slope is None:
+        rigid = True  # nothing sticks, or for too few samples to show any creep
+    else:
+        rigid = rigid and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig)
     smaller: list[str] = []
     if not rigid:
         flanks = find_flanks(presmoothed, rig.least_drop)

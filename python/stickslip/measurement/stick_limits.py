@@ -307,12 +307,12 @@ def refine_sticks(
         return total, refined, common
 
     if soft is None:
-        hard, best = outcome("hard", False), outcome("soft", False)
-        soft = best[0] < hard[0]
-        # a force that jumps and falls on looks much like one that does not jump
-        soft = soft and best[0] < outcome("hard", True)[0]
-        if not soft:
-            best = hard
+        best, other = outcome("hard", False), outcome("soft", False)
+        soft = other[0] < best[0]
+        if soft:  # a force that jumps and falls on looks much like one that does not jump
+            best = outcome("hard", True)
+            soft = other[0] < best[0]
+        best = other if soft else best
     else:
         best = outcome("soft" if soft else "hard", not soft)
     return _with_usual_errors(best[1]), soft, best[2]
