@@ -80,8 +80,9 @@ def measure(
     over `event`; other instruments add ``steady``, friction over slip velocity. Attributes of the root: `source`, `rig`
     (TOML), `command`, `version`, `notes` (what was assumed, corrected or found inconsistent, one sentence each), `regime`,
     `main_line` and `main_line_error` (Hz), `slow_share` (of the time with |w| < 0.2 V) and `stuck_share`, and the constants
-    that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; for other instruments the names in
-    `facts`.
+    that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; `break_away_late`, the
+    standard error in s by which all break-aways of the record may be early or late together (it is in their errors too); for
+    other instruments the names in `facts`.
 
     Raises
     ------
@@ -201,11 +202,9 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     # the spring and the drive as the sticks show them
     stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
     trial, slope, rigid = rigid_sticks(stated, o.drive_velocity)
-    # A mass that does not go with the drive where it seems to rest does not rest.
-    if slope is None:
-        rigid = True  # nothing sticks, or for too few samples to show any creep
-    else:
-        rigid = rigid and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig)
+    # A mass that does not go with the drive where it seems to rest does not rest; where nothing sticks, or for too few
+    # samples to have a slope, nothing shows that it creeps.
+    rigid = slope is None or (rigid and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig))
     smaller: list[str] = []
     if not rigid:
         flanks = find_flanks(presmoothed, rig.least_drop)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -63,6 +63,10 @@ ROUNDS = 4
 
 EFFORT = 100
 """Most evaluations of that search."""
+
+CLEARLY = 20.0
+"""A force that jumps and falls on looks much like one that does not jump, and each slip repeats what is not quite true of
+either: it must be likelier by so much in deviance."""
 
 LIMIT_COST = 3.0
 """What a free limit costs in deviance: it is known to about a sample and was looked for over some ten."""
@@ -309,9 +313,9 @@ def refine_sticks(
     if soft is None:
         best, other = outcome("hard", False), outcome("soft", False)
         soft = other[0] < best[0]
-        if soft:  # a force that jumps and falls on looks much like one that does not jump
+        if soft:
             best = outcome("hard", True)
-            soft = other[0] < best[0]
+            soft = other[0] < best[0] + CLEARLY
         best = other if soft else best
     else:
         best = outcome("soft" if soft else "hard", not soft)
@@ -410,12 +414,8 @@ def _falling(search: LimitSearch, stretches: list[_OneStick]) -> tuple[LimitSear
         level, position = seen(start)
         start = min((start, usual + STEEP), key=lambda numbers: seen(numbers)[0])
         simplex = start + np.vstack([np.zeros(3), np.diag(STEPS)])
-        found = minimize(
-            lambda numbers: seen(numbers)[0],
-            start,
-            method="Nelder-Mead",
-            options={"initial_simplex": simplex, "maxfev": EFFORT, "fatol": 0.3, "xatol": 0.05},
-        )
+        options: Any = {"initial_simplex": simplex, "maxfev": EFFORT, "fatol": 0.3, "xatol": 0.05}
+        found = minimize(lambda numbers: seen(numbers)[0], start, method="Nelder-Mead", options=options)
         error, cost = _laplace(seen, found.x)
         deviance, moved = np.subtract(seen(found.x), (level, position)).tolist()
     except LinAlgError:

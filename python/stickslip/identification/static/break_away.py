@@ -115,6 +115,14 @@ class StaticFriction(Result):
         return self.fits[self.chosen]
 
     @property
+    def alternatives(self) -> list[str]:
+        """Forms that describe the break-aways about as well as the chosen one, the best first."""
+        near = [
+            fit for fit in self.fits.values() if fit.criterion < self.best.criterion + NEAR and not fit.undetermined
+        ]
+        return [fit.form for fit in sorted(near, key=lambda fit: fit.criterion) if fit is not self.best]
+
+    @property
     def own_level(self) -> bool:
         """Whether the chosen form grows from a level of its own instead of from the kinetic force."""
         return self.chosen == ONSET or self.chosen.endswith(OWN_LEVEL)
