@@ -402,28 +402,31 @@ def _falling(search: LimitSearch, stretches: list[_OneStick]) -> tuple[LimitSear
         deviances, positions = zip(*[one.near_last(at(numbers)) for one in some], strict=True)
         return math.fsum(deviances) + float(off @ off), math.fsum(positions) / len(some)
 
+    def deviance(numbers: Array) -> float:
+        return seen(numbers)[0]
+
     try:
-        seen(usual)
+        deviance(usual)  # the positions near which releases are looked for
         flat = minimize_scalar(
-            lambda cutoff: seen(usual + np.array([cutoff, 0.0, 0.0]))[0],
+            lambda cutoff: deviance(usual + np.array([cutoff, 0.0, 0.0])),
             bounds=(-2.0, 1.0),
             method="bounded",
             options={"maxiter": 12},
         )
         start = usual + np.array([float(flat.x), 0.0, 0.0])
         level, position = seen(start)
-        start = min((start, usual + STEEP), key=lambda numbers: seen(numbers)[0])
+        start = min((start, usual + STEEP), key=deviance)
         simplex = start + np.vstack([np.zeros(3), np.diag(STEPS)])
         options: Any = {"initial_simplex": simplex, "maxfev": EFFORT, "fatol": 0.3, "xatol": 0.05}
-        found = minimize(lambda numbers: seen(numbers)[0], start, method="Nelder-Mead", options=options)
+        found = minimize(deviance, start, method="Nelder-Mead", options=options)
         error, cost = _laplace(seen, found.x)
-        deviance, moved = np.subtract(seen(found.x), (level, position)).tolist()
+        gain, moved = np.subtract((level, position), seen(found.x)).tolist()
     except LinAlgError:
         return search, 0.0, 0.0
     error = math.hypot(error, moved)
-    if deviance + cost < 0:
+    if gain > cost:
         return at(found.x), error, cost
-    likely = 1 / (1 + math.exp(min(0.5 * (deviance + cost), 100.0)))
+    likely = 1 / (1 + math.exp(min(0.5 * (cost - gain), 100.0)))
     return search, math.sqrt(likely) * error, 0.0
 
 
@@ -458,6 +461,7 @@ class _OneStick:
 
     def __init__(self, search: LimitSearch, stick: Stick, low: float, high: float, span: float) -> None:
         self.search, self.stick, self.low, self.high, self.span = search, stick, low, high, span
+        self.kept: dict[tuple[Joint, float, float, float, float], Evidence] = {}
         self.first: float | None = None
         part = slice(*np.searchsorted(search.time, [low, high]))
         self.inside, y, w = search.time[part], search.path[part], search.weight[part] / search.noise**2
@@ -482,9 +486,13 @@ class _OneStick:
 
     def beside(self, joint: Joint, position: float, search: LimitSearch) -> Evidence:
         """Evidence of the slip before or after the stick if it meets it at `position`."""
-        if joint == "before":
-            return search.slip(self.low, position, self.origin, "end")
-        return search.slip(position, self.high, self.origin, "start", joint == "soft")
+        key = (joint, position, search.cutoff, search.slope, search.decay)
+        if key not in self.kept:
+            if joint == "before":
+                self.kept[key] = search.slip(self.low, position, self.origin, "end")
+            else:
+                self.kept[key] = search.slip(position, self.high, self.origin, "start", joint == "soft")
+        return self.kept[key]
 
     def value(self, joint: Joint, search: LimitSearch, at: float) -> float:
         """Deviance with one limit there, the level of the stick held."""
