@@ -16,7 +16,7 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
 
     Returns
     -------
-    Dataset over `event`, each variable with its ``_error``:
+    Dataset over `event`, each variable with its ``_error``, which holds what all break-aways of the record have in common:
         t : end of the stick, s.
         stick_time : length of the stick, s; NaN where its start lies before the record.
         force_rate : slope of the friction force over the stick, N/s; NaN for sticks of fewer than four samples.
@@ -40,19 +40,20 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
         row += 1
         a, b = np.searchsorted(time, [stick.start, stick.end])
         rate, rate_error = _slope(friction, int(a), int(b))
+        end_error = math.hypot(stick.end_error, friction.late)
         following = sticks[number + 1].start if number + 1 < len(sticks) else time[-1]
         c = int(np.searchsorted(time, following, side="right"))
         drop = float("nan")
         if number + 1 < len(sticks) and c > b:
             drop = o.stiffness * (float(np.interp(stick.end, time, friction.extension)) - friction.extension[b:c].min())
         stick_time = stick.end - stick.start if stick.starts else float("nan")
-        force_error = math.hypot(float(level_error[row]), rate * stick.end_error if math.isfinite(rate) else 0.0)
+        force_error = math.hypot(float(level_error[row]), rate * end_error if math.isfinite(rate) else 0.0)
         rows.append(
             [
                 stick.end,
-                stick.end_error,
+                end_error,
                 stick_time,
-                math.hypot(stick.start_error, stick.end_error),
+                math.hypot(stick.start_error, end_error),
                 rate,
                 rate_error,
                 float(forces[row]),

@@ -34,6 +34,7 @@ class Friction:
     noise : residual standard deviation of x.
     cutoff : in Hz, of slips and creeping sticks.
     fit : the pieces.
+    late : standard error in s by which all break-aways may be seen early or late together, beside what sets them apart.
     """
 
     time: Array
@@ -47,6 +48,7 @@ class Friction:
     noise: float
     cutoff: dict[Part, float]
     fit: PiecewiseFit
+    late: float = 0.0
 
 
 def fit_pieces(

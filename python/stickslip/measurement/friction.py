@@ -80,8 +80,9 @@ def measure(
     over `event`; other instruments add ``steady``, friction over slip velocity. Attributes of the root: `source`, `rig`
     (TOML), `command`, `version`, `notes` (what was assumed, corrected or found inconsistent, one sentence each), `regime`,
     `main_line` and `main_line_error` (Hz), `slow_share` (of the time with |w| < 0.2 V) and `stuck_share`, and the constants
-    that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; for other instruments the names in
-    `facts`.
+    that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; `break_away_late`, the
+    standard error in s by which all break-aways of the record may be early or late together (it is in their errors too); for
+    other instruments the names in `facts`.
 
     Raises
     ------
@@ -201,10 +202,9 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     # the spring and the drive as the sticks show them
     stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
     trial, slope, rigid = rigid_sticks(stated, o.drive_velocity)
-    # A mass that does not go with the drive where it seems to rest does not rest.
-    rigid = rigid and slope is not None and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig)
-    if not trial:
-        rigid = True  # nothing sticks, so nothing creeps
+    # A mass that does not go with the drive where it seems to rest does not rest; where nothing sticks, or for too few
+    # samples to have a slope, nothing shows that it creeps.
+    rigid = slope is None or (rigid and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig))
     smaller: list[str] = []
     if not rigid:
         flanks = find_flanks(presmoothed, rig.least_drop)
@@ -250,11 +250,12 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
     """Friction of a draft, its sticks (none where it is not `sticking`), the share of slow time and the kind of motion."""
     o, presmoothed, flanks = draft.oscillator, draft.presmoothed, draft.flanks
     if sticking and draft.rigid:
-        sticks, fit = _rigid_fit(draft)
+        sticks, fit, late = _rigid_fit(draft)
     else:
+        late = 0.0
         sticks = creeping_sticks(presmoothed, flanks, o.drive_velocity) if sticking else []
         fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o))
-    friction = friction_force(fit, sticks)
+    friction = replace(friction_force(fit, sticks), late=late)
     lasting = [stick.end - stick.start for stick in sticks]
     slow = slow_share(friction.slip_velocity, o.drive_velocity, draft.noise, draft.step, lasting)
     seen = presmoothed.rate_error / o.drive_velocity
@@ -267,8 +268,8 @@ def _knots(presmoothed: Presmoothed, oscillator: OscillatorConstants) -> float:
     return max(min(own_period(oscillator) / 25, 0.2 / presmoothed.cutoff), 2 * step)
 
 
-def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any]:
-    """Alternate between the limits of the sticks and the cut-off of the slips."""
+def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any, float]:
+    """Alternate between the limits of the sticks and the cut-off of the slips; their common error as of `refine_sticks`."""
     time, x, weight, presmoothed, o = draft.time, draft.extension, draft.weight, draft.presmoothed, draft.oscillator
     knots = _knots(presmoothed, o)
     sticks = rigid_candidates(presmoothed, draft.flanks, o.drive_velocity, 1 / own_period(o))
@@ -276,14 +277,16 @@ def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any]:
     cutoff = presmoothed.cutoff
     step = float(time[1] - time[0])
     soft: bool | None = None
+    common = 0.0
     for span in (max(8 * step, 0.06 * own_period(o)), 3 * step):
-        sticks, soft = refine_sticks(LimitSearch(time, path, weight, o, draft.noise, knots, cutoff), sticks, span, soft)
+        search = LimitSearch(time, path, weight, o, draft.noise, knots, cutoff)
+        sticks, soft, common = refine_sticks(search, sticks, span, soft)
         fit = fit_pieces(time, x, weight, sticks, True, o, knots)
         changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
         cutoff = fit.cutoff.get("slip", cutoff)
-        if changed < 0.1 or not sticks:
+        if not sticks or (soft and changed < 0.1):
             break
-    return sticks, fit
+    return sticks, fit, common
 
 
 def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
@@ -327,6 +330,7 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
         "drive_velocity": o.drive_velocity,
         "weight": rig.mass * rig.gravity,
         "noise": f.noise,
+        "break_away_late": f.late,
         "slip_cutoff": f.cutoff.get("slip", math.nan),
         "creep_cutoff": f.cutoff.get("creep", math.nan),
     }

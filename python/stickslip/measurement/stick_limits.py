@@ -6,13 +6,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline
 from scipy.linalg import LinAlgError
 from scipy.linalg.lapack import dpotrf, dpotrs
+from scipy.optimize import minimize, minimize_scalar
 
 from stickslip.measurement.signals.piecewise_fit import DEGREE, GAUSS_NODES, GAUSS_WEIGHTS, OscillatorConstants
 from stickslip.measurement.sticks import Stick, own_period
@@ -47,6 +48,25 @@ FINEST = 0.06
 
 WIDTHS = 4
 """The evidence of a limit is looked at as far as so many of its standard errors on each side, in halves of them."""
+
+USUAL_DECAY = 1.5
+"""The slope of friction after a break-away dies away so many times as fast as the phase of the free mass goes on, roughly."""
+
+PRIOR = np.array([1.5, 1.0, 1.0])
+STEPS = np.array([-0.5, -0.4, 0.5])
+STEEP = np.array([-0.7, -0.8, 0.0])
+"""Standard deviations beforehand of the logarithm of the cut-off, of the slope in sqrt(k m), and of the logarithm of its
+decay; first steps of their search, and a second starting point of it."""
+
+ROUNDS = 4
+"""Most parabolas through the evidence of a release, each narrower than the one before."""
+
+EFFORT = 100
+"""Most evaluations of that search."""
+
+CLEARLY = 20.0
+"""A force that jumps and falls on looks much like one that does not jump, and each slip repeats what is not quite true of
+either: it must be likelier by so much in deviance."""
 
 LIMIT_COST = 3.0
 """What a free limit costs in deviance: it is known to about a sample and was looked for over some ten."""
@@ -99,6 +119,9 @@ class LimitSearch:
     noise : standard deviation of the path's samples.
     knots : distance of knots in s.
     cutoff : of the slips in Hz.
+    slope : df/dw right after a break-away in N s/m, about which friction does its random walk: it falls as the slip speeds
+        up, in every slip alike, and a walk about a constant would see each release late to make up for the fall.
+    decay : of that slope with the time since the break-away, in 1/s.
     """
 
     time: Array
@@ -108,6 +131,8 @@ class LimitSearch:
     noise: float
     knots: float
     cutoff: float
+    slope: float = 0.0
+    decay: float = 0.0
 
     @property
     def step(self) -> float:
@@ -125,7 +150,7 @@ class LimitSearch:
         A `soft` joint has u'' = 0 too: the friction force does not jump there, and as df/dt = f'(w) w' with w' growing
         from zero, the random walk sets off as w' does while the friction still bears: like sqrt(k/m) t.
         """
-        matrix, right, constant, prior, held = self._system(start, end, origin, soft)
+        matrix, right, constant, prior, held = self._system(start, end, origin, soft, joined == "start")
         count = len(right)
         if joined == "nowhere":
             return Evidence(1.0, 0.0, constant + self._inner(matrix, right, prior, held, [0, 1, 2]))
@@ -152,8 +177,13 @@ class LimitSearch:
         misfit = -float(right @ _solve(factor, right))
         return misfit + determinant - _log_determinant(prior, held[rows])
 
-    def _system(self, start: float, end: float, origin: float, soft: bool) -> tuple[Array, Array, float, Array, Array]:
-        """Normal matrix, right side, constant, prior precision, and rows of the state (u, u', u'') at both ends."""
+    def _system(
+        self, start: float, end: float, origin: float, soft: bool, released: bool
+    ) -> tuple[Array, Array, float, Array, Array]:
+        """Normal matrix, right side, constant, prior precision, and rows of the state (u, u', u'') at both ends.
+
+        The slip begins with a break-away where it is `released`.
+        """
         o = self.oscillator
         count = max(math.ceil((end - start) / self.knots), 2)
         h = (end - start) / count
@@ -172,6 +202,9 @@ class LimitSearch:
         if soft:
             weights = weights * (1 + (rate * h * reference.nodes) ** -2)
         change = (factors @ reference.derivatives.reshape(len(factors), -1)).reshape(basis.shape[1], -1)
+        if released and self.slope:
+            falls = self.slope * np.exp(-self.decay * h * reference.nodes)
+            change = change + reference.derivatives[1] * (falls / o.mass / h**2)
         prior = (change * weights) @ change.T
         right = weighted.T @ y + target * (change @ weights)
         constant = float(w @ (y * y)) / self.noise**2 + target**2 * float(weights.sum())
@@ -226,7 +259,7 @@ def _log_determinant(precision: Array, held: Array) -> float:
 
 def refine_sticks(
     search: LimitSearch, sticks: list[Stick], span: float, soft: bool | None = None
-) -> tuple[list[Stick], bool]:
+) -> tuple[list[Stick], bool, float]:
     """Move the limits of each stick to where the record puts them, and drop sticks the record does not need.
 
     A stretch of at most a quarter of the own period on each side is taken as slip, rest, slip, each joint with its
@@ -241,11 +274,13 @@ def refine_sticks(
     search : the record; with fewer than `FEW` samples in a period the errors of break-aways are `BLUR` samples at least.
     sticks : first guesses.
     span : how far to look on each side of a guess, in s.
-    soft : whether the force jumps at a break-away where that is known already.
+    soft : whether the force jumps at a break-away where that is known already; where it jumps, it is then asked too whether
+        friction falls as the slip speeds up.
 
     Returns
     -------
     sticks, soft : with `soft` if the force does not jump at the break-away.
+    common : standard error in s by which all break-aways may be early or late together, beside their own.
     """
     reach = max(own_period(search.oscillator) / 4, (MARGIN + LATEST) * search.step)
     stretches: list[_OneStick] = []
@@ -257,22 +292,34 @@ def refine_sticks(
             high = (stick.end + sticks[number + 1].start) / 2
         stretches.append(_OneStick(search, stick, max(low, stick.start - reach), min(high, stick.end + reach), span))
     # friction changes fastest just before a capture: of two equally likely cut-offs the stiffer would push it late
-    before = CUTOFF_RATIO * _likeliest(search, stretches, "before")
-    choices = (False, True) if soft is None else (soft,)
-    refined: dict[bool, list[Stick]] = {choice: [] for choice in choices}
-    total = dict.fromkeys(choices, 0.0)
-    for choice in choices:
-        after = _likeliest(search, stretches, "soft" if choice else "hard")
+    before = replace(search, cutoff=CUTOFF_RATIO * _likeliest(search, stretches, "before"))
+
+    def outcome(joint: Joint, falls: bool) -> tuple[float, list[Stick], float]:
+        """Deviance, sticks and the common error of their ends under the likeliest prior of this kind."""
+        after, common, total = replace(search, cutoff=_likeliest(search, stretches, joint)), 0.0, 0.0
+        if falls:
+            after, common, total = _falling(after, stretches)
+        refined = []
         for one in stretches:
             try:
-                found, deviance = one.refined(choice, before, after)
+                found, deviance = one.refined(joint == "soft", before, after)
             except LinAlgError:
                 found, deviance = one.stick, 0.0
-            total[choice] += deviance if one.whole else 0.0
+            total += deviance if one.whole else 0.0
             if found is not None:
-                refined[choice].append(found)
-    best = min(choices, key=lambda choice: total[choice])
-    return _with_usual_errors(refined[best]), best
+                refined.append(found)
+        return total, refined, common
+
+    if soft is None:
+        best, other = outcome("hard", False), outcome("soft", False)
+        soft = other[0] < best[0]
+        if soft:
+            best = outcome("hard", True)
+            soft = other[0] < best[0] + CLEARLY
+        best = other if soft else best
+    else:
+        best = outcome("soft" if soft else "hard", not soft)
+    return _with_usual_errors(best[1]), soft, best[2]
 
 
 def _with_usual_errors(sticks: list[Stick]) -> list[Stick]:
@@ -305,8 +352,7 @@ def _likeliest(search: LimitSearch, stretches: list[_OneStick], joint: Joint) ->
     One cut-off serves a whole slip, but friction may change faster or slower near its ends, where a slip that is too
     lax would pass for rest and one that is too stiff would push the limit away.
     """
-    free = [one for one in stretches if one.whole]
-    some = [free[i] for i in np.unique(np.linspace(0, len(free) - 1, ENOUGH_STICKS).astype(int))] if free else []
+    some = _some(stretches)
 
     def deviance(step: int) -> float:
         return math.fsum(one.least(joint, search.cutoff * CUTOFF_RATIO**step) for one in some)
@@ -320,12 +366,103 @@ def _likeliest(search: LimitSearch, stretches: list[_OneStick], joint: Joint) ->
     return float(search.cutoff * CUTOFF_RATIO**best)
 
 
+def _some(stretches: list[_OneStick]) -> list[_OneStick]:
+    """Sticks enough to choose by, spread over those that lie wholly in the record."""
+    free = [one for one in stretches if one.whole]
+    return [free[i] for i in np.unique(np.linspace(0, len(free) - 1, ENOUGH_STICKS).astype(int))] if free else []
+
+
+def _falling(search: LimitSearch, stretches: list[_OneStick]) -> tuple[LimitSearch, float, float]:
+    """The likeliest prior of the slips after a break-away where the force jumps, from one under which friction does not fall.
+
+    Cut-off, slope and its decay are one for all slips, so what is not known of them shifts all releases of the record
+    together, however many there are.
+
+    Returns
+    -------
+    the search with that prior, the standard error in s of the mean release that comes from it, and its cost in deviance.
+    Friction falls where that is likelier, its cost counted. The error is that of the three numbers (Laplace's
+    approximation), and what the fall moves the releases by, as friction need not fall in just this form; where friction is
+    taken not to fall, it is that times the root of the probability that it does.
+    """
+    some = _some(stretches)
+    if not some:
+        return search, 0.0, 0.0
+    o = search.oscillator
+    rate, unit = math.sqrt(o.stiffness / o.mass), math.sqrt(o.stiffness * o.mass)
+    usual = np.array([math.log(search.cutoff), 0.0, math.log(USUAL_DECAY * rate)])
+
+    def at(numbers: Array) -> LimitSearch:
+        cutoff, slope, decay = numbers.tolist()
+        return replace(search, cutoff=math.exp(cutoff), slope=slope * unit, decay=math.exp(decay))
+
+    def seen(numbers: Array) -> tuple[float, float]:
+        """Deviance with the prior of the numbers, and mean position of the releases."""
+        off = (numbers - usual) / PRIOR
+        deviances, positions = zip(*[one.near_last(at(numbers)) for one in some], strict=True)
+        return math.fsum(deviances) + float(off @ off), math.fsum(positions) / len(some)
+
+    def deviance(numbers: Array) -> float:
+        return seen(numbers)[0]
+
+    try:
+        deviance(usual)  # the positions near which releases are looked for
+        flat = minimize_scalar(
+            lambda cutoff: deviance(usual + np.array([cutoff, 0.0, 0.0])),
+            bounds=(-2.0, 1.0),
+            method="bounded",
+            options={"maxiter": 12},
+        )
+        start = usual + np.array([float(flat.x), 0.0, 0.0])
+        level, position = seen(start)
+        start = min((start, usual + STEEP), key=deviance)
+        simplex = start + np.vstack([np.zeros(3), np.diag(STEPS)])
+        options: Any = {"initial_simplex": simplex, "maxfev": EFFORT, "fatol": 0.3, "xatol": 0.05}
+        found = minimize(deviance, start, method="Nelder-Mead", options=options)
+        error, cost = _laplace(seen, found.x)
+        gain, moved = np.subtract((level, position), seen(found.x)).tolist()
+    except LinAlgError:
+        return search, 0.0, 0.0
+    error = math.hypot(error, moved)
+    if gain > cost:
+        return at(found.x), error, cost
+    likely = 1 / (1 + math.exp(min(0.5 * (cost - gain), 100.0)))
+    return search, math.sqrt(likely) * error, 0.0
+
+
+def _laplace(seen: Callable[[Array], tuple[float, float]], best: Array) -> tuple[float, float]:
+    """Standard error of the mean position by the numbers of the prior, and the cost in deviance of choosing all but one.
+
+    Source: Tierney & Kadane, J. Am. Stat. Assoc. 81 (1986) 82, to first order.
+    """
+    least, middle = seen(best)
+    each, steps = np.diag(PRIOR), np.full(len(best), 0.1)
+    for _ in range(2):  # the second time with steps that raise the deviance by about one
+        used = steps
+        ups = np.array([seen(best + step * axis) for step, axis in zip(used, each, strict=True)])
+        downs = np.array([seen(best - step * axis) for step, axis in zip(used, each, strict=True)])
+        rises = np.maximum((ups + downs)[:, 0] / 2 - least, 0.01)
+        steps = np.clip(used / np.sqrt(rises), 0.003, 0.7)
+    # a release that jumps from one sample to the next tells nothing of small steps: the smaller of both sides
+    slopes = np.minimum(np.abs(ups[:, 1] - middle), np.abs(downs[:, 1] - middle)) / used * np.sign((ups - downs)[:, 1])
+    curvature = np.diag(2 * rises / used**2)
+    for i in range(len(best)):
+        for j in range(i):
+            both, _ = seen(best + used[i] * each[i] + used[j] * each[j])
+            curvature[i, j] = curvature[j, i] = (both - ups[i, 0] - ups[j, 0] + least) / (used[i] * used[j])
+    own = math.log(max(curvature[0, 0], 2.0) / 2)  # of the cut-off, which is chosen in any case
+    values, vectors = np.linalg.eigh(curvature)
+    values = np.maximum(values, 2.0)  # no less is known than beforehand
+    return math.sqrt(float(np.sum((vectors.T @ slopes) ** 2 * 2 / values))), float(np.sum(np.log(values / 2))) - own
+
+
 class _OneStick:
     """The search for the limits of one stick between two times."""
 
     def __init__(self, search: LimitSearch, stick: Stick, low: float, high: float, span: float) -> None:
         self.search, self.stick, self.low, self.high, self.span = search, stick, low, high, span
-        self.kept: dict[tuple[Joint, float, float], Evidence] = {}
+        self.kept: dict[tuple[Joint, float, float, float, float], Evidence] = {}
+        self.first: float | None = None
         part = slice(*np.searchsorted(search.time, [low, high]))
         self.inside, y, w = search.time[part], search.path[part], search.weight[part] / search.noise**2
         # the level of the stick, near enough to tell cut-offs apart
@@ -347,23 +484,55 @@ class _OneStick:
         a, b = np.searchsorted(self.inside, [start, end])
         return Evidence(*(self.sums[:, b] - self.sums[:, a]).tolist())
 
-    def beside(self, joint: Joint, position: float, cutoff: float) -> Evidence:
-        """Evidence of the slip before or after the stick if it meets it at `place`."""
-        key = (joint, position, cutoff)
+    def beside(self, joint: Joint, position: float, search: LimitSearch) -> Evidence:
+        """Evidence of the slip before or after the stick if it meets it at `position`."""
+        key = (joint, position, search.cutoff, search.slope, search.decay)
         if key not in self.kept:
-            search = replace(self.search, cutoff=cutoff)
             if joint == "before":
                 self.kept[key] = search.slip(self.low, position, self.origin, "end")
             else:
                 self.kept[key] = search.slip(position, self.high, self.origin, "start", joint == "soft")
         return self.kept[key]
 
-    def least(self, joint: Joint, cutoff: float) -> float:
-        """Least deviance over the places of one limit, the level of the stick held."""
+    def value(self, joint: Joint, search: LimitSearch, at: float) -> float:
+        """Deviance with one limit there, the level of the stick held."""
+        return (self.rest(*sorted((at, self.middle))) + self.beside(joint, at, search)).constant
+
+    def near_last(self, search: LimitSearch) -> tuple[float, float]:
+        """Least deviance over the positions of a release, near the first that was found so, and where it is."""
 
         def value(at: float) -> float:
-            apart = self.rest(*sorted((at, self.middle))) + self.beside(joint, at, cutoff)
-            return apart.constant
+            return self.value("hard", search, at)
+
+        step = 0.5 * self.search.step
+        lowest, highest = self.middle + 2 * step, self.high - MARGIN * self.search.step - 2 * step
+        if self.first is None:
+            self.first = min(self.positions()[1].tolist(), key=value)
+        at = float(np.clip(self.first, lowest, highest))
+        left, here, right = (value(at + side) for side in (-step, 0.0, step))
+        while left < here and at - step > lowest:
+            at, left, here, right = at - step, value(at - 2 * step), left, here
+        while right < here and at + step < highest:
+            at, left, here, right = at + step, here, right, value(at + 2 * step)
+        for _ in range(ROUNDS):
+            corner = left + right - 2 * here
+            if not corner > 0:
+                return here, at
+            shift = float(np.clip(0.5 * (left - right) / corner, -1, 1))
+            lowest_value, position = here - 0.5 * shift**2 * corner, at + shift * step
+            if corner < 2:
+                break
+            # the valley is narrower than the points are apart, and steeper on one side
+            step, at = max(step * math.sqrt(2 / corner), 0.1 * step), position
+            left, here, right = (value(at + side) for side in (-step, 0.0, step))
+        return lowest_value, position
+
+    def least(self, joint: Joint, cutoff: float) -> float:
+        """Least deviance over the positions of one limit, the level of the stick held."""
+        search = replace(self.search, cutoff=cutoff)
+
+        def value(at: float) -> float:
+            return self.value(joint, search, at)
 
         starts, ends = self.positions()
         positions = starts[starts <= self.middle] if joint == "before" else ends[ends >= self.middle]
@@ -416,7 +585,7 @@ class _OneStick:
         found[longer] = _integrated(square[longer], linear[longer], constant[longer])
         return found
 
-    def refined(self, soft: bool, before: float, after: float) -> tuple[Stick | None, float]:
+    def refined(self, soft: bool, before: LimitSearch, after: LimitSearch) -> tuple[Stick | None, float]:
         """The stick with its limits and errors, or None, and the deviance of the stretch, under these cut-offs."""
         self.soft, self.before, self.after = soft, before, after
         stick, step = self.stick, self.search.step
@@ -442,8 +611,8 @@ class _OneStick:
         # no slip looks like rest for as long as the free mass takes to swing to and fro
         if (stick.starts or stick.ends) and end - start < own_period(self.search.oscillator):
             without = min(
-                replace(self.search, cutoff=cutoff).slip(self.low, self.high, self.origin, "nowhere").integrated()
-                for cutoff in (self.search.cutoff, before, after)
+                search.slip(self.low, self.high, self.origin, "nowhere").integrated()
+                for search in (self.search, before, after)
             )
             if without - best < LIMIT_COST * (stick.starts + stick.ends):
                 return None, without

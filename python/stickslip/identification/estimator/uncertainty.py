@@ -49,6 +49,11 @@ def robust_scale(residuals: Array) -> float:
     return scale if scale > 0 else float(np.sqrt(np.mean(residuals**2)))
 
 
+def own_error(error: npt.ArrayLike, common: npt.ArrayLike) -> Array:
+    """What is left of standard errors without the part that rows have in common."""
+    return np.asarray(np.sqrt(np.maximum(np.square(error) - np.square(common), 0.0)))
+
+
 def clipped_scale(residuals: Array) -> float:
     """Standard deviation of normal residuals, nearly as sure as the ordinary one; an outlier counts as two of them.
 

@@ -20,6 +20,7 @@ from stickslip.identification.estimator.uncertainty import (
     cluster_scores,
     correlation_time,
     estimate,
+    own_error,
     recurrence,
     robust_scale,
     variance_inflation,
@@ -155,7 +156,8 @@ class Problem:
         rate = table["force_rate"].abs().fillna(_usual_rate(record))
         sense = [record.sense_of(slip) for slip in table["slip"]]
         late = _lag(record) if isinstance(self.law, WITH_MEMORY) else 0.0
-        return table.assign(rate=rate, sense=sense, stated=np.hypot(table["force_error"].fillna(0.0), rate * late))
+        own = own_error(table["force_error"].fillna(0.0), rate * record.constants.get("late", 0.0))
+        return table.assign(rate=rate, sense=sense, stated=np.hypot(own, rate * late))
 
     def _natural_scales(self) -> dict[str, float]:
         force = float(np.median([np.median(np.abs(m.record.force[~m.record.stuck])) for m in self.motions]))
@@ -165,6 +167,22 @@ class Problem:
         known = numbers(self.law)
         by_name = {name: 1.0 if item.ratio else sizes.get(item.dimension, force) for name, item in known.items()}
         return {name: by_name.get(name, force) for name in self.free}
+
+    def late(self, law: Law) -> list[Array]:
+        """For each group how its residuals change where all break-aways of its record are seen later by one standard error.
+
+        The force is read further up the loading line, and the stick is taken for longer than it was.
+        """
+        found = [np.zeros_like(stated) for stated in self.stated]
+        for i, (number, kind) in enumerate(self.groups):
+            table, late = self.tables[number], self.motions[number].record.constants.get("late", 0.0)
+            if kind == "break-away" and table is not None and late > 0:
+                load = table.sense * table.rate
+                grown = law.break_away_force(table.stick_time + late, load) - law.break_away_force(
+                    table.stick_time, load
+                )
+                found[i] = table.rate * late - grown
+        return found
 
     # --- numbers <-> law
 
@@ -331,22 +349,25 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
     numbers = np.clip(numbers, low + inside, high - inside)
     problem.refuse_silent(problem.at(numbers))
     groups = problem.groups_at(numbers)
-    record_scatter = _record_scatter(problem, groups)
-    sigma, tau = _scales(problem, groups, record_scatter)
+    common = [float(np.median(np.abs(late))) for late in problem.late(problem.at(numbers))]
+    record_scatter = _record_scatter(problem, groups, common)
+    apart = np.hypot(record_scatter, common)
+    sigma, tau = _scales(problem, groups, apart)
     weights = [np.ones_like(rest) for rest in groups]
-    assumed = _assumed(problem, sigma, tau, record_scatter)
+    assumed = _assumed(problem, sigma, tau, apart)
     for number in range(ROUNDS):
         factor = np.concatenate([w / a for w, a in zip(weights, assumed, strict=True)])
         numbers = _solve(problem, numbers, factor, effort if number in (0, ROUNDS - 1) else effort // 2)
         groups = problem.groups_at(numbers)
-        record_scatter = _record_scatter(problem, groups)
-        sigma, tau = _scales(problem, groups, record_scatter)
+        record_scatter = _record_scatter(problem, groups, common)
+        apart = np.hypot(record_scatter, common)
+        sigma, tau = _scales(problem, groups, apart)
         weights = [
-            (1 + (rest / (OUTLIER * np.hypot(s, apart))) ** 2) ** -0.25
-            for rest, s, apart in zip(groups, sigma, record_scatter, strict=True)
+            (1 + (rest / (OUTLIER * np.hypot(s, b))) ** 2) ** -0.25
+            for rest, s, b in zip(groups, sigma, apart, strict=True)
         ]
         if number < ROUNDS - 1:
-            assumed = _assumed(problem, sigma, tau, record_scatter)
+            assumed = _assumed(problem, sigma, tau, apart)
     factors = [w / a for w, a in zip(weights, assumed, strict=True)]
     return _result(problem, numbers, groups, sigma, tau, record_scatter, factors, assumed)
 
@@ -366,12 +387,12 @@ def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Arra
 
 
 def _scales(
-    problem: Problem, groups: Sequence[Array], record_scatter: Sequence[float]
+    problem: Problem, groups: Sequence[Array], apart: npt.NDArray[np.float64]
 ) -> tuple[list[Array], list[float]]:
     """Standard deviation of each row and correlation time of each group, beside what sets the records apart."""
     sigma, tau = [], []
-    for group, stated, apart in zip(groups, problem.stated, record_scatter, strict=True):
-        rest = group - float(np.median(group)) if apart > 0 else group
+    for group, stated, shifted in zip(groups, problem.stated, apart > 0, strict=True):
+        rest = group - float(np.median(group)) if shifted else group
         spread = robust_scale(rest)
         inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if rest.size >= FEWEST_ROWS else 0.0
         if not stated.any():
@@ -389,8 +410,11 @@ def _scales(
     return sigma, tau
 
 
-def _record_scatter(problem: Problem, groups: Sequence[Array]) -> list[float]:
-    """Standard deviation from record to record of the groups' means, for each group; 0 where its rows are no plain forces."""
+def _record_scatter(problem: Problem, groups: Sequence[Array], common: Sequence[float]) -> list[float]:
+    """Standard deviation from record to record of the groups' means, for each group; 0 where its rows are no plain forces.
+
+    That is beyond the error that the rows of each group are known to have in common.
+    """
     found = [0.0] * len(groups)
     for kind in ("kinetic", "break-away"):
         same = [
@@ -403,14 +427,17 @@ def _record_scatter(problem: Problem, groups: Sequence[Array]) -> list[float]:
         means = [float(np.median(groups[i])) for i in same]
         centred = [groups[i] - mean for i, mean in zip(same, means, strict=True)]
         # the variance of a median is pi / 2 times that of a mean
-        variances = [0.5 * math.pi * robust_scale(rest) ** 2 * correlation_time(rest) / rest.size for rest in centred]
+        variances = [
+            0.5 * math.pi * robust_scale(rest) ** 2 * correlation_time(rest) / rest.size + common[i] ** 2
+            for i, rest in zip(same, centred, strict=True)
+        ]
         for i in same:
             found[i] = record_scatter(means, variances)
     return found
 
 
 def _assumed(
-    problem: Problem, sigma: Sequence[Array], tau: Sequence[float], record_scatter: Sequence[float]
+    problem: Problem, sigma: Sequence[Array], tau: Sequence[float], apart: npt.NDArray[np.float64]
 ) -> list[Array]:
     """Standard deviations by which rows are weighed in the fit, as if each row stood alone.
 
@@ -418,12 +445,12 @@ def _assumed(
     scale. What sets records apart is common to the n rows of a group, so that it counts n times in each.
     """
     found = []
-    for (number, kind), row, t, apart in zip(problem.groups, sigma, tau, record_scatter, strict=True):
+    for (number, kind), row, t, shifted in zip(problem.groups, sigma, tau, apart, strict=True):
         motion = problem.motions[number]
         if kind == "kinetic" and motion.indirect and not motion.by_work:
             found.append(np.full_like(row, motion.record.constants["noise"]))
         else:
-            found.append(np.hypot(row * math.sqrt(min(t, MOST_CORRELATED)), apart * math.sqrt(row.size)))
+            found.append(np.hypot(row * math.sqrt(min(t, MOST_CORRELATED)), shifted * math.sqrt(row.size)))
     return found
 
 
@@ -473,10 +500,10 @@ def _result(
         # The scatter of whole cycles sees what goes together within one, but nothing where they are few: the larger of both.
         column = np.concatenate(groups) * factor
         scores = np.concatenate([cluster_scores(left, column, cuts) for cuts in cycles]) / singular @ right / length
-        scatter = np.sum(scores**2, axis=0) / np.diag(covariance)
+        excessive = np.sum(scores**2, axis=0) / np.diag(covariance)
         part = np.array([np.sum(inner[a:b] * spread[a:b], axis=0) for cuts in cycles for a, b in pairwise(cuts)])
-        freedom_of = np.where(scatter > 1, np.sum(part, axis=0) ** 2 / np.sum(part**2, axis=0), freedom_of)
-        covariance = covariance * np.sqrt(np.outer(np.maximum(scatter, 1), np.maximum(scatter, 1)))
+        freedom_of = np.where(excessive > 1, np.sum(part, axis=0) ** 2 / np.sum(part**2, axis=0), freedom_of)
+        covariance = covariance * np.sqrt(np.outer(np.maximum(excessive, 1), np.maximum(excessive, 1)))
     law = problem.at(numbers)
     repeats = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges)
     covariance = covariance * np.sqrt(np.outer(repeats, repeats))
@@ -485,6 +512,14 @@ def _result(
         name: -(inner / length).T @ (factor * problem.slope(numbers, name)) * error
         for name, error in problem.guessed.items()
     }
+    # What the break-aways of a record have in common is known beforehand; it adds no scatter that would have to be told.
+    scatter = np.diag(covariance)
+    for number, late in enumerate(problem.late(law)):
+        rows_of = slice(edges[number], edges[number + 1])
+        if late.any():
+            shift = (inner[rows_of] / length).T @ (factor[rows_of] * late)
+            covariance = covariance + np.outer(shift, shift)
+    freedom_of = freedom_of * (np.diag(covariance) / scatter) ** 2
     covariance = covariance + sum(np.outer(shift, shift) for shift in shifts.values())
     table, whole = estimate(problem.parameters, numbers, covariance, freedom_of)
     rows = [

@@ -248,6 +248,9 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
             why = "growth with stick time cannot be told from an effect of the force rate in these records"
         else:
             kinds.insert(0, BY_FORM.get(static.chosen, DwellTime))
+            others = [form for form in static.alternatives if BY_FORM.get(form, DwellTime) is not kinds[0]]
+            if others:
+                why += f", which these break-aways hardly tell from the {others[0]} form"
     refused: list[str] = []
     for kind in dict.fromkeys(kinds):
         try:

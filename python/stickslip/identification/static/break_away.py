@@ -19,7 +19,7 @@ from stickslip.files.disk import write_text
 from stickslip.identification.estimator.least_squares import OUTLIER, linear, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result
-from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate, robust_scale
+from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate, own_error, robust_scale
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.static.forms import BY_RATIO, ONSET, OWN_LEVEL, Form, forms
 
@@ -113,6 +113,14 @@ class StaticFriction(Result):
     def best(self) -> StaticFit:
         """The chosen fit."""
         return self.fits[self.chosen]
+
+    @property
+    def alternatives(self) -> list[str]:
+        """Forms that describe the break-aways about as well as the chosen one, the best first."""
+        near = [
+            fit for fit in self.fits.values() if fit.criterion < self.best.criterion + NEAR and not fit.undetermined
+        ]
+        return [fit.form for fit in sorted(near, key=lambda fit: fit.criterion) if fit is not self.best]
 
     @property
     def own_level(self) -> bool:
@@ -278,10 +286,16 @@ def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
             table["force_rate"] = record.constants["stiffness"] * record.constants["drive_velocity"]
         slips = record.own_slip()
         table["record"] = number
+        table["late"] = record.constants.get("late", 0.0)
         table["level"] = [math.nan if slip is None else record.slip_level(*slip) for slip in slips]
         table["sense"] = [record.sense_of(slip) for slip in slips]
         frames.append(table[table["stick_time"].notna() & (table["stick_time"] > 0)])
     return pd.concat(frames, ignore_index=True)
+
+
+def common_error(rows: pd.DataFrame) -> Array:
+    """Standard error in force that each break-away has in common with the others of its record: all are seen late alike."""
+    return np.asarray((rows["late"] * rows["force_rate"].abs()).fillna(0.0))
 
 
 def is_relative(rows: pd.DataFrame) -> tuple[bool, list[str]]:
@@ -317,6 +331,11 @@ def _unlike(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
         return []
     middle = np.array([float(np.median(part)) for part in parts])
     error = np.array([1.2533 * robust_scale(part - np.median(part)) / math.sqrt(len(part)) for part in parts])
+    late = common_error(rows)
+    error = np.hypot(
+        error,
+        [float(np.median(late[part.index])) for _, part in rest.groupby(rows["record"]) if len(part) >= FEWEST_ROWS],
+    )
     if float(np.sum((middle / np.maximum(error, 1e-300)) ** 2)) < 10 * len(parts):
         return []
     apart = ", ".join(f"{value:.2g} ± {spread:.1g}" for value, spread in zip(middle, error, strict=True))
@@ -419,35 +438,58 @@ def _fits(rows: pd.DataFrame, level: float, rates_differ: bool) -> dict[str, Sta
 def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     time, force = rows["stick_time"].to_numpy(), rows["used"].to_numpy()
     rate = rows["force_rate"].abs().to_numpy()
-    stated = rows["force_error"].fillna(0.0).to_numpy()
+    late = common_error(rows)
+    stated = own_error(rows["force_error"].fillna(0.0), late)
+    # one column for each record: its break-away forces are high or low together
+    together = late[:, None] * (rows["record"].to_numpy()[:, None] == rows["record"].unique())
     starts = [np.array(start) for start in (form.start, *form.others)]
     least = 1e-12 * float(np.abs(force).max()) + 1e-300
     sigma = np.full(len(force), max(robust_scale(force - np.median(force)), least))
     for _ in range(4):
 
         def misfit(numbers: Array, sigma: Array = sigma) -> Array:
-            return (force - form.at(numbers, time, rate)) / sigma
+            rest = (force - form.at(numbers, time, rate)) / sigma
+            high = _shared(together / sigma[:, None], rest)
+            return np.concatenate([rest - together @ high / sigma, high])
 
         found = minimize(misfit, starts, outlier=OUTLIER, evaluations=EVALUATIONS)
         starts = [found.vector]
         residuals = force - form.at(found.vector, time, rate)
-        inner = math.sqrt(max(robust_scale(residuals) ** 2 - float(np.median(stated**2)), 0.0))
+        high = _shared(together / sigma[:, None], residuals / sigma)
+        own = residuals - together @ high
+        inner = math.sqrt(max(robust_scale(own) ** 2 - float(np.median(stated**2)), 0.0))
         sigma = np.maximum(np.hypot(stated, inner), least)
     count, free = len(force), len(form.names)
-    variance = robust_scale(residuals / sigma) ** 2 * count / max(count - free, 1)
+    variance = robust_scale(own / sigma) ** 2 * count / max(count - free, 1)
     order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
-    covariance, freedom = correlated_covariance(found.jacobian[order], (residuals / sigma)[order], max(variance, 1e-24))
+    order = np.append(order, np.arange(count, count + len(high)))
+    covariance, freedom = correlated_covariance(found.jacobian[order], found.residuals[order], max(variance, 1e-24))
     covariance[np.diag_indices(free)] += np.where(_undetermined(found.jacobian), math.inf, 0.0)
     numbers = Parameters([Parameter(name, logarithmic=name in BY_RATIO) for name in form.names])
     table, _ = estimate(numbers, found.vector, covariance, freedom)
-    scatter = robust_scale(residuals)
-    cut = np.minimum(residuals**2, (3 * max(scatter, 1e-300)) ** 2)
+    in_errors = own / sigma
+    cut = np.minimum(in_errors**2, (3 * max(robust_scale(in_errors), 1e-300)) ** 2)
     penalty = 2 * (free + 1) * count / max(count - free - 2, 1)
-    criterion = count * math.log(max(float(np.mean(cut)), 1e-300)) + penalty
+    deviance = (
+        count * math.log(max(float(np.mean(cut)), 1e-300)) + 2 * float(np.sum(np.log(sigma))) + float(high @ high)
+    )
     usual = float(np.nanmedian(rate)) if np.isfinite(rate).any() else math.nan
     return StaticFit(
-        form.name, form.formula, table, covariance, scatter, criterion, residuals, usual, partial(form.at, found.vector)
+        form.name,
+        form.formula,
+        table,
+        covariance,
+        robust_scale(own),
+        deviance + penalty,
+        residuals,
+        usual,
+        partial(form.at, found.vector),
     )
+
+
+def _shared(together: Array, rest: Array) -> Array:
+    """How much of each column is likeliest in residuals of unit variance, each beforehand 0 ± 1."""
+    return np.asarray(np.linalg.solve(together.T @ together + np.eye(together.shape[1]), together.T @ rest))
 
 
 def _undetermined(jacobian: Array) -> npt.NDArray[np.bool_]:

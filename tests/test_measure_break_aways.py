@@ -1,0 +1,73 @@
+"""Break-aways of slips in which friction falls: how late they are seen, and what all of a record have in common."""
+
+import functools
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.identification import fit_static_friction, identify
+from stickslip.laws import Combined, ExponentialStribeck, LogarithmicDwell, StaticKinetic
+from stickslip.measurement import Rig, measure
+
+MASS, STIFFNESS, DAMPING = 0.9, 420.0, 1.1
+FALLING = Combined(LogarithmicDwell(3.4, 0.25, 0.05), ExponentialStribeck(3.3, 2.4, 0.04, 0.5))
+
+
+@functools.cache
+def measured(law, drive, step, length, noise):
+    """Friction of a simulated record, and how late each break-away was seen."""
+    oscillator = ss.Oscillator(DAMPING, drive, law, mass=MASS, stiffness=STIFFNESS)
+    orbit = ss.simulate(oscillator, 30 + length)
+    time = np.arange(30, 30 + length, step)
+    x = orbit.at(time)[0] + noise * np.random.default_rng(1).standard_normal(time.size)
+    rig = Rig(
+        instrument="displacement", column="x", unit="m",
+        stiffness=STIFFNESS, mass=MASS, damping=DAMPING, drive_velocity=drive,
+    )  # fmt: skip
+    friction = measure({"t": time - 30, "x": x}, rig)
+    true = orbit.events.query("kind == 'release' and t > 30")["t"].to_numpy() - 30
+    seen = friction["break_away"]["t"].to_numpy()
+    return friction, seen - true[np.abs(true[:, None] - seen).argmin(axis=0)]
+
+
+def test_a_force_that_falls_on_is_not_taken_for_a_later_release():
+    friction, late = measured(FALLING, 0.025, 0.004, 3.0, 1e-5)
+    common = friction.attrs["break_away_late"]
+    assert late.size > 5
+    assert abs(late.mean()) < 1e-3  # a walk about a constant force sees them 1.4 ms late
+    assert 0 < common < 2e-3
+    assert abs(late.mean()) < 2 * np.hypot(common, late.std() / np.sqrt(late.size))
+    errors = friction["break_away"]["t_error"].to_numpy()
+    assert (errors > common).all()
+    assert (np.abs(late) < 2.5 * errors).all()
+
+
+def test_where_friction_does_not_fall_break_aways_have_little_in_common():
+    friction, late = measured(StaticKinetic(4.2, 2.8), 0.025, 0.004, 3.0, 1e-5)
+    assert abs(late.mean()) < 2e-4
+    assert friction.attrs["break_away_late"] < 2e-4
+
+
+def test_sticks_of_a_few_samples_are_not_said_to_creep():
+    friction, late = measured(StaticKinetic(4.2, 2.8), 0.06, 0.008, 2.0, 3e-6)
+    assert not friction.attrs["creeps"]
+    assert np.abs(late).max() < 2e-3
+
+
+@pytest.mark.parametrize("fit", [fit_static_friction, lambda record: identify(record, law="StaticKinetic")])
+def test_what_all_break_aways_have_in_common_is_not_averaged_down(fit):
+    friction = measured(StaticKinetic(4.2, 2.8), 0.06, 0.004, 3.0, 1e-5)[0].copy(deep=True)
+    late = 3e-3
+    rate = STIFFNESS * 0.06
+    friction["break_away"]["force"] += rate * late
+    widths = []
+    for known in (0.0, late):
+        friction.attrs["break_away_late"] = known
+        friction["break_away"]["force_error"][:] = np.hypot(2e-3, rate * known)
+        found = fit(friction)
+        table = found.fits["constant"].parameters if fit is fit_static_friction else found.parameters
+        row = table.iloc[0]
+        widths.append(row["high"] - row["low"])
+        assert (row["low"] < 4.2 < row["high"]) == (known > 0)
+    assert 0.9 < widths[1] / (2 * 1.96 * rate * late) < 1.3
