@@ -388,3 +388,14 @@ def test_what_a_fit_of_motions_tells_is_no_longer_called_undecided(first):
     assert "kept" in found.notes
     assert not set(told) & set(found.notes)
     assert re.search(r"rms distance of the motions: 0.0049\d* of the displacement's standard deviation", found.report())
+
+
+@pytest.mark.parametrize(("level", "said"), [(0.9, False), (0.95, True)])
+def test_a_tie_that_the_motions_contradict_is_named(level, said):
+    law = ss.laws.Combined(ss.laws.LogarithmicDwell(level, 0.08, 0.3), ss.laws.ExponentialStribeck(0.9, 0.7, 0.1, 0.05))
+    items = read_records([record(law, s, 0.05, t_end=200.0) for s in (0.1, 0.3)])
+    names, ties = ["kinetic.break_away", "static.growth"], {"static.kinetic": "kinetic.break_away"}
+    fit = SingleShooting([MotionMisfit(item, 0.0) for item in items], LawParameters(law, names, ties))
+    fit.lay(np.zeros(2))
+    notes = " ".join(fit.finish().notes)
+    assert ("The motions contradict that static.kinetic follows kinetic.break_away" in notes) == said

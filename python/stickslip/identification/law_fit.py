@@ -110,7 +110,8 @@ class LawFit:
         self.kind, self.records, self.options = kind, records, options
         self._static = None if kind is Coulomb else break_aways.static
         relative, self._drift = (False, []) if kind is Coulomb else break_aways.relative
-        evidence = Evidence(records, break_aways.rows, self._static, relative, count, start=start)
+        grown = None if self._static is None else self._static.of_a_law
+        evidence = Evidence(records, break_aways.rows, grown, relative, count, start=start)
         self.guess = _bounded(_guess(kind, start, evidence, options), options.bounds)
         self.problems = []
         for form in _forms(self.guess):

@@ -614,7 +614,12 @@ class _OneStick:
                 search.slip(self.low, self.high, self.origin, "nowhere").integrated()
                 for search in (self.search, before, after)
             )
-            if without - best < LIMIT_COST * (stick.starts + stick.ends):
+            needed = best
+            if after.slope:
+                # A slip that is any other than the usual fall must not make up for it by having no stick at all.
+                self.after = replace(self.search, slope=0.0)
+                needed = min(best, float(np.min(self.values(starts, ends))))
+            if without - needed < LIMIT_COST * (stick.starts + stick.ends):
                 return None, without
         if end - start < step:
             return None, best

@@ -48,6 +48,10 @@ BY_FORM: dict[str, type[Law]] = {
     "exponential over force rate": ForceRate,
 }
 """The law that is taken where none is asked for, by the form of static friction; `DwellTime` for all others."""
+GROWING = (DwellTime, LogarithmicDwell)
+"""Laws whose static friction grows with rest above a kinetic friction that is one number."""
+CURVED = 1.2
+"""Kinetic friction is no one number where a curve leaves the forces so many times closer."""
 
 
 FitPath = Literal["motion", "curve", "step", "steps", "static"]
@@ -232,6 +236,15 @@ def _of_kind(records: list[FrictionRecord], law: str | type[Law] | Law, options:
     return fit_law(records, law, options)
 
 
+def _with_a_curve(records: list[FrictionRecord], options: Options, constant: Identification) -> Identification | None:
+    """The same growth beside kinetic friction that changes with the slip velocity, where it lies clearly closer."""
+    try:
+        curved = _of_kind(records, Combined, options)
+    except InputError:
+        return None
+    return curved if constant.rms > CURVED * curved.rms else None
+
+
 def _by_default(records: list[FrictionRecord], options: Options) -> Identification:
     """The law whose static friction has the form that the break-aways show; a simpler one where they show none."""
     rows = break_away_rows(records)
@@ -247,9 +260,12 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
             # tie stick time and force rate to each other, growth still predicts what comes at any of them.
             why = "growth with stick time cannot be told from an effect of the force rate in these records"
         else:
-            kinds.insert(0, BY_FORM.get(static.chosen, DwellTime))
+            near = static.of_a_law
+            kinds.insert(0, BY_FORM.get(near.chosen, DwellTime))
             others = [form for form in static.alternatives if BY_FORM.get(form, DwellTime) is not kinds[0]]
-            if others:
+            if near.chosen != static.chosen:
+                why += f", which no law has and these break-aways hardly tell from the {near.chosen} form"
+            elif others:
                 why += f", which these break-aways hardly tell from the {others[0]} form"
     refused: list[str] = []
     for kind in dict.fromkeys(kinds):
@@ -259,5 +275,8 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
             refused.append(str(error))
             continue
         reason = refused[-1].removeprefix("identify: ") if refused else why
+        if kind in GROWING and (curved := _with_a_curve(records, options, found)) is not None:
+            found, kind = curved, Combined
+            reason += ", and kinetic friction that changes with the slip velocity lies closer to the records"
         return replace(found, notes=[f"No law was asked for; {kind.__name__} was taken: {reason}.", *found.notes])
     raise InputError(refused[0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,8 @@ Array = npt.NDArray[np.float64]
 
 FEWEST_ROWS = 5
 SHOWN = 3
+WITHOUT_A_LAW = ("power",)
+"""Forms that no law has."""
 """Forms that a picture shows."""
 TOGETHER = 0.5
 """Correlation of stick time with time beyond which a drift may pass for growth."""
@@ -121,6 +123,12 @@ class StaticFriction(Result):
             fit for fit in self.fits.values() if fit.criterion < self.best.criterion + NEAR and not fit.undetermined
         ]
         return [fit.form for fit in sorted(near, key=lambda fit: fit.criterion) if fit is not self.best]
+
+    @property
+    def of_a_law(self) -> StaticFriction:
+        """The same with the nearest form that a law has, where these break-aways hardly tell it from the chosen one."""
+        near = [form for form in (self.chosen, *self.alternatives) if form not in WITHOUT_A_LAW]
+        return replace(self, chosen=near[0]) if near else self
 
     @property
     def own_level(self) -> bool:

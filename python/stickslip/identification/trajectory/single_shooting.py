@@ -30,6 +30,8 @@ STEP = 1e-4
 thousandth of what they do, the slopes must be exact to a part of that: a longer step hides how little is known."""
 STEP_OF_STATE_LAWS = 0.02
 """And of orbits that are as exact as their integration."""
+CONTRADICTED = 4.0
+"""Standard errors by which a number that follows another is wanted elsewhere, beyond which that is said."""
 FAR = 0.3
 """A motion farther than this from a record, in its standard deviations, is not near it."""
 FARTHEST = 1e6
@@ -231,6 +233,21 @@ class SingleShooting:
         held.best = (best, np.concatenate([np.zeros(held.count), unknowns[self.count :]]))
         return held
 
+    def against(self, tied: str) -> float:
+        """The root of what the misfit gains where a number need not follow another: standard errors by which it should not.
+
+        By descents from beside the tie: of numbers that act nearly alike the misfit is a bent valley, whose slope at the tie
+        may vanish while it falls farther on.
+        """
+        law = self.free.law(self.best[1][: self.count])
+        ties = {name: source for name, source in self.free.same_as.items() if name != tied}
+        loose = SingleShooting(self.misfits, LawParameters(law, [*self.free.names, tied], ties, self.free.within))
+        loose.sigma = self.sigma
+        at = np.concatenate([np.zeros(loose.count), self.best[1][self.count :]])
+        beside = [at + side * (np.arange(at.size) == loose.count - 1) for side in (-0.1, 0.0, 0.1)]
+        least = min(loose.cost(loose.down(start, 1.0, 0.01)) for start in beside if loose.moves(start))
+        return math.sqrt(max(loose.cost(at) - least, 0.0))
+
     def finish(self) -> Refined:
         """The best motions with each record weighed by the scatter that is left, and how well the numbers are known.
 
@@ -273,6 +290,12 @@ class SingleShooting:
             for misfit, left in zip(self.misfits, scatter.tolist(), strict=True)
             if left > LIKE_NOISE**2 * misfit.noise
         ]
+        for tied, source in self.free.same_as.items():
+            if (errors := self.against(tied)) > CONTRADICTED:
+                notes.append(
+                    f"The motions contradict that {tied} follows {source}, by {errors:.2g} standard errors: the intervals "
+                    "are those of a law that is not this one; give empty ties (--ties) to fit both."
+                )
         return Refined(unknowns[: self.count], self.covariance(unknowns), math.inf, motions, notes)
 
     def _refuse_far(self, unknowns: Array, scatter: Array) -> None:
