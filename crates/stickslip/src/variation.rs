@@ -92,7 +92,10 @@ pub fn follow(
     let mut begun = unit.clone();
     if !varied.start.is_empty() {
         let parameters = lanes - width;
-        for (row, rates) in begun.chunks_exact_mut(lanes).zip(varied.start.chunks_exact(parameters)) {
+        for (row, rates) in begun
+            .chunks_exact_mut(lanes)
+            .zip(varied.start.chunks_exact(parameters))
+        {
             row[width..].copy_from_slice(rates);
         }
     }

@@ -158,7 +158,11 @@ impl Varied {
         for i in 0..own.numbers.len() {
             for (around, parameter) in beside.iter().zip(&self.parameters) {
                 let rate = difference(around.each_ref().map(|state| state.numbers[i]), parameter.step);
-                rates.push(if same(around) && rate.is_finite() { rate } else { 0.0 });
+                rates.push(if same(around) && rate.is_finite() {
+                    rate
+                } else {
+                    0.0
+                });
             }
         }
         self.start = rates;
