@@ -349,3 +349,16 @@ def test_a_contact_on_a_mass_that_another_holds_changes_its_branch_once_at_each_
     assert (turns["contact"] == 1).all()
     assert np.diff(turns["t"]) == pytest.approx(np.pi, abs=1e-9)
     assert len(turns) == 19
+
+
+def test_a_contact_pinned_against_the_load_of_another_time_bears_its_share_of_a_new_one() -> None:
+    # The weaker one is pinned at -0.31 by the load at the start; as that turns, both can bear it until it is 0.91 + 0.31.
+    contacts = [ss.Contact(0, ss.laws.StaticKinetic(*law), 0.2) for law in ((0.91, 0.72), (0.31, 0.09))]
+    system = ss.System([1.2], [1.0], 0.0, contacts, forcing=ss.Force(1.2, 1.2))
+    events = ss.simulate(system, 60.0, [0.0], max_seconds=60).events
+    first = events.iloc[:2]
+    load = first["x"] - 1.2 * np.cos(1.2 * first["t"])
+    assert list(first["kind"]) == ["release", "release"]
+    assert sorted(first["contact"]) == [0, 1]
+    np.testing.assert_allclose(load, 0.91 + 0.31, rtol=1e-12)
+    assert events["t"].max() > 50

@@ -141,11 +141,26 @@ impl ContactProblem<'_> {
         })
     }
 
+    /// Whether a contact at its limit need not break, as those in a loop with it can bear the load when they share it anew: one
+    /// that was pinned at its limit may have been pinned against the load of another time.
+    fn relieved(&self, row: usize) -> bool {
+        const CLEARLY: f64 = 1.0 - 1e-9;
+        if !self.frame.loops {
+            return false;
+        }
+        let stuck = vec![0.0; self.zero.len()];
+        let load = self.loads(&stuck).0[row];
+        load.abs() < CLEARLY * toward(self.limit[row], load) && self.objection(&stuck).is_none()
+    }
+
     /// The direction of every contact, 0 for those that stick.
     pub(super) fn answer(&self) -> Vec<f64> {
         let count = self.zero.len();
         let mut directions = vec![0.0; count];
         if let Some((row, direction)) = self.released {
+            if self.relieved(row) {
+                return directions;
+            }
             directions[row] = direction;
         }
         for _ in 0..4 * count + 4 {
