@@ -125,6 +125,8 @@ fn check(system: &System, run: &Run) -> Result<(), Error> {
 
 /// So many events in less than a millionth of the shortest natural time are an accumulation.
 const ACCUMULATION: u64 = 1000;
+/// So many decisions at one time that make no event are one too.
+const STANDING: u32 = 1000;
 /// So many steps within one natural time, that without damping, are a motion too stiff for steps that are not implicit.
 const STIFF: u64 = 100_000;
 /// A motion this much faster than at its start grows.
@@ -287,6 +289,7 @@ impl<'a> Loop<'a> {
         let (mut asked, mut began) = (None, None);
         let (mut mark, mut counted) = (self.clock, 0);
         let (mut stage, mut stepped) = (self.clock, 0);
+        let mut standing = 0;
         let short = 1e-6 / self.frame.rate;
         loop {
             self.expand();
@@ -376,10 +379,20 @@ impl<'a> Loop<'a> {
                 continue;
             };
             self.show(after, h, false, observer);
+            let told = self.work.events;
             if let Cause::Spring(piece) = cause {
                 self.change_spring(h, contact, piece);
             } else {
                 self.occur(h, contact, cause);
+            }
+            standing = if h > 0.0 || self.work.events > told {
+                0
+            } else {
+                standing + 1
+            };
+            if standing == STANDING {
+                self.record_step();
+                return Stop::Accumulation;
             }
             if self.work.events >= run.max_events {
                 self.expand();

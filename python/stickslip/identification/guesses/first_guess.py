@@ -253,6 +253,11 @@ def _combined(evidence: Evidence) -> Guess:
     for kinetic in (curve.law, *curve.candidates):
         for static in (grown.law, *grown.candidates):
             laws += _joined(static, kinetic, own_level)
+    if not laws:
+        raise InputError(
+            "identify: no growth of static friction and curve of kinetic friction that these records show make one law, as "
+            "friction would rise from rest to slip; ask for another one, such as StaticKinetic"
+        )
     return Guess(
         laws[0],
         [*(f"kinetic.{name}" for name in slides), *free_level, *(f"static.{name}" for name in names)],
