@@ -285,7 +285,8 @@ impl Judge<'_> {
             tolerance,
         );
         // The engine's displacement and the judge's may lie on either side of the end, each as far as the tolerance.
-        let more = 2.0 * steep * tolerance + ROUNDINGS * force.abs();
+        // A flat piece has its force wherever it is, also where nothing is known of the displacement (0 times ∞).
+        let more = 2.0 * (steep * tolerance).max(0.0) + ROUNDINGS * force.abs();
         self.find("force reported of a spring", t, (event.force - force).abs(), more);
         if end.is_finite() {
             self.pieces[s] = if up { piece + 1 } else { piece - 1 };
