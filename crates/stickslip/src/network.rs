@@ -379,13 +379,13 @@ impl<'a> Loop<'a> {
                 continue;
             };
             self.show(after, h, false, observer);
-            let told = self.work.events;
+            let before = self.work.events;
             if let Cause::Spring(piece) = cause {
                 self.change_spring(h, contact, piece);
             } else {
                 self.occur(h, contact, cause);
             }
-            standing = if h > 0.0 || self.work.events > told {
+            standing = if h > 0.0 || self.work.events > before {
                 0
             } else {
                 standing + 1
