@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from evidence import script
 from scipy.optimize import brentq
 
 import stickslip as ss
@@ -21,13 +19,7 @@ from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.errors import UnfinishedWarning
 from stickslip.simulation import time_limit
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "critical_velocities.py"
-_spec = importlib.util.spec_from_file_location("critical_velocities_evidence", SCRIPT)
-assert _spec is not None
-assert _spec.loader is not None
-evidence = importlib.util.module_from_spec(_spec)
-sys.modules[_spec.name] = evidence  # dataclasses look their module up
-_spec.loader.exec_module(evidence)
+evidence = script("critical_velocities")
 
 LOGARITHMIC = ss.laws.LogarithmicDwell(0.5, 0.05, 1.0)
 DWELL = ss.laws.DwellTime(0.5, 0.5, 0.4)

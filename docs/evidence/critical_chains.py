@@ -10,15 +10,15 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import json
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from critical_velocities import cases
 
 import stickslip as ss
 
@@ -240,20 +240,6 @@ def found_bounds(system: ss.System) -> tuple[float, float]:
     return 0.01 * scale, 3 * scale
 
 
-def cases(seeds: range, keep: Path) -> list[Case]:
-    """All that are in the file, after those that are not yet there were looked at."""
-    lines = keep.read_text(encoding="utf-8").splitlines() if keep.exists() else []
-    found = {item["seed"]: Case(**item) for item in map(json.loads, lines)}
-    with keep.open("a", encoding="utf-8") as file:
-        for seed in seeds:
-            if seed not in found:
-                found[seed] = case(seed)
-                file.write(json.dumps(asdict(found[seed])) + "\n")
-                file.flush()
-                print(found[seed], flush=True)
-    return [found[seed] for seed in sorted(found)]
-
-
 def section(found: list[Case]) -> str:
     """The section of the page: a row a law."""
     lines = [
@@ -304,7 +290,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=COUNT)
     options = parser.parse_args()
-    found = cases(range(options.first, options.first + options.count), options.keep)
+    found = cases(range(options.first, options.first + options.count), options.keep, Case, case)
     PAGE.write_text(PAGE.read_text(encoding="utf-8").split(HEADING)[0] + section(found), encoding="utf-8")
 
 

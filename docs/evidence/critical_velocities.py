@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -304,14 +305,14 @@ def bounded(seed: int) -> Case:
     return replace(found, seconds=time.process_time() - begin)
 
 
-def cases(seeds: range, keep: Path) -> list[Case]:
-    """All that are in the file, after those that are not yet there were looked at."""
+def cases(seeds: range, keep: Path, kind: type[Any] = Case, look: Callable[[int], Any] = bounded) -> list[Any]:
+    """All of a kind that are in the file, after those that are not yet there were looked at."""
     lines = keep.read_text(encoding="utf-8").splitlines() if keep.exists() else []
-    found = {item["seed"]: Case(**item) for item in map(json.loads, lines)}
+    found = {item["seed"]: kind(**item) for item in map(json.loads, lines)}
     with keep.open("a", encoding="utf-8") as file:
         for seed in seeds:
             if seed not in found:
-                found[seed] = bounded(seed)
+                found[seed] = look(seed)
                 file.write(json.dumps(asdict(found[seed])) + "\n")
                 file.flush()
                 print(seed, found[seed], flush=True)

@@ -70,9 +70,14 @@ class Options:
         return shlex.join(parts)
 
 
-def fit_law(records: list[FrictionRecord], law: str | type[Law] | Law, options: Options) -> Identification:
-    """Fit one law to records; :func:`stickslip.identify` says how and what is raised."""
-    return LawFit(records, law, options, BreakAways(records)).identify()
+def fit_law(
+    records: list[FrictionRecord], law: str | type[Law] | Law, options: Options, break_aways: BreakAways | None = None
+) -> Identification:
+    """Fit one law to records; :func:`stickslip.identify` says how and what is raised.
+
+    `break_aways` are those of these records, where several laws are fitted and what they show is worth finding once.
+    """
+    return LawFit(records, law, options, break_aways or BreakAways(records)).identify()
 
 
 class LawFit:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.files.disk import read_bytes
 from stickslip.files.netcdf import read_tree
-from stickslip.files.units import FARTHEST, contradicts, find_unit
+from stickslip.files.units import FARTHEST, find_unit
 from stickslip.measurement.formats.json_rows import json_table
 from stickslip.measurement.formats.look import look_table
 from stickslip.measurement.formats.matlab import matlab_table
@@ -226,8 +226,9 @@ def _columns_of(source: Any) -> dict[str, Array]:
 def _check_unit(source: Any, column: str, rig: Rig, table: Table) -> None:
     """Refuse a motion that is labelled with another unit than the rig's; pixels are not metres."""
     unit = table.unit_of(column)
-    labelled = hasattr(source, "data_vars") and unit is not None and unit != rig.unit
-    if labelled or (abs(rig.scale) == 1 and contradicts(rig.unit, unit)):
+    if abs(rig.scale) == 1:
+        table.refuse_unit(column, rig.unit, unit, 'unit = "{}"')
+    if hasattr(source, "data_vars") and unit is not None and unit != rig.unit:
         what = "track it with a calibration" if unit == "px" else f'write unit = "{unit}" in the rig'
         raise InputError(f"{table.source}: {column!r} is in {unit} and the rig says {rig.unit}; {what}")
 
@@ -259,10 +260,7 @@ def _time(table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[
         notes.append(f"there is no time column: time was counted from the sampling rate of {rig.sampling_rate:g} Hz")
         return np.arange(n) / rig.sampling_rate
     wanted = table.name_of(wanted)
-    if contradicts(rig.time_unit, unit := table.unit_of(wanted)):
-        raise InputError(
-            f'{name}: {wanted!r} is in {unit} and the rig says {rig.time_unit}; write time_unit = "{unit}" in the rig'
-        )
+    table.refuse_unit(wanted, rig.time_unit, table.unit_of(wanted), 'time_unit = "{}"')
     time = table.columns[wanted] * find_unit(rig.time_unit, ("time",), "rig: time_unit")[1]
     check_finite(time, wanted, table, "refuse")
     if len(time) != n:

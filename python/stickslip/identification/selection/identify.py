@@ -12,6 +12,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.threads import one_thread
+from stickslip.identification.guesses.evidence import BreakAways
 from stickslip.identification.kinetic.rate_and_state import LEAST_STEPS, fit_velocity_steps
 from stickslip.identification.kinetic.steady import fit_steady
 from stickslip.identification.kinetic.velocity_step import fit_velocity_step
@@ -20,9 +21,7 @@ from stickslip.identification.records import FrictionRecord, opened, read_record
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.piece_count import choose_pieces
 from stickslip.identification.static.break_away import (
-    FEWEST_ROWS,
     OF_STICK_TIME,
-    break_away_rows,
     fit_static_friction,
     one_rate,
     unlike,
@@ -230,16 +229,23 @@ def _name(law: str | type[Law] | Law | None) -> str | None:
     return law.__name__ if isinstance(law, type) else type(law).__name__
 
 
-def _of_kind(records: list[FrictionRecord], law: str | type[Law] | Law, options: Options) -> Identification:
+def _of_kind(
+    records: list[FrictionRecord],
+    law: str | type[Law] | Law,
+    options: Options,
+    break_aways: BreakAways | None = None,
+) -> Identification:
     if options.pieces == "auto":
         return choose_pieces(records, law, options)
-    return fit_law(records, law, options)
+    return fit_law(records, law, options, break_aways)
 
 
-def _with_a_curve(records: list[FrictionRecord], options: Options, constant: Identification) -> Identification | None:
+def _with_a_curve(
+    records: list[FrictionRecord], options: Options, break_aways: BreakAways, constant: Identification
+) -> Identification | None:
     """The same growth beside kinetic friction that changes with the slip velocity, where it lies clearly closer."""
     try:
-        curved = _of_kind(records, Combined, options)
+        curved = _of_kind(records, Combined, options, break_aways)
     except InputError:
         return None
     return curved if constant.rms > CURVED * curved.rms else None
@@ -247,11 +253,10 @@ def _with_a_curve(records: list[FrictionRecord], options: Options, constant: Ide
 
 def _by_default(records: list[FrictionRecord], options: Options) -> Identification:
     """The law whose static friction has the form that the break-aways show; a simpler one where they show none."""
-    rows = break_away_rows(records)
+    break_aways = BreakAways(records)
     kinds: list[type[Law]] = [StaticKinetic, Coulomb]
     why = "the break-aways are too few to show growth with stick time"
-    if len(rows) >= FEWEST_ROWS:
-        static = fit_static_friction(records)
+    if (static := break_aways.static) is not None:
         why = f"static friction over stick time has the {static.chosen} form"
         if unlike(static):
             why = "the records differ from any one law of stick time"
@@ -270,12 +275,12 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
     refused: list[str] = []
     for kind in dict.fromkeys(kinds):
         try:
-            found = _of_kind(records, kind, options)
+            found = _of_kind(records, kind, options, break_aways)
         except InputError as error:
             refused.append(str(error))
             continue
         reason = refused[-1].removeprefix("identify: ") if refused else why
-        if kind in GROWING and (curved := _with_a_curve(records, options, found)) is not None:
+        if kind in GROWING and (curved := _with_a_curve(records, options, break_aways, found)) is not None:
             found, kind = curved, Combined
             reason += ", and kinetic friction that changes with the slip velocity lies closer to the records"
         return replace(found, notes=[f"No law was asked for; {kind.__name__} was taken: {reason}.", *found.notes])

@@ -71,9 +71,10 @@ class Tangent:
         self._sequence, self._knots, self.times = _with_knots(
             sequence, window, period / KNOTS, BESIDE * period, passage
         )
-        motion = orbit.to_xarray(self.times)
-        self._v, self._a = (motion[name].to_numpy()[:, None] for name in ("v", "a"))
         self._passage = None if passage is None else int(np.argmin(np.abs(self.times - passage)))
+        if passage is not None:
+            motion = orbit.to_xarray(self.times)
+            self._v, self._a = (motion[name].to_numpy()[:, None] for name in ("v", "a"))
 
     def by(self, names: Sequence[str]) -> dict[str, CubicHermiteSpline]:
         """The derivatives of x by numbers of the law, as functions of time inside the window.

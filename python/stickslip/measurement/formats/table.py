@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
-from stickslip.files.units import unit_in_name
+from stickslip.files.units import contradicts, unit_in_name
 
 Array = npt.NDArray[np.float64]
 
@@ -68,6 +68,13 @@ class Table:
     def unit_of(self, column: str) -> str | None:
         """The unit that the file says for a column, in its name or beside it."""
         return self.units.get(column) or unit_in_name(column)
+
+    def refuse_unit(self, column: str, unit: str, stated: str | None, write: str) -> None:
+        """Refuse a unit of the rig whose size is not that of the one `stated`; `write` is what the rig should say."""
+        if contradicts(unit, stated):
+            raise InputError(
+                f"{self.source}: {column!r} is in {stated} and the rig says {unit}; write {write.format(stated)} in the rig"
+            )
 
     def row(self, index: int) -> int:
         """Number of a sample's row in the file."""

@@ -15,7 +15,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.files.checks import check_keys
 from stickslip.files.schema import Document, Says, kind_of
-from stickslip.files.units import contradicts, find_unit, quantity, si_unit
+from stickslip.files.units import find_unit, quantity, si_unit
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.read import check_finite, check_increasing, one_segment, read_table, table_of
 from stickslip.measurement.rigs.layout import Layout
@@ -339,11 +339,7 @@ class Instrument:
                 check_finite(raw, found[0], table, layout.missing)
             # What a scale turns into the channel's unit has another one in the file.
             stated = table.unit_of(found[0]) if abs(channel.scale) == 1 else table.units.get(found[0])
-            if channel.unit and contradicts(channel.unit, stated):
-                raise InputError(
-                    f"{table.source}: {found[0]!r} is in {stated} and the rig says {channel.unit}; write "
-                    f'unit = "{stated}" for {name} in the rig'
-                )
+            table.refuse_unit(found[0], channel.unit, stated, f'unit = "{{}}" for {name}')
             unit = channel.unit or stated or si_unit(dimensions[name][0])
             dimension, size = find_unit(unit, dimensions[name], name)
             values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size
