@@ -611,9 +611,10 @@ impl<'a, R: Real> Model<'a, R> {
         };
         // What rounding does to a rate: to each term of each acceleration.
         let mut sizes: Vec<f64> = self.rows.iter().map(size).collect();
-        for curve in self.curves.iter().filter(|curve| curve.contact.is_none()) {
+        for curve in &self.curves {
             let moved: f64 = curve.along.iter().map(|&(j, r)| r.value().abs() * sizes[j]).sum();
-            let slope = curve.shape.slope(dot(&curve.along, y).value());
+            let load = curve.load.as_ref().map_or(1.0, |load| dot(load, y).value());
+            let slope = load * curve.shape.slope(dot(&curve.along, y).value());
             sizes[curve.at] = ROUNDINGS * rates[curve.at].value().abs() + slope.abs() * moved;
         }
         let rate_size = |row: &Row<R>| -> f64 {
