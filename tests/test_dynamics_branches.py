@@ -105,7 +105,7 @@ def test_a_locus_of_flips_ends_where_the_stick_splits_and_says_so(result):
     assert end.kind == "flip_and_adding_sliding"
     # both hold there: the multiplier, and the slope with which the stick leaves its limit
     assert end.orbit.multipliers[0] == pytest.approx(-1.0, abs=1e-7)
-    tests = end.orbit.closed.tests[:, 4]
+    tests = end.orbit.closed.tests["detail"]
     assert abs(tests[np.isfinite(tests)]).min() < 1e-6
 
 
@@ -144,10 +144,11 @@ def test_a_locus_of_crossings_ends_at_the_turn_of_third_order_known_in_closed_fo
 
 @pytest.mark.slow
 def test_without_damping_it_ends_at_a_third_and_a_half():
-    # A multiplier is 1 there, so that the point itself is a double root; the curve comes near it.
+    # A multiplier is 1 there, so that the point itself is a double root: the curve comes near it and does not name it.
     curve = end_of_crossings(0.0)
     assert curve.values[0] == pytest.approx((1 / 3, 1 / 2), abs=1e-4)
     assert (curve.values[:, 1] > 0.5).all()
+    assert not curve.special_points
 
 
 def test_unstable_orbits_are_found_in_a_section_and_in_a_column_of_a_diagram():

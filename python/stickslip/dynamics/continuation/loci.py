@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 _SMALLEST, _LARGEST = 1e-5, 0.1
 #: A direction this much shorter than that before it has vanished.
 _STILL = 1e-3
+#: A multiplier this close to 1 is 1: the orbit is known to the square root of rounding.
+_DOUBLE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -275,7 +277,7 @@ def _half(
         if _name(ahead) != _name(point):
             # Where the boundary becomes another kind no motion follows the event sequence any more.
             try:
-                end = _between(point, step, family, _detail, (_detail(point), _detail(ahead)))
+                end = _isolated(_between(point, step, family, _detail, (_detail(point), _detail(ahead))))
             except Lost:
                 step /= 2
                 continue
@@ -305,6 +307,19 @@ def _between(
         return stepped(point, point.here.forcing_periods, family, fraction * step)
 
     return at(root(lambda fraction: test(at(fraction)), *ends))
+
+
+def _isolated(point: Point) -> Point:
+    """The same point.
+
+    Raises
+    ------
+    Lost
+        where a multiplier is 1: the orbit may be one of many there, and Newton's method finds any of them.
+    """
+    if np.abs(np.linalg.eigvals(point.here.map_jacobian) - 1.0).min(initial=1.0) < _DOUBLE:
+        raise Lost("a multiplier is 1")
+    return point
 
 
 def _second(point: Point, ahead: Point, step: float, family: Family, kind: str) -> list[CodimensionTwo]:
@@ -338,7 +353,7 @@ def _last(point: Point, beyond: Point, step: float, family: Family, kind: str) -
         return worst(there.here).get(label, math.nan)
 
     try:
-        there = _between(point, step, family, test, (before[label], after[label]))
+        there = _isolated(_between(point, step, family, test, (before[label], after[label])))
     except Lost:
         return []
     return [_codimension_two(f"{kind}_and_{name_of(there.here, label)}", there)]
