@@ -163,7 +163,6 @@ def compare_laws(
     kept = "each of the records" if len(records) >= WHOLE else f"each of {len(parts)} blocks of time"
     sentences = [f"Held back and predicted from the rest was {kept} in turn."]
     sentences += verdict
-    sentences += _offset_sentences(table, found)
     best = found[alike[0]]
     return Comparison(table, [*sentences, *dict.fromkeys(refused)], best, found)
 
@@ -292,13 +291,16 @@ def ranked(
     if not kinetic.counts.any():
         raise InputError("compare: the laws have no part in common that they predict; take longer records")
     score = kinetic.log_error() + breaks.log_error()
-    first = int(np.argmin(score))
+    asked, offset_said = _offset(found, dict(zip(names, kinetic.error(), strict=True)))
+    # A number that is not zero tells more than predictions, which a few blocks can hardly tell apart.
+    open_to = [i for i, name in enumerate(names) if not asked or f"{name} + offset" not in found]
+    first = min(open_to, key=lambda i: score[i])
     behind = score - score[first]
     # The error of a difference, by leaving out one block after the other (jackknife).
     left = np.stack([kinetic.log_error(b) + breaks.log_error(b) for b in range(kinetic.counts.shape[1])])
     left = left - left[:, first : first + 1]
     spread = np.sqrt((len(left) - 1) * np.mean((left - left.mean(axis=0)) ** 2, axis=0))
-    alike = [i for i in range(len(names)) if behind[i] <= max(2 * spread[i], LEAST)]
+    alike = [i for i in open_to if behind[i] <= max(2 * spread[i], LEAST)]
     count = [len(found[name].parameters) + (found[name].offset is not None) for name in names]
     simplest = min(alike, key=lambda i: (count[i], behind[i]))
     order = sorted(range(len(names)), key=lambda i: (i != simplest, i not in alike, behind[i]))
@@ -328,15 +330,14 @@ def ranked(
         )
     else:
         said = f"{chosen} is the only law that these records can identify."
-    return table, [names[i] for i in order if i in alike], [said]
+    return table, [names[i] for i in order if i in alike], [said, *offset_said]
 
 
-def _offset_sentences(table: pd.DataFrame, found: dict[str, Identification]) -> list[str]:
-    """Whether the residuals ask for an offset of the force."""
+def _offset(found: dict[str, Identification], error: dict[str, float]) -> tuple[bool, list[str]]:
+    """Whether the law that predicts best with an offset of the force has one that is not zero, and the sentence of it."""
     pairs = [name for name in found if f"{name} + offset" in found]
     if not pairs:
-        return []
-    error = table["kinetic"].to_dict()
+        return False, []
     plain = min(pairs, key=lambda name: error[f"{name} + offset"])
     offset = found[f"{plain} + offset"].offset
     assert offset is not None
@@ -345,8 +346,9 @@ def _offset_sentences(table: pd.DataFrame, found: dict[str, Identification]) -> 
         f"an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) of the measured force takes "
         f"the error of {plain} from {without:.3g} to {with_it:.3g}"
     )
-    if with_it < (1 - LEAST) * without:
-        return [
-            f"The residuals ask for an offset: {said}; the instrument has a zero, or friction differs by the sense of slip."
+    if with_it < (1 - LEAST) * without and not offset["low"] <= 0.0 <= offset["high"]:
+        return True, [
+            f"The residuals ask for an offset: {said}; the instrument has a zero, or friction differs by the sense of slip. "
+            "Laws without one are not chosen."
         ]
-    return [f"No offset is called for: {said}."]
+    return False, [f"No offset is called for: {said}."]
