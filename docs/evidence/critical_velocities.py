@@ -166,6 +166,9 @@ def growth(system: ss.Oscillator, speed: float, cycles: float = SHORT) -> float:
     # Many samples: the ranges of the first and of the last cycle are compared.
     cycle = np.linspace(0.0, system.natural_period, 400)
     first, last = (float(np.ptp(orbit.at(cycle + begin)[0])) for begin in (0.0, orbit.t_end - cycle[-1]))
+    # What grows without oscillation has left the neighbourhood within the first cycle.
+    begun = 2.0 * aside(system, speed)[1] * system.natural_period / (2 * math.pi)
+    first = begun if first > 10 * begun else first
     return math.log(max(last, 1e-300) / first) * LONG / (cycles - 1)
 
 
