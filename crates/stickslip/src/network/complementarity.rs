@@ -141,16 +141,30 @@ impl ContactProblem<'_> {
         })
     }
 
-    /// Whether a contact at its limit need not break, as those in a loop with it can bear the load when they share it anew: one
-    /// that was pinned at its limit may have been pinned against the load of another time.
-    fn relieved(&self, row: usize) -> bool {
+    /// Directions with which the contacts of a loop bear the load all the same when they share it anew, although one of them is
+    /// at its limit: one that was pinned at its limit may have been pinned against the load of another time.
+    fn shared_anew(&self) -> Option<Vec<f64>> {
         const CLEARLY: f64 = 1.0 - 1e-9;
         if !self.frame.loops {
-            return false;
+            return None;
         }
-        let stuck = vec![0.0; self.zero.len()];
-        let load = self.loads(&stuck).0[row];
-        load.abs() < CLEARLY * toward(self.limit[row], load) && self.objection(&stuck).is_none()
+        let mut directions = vec![0.0; self.zero.len()];
+        while let Some((row, direction)) = self.objection(&directions) {
+            // Each is pinned once, and none is let go.
+            if directions[row] != 0.0 || direction == 0.0 {
+                return None;
+            }
+            directions[row] = direction;
+        }
+        let (load, _) = self.loads(&directions);
+        let bears = |row: usize| {
+            if directions[row] == 0.0 {
+                load[row].abs() < CLEARLY * toward(self.limit[row], load[row])
+            } else {
+                self.idle(&directions, row)
+            }
+        };
+        (0..load.len()).all(bears).then_some(directions)
     }
 
     /// The direction of every contact, 0 for those that stick.
@@ -158,8 +172,8 @@ impl ContactProblem<'_> {
         let count = self.zero.len();
         let mut directions = vec![0.0; count];
         if let Some((row, direction)) = self.released {
-            if self.relieved(row) {
-                return directions;
+            if let Some(shared) = self.shared_anew() {
+                return shared;
             }
             directions[row] = direction;
         }
