@@ -36,6 +36,9 @@ OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)
 DECISIVE = 10.0
 """Difference of two logarithms of likelihoods, of rows that may be correlated, that decides between forms of a law."""
 USUAL_PIECES = 3
+FREE_LEVEL, FALL, WIDER = "static.kinetic", "kinetic.scale", 4.0
+"""Names in a `Combined` law of the level from which static friction grows and of the width of the fall of kinetic friction, and
+how much wider than guessed a fall is tried too."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,7 @@ class LawFit:
     def identify(self) -> Identification:
         """The law with its numbers."""
         guess, records, kind, static = self.guess, self.records, self.kind, self._static
-        fits = [(problem, fit_branches(problem, problem.law)) for problem in self.problems]
+        fits = [(problem, _likeliest(problem)) for problem in self.problems]
         unlikeliness = [_unlikeliness(fit) for _, fit in fits]
         likeliest = int(np.argmin(unlikeliness))
         problem, found = fits[likeliest if unlikeliness[0] - unlikeliness[likeliest] > DECISIVE else 0]
@@ -349,6 +352,18 @@ def _forms(guess: Guess) -> list[Guess]:
     laws = [guess.law, *guess.candidates]
     forms = [[law for law in laws if _choices(law) == choices] for choices in map(_choices, laws)]
     return [replace(guess, law=form[0], candidates=form[1:]) for i, form in enumerate(forms) if form not in forms[:i]]
+
+
+def _likeliest(problem: Problem) -> BranchFit:
+    """The fit from the first guess; of a fall of kinetic friction beside a free level of static friction the likelier of two.
+
+    Nothing then holds the curve at w = 0, and measured friction is rounded there: a fall that is guessed too short stays so.
+    """
+    found = fit_branches(problem, problem.law)
+    if not {FREE_LEVEL, FALL}.issubset(problem.free):
+        return found
+    wide = fit_branches(problem, with_values(problem.law, {FALL: WIDER * value(problem.law, FALL)}))
+    return min(found, wide, key=_unlikeliness)
 
 
 def _unlikeliness(found: BranchFit) -> float:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, overload
 
+import numpy as np
 import xarray as xr
 
 from stickslip.errors import InputError
@@ -268,8 +269,14 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
             near = static.of_a_law
             kinds.insert(0, BY_FORM.get(near.chosen, DwellTime))
             others = [form for form in static.alternatives if BY_FORM.get(form, DwellTime) is not kinds[0]]
-            if near.chosen != static.chosen:
+            if near.chosen in static.alternatives:
                 why += f", which no law has and these break-aways hardly tell from the {near.chosen} form"
+            elif near.chosen != static.chosen:
+                off, least = (float(np.sqrt(np.mean(fit.residuals**2))) for fit in (near.best, static.best))
+                why += (
+                    f", which no law has; of the forms that laws have the {near.chosen} one lies closest (its break-away "
+                    f"forces are off by {off:.3g}, those of the other by {least:.3g})"
+                )
             elif others:
                 why += f", which these break-aways hardly tell from the {others[0]} form"
     refused: list[str] = []

@@ -27,9 +27,9 @@ Array = npt.NDArray[np.float64]
 
 FEWEST_ROWS = 5
 SHOWN = 3
-WITHOUT_A_LAW = ("power",)
-"""Forms that no law has."""
 """Forms that a picture shows."""
+WITHOUT_A_LAW = ("power", "Kato")
+"""Forms that no law has with the numbers that are fitted, alone or above a level of their own; `DwellTime` holds its exponent."""
 TOGETHER = 0.5
 """Correlation of stick time with time beyond which a drift may pass for growth."""
 EQUAL = 0.01
@@ -126,9 +126,10 @@ class StaticFriction(Result):
 
     @property
     def of_a_law(self) -> StaticFriction:
-        """The same with the nearest form that a law has, where these break-aways hardly tell it from the chosen one."""
-        near = [form for form in (self.chosen, *self.alternatives) if form not in WITHOUT_A_LAW]
-        return replace(self, chosen=near[0]) if near else self
+        """The same with the form, of those that laws have, that lies closest to these break-aways."""
+        known = [form for form in self.fits if form.removesuffix(OWN_LEVEL) not in WITHOUT_A_LAW]
+        determined = [form for form in known if not self.fits[form].undetermined] or known
+        return replace(self, chosen=min(determined, key=lambda form: (form != self.chosen, self.fits[form].criterion)))
 
     @property
     def own_level(self) -> bool:
