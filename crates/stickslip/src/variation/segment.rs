@@ -141,6 +141,11 @@ impl<'a> Course<'a> {
         })
     }
 
+    /// Whether phases are followed in closed form, where it does not lose digits.
+    pub(super) fn is_closed(&self) -> bool {
+        self.closed.is_some() && !self.frame.is_smooth(0, 1.0) && !self.frame.is_smooth(0, -1.0)
+    }
+
     /// Room for expansions.
     pub(super) fn expansion(&self) -> Expansion {
         Expansion::of(&self.frame)
@@ -698,7 +703,7 @@ mod tests {
                     .chain(if forces > 0 { &of_forces[..] } else { &[] })
                     .map(ToString::to_string)
                     .collect();
-                let (system, _) = System::read(document.clone()).expect("a good system");
+                let (system, _) = System::read(&document).expect("a good system");
                 let varied = Varied::new(&system, &document, &paths).expect("good numbers");
                 let course = Course::new(&varied);
                 let mut numbers = vec![7.0, 0.5, -0.2, 0.6, slope, 0.0, f64::INFINITY];
