@@ -6,7 +6,7 @@
 //! give an estimate instead of a bound, so the law itself is compared with its series along the step, at slip speeds so close
 //! that no feature of the law hides between two of them, and the step ends where they still agree.
 
-mod abreast;
+mod coefficients;
 pub(crate) mod tangent;
 
 use crate::clock::Clock;
@@ -19,8 +19,8 @@ use crate::normal_force::NormalForce;
 use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, slope_at};
 use crate::spring::Spring;
 use crate::system::System;
-pub(crate) use abreast::Coefficients;
-use abreast::{Abreast, Layout};
+pub(crate) use coefficients::Coefficients;
+use coefficients::{Acting, Layout};
 use tangent::Linear;
 
 /// The last terms of a step may be this large compared with the motion.
@@ -398,7 +398,7 @@ pub(crate) struct Motion {
     /// What rounding took of the positions and velocities along the steps so far: of a slip speed that is less than the
     /// rounding of the velocities it is all there is.
     lost: Vec<[f64; 2]>,
-    abreast: Abreast,
+    acting: Acting,
 }
 
 impl Motion {
@@ -424,7 +424,7 @@ impl Motion {
             acceleration: vec![0.0; n],
             wanted: vec![0.0; c],
             lost: vec![[0.0; 2]; n],
-            abreast: Abreast::new(frame),
+            acting: Acting::new(frame),
         }
     }
 
@@ -481,7 +481,7 @@ impl Motion {
                 }
             }
         }
-        self.abreast.aim(frame, &self.drive, &self.input);
+        self.acting.aim(frame, &self.drive, &self.input);
     }
 
     /// Coefficient k of the normal force of a contact, where that varies, from those of positions and velocities.
@@ -531,7 +531,7 @@ impl Motion {
             self.expand_single(frame, law, *force_line, x[0], v[0]);
             return;
         }
-        self.expand_abreast(frame, laws, force_lines, held, x, v);
+        self.expand_many(frame, laws, force_lines, held, x, v);
     }
 
     /// The same for one mass on one drive, where the bookkeeping would cost more than the motion.

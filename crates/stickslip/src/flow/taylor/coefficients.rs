@@ -214,13 +214,13 @@ struct Lines {
 
 /// What acts from outside, and the lines of friction.
 #[derive(Clone, Debug)]
-pub(super) struct Abreast {
+pub(super) struct Acting {
     drive: Coefficients,
     input: Coefficients,
     lines: Lines,
 }
 
-impl Abreast {
+impl Acting {
     pub(super) fn new(frame: &Frame) -> Self {
         let (n, c) = (frame.masses, frame.ends.len());
         Self {
@@ -291,7 +291,7 @@ impl Motion {
     /// Coefficients k of the accelerations without any friction, from those of x and v.
     pub(super) fn free(&mut self, frame: &Frame, k: usize) {
         let (x, v) = (self.x.of(k), self.v.of(k));
-        self.acceleration.copy_from_slice(self.abreast.input.of(k));
+        self.acceleration.copy_from_slice(self.acting.input.of(k));
         for diagonal in &frame.layout.diagonals {
             let count = diagonal.springs.len();
             let own = &mut self.acceleration[diagonal.row..][..count];
@@ -326,7 +326,7 @@ impl Motion {
 
     /// Coefficients k of the slip speeds.
     fn speeds(&mut self, frame: &Frame, k: usize) {
-        let Abreast { drive, lines, .. } = &self.abreast;
+        let Acting { drive, lines, .. } = &self.acting;
         let (v, u, drive) = (self.v.of(k), self.u.of_mut(k), drive.of(k));
         for joints in &frame.layout.joints {
             let Joints {
@@ -352,7 +352,7 @@ impl Motion {
 
     /// Coefficients k of friction that does not hold, from those of the slip speeds, and what it accelerates.
     fn rub(&mut self, frame: &Frame, laws: &[&Law], force_lines: &[ForceLine], k: usize, sloped: bool) {
-        let lines = &self.abreast.lines;
+        let lines = &self.acting.lines;
         let (speeds, forces) = (self.u.of(k), self.force.of_mut(k));
         let count = speeds.len();
         let (turn, offset, slope) = (
@@ -364,8 +364,8 @@ impl Motion {
             let size = slope[c] * speeds[c];
             forces[c] = turn[c] * if k == 0 { offset[c] + size } else { size };
         }
-        for at in 0..self.abreast.lines.others.len() {
-            let c = self.abreast.lines.others[at];
+        for at in 0..self.acting.lines.others.len() {
+            let c = self.acting.lines.others[at];
             self.press(frame, c, k);
             let line = &force_lines[c];
             let force = if line.apart() {
@@ -410,7 +410,7 @@ impl Motion {
     /// Coefficients k of the forces of adhesion, and what they accelerate.
     fn hold(&mut self, frame: &Frame, held: &Held, k: usize) {
         let next = (k + 1) as f64;
-        let Abreast { drive, lines, .. } = &self.abreast;
+        let Acting { drive, lines, .. } = &self.acting;
         let (force, drive) = (self.force.of_mut(k), drive.of(k + 1));
         for &(c, mass, gain, response) in &lines.alone {
             let own = &mut self.acceleration[mass];
@@ -432,7 +432,7 @@ impl Motion {
     }
 
     /// Expand from (x, v), after [`Motion::aim`].
-    pub(super) fn expand_abreast(
+    pub(super) fn expand_many(
         &mut self,
         frame: &Frame,
         laws: &[&Law],
@@ -442,8 +442,8 @@ impl Motion {
         v: &[f64],
     ) {
         self.begin(x, v);
-        self.abreast.lines.set(frame, force_lines, held);
-        let lines = &self.abreast.lines;
+        self.acting.lines.set(frame, force_lines, held);
+        let lines = &self.acting.lines;
         let sloped = !lines.others.is_empty() || lines.slope.iter().any(|slope| *slope != 0.0);
         // Adhesion leaves no mass any freedom.
         let ridden = held.contacts.len() == frame.masses && !frame.loops;
@@ -459,7 +459,7 @@ impl Motion {
             }
             self.rub(frame, laws, force_lines, k, sloped);
             self.hold(frame, held, k);
-            let drive = self.abreast.drive.of(k + 1);
+            let drive = self.acting.drive.of(k + 1);
             if ridden && held.contacts.iter().all(|&c| drive[c] == 0.0) {
                 // Every mass keeps its speed, without rounding.
                 self.acceleration.fill(0.0);
@@ -479,8 +479,8 @@ impl Motion {
             }
         }
         self.speeds(frame, ORDER);
-        for at in 0..self.abreast.lines.others.len() {
-            self.press(frame, self.abreast.lines.others[at], ORDER);
+        for at in 0..self.acting.lines.others.len() {
+            self.press(frame, self.acting.lines.others[at], ORDER);
         }
         let x = self.x.of(ORDER);
         for (s, spring) in frame.springs.iter().enumerate() {
