@@ -25,7 +25,7 @@ pub(crate) struct System {
 fn read<L: Checked + Clone + DeserializeOwned>(
     document: &Value,
 ) -> PyResult<(system::System<L>, Option<Oscillator<L>>)> {
-    let (system, oscillator) = system::System::read(document.clone()).map_err(refused)?;
+    let (system, oscillator) = system::System::read(document).map_err(refused)?;
     // As an oscillator it may say more of what is wrong.
     let check = oscillator.as_ref().map_or(Ok(()), Oscillator::validate);
     check.and_then(|()| system.validate()).map_err(refused)?;

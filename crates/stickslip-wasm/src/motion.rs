@@ -57,8 +57,8 @@ pub(crate) fn is_integrated(system: &Value) -> bool {
 }
 
 /// What a document describes, but for what has no events.
-fn model(system: Value) -> Result<Model, String> {
-    if is_integrated(&system) {
+fn model(system: &Value) -> Result<Model, String> {
+    if is_integrated(system) {
         return Err(
             "expected a law without an internal state, got one that is integrated: its motion has no derivative here"
                 .into(),
@@ -68,7 +68,7 @@ fn model(system: Value) -> Result<Model, String> {
 }
 
 /// The right-hand side of masses under laws with an internal state.
-pub(crate) fn state_system(system: Value) -> Result<StateSystem, String> {
+pub(crate) fn state_system(system: &Value) -> Result<StateSystem, String> {
     let (system, _) = System::read(system).map_err(sentence)?;
     StateSystem::new(system).map_err(sentence)
 }
@@ -102,7 +102,7 @@ impl Start {
         let system = self.system.take();
         let memory = self.memory.as_ref().map(numbers);
         if is_integrated(&system) {
-            let system = state_system(system)?;
+            let system = state_system(&system)?;
             let starts = (self.x0.as_deref(), self.v0.as_deref());
             if let Some(values) = [starts.0, starts.1]
                 .into_iter()
@@ -132,7 +132,7 @@ impl Start {
             t_end: self.t_end,
             max_events: self.max_events,
         };
-        let model = model(system)?;
+        let model = model(&system)?;
         if let Model::Closed(oscillator) = &model {
             let from = memory.as_deref().and_then(Restart::read);
             let (orbit, end) =
@@ -413,7 +413,7 @@ pub(crate) fn lyapunov(desk: &mut Desk) -> Result<Value, String> {
         t_end: ask.t_end,
         max_events: ask.max_events,
     };
-    let found = largest(&model(ask.system)?, run, ask.transient, &mut || true).map_err(sentence)?;
+    let found = largest(&model(&ask.system)?, run, ask.transient, &mut || true).map_err(sentence)?;
     desk.numbers.extend([found.exponent, found.error]);
     Ok(json!({}))
 }

@@ -139,7 +139,7 @@ fn integrated(
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<(Steady, Vec<f64>), String> {
     let (document, starts) = sweep.rows.described(sweep.rows.row(index)).map_err(sentence)?;
-    let system = state_system(document)?;
+    let system = state_system(&document)?;
     let mut begin = begin.clone();
     starts.begin(&mut begin, system.masses()).map_err(sentence)?;
     let given = |values: &'_ [f64]| (!values.is_empty()).then(|| values.to_vec());

@@ -10,7 +10,7 @@ use stickslip::engine::{Closed, Engine, Steps};
 use stickslip::event_sequence;
 use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{Runner, Width, forward};
-use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, StaticKinetic};
+use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, Rational, StaticKinetic};
 use stickslip::network;
 use stickslip::observer::Observer;
 use stickslip::oscillator::Oscillator;
@@ -140,18 +140,33 @@ fn main() {
     if only.is_empty() || only == "P4" {
         sweep(rounds.div_ceil(50));
     }
+    if only.is_empty() || only == "S5" {
+        let falling = Rational {
+            break_away: 1.0,
+            weakening: 3.0,
+        };
+        let system = System::from(&oscillator(falling, 0.0, 0.2, None));
+        steps("S5", &system, 1000.0, rounds);
+    }
     let forcing = Some((0.5, 0.7));
     for (name, law) in [
         ("follow P3", static_kinetic(0.5).into()),
         ("follow paper", Law::from(paper())),
     ] {
         if only.is_empty() || only == name {
-            followed(name, &oscillator(law, 0.28, 0.3, forcing), rounds.div_ceil(10));
+            let rounds = if only.is_empty() {
+                rounds.div_ceil(10)
+            } else {
+                rounds
+            };
+            followed(name, &oscillator(law, 0.28, 0.3, forcing), rounds);
         }
     }
-    if only.is_empty() || only == "chains" {
-        for blocks in [10, 20, 50, 100] {
+    for blocks in [10, 20, 50, 100] {
+        if only.is_empty() || only == "chains" {
             chain(blocks, rounds.div_ceil(50));
+        } else if only == format!("chain of {blocks}") {
+            chain(blocks, rounds);
         }
     }
 }
@@ -233,13 +248,18 @@ fn chain(blocks: usize, rounds: u32) {
             normal_force: None,
         });
     }
-    let run = network::Run::driven(40.0);
+    steps(&format!("chain of {blocks}"), &system, 40.0, rounds);
+}
+
+/// A system by Taylor steps.
+fn steps(name: &str, system: &System, t_end: f64, rounds: u32) {
+    let run = network::Run::driven(t_end);
     let (time, events, _) = best(rounds, || {
-        let mut engine = Steps::new(&system, run.clone()).expect("a good system");
-        engine.go(40.0, 0.0, &mut Nobody).expect("a good run");
+        let mut engine = Steps::new(system, run.clone()).expect("a good system");
+        engine.go(t_end, 0.0, &mut Nobody).expect("a good run");
         (engine.events(), 0)
     });
-    println!("{:18}{time:10.1}{events:10}", format!("chain of {blocks}"));
+    println!("{name:18}{time:10.1}{events:10}");
 }
 
 /// P3 over a thousand frequencies, 400 periods of each, on one thread: one after the other, and in lanes of every width.

@@ -70,6 +70,10 @@ impl Drive {
         increasing("nodes of the drive velocity", &self.nodes)
     }
 
+    pub(crate) fn is_constant(&self) -> bool {
+        self.harmonics.is_empty() && self.nodes.is_empty()
+    }
+
     /// The coefficients of s(clock + h), good until [`Drive::node_after`].
     pub(crate) fn expand(&self, clock: Clock, series: &mut Series) {
         series.fill(0.0);

@@ -45,8 +45,11 @@ impl Matrix {
     pub(crate) fn times(&self, other: &Self) -> Self {
         let mut product = Self::zero(self.size);
         for i in 0..self.size {
-            for j in 0..self.size {
-                product.set(i, j, (0..self.size).map(|k| self.at(i, k) * other.at(k, j)).sum());
+            let sums = &mut product.entries[i * self.size..][..self.size];
+            for (k, factor) in filled(self.row(i)) {
+                for (sum, entry) in sums.iter_mut().zip(other.row(k)) {
+                    *sum += factor * entry;
+                }
             }
         }
         product
@@ -61,6 +64,9 @@ impl Matrix {
     /// The inverse of a symmetric positive definite matrix (Cholesky); none if it is not one.
     pub(crate) fn inverse(&self) -> Option<Self> {
         let n = self.size;
+        if (0..n).all(|i| filled(self.row(i)).all(|(j, _)| i == j)) {
+            return self.inverse_of_diagonal();
+        }
         let mut lower = Self::zero(n);
         for j in 0..n {
             for i in j..n {
@@ -91,6 +97,20 @@ impl Matrix {
             for (i, value) in solution.into_iter().enumerate() {
                 inverse.set(i, column, value);
             }
+        }
+        Some(inverse)
+    }
+
+    /// The same where all that is not on the diagonal is zero, with the same rounding.
+    fn inverse_of_diagonal(&self) -> Option<Self> {
+        let mut inverse = Self::zero(self.size);
+        for i in 0..self.size {
+            let entry = self.at(i, i);
+            if entry.is_nan() || entry <= 1e-14 * entry.abs() {
+                return None;
+            }
+            let lower = entry.sqrt();
+            inverse.set(i, i, (1.0 / lower) / lower);
         }
         Some(inverse)
     }
@@ -174,6 +194,18 @@ impl<T> Rows<T> {
             starts.push(entries.len());
         }
         Self { starts, entries }
+    }
+
+    /// Those of a diagonal matrix.
+    pub(crate) fn of_diagonal(entries: impl ExactSizeIterator<Item = T>) -> Self {
+        Self {
+            starts: (0..=entries.len()).collect(),
+            entries: entries.enumerate().collect(),
+        }
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.starts.len() - 1
     }
 
     pub(crate) fn row(&self, i: usize) -> &[(usize, T)] {

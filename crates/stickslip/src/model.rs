@@ -61,7 +61,7 @@ impl Model {
     ///
     /// # Errors
     /// What the document lacks, what it has too much, or the first value that makes no sense.
-    pub fn read(document: Value) -> Result<Self, Error> {
+    pub fn read(document: &Value) -> Result<Self, Error> {
         let refused = |error: serde_json::Error| Error::Document {
             reason: error.to_string(),
         };

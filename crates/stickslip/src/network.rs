@@ -352,8 +352,9 @@ impl<'a> Loop<'a> {
             }
             let Some((h, contact, cause)) = self.next(&mut horizon) else {
                 if horizon == end {
-                    let parts = self.motion.x.iter().chain(&self.motion.v);
-                    let last: Vec<f64> = parts.map(|series| at(series, end)).collect();
+                    let parts = [&self.motion.x, &self.motion.v].into_iter();
+                    let all = parts.flat_map(|of| (0..of.count()).map(|i| at(&of.series(i), end)));
+                    let last: Vec<f64> = all.collect();
                     let stop = lost(&last).unwrap_or(Stop::End);
                     self.show(after, end, stop == Stop::End, observer);
                     return stop;
@@ -366,7 +367,7 @@ impl<'a> Loop<'a> {
                 if horizon == corner {
                     // The drive changes its acceleration, at its time and not a rounding beside it: adhesion may break at once.
                     self.clock = Clock { high: node, low: 0.0 };
-                    let rates = self.rates(horizon);
+                    let rates = self.motion.force.slopes(horizon);
                     self.motion.aim(&self.frame, self.clock);
                     self.set_contact_states(&Passage {
                         arrived: Vec::new(),
@@ -464,7 +465,7 @@ impl<'a> Loop<'a> {
             // A start that has no slope is expanded without one: what follows may be less than what rounding makes of it.
             for (c, contact) in self.contacts.iter_mut().enumerate() {
                 if contact.direction != 0.0 && contact.between.is_none() && !contact.apart {
-                    let slope = self.motion.u[c][1].abs();
+                    let slope = self.motion.u.of(1)[c].abs();
                     let still = self.still * size;
                     // What a slip speed of rounding makes of it along a steep line only lets the search ignore its sign.
                     let steep = ROUNDING * self.scale * contact.steep * self.frame.coupling(c, c);
@@ -484,9 +485,9 @@ impl<'a> Loop<'a> {
                 if contact.direction == 0.0 || contact.between.is_some() || !contact.piece.reverses {
                     continue;
                 }
-                let slope = self.motion.u[c][1];
+                let slope = self.motion.u.of(1)[c];
                 let now = if contact.at_reversal {
-                    self.motion.u[c][2]
+                    self.motion.u.of(2)[c]
                 } else {
                     slope
                 }
@@ -494,7 +495,7 @@ impl<'a> Loop<'a> {
                 if contact.sense == 0.0 {
                     contact.sense = now;
                 } else if now != contact.sense && slope.abs() > 1e3 * ROUNDING * size {
-                    let speed = self.motion.u[c][0].max(0.0);
+                    let speed = self.motion.u.of(0)[c].max(0.0);
                     self.reverse(c, now > 0.0, speed);
                     (self.contacts[c].sense, self.contacts[c].at_reversal) = (now, false);
                     reversed = true;
@@ -523,7 +524,7 @@ impl<'a> Loop<'a> {
         for c in 0..self.contacts.len() {
             if self.contacts[c].between.is_some() && self.follows(c) {
                 // To either branch; where the slip acceleration has the other sign it turns.
-                self.leave(c, End::Low, self.motion.u[c][0].max(0.0));
+                self.leave(c, End::Low, self.motion.u.of(0)[c].max(0.0));
                 (self.contacts[c].sense, self.contacts[c].at_reversal) = (-1.0, false);
             }
         }

@@ -45,7 +45,7 @@ impl Rows {
     /// A name that is no number of the document, and what makes no sense in the document.
     pub fn model(&self, values: &[f64], begin: &Start) -> Result<(Model, Start), Error> {
         let (document, starts) = self.described(values)?;
-        let model = Model::read(document)?;
+        let model = Model::read(&document)?;
         let mut start = begin.clone();
         starts.begin(&mut start, model.masses())?;
         Ok((model, start))

@@ -156,6 +156,15 @@ pub fn curvature_bound(series: &Series, reach: f64) -> f64 {
         .fold(0.0, |sum, k| sum * reach + (k * (k - 1)) as f64 * series[k].abs())
 }
 
+/// A bound of how far the polynomial goes from its start for 0 ≤ h ≤ `reach`.
+#[inline]
+pub(crate) fn swing_bound(series: &Series, reach: f64) -> f64 {
+    series[1..]
+        .iter()
+        .rev()
+        .fold(0.0, |sum, term| (sum + term.abs()) * reach)
+}
+
 /// The positive root of margin + rate τ − curvature τ²/2, in the form that does not cancel; none is infinite.
 #[must_use]
 pub fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
@@ -235,12 +244,7 @@ fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &
     let (mut armed, mut left) = (0, false);
     if series[0] <= rounding {
         // A guard that stays within rounding of zero throughout says nothing: two bodies that move on together.
-        if series[1..]
-            .iter()
-            .rev()
-            .fold(0.0, |sum, term| (sum + term.abs()) * reach)
-            <= rounding
-        {
+        if swing_bound(&series, reach) <= rounding {
             return None;
         }
         // Where it is led by a higher power, as under a force at its crest, that one says where it goes.
@@ -253,10 +257,7 @@ fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &
         series.copy_within(order.., 0);
         series[ORDER + 1 - order..].fill(0.0);
     }
-    let away = (1..=ORDER)
-        .rev()
-        .fold(0.0, |sum, k| (sum + series[k].abs()) * reach);
-    if series[0] > away {
+    if series[0] > swing_bound(&series, reach) {
         return None;
     }
     let curvature = curvature_bound(&series, reach);

@@ -129,11 +129,11 @@ impl<L: Checked + Clone + DeserializeOwned> System<L> {
     ///
     /// # Errors
     /// What the document lacks or has too much.
-    pub fn read(document: Value) -> Result<(Self, Option<Oscillator<L>>), serde_json::Error> {
+    pub fn read(document: &Value) -> Result<(Self, Option<Oscillator<L>>), serde_json::Error> {
         if document.get("contacts").is_some() {
-            return serde_json::from_value(document).map(|system| (system, None));
+            return Self::deserialize(document).map(|system| (system, None));
         }
-        let one: OneMass<L> = serde_json::from_value(document)?;
+        let one = OneMass::<L>::deserialize(document)?;
         let oscillator = Oscillator {
             mass: one.mass,
             stiffness: one.stiffness,

@@ -51,6 +51,9 @@ pub struct Followed {
 /// So near its end, over the fastest rate of the system, the derivatives of a motion are those at its end.
 const NEAR: f64 = 1e-13;
 
+/// Derivatives beyond this size are not taken through a phase, but multiplied with its own.
+const TAKEN_THROUGH: f64 = 1e100;
+
 fn lost(index: usize, why: &str) -> Error {
     Error::Document {
         reason: format!("the motion held to its event sequence {why} on phase {index}"),
@@ -86,7 +89,7 @@ pub fn follow(
         rates: Vec::with_capacity(phases.len() * width * lanes),
         ..Followed::default()
     };
-    let mut state = start.clone();
+    let mut carried = None;
     // The derivatives so far, row after row; what a phase adds is found by its own start.
     let unit = identity(width, lanes);
     let mut begun = unit.clone();
@@ -99,13 +102,28 @@ pub fn follow(
             row[width..].copy_from_slice(rates);
         }
     }
+    let mut rows = vec![0.0; width * lanes];
     let mut expansion = course.expansion();
     for (index, phase) in phases.iter().enumerate() {
         if !go_on() {
             break;
         }
         let next = phases.get(index + 1).map_or(last, |phase| &phase.contact_states);
-        let seeded = state.seeded(course.all_lanes());
+        let rates = match index {
+            _ if reseed => &unit,
+            0 => &begun,
+            _ => &rows,
+        };
+        // A series costs the more, the more directions move along; a closed form does not, and takes all derivatives so far
+        // through the phase, while their products are numbers.
+        let through = course.is_closed()
+            && (rates[..course.layout.contact(0) * lanes].iter()).all(|rate| rate.abs() < TAKEN_THROUGH);
+        let state = followed.states.last().unwrap_or(start);
+        let seeded = match carried.take() {
+            Some(carried) if through && !reseed => carried,
+            _ if through => state.moving(course.all_lanes(), rates, lanes),
+            _ => state.seeded(course.all_lanes()),
+        };
         let mut tau = phase.duration;
         course.go(&seeded, &phase.contact_states, tau, &mut expansion);
         let mut guard = course.guard(&seeded, phase, tau, &expansion);
@@ -137,30 +155,31 @@ pub fn follow(
         {
             return Err(lost(index, "leaves the numbers"));
         }
-        let first = followed.rates.len();
-        followed.rates.resize(first + width * lanes, 0.0);
-        let (before, rows) = followed.rates.split_at_mut(first);
-        let rates = match index {
-            _ if reseed => &unit,
-            0 => &begun,
-            _ => &before[first - width * lanes..],
-        };
         if tests {
             let first = followed.tests.len();
             course.boundaries(&end, &mut followed.tests);
             course.entry(&end, &moves, &mut followed.tests);
-            for test in &mut followed.tests[first..] {
+            for test in followed.tests[first..].iter_mut().filter(|_| !through) {
                 let mut row = vec![0.0; lanes];
                 chain(&test.value, rates, width, &mut row);
                 test.value.rates[..lanes].copy_from_slice(&row);
             }
         }
-        for (number, row) in after.numbers.iter().zip(rows.chunks_exact_mut(lanes)) {
-            chain(number, rates, width, row);
+        if through {
+            for (number, row) in after.numbers.iter().zip(rows.chunks_exact_mut(lanes)) {
+                row.copy_from_slice(&number.rates[..lanes]);
+            }
+        } else {
+            let mut chained = vec![0.0; width * lanes];
+            for (number, row) in after.numbers.iter().zip(chained.chunks_exact_mut(lanes)) {
+                chain(number, rates, width, row);
+            }
+            rows = chained;
         }
+        followed.rates.extend_from_slice(&rows);
         followed.durations.push(tau);
-        state = after.values();
-        followed.states.push(state.clone());
+        followed.states.push(after.values());
+        carried = through.then_some(after);
     }
     Ok(followed)
 }

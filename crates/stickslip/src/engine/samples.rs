@@ -116,11 +116,11 @@ struct Between {
 }
 
 impl Between {
-    fn track(&self) -> Track<'_> {
+    fn track(&self) -> Track {
         Track {
-            x: &self.x,
-            v: &self.v,
-            u: &self.u,
+            x: self.x,
+            v: self.v,
+            u: self.u,
             // Nothing sticks truly: the slip velocity has its own sign.
             direction: 1.0,
             rounding: self.rounding,

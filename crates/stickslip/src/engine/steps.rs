@@ -3,7 +3,7 @@
 use super::{Engine, Reached};
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::flow::taylor::{ForceLine, Frame, Motion};
+use crate::flow::taylor::{Coefficients, ForceLine, Frame, Motion};
 use crate::network::orbit::Expansion;
 use crate::network::{Loop, Orbit, ROUNDING, Run};
 use crate::observer::{Course, Observer};
@@ -59,11 +59,11 @@ impl Engine for Steps<'_> {
 
 /// The polynomials of a contact and its mass along one step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Track<'a> {
-    pub(crate) x: &'a Series,
-    pub(crate) v: &'a Series,
+pub(crate) struct Track {
+    pub(crate) x: Series,
+    pub(crate) v: Series,
     /// The slip speed along `direction`.
-    pub(crate) u: &'a Series,
+    pub(crate) u: Series,
     /// The sign of the slip velocity, 0 while stuck.
     pub(crate) direction: f64,
     /// Speeds below this are zero within rounding.
@@ -72,13 +72,13 @@ pub(crate) struct Track<'a> {
     pub(crate) rate: f64,
 }
 
-impl Track<'_> {
+impl Track {
     pub(crate) fn point(&self, clock: Clock, tau: f64) -> Point {
         Point {
             t: clock.after(tau).high,
-            x: at(self.x, tau),
-            v: at(self.v, tau),
-            w: self.direction * at(self.u, tau),
+            x: at(&self.x, tau),
+            v: at(&self.v, tau),
+            w: self.direction * at(&self.u, tau),
         }
     }
 
@@ -92,7 +92,7 @@ impl Track<'_> {
         found: &mut impl FnMut(Point),
     ) {
         let [along_x, along_v, along_a, along_slip] = cut.normal;
-        let (a, slip) = (derivative(self.v), derivative(self.u));
+        let (a, slip) = (derivative(&self.v), derivative(&self.u));
         let mut g = ZERO;
         for k in 0..=ORDER {
             g[k] = along_x * self.x[k]
@@ -138,12 +138,12 @@ pub(crate) struct Step<'a> {
 }
 
 impl Step<'_> {
-    fn track(&self, contact: usize) -> Track<'_> {
+    fn track(&self, contact: usize) -> Track {
         let mass = self.frame.mass_of(contact);
         Track {
-            x: &self.motion.x[mass],
-            v: &self.motion.v[mass],
-            u: &self.motion.u[contact],
+            x: self.motion.x.series(mass),
+            v: self.motion.v.series(mass),
+            u: self.motion.u.series(contact),
             direction: self.force_lines[contact].direction,
             rounding: self.rounding,
             rate: self.frame.rate,
@@ -154,16 +154,16 @@ impl Step<'_> {
     pub(crate) fn reached(&self, h: f64) -> Reached {
         // Where a run leaves the numbers only the start of its last step is one.
         let at = |series: &Series, h: f64| if h == 0.0 { series[0] } else { at(series, h) };
-        let all = |series: &[Series]| series.iter().map(|series| at(series, h)).collect();
+        let all = |of: &Coefficients| (0..of.count()).map(|i| at(&of.series(i), h)).collect();
         let (x, v): (Vec<f64>, Vec<f64>) = (all(&self.motion.x), all(&self.motion.v));
         let mut rides = vec![false; x.len()];
         for (contact, force_line) in self.force_lines.iter().enumerate() {
             rides[self.frame.mass_of(contact)] |= force_line.direction == 0.0 && self.frame.driven(contact);
         }
-        let slip = self.force_lines.iter().zip(&self.motion.u);
+        let slip = self.force_lines.iter().enumerate();
         Reached {
             w: slip
-                .map(|(force_line, u)| force_line.direction * at(u, h))
+                .map(|(contact, force_line)| force_line.direction * at(&self.motion.u.series(contact), h))
                 .collect(),
             x,
             v,
@@ -225,11 +225,8 @@ impl Engine for ReplaySteps<'_> {
             let next = (index + 1 < steps.count()).then(|| steps.clock(index + 1));
             let next = next.filter(|next| next.until(t_end) > 0.0);
             let until = next.map_or(clock.until(t_end), |next| clock.until(next.high) + next.low);
-            scale = steps
-                .motion
-                .v
-                .iter()
-                .fold(scale, |most: f64, v| most.max(v[0].abs()));
+            let speeds = steps.motion.v.of(0).iter();
+            scale = speeds.fold(scale, |most: f64, v| most.max(v.abs()));
             while let Some(event) = events.next_if(|event| event.t <= clock.high) {
                 if event.t >= after {
                     observer.event(event);

@@ -6,6 +6,7 @@
 //! give an estimate instead of a bound, so the law itself is compared with its series along the step, at slip speeds so close
 //! that no feature of the law hides between two of them, and the step ends where they still agree.
 
+mod coefficients;
 pub(crate) mod tangent;
 
 use crate::clock::Clock;
@@ -15,11 +16,11 @@ use crate::harmonic::add_wave;
 use crate::law::{Friction, Law, Piece};
 use crate::matrix::{Matrix, Rows, filled};
 use crate::normal_force::NormalForce;
-use crate::series::{
-    Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, gain, product, slope_at,
-};
+use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, slope_at};
 use crate::spring::Spring;
 use crate::system::System;
+pub(crate) use coefficients::Coefficients;
+use coefficients::{Acting, Layout};
 use tangent::Linear;
 
 /// The last terms of a step may be this large compared with the motion.
@@ -92,8 +93,11 @@ pub(crate) struct Frame {
     ends: Vec<(usize, Option<usize>)>,
     /// M⁻¹ b_c.
     response: Rows<f64>,
-    /// The contacts that a force of each accelerates.
-    moved: Rows<()>,
+    /// The contacts that a force of each accelerates, and how much a unit force does.
+    moved: Rows<f64>,
+    /// How much it accelerates its own contact.
+    own: Vec<f64>,
+    layout: Layout,
     forcing: Vec<crate::system::Force>,
     pub(crate) drives: Vec<Drive>,
     /// The normal forces that vary.
@@ -166,13 +170,25 @@ impl Frame {
                 on[other].push(c);
             }
         }
+        let coupled = |to: usize, from: usize| {
+            let (mass, other) = ends[to];
+            let mut coupled = entry(&response, from, mass);
+            if let Some(other) = other {
+                coupled.add(-1.0, entry(&response, from, other));
+            }
+            coupled
+        };
         let moved = Rows::new((0..ends.len()).map(|c| {
             let masses = response.row(c).iter();
             let mut moved: Vec<usize> = masses.flat_map(|&(mass, _)| &on[mass]).copied().collect();
             moved.sort_unstable();
             moved.dedup();
-            moved.into_iter().map(|c| (c, ()))
+            moved
+                .into_iter()
+                .map(move |to| (to, coupled(to, c)))
+                .collect::<Vec<_>>()
         }));
+        let own = (0..ends.len()).map(|c| coupled(c, c)).collect();
         let drives: Vec<Drive> = system.contacts.iter().map(|c| c.drive_velocity.clone()).collect();
         let normals: Vec<_> = system.contacts.iter().map(|c| c.normal_force.clone()).collect();
         let fastest = drives
@@ -218,11 +234,13 @@ impl Frame {
                 .unwrap_or(rate),
             fastest,
             push: pushed.fold(driven, f64::max),
+            layout: Layout::new(&near, &ends, &response),
             inverse,
             near,
             ends,
             response,
             moved,
+            own,
             forcing: system.forcing.clone(),
             drives,
             normals,
@@ -267,20 +285,22 @@ impl Frame {
 
     /// How much a unit force of `from` accelerates `to`: b_to M⁻¹ b_from.
     pub(crate) fn coupling(&self, to: usize, from: usize) -> f64 {
-        self.across(to, |mass| self.response(from, mass))
+        if to == from {
+            self.own[to]
+        } else {
+            entry(&self.moved, from, to)
+        }
     }
 
     /// What a unit force of a contact accelerates a mass by.
     pub(crate) fn response(&self, contact: usize, mass: usize) -> f64 {
-        let row = self.response.row(contact);
-        let index = row.binary_search_by_key(&mass, |&(i, _)| i);
-        index.map_or(0.0, |index| row[index].1)
+        entry(&self.response, contact, mass)
     }
 
     /// Take out of `required` what a force of a contact does about what every contact required.
     pub(crate) fn relieve(&self, required: &mut [f64], contact: usize, force: f64) {
-        for &(to, ()) in self.moved.row(contact) {
-            required[to] -= self.coupling(to, contact) * force;
+        for &(to, coupling) in self.moved.row(contact) {
+            required[to] -= coupling * force;
         }
     }
 
@@ -300,19 +320,19 @@ impl Frame {
         // Which of them a force of each accelerates: as a rule itself alone.
         let moves = |i: usize| {
             let moved = self.moved.row(contacts[i]).iter();
-            moved.filter_map(|&(to, ())| index[to])
+            moved.filter_map(|&(to, coupling)| Some((index[to]?, coupling)))
         };
-        let gain = if m > 1 && (0..m).all(|i| moves(i).eq([i])) {
-            Rows::new((0..m).map(|i| {
+        let gain = if m > 1 && (0..m).all(|i| moves(i).all(|(to, _)| to == i)) {
+            Rows::of_diagonal(contacts.iter().map(|&c| {
                 // With the rounding of Cholesky's way.
-                let lower = self.coupling(contacts[i], contacts[i]).sqrt();
-                [(i, (1.0 / lower) / lower)]
+                let lower = self.own[c].sqrt();
+                (1.0 / lower) / lower
             }))
         } else {
             let mut block = Matrix::zero(m);
-            for (j, &from) in contacts.iter().enumerate() {
-                for i in moves(j) {
-                    block.set(i, j, self.coupling(contacts[i], from));
+            for j in 0..m {
+                for (i, coupling) in moves(j) {
+                    block.set(i, j, coupling);
                 }
             }
             let dense = block.pseudo_inverse();
@@ -338,17 +358,27 @@ impl Frame {
     }
 }
 
+/// An entry of a sparse matrix.
+fn entry(rows: &Rows<f64>, i: usize, j: usize) -> f64 {
+    let row = rows.row(i);
+    let index = row.binary_search_by_key(&j, |&(column, _)| column);
+    index.map_or(0.0, |index| row[index].1)
+}
+
 /// One Taylor expansion; its memory is used again for the next.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     /// Positions.
-    pub(crate) x: Vec<Series>,
+    pub(crate) x: Coefficients,
     /// Velocities.
-    pub(crate) v: Vec<Series>,
+    pub(crate) v: Coefficients,
     /// Slip speed along the direction of slip; slip velocity while stuck.
-    pub(crate) u: Vec<Series>,
+    pub(crate) u: Coefficients,
     /// Friction forces on the mass of each contact.
-    pub(crate) force: Vec<Series>,
+    pub(crate) force: Coefficients,
+    /// Slip speeds of the contacts whose laws are asked for coefficients, and forces that another motion is given.
+    speed: Vec<Series>,
+    pub(crate) given: Vec<Series>,
     /// Normal forces that vary, over those of the laws.
     pub(crate) normal: Vec<Series>,
     /// Friction in slip under the normal force of the law, where that varies.
@@ -368,16 +398,19 @@ pub(crate) struct Motion {
     /// What rounding took of the positions and velocities along the steps so far: of a slip speed that is less than the
     /// rounding of the velocities it is all there is.
     lost: Vec<[f64; 2]>,
+    acting: Acting,
 }
 
 impl Motion {
     pub(crate) fn of(frame: &Frame) -> Self {
         let (n, c) = (frame.masses, frame.ends.len());
         Self {
-            x: vec![ZERO; n],
-            v: vec![ZERO; n],
-            u: vec![ZERO; c],
-            force: vec![ZERO; c],
+            x: Coefficients::new(n),
+            v: Coefficients::new(n),
+            u: Coefficients::new(c),
+            force: Coefficients::new(c),
+            speed: vec![ZERO; c],
+            given: vec![ZERO; c],
             normal: vec![ZERO; c],
             friction: vec![ZERO; c],
             drive: vec![ZERO; c],
@@ -391,6 +424,7 @@ impl Motion {
             acceleration: vec![0.0; n],
             wanted: vec![0.0; c],
             lost: vec![[0.0; 2]; n],
+            acting: Acting::new(frame),
         }
     }
 
@@ -409,11 +443,12 @@ impl Motion {
         if held.contacts.is_empty() {
             return;
         }
-        let slip = held.contacts.iter().map(|&c| self.slip(frame, c, v) - kept(c));
-        let slip: Vec<f64> = slip.collect();
+        for (row, &c) in held.contacts.iter().enumerate() {
+            self.wanted[row] = self.slip(frame, c, v) - kept(c);
+        }
         self.acceleration.fill(0.0);
         for (row, &c) in held.contacts.iter().enumerate() {
-            frame.push(c, held.force(row, |at| slip[at]), &mut self.acceleration);
+            frame.push(c, held.force(row, |at| self.wanted[at]), &mut self.acceleration);
         }
         for (i, change) in self.acceleration.iter().enumerate() {
             (v[i], self.lost[i][1]) = add((v[i], self.lost[i][1]), (*change, 0.0));
@@ -446,51 +481,22 @@ impl Motion {
                 }
             }
         }
+        self.acting.aim(frame, &self.drive, &self.input);
     }
 
-    /// Coefficients 0 of x and v.
-    fn begin(&mut self, x: &[f64], v: &[f64]) {
-        for i in 0..x.len() {
-            (self.x[i][0], self.v[i][0]) = (x[i], v[i]);
-        }
-    }
-
-    /// Coefficient k of the normal force of a contact, where that varies, along positions and velocities.
-    fn press(&mut self, frame: &Frame, c: usize, k: usize) {
-        self.normal[c][k] = self.pressed_along(frame, c, k, (&self.x, &self.v));
-    }
-
-    fn pressed_along(&self, frame: &Frame, c: usize, k: usize, (x, v): (&[Series], &[Series])) -> f64 {
+    /// Coefficient k of the normal force of a contact, where that varies, from those of positions and velocities.
+    fn pressed_along(
+        &self,
+        frame: &Frame,
+        c: usize,
+        k: usize,
+        x: impl Fn(usize) -> f64,
+        v: impl Fn(usize) -> f64,
+    ) -> f64 {
         frame.normals[c].as_ref().map_or(0.0, |normal| {
-            let along = |factor: f64, of: &[Series]| factor * frame.across(c, |i| of[i][k]);
-            self.pressed[c][k] + along(normal.position, x) + along(normal.velocity, v)
+            let (x, v) = (frame.across(c, x), frame.across(c, v));
+            self.pressed[c][k] + normal.position * x + normal.velocity * v
         })
-    }
-
-    /// Coefficients k of the accelerations without any friction, from those of x and v.
-    fn free(&mut self, frame: &Frame, k: usize) {
-        for i in 0..frame.masses {
-            let mut sum = self.input[i][k];
-            for &(j, [spring, damper]) in frame.near.row(i) {
-                sum -= spring * self.x[j][k] + damper * self.v[j][k];
-            }
-            self.acceleration[i] = sum;
-        }
-        for (s, spring) in frame.springs.iter().enumerate() {
-            let at = spring.other.map_or(0.0, |other| self.x[other][k]);
-            self.displacement[s][k] = self.x[spring.mass][k] - at;
-            let [offset, slope] = spring.line(self.pieces[s]);
-            let mut pull = slope * self.displacement[s][k] + if k == 0 { offset } else { 0.0 };
-            if spring.cubic != 0.0 {
-                self.square[s][k] = product(&self.displacement[s], &self.displacement[s], k);
-                pull += spring.cubic * product(&self.square[s], &self.displacement[s], k);
-            }
-            self.pull[s][k] = pull;
-            for i in 0..frame.masses {
-                let other = spring.other.map_or(0.0, |other| frame.inverse.at(i, other));
-                self.acceleration[i] -= (frame.inverse.at(i, spring.mass) - other) * pull;
-            }
-        }
     }
 
     /// The pieces of the springs at positions.
@@ -525,83 +531,7 @@ impl Motion {
             self.expand_single(frame, law, *force_line, x[0], v[0]);
             return;
         }
-        self.begin(x, v);
-        // Adhesion leaves no mass any freedom.
-        let ridden = held.contacts.len() == frame.masses && !frame.loops;
-        for k in 0..ORDER {
-            self.free(frame, k);
-            for (c, force_line) in force_lines.iter().enumerate() {
-                let w = if k == 0 {
-                    self.slip(frame, c, v)
-                } else {
-                    self.drive[c][k] - frame.across(c, |i| self.v[i][k])
-                };
-                self.press(frame, c, k);
-                if force_line.apart() {
-                    (self.u[c][k], self.force[c][k]) = (force_line.sign() * w, 0.0);
-                    continue;
-                }
-                if !force_line.slips() {
-                    self.u[c][k] = force_line.sign() * w;
-                    if force_line.offset != 0.0 {
-                        self.force[c][k] = if k == 0 { force_line.offset } else { 0.0 };
-                        if k == 0 {
-                            frame.push(c, force_line.offset, &mut self.acceleration);
-                        }
-                    }
-                    continue;
-                }
-                self.u[c][k] = force_line.direction * w;
-                let law = frame.is_smooth(c, force_line.direction).then_some(laws[c]);
-                let mut size = force_line.size(law, &self.u[c], k, &mut self.grown[c]);
-                if frame.normals[c].is_some() {
-                    self.friction[c][k] = size;
-                    size = product(&self.normal[c], &self.friction[c], k);
-                }
-                let force = force_line.direction * size;
-                self.force[c][k] = force;
-                if force != 0.0 {
-                    frame.push(c, force, &mut self.acceleration);
-                }
-            }
-            let next = (k + 1) as f64;
-            for (row, &c) in held.contacts.iter().enumerate() {
-                self.wanted[row] = next * self.drive[c][k + 1] - frame.across(c, |i| self.acceleration[i]);
-            }
-            for (row, &c) in held.contacts.iter().enumerate() {
-                let force = held.force(row, |at| self.wanted[at]);
-                self.force[c][k] = force;
-                frame.push(c, force, &mut self.acceleration);
-            }
-            if ridden && held.contacts.iter().all(|&c| self.drive[c][k + 1] == 0.0) {
-                // Every mass keeps its speed, without rounding.
-                self.acceleration.fill(0.0);
-            }
-            if k == 0 {
-                for (c, _) in force_lines
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, force_line)| force_line.still)
-                {
-                    let slope = self.drive[c][1] - frame.across(c, |i| self.acceleration[i]);
-                    frame.push(c, slope / frame.coupling(c, c), &mut self.acceleration);
-                }
-            }
-            let share = INVERSE[k + 1];
-            for i in 0..frame.masses {
-                self.x[i][k + 1] = self.v[i][k] * share;
-                self.v[i][k + 1] = self.acceleration[i] * share;
-            }
-        }
-        for (c, force_line) in force_lines.iter().enumerate() {
-            self.u[c][ORDER] =
-                force_line.sign() * (self.drive[c][ORDER] - frame.across(c, |i| self.v[i][ORDER]));
-            self.press(frame, c, ORDER);
-        }
-        for (s, spring) in frame.springs.iter().enumerate() {
-            let at = spring.other.map_or(0.0, |other| self.x[other][ORDER]);
-            self.displacement[s][ORDER] = self.x[spring.mass][ORDER] - at;
-        }
+        self.expand_many(frame, laws, force_lines, held, x, v);
     }
 
     /// The same for one mass on one drive, where the bookkeeping would cost more than the motion.
@@ -609,8 +539,8 @@ impl Motion {
         let [spring, damper] = frame.near.row(0).first().map_or([0.0; 2], |(_, near)| *near);
         let response = frame.response(0, 0);
         let slip = self.drive[0][0] - v0 - self.lost[0][1];
-        let (x, v, u) = (&mut self.x[0], &mut self.v[0], &mut self.u[0]);
-        let (force, drive, input) = (&mut self.force[0], &self.drive[0], &self.input[0]);
+        let (x, v, u) = (self.x.only(), self.v.only(), self.u.only());
+        let (force, drive, input) = (self.force.only(), &self.drive[0], &self.input[0]);
         (x[0], v[0]) = (x0, v0);
         let ForceLine {
             direction,
@@ -653,16 +583,14 @@ impl Motion {
 
     /// Whether all numbers it is made of are in the range of double precision: the last coefficients are the largest.
     pub(crate) fn is_finite(&self) -> bool {
-        let last = self.x.iter().chain(&self.v).map(|series| series[ORDER]);
+        let last = self.x.of(ORDER).iter().chain(self.v.of(ORDER));
         last.sum::<f64>().is_finite()
     }
 
     /// The size of the coefficients `k`, as a velocity.
     pub(crate) fn size(&self, rate: f64, k: usize) -> f64 {
-        let sizes = self.x.iter().zip(&self.v);
-        sizes.fold(0.0, |most: f64, (x, v)| {
-            most.max(rate * x[k].abs()).max(v[k].abs())
-        })
+        let sizes = self.x.of(k).iter().zip(self.v.of(k));
+        sizes.fold(0.0, |most: f64, (x, v)| most.max(rate * x.abs()).max(v.abs()))
     }
 
     /// L of the motion at the start, friction included.
@@ -691,11 +619,11 @@ impl Motion {
             return force_line.slope;
         }
         let along = if frame.normals[c].is_some() {
-            &self.friction[c]
+            self.friction[c][1]
         } else {
-            &self.force[c]
+            self.force.of(1)[c]
         };
-        let slope = along[1] / self.u[c][1];
+        let slope = along / self.u.of(1)[c];
         // Where the slip speed stays what it is, nothing is made of it.
         if slope.is_finite() { slope } else { 0.0 }
     }
@@ -724,11 +652,12 @@ impl Motion {
             rate = frame.fastest;
         }
         let mut shortest = reach(ORDER).min(reach(ORDER - 1)).min(LONGEST / rate);
+        let mut held = [ORDER - 2, ORDER - 1].map(|k| (k, f64::INFINITY));
         for (c, force_line) in force_lines.iter().enumerate() {
             if let Some(normal) = &frame.normals[c] {
                 // It may vary while the masses do not.
-                let across = |of: &[Series]| frame.across(c, |i| of[i][0]);
-                let size = normal.size(across(&self.x), across(&self.v));
+                let across = |of: &[f64]| frame.across(c, |i| of[i]);
+                let size = normal.size(across(self.x.of(0)), across(self.v.of(0)));
                 for k in [ORDER - 1, ORDER] {
                     let share = NEGLIGIBLE * size / self.normal[c][k].abs();
                     shortest = shortest.min(power(share, 1.0 / k as f64));
@@ -737,17 +666,21 @@ impl Motion {
             // What holds a stuck contact may vary while the masses do not.
             if force_line.direction == 0.0 || force_line.holds() {
                 let share = frame.rate * bound / frame.coupling(c, c);
-                for k in [ORDER - 2, ORDER - 1] {
-                    shortest = shortest.min(power(share / self.force[c][k].abs(), 1.0 / k as f64));
+                for (k, least) in &mut held {
+                    *least = least.min(share / self.force.of(*k)[c].abs());
                 }
             } else if !frame.drives[c].harmonics.is_empty() {
                 // A drive may vary while the mass below it does not.
                 for k in [ORDER - 1, ORDER] {
-                    shortest = shortest.min(power(bound / self.u[c][k].abs(), 1.0 / k as f64));
+                    shortest = shortest.min(power(bound / self.u.of(k)[c].abs(), 1.0 / k as f64));
                 }
             }
         }
-        shortest
+        // The smallest of the roots is that of the smallest share.
+        let held = held.into_iter().filter(|(_, least)| least.is_finite());
+        held.fold(shortest, |shortest, (k, least)| {
+            shortest.min(power(least, 1.0 / k as f64))
+        })
     }
 
     /// The longest part of `step` on which every smooth law agrees with its series, as long as its slip lasts. What grows
@@ -786,6 +719,7 @@ impl Motion {
             let law = laws[c].toward(force_line.direction);
             let room = |speed: f64| law.resolution(speed).filter(|_| smooth).unwrap_or(f64::INFINITY);
             let bound = AGREES * scale / frame.coupling(c, c);
+            let (u, force) = (self.u.series(c), self.force.series(c));
             let agrees = |t: f64, speed: f64| {
                 let line = Piece {
                     slope: force_line.slope,
@@ -793,10 +727,9 @@ impl Motion {
                 };
                 let friction = force_line.direction * law.force(&line, speed);
                 let normal = if loaded { at(&self.normal[c], t) } else { 1.0 };
-                t * (at(&self.force[c], t) - normal * friction).abs() <= bound
+                t * (at(&force, t) - normal * friction).abs() <= bound
             };
-            let u = &self.u[c];
-            let curvature = curvature_bound(u, step);
+            let curvature = curvature_bound(&u, step);
             let (mut t, mut speed, mut slope) = (0.0, u[0], u[1]);
             for round in 0..=ROUNDS {
                 if !(t < step && speed >= 0.0) {
@@ -810,11 +743,11 @@ impl Motion {
                 // An infinite one is no limit: `min` passes over what is not a number.
                 let free = free_time(room(speed), -slope.abs(), curvature);
                 let next = (t + free).min(step);
-                (speed, slope) = slope_at(u, next);
+                (speed, slope) = slope_at(&u, next);
                 if !agrees(next, speed) {
                     step = (1..60)
                         .map(|halvings| t + (next - t) * power(0.5, f64::from(halvings)))
-                        .find(|&t| agrees(t, at(u, t)))
+                        .find(|&t| agrees(t, at(&u, t)))
                         .unwrap_or(t);
                     break;
                 }
@@ -835,9 +768,14 @@ impl Motion {
 
     /// Move positions and velocities on by `h`, and what rounding took of both: many short steps add up to what one long step is.
     pub(crate) fn advance(&mut self, h: f64, x: &mut [f64], v: &mut [f64]) {
-        for (i, [of_x, of_v]) in self.lost.iter_mut().enumerate() {
-            (x[i], *of_x) = add((x[i], *of_x), (gain(&self.x[i], h), 0.0));
-            (v[i], *of_v) = add((v[i], *of_v), (gain(&self.v[i], h), 0.0));
+        let gains = &mut self.acceleration;
+        self.x.gains(h, gains);
+        for ((x, lost), gain) in x.iter_mut().zip(&mut self.lost).zip(&*gains) {
+            (*x, lost[0]) = add((*x, lost[0]), (*gain, 0.0));
+        }
+        self.v.gains(h, gains);
+        for ((v, lost), gain) in v.iter_mut().zip(&mut self.lost).zip(&*gains) {
+            (*v, lost[1]) = add((*v, lost[1]), (*gain, 0.0));
         }
     }
 }

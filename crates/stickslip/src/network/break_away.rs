@@ -4,7 +4,7 @@ use super::ROUNDING;
 use crate::event::changes_sign;
 use crate::law::{Friction, Hold, Law};
 use crate::series::{
-    CERTIFIED, PASSED, Series, at, borne_step, curvature_bound, first_root, free_time, slope_at,
+    CERTIFIED, PASSED, Series, at, borne_step, curvature_bound, first_root, free_time, slope_at, swing_bound,
 };
 
 /// A search of so many rounds gives up where it is: the motion goes on from there.
@@ -91,6 +91,11 @@ fn end_on(
     let rounding = rounding_of(static_limit, still);
     if !feels_rate && law.growth_bound(rested) == 0.0 {
         let (mut first, constant) = (None, of_law(0.0, 0.0));
+        // Far from the limit on both sides.
+        let room = constant - force[0].abs();
+        if normal.is_none() && room > rounding && room > swing_bound(force, reach) {
+            return Ok(None);
+        }
         for sign in [1.0, -1.0]
             .into_iter()
             .filter(|sign| side.is_none_or(|side| side == *sign))

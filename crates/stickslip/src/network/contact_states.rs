@@ -5,7 +5,6 @@ use super::{Contact, Loop, ROUNDING};
 use crate::flow::taylor::ForceLine;
 use crate::law::{Friction, Hold};
 use crate::mode::Kind;
-use crate::series::slope_at;
 
 /// What led to a new combination of modes.
 pub(super) struct Passage {
@@ -71,15 +70,6 @@ impl Loop<'_> {
         self.work.events = 0;
     }
 
-    /// The rates of the friction forces at `h`.
-    pub(super) fn rates(&self, h: f64) -> Vec<f64> {
-        self.motion
-            .force
-            .iter()
-            .map(|force| slope_at(force, h).1)
-            .collect()
-    }
-
     /// |dF/dt| that adhesion would feel if the contact stuck now; 0 where its law does not ask.
     pub(super) fn rate_if_stuck(&self, c: usize) -> f64 {
         if !self.laws[c].feels_force_rate() {
@@ -100,7 +90,7 @@ impl Loop<'_> {
         let (mut motion, mut v) = (self.motion.clone(), self.v.clone());
         motion.stop(&self.frame, &held, &mut v);
         motion.expand(&self.frame, &self.laws, &force_lines, &held, &self.x, &v);
-        motion.force[c][1].abs()
+        motion.force.of(1)[c].abs()
     }
 
     /// Decide for all contacts with zero slip velocity at once.

@@ -45,7 +45,7 @@ impl Loop<'_> {
                 let still = STILL * self.acceleration / self.frame.coupling(c, c);
                 match end_of_adhesion(
                     self.laws[c],
-                    (&self.motion.force[c], normal),
+                    (&self.motion.force.series(c), normal),
                     rested,
                     still,
                     reach,
@@ -62,7 +62,11 @@ impl Loop<'_> {
             if let Some([falling, rising]) = contact.between {
                 let rounding = ROUNDING * (rising + self.acceleration / self.frame.coupling(c, c));
                 for (end, sign, bound) in [(End::Low, 1.0, -falling), (End::High, -1.0, rising)] {
-                    let mut guard = self.motion.force[c].map(|term| sign * contact.direction * term);
+                    let mut guard = self
+                        .motion
+                        .force
+                        .series(c)
+                        .map(|term| sign * contact.direction * term);
                     guard[0] += bound;
                     if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
                         && (h < reach || found.is_none())
@@ -72,9 +76,9 @@ impl Loop<'_> {
                 }
                 continue;
             }
-            let u = &self.motion.u[c];
             let piece = &contact.piece;
-            let mut guard = *u;
+            let u = self.motion.u.series(c);
+            let mut guard = u;
             guard[0] -= piece.low;
             if let Some(h) = first_root(&guard, rounding, contact.at_reversal, reach, grazes)
                 && (h < reach || found.is_none())
@@ -91,7 +95,7 @@ impl Loop<'_> {
                 }
             }
             if piece.reverses {
-                let mut guard = derivative(u).map(|term| contact.sense * term);
+                let mut guard = derivative(&u).map(|term| contact.sense * term);
                 if contact.at_reversal {
                     guard[0] = 0.0;
                 }

@@ -89,7 +89,7 @@ impl Orbit {
             let (row, motion) = (steps.rows[index], &steps.motion);
             let h = steps.clock(index).until(t);
             for i in 0..n {
-                let (v, a) = slope_at(&motion.v[i], h);
+                let (v, a) = slope_at(&motion.v.series(i), h);
                 // The state at the start of a step is known and need not be added up again; that of the run is the one given,
                 // also where the motion then goes on at the velocity of a drive that it has within rounding.
                 let start = h == 0.0;
@@ -98,7 +98,7 @@ impl Orbit {
                 states.x.push(if start {
                     given(&self.run.x0).unwrap_or(row[2 + i])
                 } else {
-                    at(&motion.x[i], h)
+                    at(&motion.x.series(i), h)
                 });
                 states.v.push(if start {
                     given(&self.run.v0).unwrap_or(row[2 + n + i])
@@ -109,9 +109,9 @@ impl Orbit {
             }
             for (c, force_line) in steps.force_lines.iter().enumerate() {
                 let stuck = force_line.direction == 0.0;
-                let w = force_line.direction * at(&motion.u[c], h);
+                let w = force_line.direction * at(&motion.u.series(c), h);
                 states.w.push(w);
-                states.force.push(at(&motion.force[c], h));
+                states.force.push(at(&motion.force.series(c), h));
                 states.stuck.push(stuck);
             }
         }

@@ -21,7 +21,7 @@ impl Loop<'_> {
                 {
                     return false;
                 }
-                let (speed, slope) = slope_at(&self.motion.u[other], h);
+                let (speed, slope) = slope_at(&self.motion.u.series(other), h);
                 if other == c {
                     // A slip that turns back before its speed is more than rounding never began.
                     return match cause {
@@ -33,8 +33,8 @@ impl Loop<'_> {
                 speed <= tolerance && slope < 0.0 && !(h == 0.0 && contact.at_reversal)
             })
             .collect();
-        let speed = at(&self.motion.u[c], h).max(0.0);
-        let mut reached = at(&self.motion.force[c], h);
+        let speed = at(&self.motion.u.series(c), h).max(0.0);
+        let mut reached = at(&self.motion.force.series(c), h);
         if h == 0.0 {
             reached = f64::INFINITY.copysign(reached);
         }
@@ -45,13 +45,14 @@ impl Loop<'_> {
                 && self.contacts[c].piece.low <= 0.0
                 && cause == Cause::End(End::Low))
             .then_some(c),
-            rates: self.rates(h),
+            rates: self.motion.force.slopes(h),
             starting: false,
             arrived,
         };
-        for (contact, force) in self.contacts.iter_mut().zip(&self.motion.force) {
+        for (c, contact) in self.contacts.iter_mut().enumerate() {
             if contact.between.is_some() {
-                contact.piece = Piece::constant(contact.direction * at(force, h));
+                let force = at(&self.motion.force.series(c), h);
+                contact.piece = Piece::constant(contact.direction * force);
             }
         }
         self.advance(h);

@@ -8,7 +8,7 @@ use super::varied::{Parameter, Varied, difference};
 use crate::clock::Clock;
 use crate::dual::Dual;
 use crate::flow::taylor::tangent::{ABREAST, Given, Lanes, Linear, Tangent, Wide, stiffening, wide_at};
-use crate::flow::taylor::{ForceLine, Frame, Held, Motion};
+use crate::flow::taylor::{Coefficients, ForceLine, Frame, Held, Motion};
 use crate::law::Law;
 use crate::series::{ORDER, Series, ZERO, derivative, slope_at};
 use crate::system::System;
@@ -139,6 +139,11 @@ impl<'a> Course<'a> {
                 })
                 .collect()
         })
+    }
+
+    /// Whether phases are followed in closed form, where it does not lose digits.
+    pub(super) fn is_closed(&self) -> bool {
+        self.closed.is_some() && !self.frame.is_smooth(0, 1.0) && !self.frame.is_smooth(0, -1.0)
     }
 
     /// Room for expansions.
@@ -417,7 +422,7 @@ impl<'a> Course<'a> {
             if smooth(c) && !force_lines[c].holds() {
                 *slope = stiffening(
                     self.laws[c].toward(force_lines[c].direction),
-                    &expansion.motion.u[c],
+                    &expansion.motion.u.series(c),
                 );
             }
         }
@@ -502,7 +507,7 @@ impl<'a> Course<'a> {
                 }
             };
             differ(&mut given.acceleration, |beside| &beside.acceleration);
-            differ(&mut given.force, |beside| &beside.motion.force);
+            differ(&mut given.force, |beside| &beside.motion.given);
             differ(&mut given.drive, |beside| beside.motion.drives());
         }
     }
@@ -525,14 +530,14 @@ impl<'a> Course<'a> {
             clock,
             expansion,
         );
-        [0, 1].map(|k| expansion.coefficient(k, |motion| &motion.force[c], |tangent| &tangent.force[c]))
+        [0, 1].map(|k| expansion.coefficient(k, c, |motion| &motion.force, |tangent| &tangent.force[c]))
     }
 }
 
 /// Room for what a parameter changes.
 fn changes(frame: &Frame) -> ([Beside; 4], Given) {
     let motion = Motion::of(frame);
-    let (x, u) = (motion.x.clone(), motion.u.clone());
+    let (x, u) = (vec![ZERO; frame.masses], vec![ZERO; motion.u.count()]);
     let beside = std::array::from_fn(|_| Beside {
         motion: motion.clone(),
         acceleration: x.clone(),
@@ -548,7 +553,7 @@ fn changes(frame: &Frame) -> ([Beside; 4], Given) {
 impl Expansion {
     fn of(frame: &Frame) -> Self {
         let motion = Motion::of(frame);
-        let (x, u) = (motion.x.clone(), motion.u.clone());
+        let (x, u) = (vec![ZERO; frame.masses], vec![ZERO; motion.u.count()]);
         Self {
             acting: Vec::new(),
             motion,
@@ -569,10 +574,11 @@ impl Expansion {
     fn coefficient(
         &self,
         k: usize,
-        of: impl Fn(&Motion) -> &Series,
+        c: usize,
+        of: impl Fn(&Motion) -> &Coefficients,
         along: impl Fn(&Tangent) -> &Wide,
     ) -> Dual {
-        self.gather(of(&self.motion)[k], |tangent| along(tangent)[k])
+        self.gather(of(&self.motion).of(k)[c], |tangent| along(tangent)[k])
     }
 
     /// A number and its rates along the lanes that move.
@@ -612,7 +618,7 @@ impl Expansion {
     pub(super) fn x(&self, mass: usize) -> Dual {
         match &self.leapt {
             Some(moved) => moved.x.clone(),
-            None => self.number(&self.motion.x[mass], |tangent| &tangent.x[mass]),
+            None => self.number(&self.motion.x.series(mass), |tangent| &tangent.x[mass]),
         }
     }
 
@@ -620,7 +626,7 @@ impl Expansion {
     pub(super) fn v(&self, mass: usize) -> Dual {
         match &self.leapt {
             Some(moved) => moved.v.clone(),
-            None => self.number(&self.motion.v[mass], |tangent| &tangent.v[mass]),
+            None => self.number(&self.motion.v.series(mass), |tangent| &tangent.v[mass]),
         }
     }
 
@@ -628,7 +634,7 @@ impl Expansion {
     pub(super) fn u(&self, contact: usize) -> Dual {
         match &self.leapt {
             Some(moved) => moved.slip[0].clone(),
-            None => self.number(&self.motion.u[contact], |tangent| &tangent.u[contact]),
+            None => self.number(&self.motion.u.series(contact), |tangent| &tangent.u[contact]),
         }
     }
 
@@ -636,7 +642,7 @@ impl Expansion {
     pub(super) fn slip_acceleration(&self, contact: usize) -> Dual {
         match &self.leapt {
             Some(moved) => moved.slip[1].clone(),
-            None => self.rate(&self.motion.u[contact], |tangent| &tangent.u[contact]),
+            None => self.rate(&self.motion.u.series(contact), |tangent| &tangent.u[contact]),
         }
     }
 
@@ -644,7 +650,9 @@ impl Expansion {
     pub(super) fn force(&self, contact: usize) -> Dual {
         match &self.leapt {
             Some(moved) => moved.force[0].clone(),
-            None => self.number(&self.motion.force[contact], |tangent| &tangent.force[contact]),
+            None => self.number(&self.motion.force.series(contact), |tangent| {
+                &tangent.force[contact]
+            }),
         }
     }
 
@@ -652,7 +660,9 @@ impl Expansion {
     pub(super) fn force_rate(&self, contact: usize) -> Dual {
         match &self.leapt {
             Some(moved) => moved.force[1].clone(),
-            None => self.rate(&self.motion.force[contact], |tangent| &tangent.force[contact]),
+            None => self.rate(&self.motion.force.series(contact), |tangent| {
+                &tangent.force[contact]
+            }),
         }
     }
 }
@@ -693,7 +703,7 @@ mod tests {
                     .chain(if forces > 0 { &of_forces[..] } else { &[] })
                     .map(ToString::to_string)
                     .collect();
-                let (system, _) = System::read(document.clone()).expect("a good system");
+                let (system, _) = System::read(&document).expect("a good system");
                 let varied = Varied::new(&system, &document, &paths).expect("good numbers");
                 let course = Course::new(&varied);
                 let mut numbers = vec![7.0, 0.5, -0.2, 0.6, slope, 0.0, f64::INFINITY];

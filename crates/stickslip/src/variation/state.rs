@@ -175,6 +175,17 @@ impl State {
         }
     }
 
+    /// Every finite number with its derivatives, row after row of so many `columns`.
+    pub(super) fn moving(&self, lanes: usize, rows: &[f64], columns: usize) -> Moving {
+        let mut moving = self.still(lanes);
+        for (number, row) in moving.numbers.iter_mut().zip(rows.chunks_exact(columns)) {
+            if number.value.is_finite() {
+                number.rates[..columns].copy_from_slice(row);
+            }
+        }
+        moving
+    }
+
     /// Every finite number a direction of its own.
     pub(super) fn seeded(&self, lanes: usize) -> Moving {
         let mut moving = self.still(lanes);

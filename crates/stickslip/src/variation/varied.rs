@@ -85,7 +85,7 @@ fn refused(reason: &impl ToString) -> Error {
 
 /// The system of a document, of an oscillator or of masses.
 fn system_of(document: &Value) -> Result<System, Error> {
-    let read = System::read(document.clone());
+    let read = System::read(document);
     read.map(|(system, _)| system).map_err(|error| refused(&error))
 }
 
@@ -209,10 +209,24 @@ impl Varied {
                 };
                 // Most answers depend on few of the numbers: two tell it.
                 let [far_down, far_up] = [at(STEPS[0]), at(STEPS[3])];
-                let same = |(far, output): (&[f64; O], &[Dual; O])| {
-                    far.iter().zip(output).all(|(a, b)| *a == b.value)
-                };
-                if !(same((&far_down, &outputs)) && same((&far_up, &outputs))) {
+                let [down, up] = [STEPS[0], STEPS[3]].map(|steps| values[i] + steps * step);
+                let (mut alone, mut handed_on) = (true, [false; O]);
+                for (o, output) in outputs.iter().enumerate() {
+                    let same = far_down[o] == output.value && far_up[o] == output.value;
+                    // What a law only remembers it hands on.
+                    handed_on[o] =
+                        !same && output.value == values[i] && far_down[o] == down && far_up[o] == up;
+                    alone &= same || handed_on[o];
+                }
+                if alone {
+                    for (output, _) in outputs
+                        .iter_mut()
+                        .zip(handed_on)
+                        .filter(|(_, handed_on)| *handed_on)
+                    {
+                        output.shift(1.0, input);
+                    }
+                } else {
                     spread(
                         &mut outputs,
                         [far_down, at(STEPS[1]), at(STEPS[2]), far_up],

@@ -103,7 +103,7 @@ pub(crate) fn stiffening(law: &Law, u: &Series) -> Series {
 
 impl Motion {
     /// What this system, aimed at the same clock, would give to another motion: its accelerations go to `acceleration`,
-    /// friction to the own forces, up to the `order`.
+    /// friction to `given`, up to the `order`.
     #[expect(
         clippy::too_many_arguments,
         reason = "two motions, and what one gives to the other"
@@ -121,24 +121,25 @@ impl Motion {
         let mut free = std::mem::take(&mut self.acceleration);
         for k in 0..order {
             let given = &mut free;
-            frame.freely(k, |i| self.input[i][k], (&motion.x, &motion.v), given);
+            let (x, v) = (motion.x.of(k), motion.v.of(k));
+            frame.freely(|i| self.input[i][k], |i| x[i], |i| v[i], given);
             for (c, force_line) in force_lines.iter().enumerate() {
-                self.u[c][k] = force_line.sign() * (self.drive[c][k] - frame.across(c, |i| motion.v[i][k]));
+                self.speed[c][k] = force_line.sign() * (self.drive[c][k] - frame.across(c, |i| v[i]));
                 if !force_line.slips() {
                     continue;
                 }
                 let law = frame.is_smooth(c, force_line.direction).then_some(laws[c]);
-                let mut size = force_line.size(law, &self.u[c], k, &mut self.grown[c]);
+                let mut size = force_line.size(law, &self.speed[c], k, &mut self.grown[c]);
                 if frame.normals[c].is_some() {
-                    self.normal[c][k] = self.pressed_along(frame, c, k, (&motion.x, &motion.v));
+                    self.normal[c][k] = self.pressed_along(frame, c, k, |i| x[i], |i| v[i]);
                     self.friction[c][k] = size;
                     size = product(&self.normal[c], &self.friction[c], k);
                 }
-                self.force[c][k] = force_line.direction * size;
-                frame.push(c, self.force[c][k], given);
+                self.given[c][k] = force_line.direction * size;
+                frame.push(c, self.given[c][k], given);
             }
             let drive = |c: usize| (k + 1) as f64 * self.drive[c][k + 1];
-            frame.hold(held, k, drive, &mut self.force, given);
+            frame.hold(held, k, drive, &mut self.given, given);
             for (series, given) in acceleration.iter_mut().zip(given) {
                 series[k] = *given;
             }
@@ -151,16 +152,16 @@ impl Frame {
     /// The accelerations without friction that an input, positions and velocities give.
     fn freely<T: Linear>(
         &self,
-        k: usize,
         input: impl Fn(usize) -> T,
-        (x, v): (&[[T; ORDER + 1]], &[[T; ORDER + 1]]),
+        x: impl Fn(usize) -> T,
+        v: impl Fn(usize) -> T,
         acceleration: &mut [T],
     ) {
         for (i, a) in acceleration.iter_mut().enumerate() {
             *a = input(i);
             for &(j, [spring, damper]) in self.near.row(i) {
-                a.add(-spring, x[j][k]);
-                a.add(-damper, v[j][k]);
+                a.add(-spring, x(j));
+                a.add(-damper, v(j));
             }
         }
     }
@@ -241,9 +242,9 @@ impl Tangent {
         for k in 0..order {
             let acceleration = &mut self.acceleration;
             frame.freely(
-                k,
                 |i| later(&motion.input[i], k),
-                (&self.x, &self.v),
+                |j| self.x[j][k],
+                |j| self.v[j][k],
                 acceleration,
             );
             for (c, force_line) in force_lines.iter().enumerate() {
@@ -261,7 +262,7 @@ impl Tangent {
                     force.add(force_line.slope, self.u[c][k]);
                 }
                 let [offset, slope] = self.line[c];
-                force.add(motion.u[c][k], slope);
+                force.add(motion.u.of(k)[c], slope);
                 if k == 0 {
                     force.add(1.0, offset);
                 }
