@@ -151,35 +151,39 @@ def test_a_second_state_without_effect_or_with_the_same_length_changes_no_motion
     assert (first[1] == second[1][:, 0]).all()
 
 
-def textbook(t, y, law, mass, stiffness, speed):
-    """x, w = V − ẋ, ln θ₁/L₁, ln θ₂/L₂ with the aging law and V₀ = 1."""
+def textbook(t, y, law, mass, stiffness):
+    """x, w = 1 − ẋ and ln θᵢ/Lᵢ with the aging law, V₀ = 1 and the force 0.003 cos 0.8 t on the mass."""
     x, w, *psi = y
-    force = law.a * np.arcsinh(w / 2 * np.exp((0.6 + law.b * psi[0] + law.second_b * psi[1]) / law.a))
-    lengths = (law.length, law.second_length)
-    return [speed - w, (stiffness * x - force) / mass, *((np.exp(-p) - abs(w)) / d for p, d in zip(psi, lengths, strict=True))]
+    friction = law.a * np.arcsinh(w / 2 * np.exp((0.6 + law.b * psi[0] + law.second_b * psi[1]) / law.a))
+    rates = [(np.exp(-one) - abs(w)) / length for one, length in zip(psi, (law.length, law.second_length), strict=True)]
+    return [1.0 - w, (stiffness * x - friction - 0.003 * np.cos(0.8 * t)) / mass, *rates]
 
 
-def test_a_periodic_orbit_with_two_states_closes_under_another_integrator_and_has_four_multipliers():
-    mass, speed = 0.02, 1.0
-    omega, stiffness = critical(TWO, speed, mass)
-    slider = ss.Oscillator(0.0, speed, TWO, mass=mass, stiffness=0.97 * stiffness)
-    cycle = ss.periodic_orbit(slider, t_end=400.0)
-    assert cycle.period == pytest.approx(2 * np.pi / omega, rel=0.2)
+def test_a_periodic_orbit_with_two_states_closes_under_another_integrator_and_has_its_multipliers():
+    mass = 0.02
+    stiffness = 1.3 * critical(TWO, 1.0, mass)[1]
+    slider = ss.Oscillator(0.0, 1.0, TWO, mass=mass, stiffness=stiffness, forcing=ss.Harmonic(0.003, 0.8))
+    cycle = ss.periodic_orbit(slider, (0.6 / stiffness, 0.0, [0.0, 0.0]), t_end=400.0)
+    assert cycle.period == pytest.approx(2 * np.pi / 0.8, rel=1e-12)
+    assert np.ptp(cycle.orbit.state(np.linspace(0, cycle.period, 101)), axis=0).min() > 0.1
 
-    def flown(y):
-        return solve_ivp(
-            textbook, (0, cycle.period), y, args=(TWO, mass, slider.stiffness, speed), method="LSODA", rtol=1e-12, atol=1e-13
-        ).y[:, -1]
+    def flown(y, law=TWO):
+        whole = (0, cycle.period)
+        run = solve_ivp(textbook, whole, y, args=(law, mass, stiffness), method="LSODA", rtol=1e-12, atol=1e-13)
+        return run.y[:, -1]
 
-    np.testing.assert_allclose(flown(cycle.start), cycle.start, atol=1e-6)
+    np.testing.assert_allclose(flown(cycle.start), cycle.start, atol=1e-8)
     steps = 1e-4 * np.diag(cycle.flow.sizes)
     matrix = np.stack([(flown(cycle.start + h) - flown(cycle.start - h)) / (2 * h.max()) for h in steps], axis=1)
     found = np.linalg.eigvals(matrix)
-    found = found[np.argsort(-np.abs(found))]
-    assert cycle.multipliers[0] == 1.0
-    np.testing.assert_allclose(np.abs(cycle.multipliers), np.abs(found), atol=2e-4)
+    assert len(cycle.multipliers) == 4
+    np.testing.assert_allclose(np.sort(np.abs(cycle.multipliers)), np.sort(np.abs(found)), atol=1e-6)
     assert cycle.state[3].shape == (2,)
-    np.testing.assert_allclose(cycle.orbit.at(cycle.period), cycle.state[1:3], atol=1e-6)
+    np.testing.assert_allclose(cycle.orbit.at(cycle.period), cycle.state[1:3], atol=1e-8)
+    (branch,) = ss.continuation(slider, "law.second_b", (0.0055, 0.0065), guess=cycle, seeds=0).branches
+    assert (min(branch.values), max(branch.values)) == (0.0055, 0.0065)
+    for value, one in list(zip(branch.values, branch.orbits, strict=True))[:: len(branch.values) - 1]:
+        np.testing.assert_allclose(flown(one.start, replace(TWO, second_b=value)), one.start, atol=1e-7)
 
 
 def test_two_states_are_a_last_axis_of_what_an_orbit_says(tmp_path):
@@ -227,7 +231,7 @@ def test_masses_with_one_and_with_two_states_side_by_side():
 
 def test_a_diagram_over_two_states_goes_on_from_where_the_motion_before_ended():
     slider = ss.Oscillator(0.0, 1.0, TWO, mass=0.02, stiffness=0.02)
-    diagram = ss.bifurcation_diagram(slider, "stiffness", [0.02, 0.021], transient=2, window=2, directions=["up"])
+    diagram = ss.orbit_diagram(slider, "stiffness", [0.02, 0.021], direction="up", periods=2, keep=1, x0=25.0)
     assert diagram.sizes["number"] == 2
     assert np.isfinite(diagram["restart"]).all()
 
