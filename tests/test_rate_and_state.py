@@ -20,8 +20,9 @@ RATES = {
     "aging": lambda w, theta, length: 1 - w * theta / length,
     "slip": lambda w, theta, length: -w * theta / length * np.log(w * theta / length) if w else 0.0,
     "perrin-rice-zheng": lambda w, theta, length: 1 - (w * theta / (2 * length)) ** 2,
-    "composite": lambda w, theta, length: np.exp(-w / 1e-7)
-    - (w * theta / length * np.log(w * theta / length) if w else 0.0),
+    "composite": lambda w, theta, length: (
+        np.exp(-w / 1e-7) - (w * theta / length * np.log(w * theta / length) if w else 0.0)
+    ),
 }
 
 
@@ -74,9 +75,7 @@ def test_steady_slip_with_two_states_loses_stability_where_the_characteristic_po
         mode = modes[:, np.argmax(values.real)]
         kick = 1e-3 * (mode / mode[1]).real
         period = 2 * np.pi / abs(root.imag)
-        orbit = ss.integrate(
-            slider, 6 * period, x0=x + kick[0], v0=-kick[1], state=kick[2:], tolerance=1e-12
-        )
+        orbit = ss.integrate(slider, 6 * period, x0=x + kick[0], v0=-kick[1], state=kick[2:], tolerance=1e-12)
         w = speed - orbit.at(np.array([1.0, 5.0]) * period)[1]
         assert np.log((w[1] - speed) / (w[0] - speed)) / (4 * period) == pytest.approx(root.real, rel=0.02)
 
@@ -88,9 +87,7 @@ def test_a_step_of_velocity_fades_over_both_lengths():
     force, state = law.follow(t, np.full_like(t, 3.0), state=law.steady_state(0.5))
     fade = np.log(6.0) * np.exp(-3.0 * t[:, None] / np.array([1.0, 0.2]))
     np.testing.assert_allclose(state, fade - np.log(3.0), rtol=0, atol=1e-13)
-    np.testing.assert_allclose(
-        force, 0.6 + 0.01 * np.log(3.0) + state @ np.array([0.008, 0.006]), rtol=0, atol=1e-13
-    )
+    np.testing.assert_allclose(force, 0.6 + 0.01 * np.log(3.0) + state @ np.array([0.008, 0.006]), rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("form", RATES)
@@ -107,7 +104,7 @@ def test_a_state_follows_its_textbook_equation_in_slip_and_at_rest(form, second)
     np.testing.assert_allclose(np.exp(z), 1e-6 * theta / (share * np.array(lengths)), rtol=1e-12)
     for w, span in zip(speeds, spans, strict=True):
         run = solve_ivp(
-            lambda t, y, w=w: [RATES[form](w, one, length) for one, length in zip(y, lengths, strict=True)],
+            lambda _, y, w=w: [RATES[form](w, one, length) for one, length in zip(y, lengths, strict=True)],
             (0, span),
             theta,
             method="LSODA",
@@ -118,7 +115,7 @@ def test_a_state_follows_its_textbook_equation_in_slip_and_at_rest(form, second)
         force, state = law.follow([0.0, span], [w, w], state=z if second else z[0])
         z = np.atleast_1d(state[-1])
         psi = np.log(1e-6 * theta / (share * np.array(lengths)))
-        np.testing.assert_allclose(z, psi, rtol=0, atol=1e-8)
+        np.testing.assert_allclose(z, psi, rtol=0, atol=1e-9)
         effects = np.array([0.015, 0.004])[: len(lengths)] @ psi
         assert force[-1] == pytest.approx(1e5 * np.arcsinh(w / 2e-6 * np.exp((0.6 + effects) / 0.01)), rel=1e-6)
         rates = [RATES[form](w, one, length) / one for one, length in zip(theta, lengths, strict=True)]
@@ -209,9 +206,7 @@ def test_two_states_are_a_last_axis_of_what_an_orbit_says(tmp_path):
 
 def test_masses_with_one_and_with_two_states_side_by_side():
     contacts = [ss.Contact(0, TWO, 1.0), ss.Contact(1, ONE, 1.0)]
-    apart = ss.System(
-        [0.02, 0.02], [[0.02, 0.0], [0.0, 0.02]], 0.0, contacts
-    )
+    apart = ss.System([0.02, 0.02], [[0.02, 0.0], [0.0, 0.02]], 0.0, contacts)
     orbit = ss.simulate(apart, 5, x0=[25.0, 25.0])
     state = orbit.state(3.0)
     assert state.shape == (2, 2)
@@ -223,10 +218,44 @@ def test_masses_with_one_and_with_two_states_side_by_side():
         assert state[i][: law.states] == pytest.approx(np.atleast_1d(alone.state(3.0)), abs=1e-7)
     again = ss.integrate(apart, 2, *orbit.at(3.0), state=state)
     np.testing.assert_allclose(again.at(2.0)[0], orbit.at(5.0)[0], atol=1e-6)
-    with pytest.raises(ss.InputError, match=r"state must have the shape \(2, 2\), the state variables last, got \(2,\)"):
+    with pytest.raises(
+        ss.InputError, match=r"state must have the shape \(2, 2\), the state variables last, got \(2,\)"
+    ):
         ss.integrate(apart, 2, state=[0.0, 0.0])
     with pytest.raises(ss.InputError, match="state must be a finite number, got nan"):
         ss.integrate(apart, 2, state=[[0.0, np.nan], [0.0, np.nan]])
+
+
+def test_the_second_length_is_measured_by_the_units_of_a_scale():
+    slider = ss.Oscillator(0.0, 1.0, replace(TWO, law="composite", cutoff_velocity=0.5), mass=0.02, stiffness=0.02)
+    small, scale = ss.dimensionless(slider, force=0.01)
+    assert small.law.second_length == pytest.approx(0.2 * scale.stiffness / scale.force, rel=1e-14)
+    assert small.law.cutoff_velocity == pytest.approx(0.5 / scale.velocity, rel=1e-14)
+    found, known = ss.simulate(small, 5.0 / scale.time, x0=25.0 * 0.02 / 0.01), ss.simulate(slider, 5.0, x0=25.0)
+    np.testing.assert_allclose(found.state(5.0 / scale.time), known.state(5.0), atol=1e-7)
+
+
+def test_a_motion_with_two_states_and_no_event_has_an_empty_table():
+    orbit = ss.integrate(ss.Oscillator(0.0, 1.0, TWO), 1e-3, x0=0.6, state=[0.0, 0.0])
+    assert orbit.events.empty
+    assert list(orbit.events)[-2:] == ["state", "second_state"]
+
+
+@pytest.mark.parametrize("w", [1e-6, 0.01, 0.3, 1.0, 30.0])
+@pytest.mark.parametrize("start", [-30.0, -2.0, 0.0, 3.0, 12.0])
+def test_the_composite_law_is_followed_to_its_accuracy_from_any_state(w, start):
+    # With u = |w| θ/L over the path in lengths: u' = exp(−|w|/V_c) − u ln u, or φ' = exp(−|w|/V_c − φ) − φ for φ = ln u.
+    law, aging = replace(ONE, law="composite", cutoff_velocity=0.5), np.exp(-w / 0.5)
+    paths = np.array([0.0, 0.01, 0.3, 2.0, 20.0, 100.0])
+    phi, options = start + np.log(w), {"method": "LSODA", "rtol": 1e-13, "t_eval": paths}
+    if phi > 0:
+        known = solve_ivp(lambda _, phi: aging * np.exp(-phi) - phi, (0, 100), [phi], atol=1e-14, **options).y[0]
+    else:
+        known = np.log(
+            solve_ivp(lambda _, u: aging - u * np.log(u), (0, 100), [np.exp(phi)], atol=1e-25, **options).y[0]
+        )
+    _, found = law.follow(paths / w, np.full(6, w), state=start)
+    np.testing.assert_allclose(found + np.log(w), known, rtol=0, atol=1e-9)
 
 
 def test_a_diagram_over_two_states_goes_on_from_where_the_motion_before_ended():

@@ -410,8 +410,9 @@ fn solve(matrix: &[f64], pivots: &[usize], right: &mut [f64]) {
 mod tests {
     use super::Integration;
     use crate::oscillator::Oscillator;
+    use crate::parameters::Parameters;
     use crate::simulate::Stop;
-    use crate::state_law::{Dahl, LuGre, StateLaw};
+    use crate::state_law::{Dahl, LuGre, RateState, StateLaw};
     use crate::state_system::StateSystem;
     use crate::system::System;
 
@@ -454,6 +455,29 @@ mod tests {
         // Between steps too, and as it is gone on with.
         assert!((1..20).all(|t| missed(&coarse, f64::from(t)) < 1e-4));
         assert!(missed(&integrated(law, 1e-9, &[7.3, 12.0, 20.0]), 20.0) < 1e-6);
+    }
+
+    #[test]
+    fn two_states_of_one_length_move_as_one_with_both_effects() {
+        let one = RateState {
+            b: 0.014,
+            ..RateState::example()
+        };
+        let two = RateState {
+            b: 0.008,
+            second_b: Some(0.006),
+            second_length: Some(one.length),
+            ..one.clone()
+        };
+        let (one, two) = (integrated(one, 1e-10, &[3.0]), integrated(two, 1e-10, &[3.0]));
+        let (known, found) = (one.variables(3.0), two.variables(3.0));
+        assert_eq!((known.len(), found.len()), (3, 4));
+        let known = [known[0], known[1], known[2], known[2]];
+        assert!(
+            found.iter().zip(known).all(|(a, b)| (a - b).abs() < 1e-7),
+            "{found:?} {known:?}"
+        );
+        assert!(known[2].abs() > 0.01, "{known:?}");
     }
 
     #[test]

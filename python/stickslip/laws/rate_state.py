@@ -28,8 +28,8 @@ class RateState(StateLaw):
 
     The state is ψ, with a second state (ψ, ψ₂); it is 0 in steady slip at V₀. The law of Perrin, Rice & Zheng has
     θ = 2L/|w| in steady slip, so its ψ is ln(V₀ θ/2L): μ₀ is then the friction at V₀ of all laws but the composite one, whose
-    steady ψ is W(exp(−|w|/V_c)) − ln(|w|/V₀) with Lambert's W, up to 0.57 more. For |w| ≫ V₀ exp(−μ₀/a), F = N (μ₀ + a ln(|w|/V₀) + b ψ) sgn w; the inverse
-    hyperbolic sine carries that through w = 0.
+    steady ψ is W(exp(−|w|/V_c)) − ln(|w|/V₀) with Lambert's W, up to 0.57 more. For |w| ≫ V₀ exp(−μ₀/a),
+    F = N (μ₀ + a ln(|w|/V₀) + b ψ + b₂ ψ₂) sgn w; the inverse hyperbolic sine carries that through w = 0.
 
     Source: Dieterich, J. Geophysical Research 84 (1979) 2161; Ruina, ibid. 88 (1983) 10359; Rice, Lapusta & Ranjith,
     J. Mechanics and Physics of Solids 49 (2001) 1865. Two states: Gu, Rice, Ruina & Tse, ibid. 32 (1984) 167. Evolution:

@@ -132,8 +132,8 @@ class StateLaw(Law, family=True):
         force, state : shape (n,); a state of two numbers (n, 2).
 
         Between samples the state is advanced at the mean slip velocity, exactly for :class:`Dahl`, :class:`LuGre` and
-        :class:`RateState` (its composite law to 1e-9); the error of that is of second order in the change of w between samples, and none where w is
-        constant. A jump of w is two samples at one time.
+        :class:`RateState` (its composite law to 1e-9); the error of that is of second order in the change of w between
+        samples, and none where w is constant. A jump of w is two samples at one time.
 
         >>> from stickslip.laws import Dahl
         >>> force, _ = Dahl(stiffness=2.0, kinetic=1.0).follow([0, 1], [0.25, 0.25])

@@ -52,8 +52,8 @@ def integrate(
     v0 : velocity at t = 0, same shape; default that of the drive.
     max_events : the run ends at so many events of one kind at a contact, with ``orbit.stop == "max_events"``.
     state : the law's state at t = 0, for a system shape (contacts,), and where a law has two state variables (2,) or
-        (contacts, 2), as :meth:`stickslip.simulation.state_orbit.StateOrbit.state` gives it; default that of steady slip at the slip velocity of
-        the start, and for no slip that of a contact that was never loaded.
+        (contacts, 2), as :meth:`stickslip.simulation.state_orbit.StateOrbit.state` gives it; default that of steady slip at
+        the slip velocity of the start, and for no slip that of a contact that was never loaded.
     tolerance : relative error a step, in [1e-13, 1e-2]; absolute errors are scaled with the drive velocity and the law.
     method : ``"LSODA"``, ``"Radau"``, ``"BDF"`` (stiff), ``"DOP853"``, ``"RK45"`` (where the law is not stiff); default
         LSODA, and Radau where that fails or stalls.
@@ -96,7 +96,7 @@ def integrate(
     if state is None:
         z = np.hstack([law.steady_state(w) for law, w in zip(laws, slip, strict=True)])
     else:
-        z = StateLayout.of(system).gather(state, "integrate")
+        z = np.array(StateLayout.of(system).gather(state, "integrate"))
     scale = _scales(whole, laws, np.concatenate([begin, slip]))
     bends = [
         node[0]

@@ -145,8 +145,9 @@ class StateOrbit(Orbit):
     def events(self) -> pd.DataFrame:
         """The table of pseudo-events: t, kind, contact, x, v (of the contact's mass), force, stick_time, force_rate, state.
 
-        Where a law has two state variables the second is second_state. kind is crossing (the slip velocity changes its sign) or turn (the velocity of the contact's mass does). Nothing
-        happens there to a smooth motion: they mark it, and stick_time and force_rate are missing throughout.
+        kind is crossing (the slip velocity changes its sign) or turn (the velocity of the contact's mass does). Nothing
+        happens there to a smooth motion: they mark it, and stick_time and force_rate are missing throughout. Where a law has
+        two state variables the second is in second_state.
         """
         import pandas as pd
 
@@ -158,7 +159,7 @@ class StateOrbit(Orbit):
         times, contacts, kinds = times[order], contacts[order], kinds[order]
         columns = self._all(times)
         state = columns.pop("state", np.zeros((times.size, self._contacts)))
-        state = state.reshape(times.size, self._contacts, -1)
+        state = state.reshape(times.size, self._contacts, max(self._layout.sizes))
         values = {name: column[:, None] if column.ndim == 1 else column for name, column in columns.items()}
         rows, masses = np.arange(times.size), np.array(masses_of(self.system))[contacts]
         names = ("state", "second_state")[: state.shape[2]]

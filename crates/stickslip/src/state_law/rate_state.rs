@@ -222,10 +222,13 @@ fn composite(c: f64, from: f64, path: f64) -> f64 {
         }
         return phi;
     }
-    let mut share = exp(from);
+    let (mut share, log) = (exp(from), |share: f64| ln(share.max(f64::MIN_POSITIVE)));
+    let rate = |share: f64| c - share * log(share);
     while left > 0.0 {
-        let h = left.min(0.02 / (1.0 + ln(share.max(f64::MIN_POSITIVE)).abs()));
-        share = runge_kutta(&|share| c - share * ln(share.max(f64::MIN_POSITIVE)), share, h);
+        // θ ln θ is not smooth at 0: no step is longer than a tenth of θ, or of one that counts for nothing.
+        let h = (0.02 / (1.0 + log(share).abs())).min(0.1 * (share + 1e-12) / rate(share).abs());
+        let h = left.min(h);
+        share = runge_kutta(&rate, share, h);
         left -= h;
     }
     ln(share)

@@ -45,7 +45,8 @@ class VelocityStepFit(OfSteps):
     law : with the evolution law that fits better.
     parameters : DataFrame over `a`, `b`, `length`, `stiffness` (of the machine, friction per length), `reference_friction`,
         `drift` (friction per length), `delay` (s, of the step against where the displacement shows it), with two state
-        variables `second_b` and `second_length`, and `a_minus_b` (less both effects of the state): value, error (standard error), low and high (95 %).
+        variables `second_b` and `second_length`, and `a_minus_b` (less both effects of the state): value, error (standard
+        error), low and high (95 %).
     covariance : DataFrame of these numbers, names in both directions.
     rms : root mean square of measured minus fitted, by evolution law.
     notes : plain sentences.
