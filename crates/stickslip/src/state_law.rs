@@ -35,9 +35,6 @@ impl Checked for StateLaw {
     }
 }
 
-/// The most numbers a state is made of.
-pub const MOST_STATES: usize = 2;
-
 /// The answers every law with a state gives. To add one: a file with this trait, one line in [`StateLaw`], and the same in
 /// Python.
 pub trait StateFriction: Limited {
@@ -54,7 +51,7 @@ pub trait StateFriction: Limited {
         true
     }
 
-    /// How many numbers the state is made of, at most [`MOST_STATES`].
+    /// How many numbers the state is made of.
     fn states(&self) -> usize {
         1
     }

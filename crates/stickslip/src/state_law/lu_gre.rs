@@ -40,7 +40,7 @@ impl LuGre {
     }
 
     /// The deflection of the bristles in steady slip.
-    fn bent(&self, w: f64) -> f64 {
+    fn deflection(&self, w: f64) -> f64 {
         if w == 0.0 {
             0.0
         } else {
@@ -56,11 +56,11 @@ impl StateFriction for LuGre {
     }
 
     fn steady(&self, w: f64, z: &mut [f64]) {
-        z[0] = self.bent(w);
+        z[0] = self.deflection(w);
     }
 
     fn advance(&self, w: f64, z: &mut [f64], time: f64) {
-        let steady = self.bent(w);
+        let steady = self.deflection(w);
         let distance = self.stiffness * (w * time).abs() / self.curve(w);
         z[0] = steady + (z[0] - steady) * exp(-distance);
     }

@@ -13,8 +13,8 @@ words! {
         Aging = "aging",
         /// θ̇ = −(|w| θ/L) ln(|w| θ/L): contacts evolve by slip alone (Ruina).
         Slip = "slip",
-        /// θ̇ = 1 − (|w| θ/2L)²: contacts age at rest and go on with slip symmetrically. Perrin, Rice & Zheng, J. Mechanics and
-        /// Physics of Solids 43 (1995) 1461.
+        /// θ̇ = 1 − (|w| θ/2L)²: contacts age at rest, and slip renews old ones faster than [`Self::Aging`] has it. Perrin, Rice &
+        /// Zheng, J. Mechanics and Physics of Solids 43 (1995) 1461.
         PerrinRiceZheng = "perrin-rice-zheng",
         /// θ̇ = exp(−|w|/V_c) − (|w| θ/L) ln(|w| θ/L): contacts age where slip is slower than V_c. Kato & Tullis, Geophysical
         /// Research Letters 28 (2001) 1103.
