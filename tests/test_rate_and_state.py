@@ -247,7 +247,7 @@ def test_the_composite_law_is_followed_to_its_accuracy_from_any_state(w, start):
     # With u = |w| θ/L over the path in lengths: u' = exp(−|w|/V_c) − u ln u, or φ' = exp(−|w|/V_c − φ) − φ for φ = ln u.
     law, aging = replace(ONE, law="composite", cutoff_velocity=0.5), np.exp(-w / 0.5)
     paths = np.array([0.0, 0.01, 0.3, 2.0, 20.0, 100.0])
-    phi, options = start + np.log(w), {"method": "LSODA", "rtol": 1e-13, "t_eval": paths}
+    phi, options = start + np.log(w), {"method": "DOP853", "rtol": 1e-13, "t_eval": paths}
     if phi > 0:
         known = solve_ivp(lambda _, phi: aging * np.exp(-phi) - phi, (0, 100), [phi], atol=1e-14, **options).y[0]
     else:

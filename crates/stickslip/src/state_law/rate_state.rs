@@ -208,10 +208,10 @@ fn product_logarithm(c: f64) -> f64 {
 fn composite(c: f64, from: f64, path: f64) -> f64 {
     let steady = product_logarithm(c);
     // Nothing but the steady state is left of any start after so many lengths.
-    if path > 60.0 {
+    if path > 45.0 {
         return steady;
     }
-    // Steps of 1/50 of the law's own time, as in `advance`. Where θ is short, θ itself is the smooth variable.
+    // Steps of 1/100 of the law's own time. Where θ is short, θ itself is the smooth variable.
     let mut left = path;
     if from > steady {
         let mut phi = from;
@@ -225,8 +225,8 @@ fn composite(c: f64, from: f64, path: f64) -> f64 {
     let (mut share, log) = (exp(from), |share: f64| ln(share.max(f64::MIN_POSITIVE)));
     let rate = |share: f64| c - share * log(share);
     while left > 0.0 {
-        // θ ln θ is not smooth at 0: no step is longer than a tenth of θ, or of one that counts for nothing.
-        let h = (0.02 / (1.0 + log(share).abs())).min(0.1 * (share + 1e-12) / rate(share).abs());
+        // θ ln θ is not smooth at 0: no step is longer than a twentieth of θ, or of one that counts for nothing.
+        let h = (0.01 / (1.0 + log(share).abs())).min(0.05 * (share + 1e-12) / rate(share).abs());
         let h = left.min(h);
         share = runge_kutta(&rate, share, h);
         left -= h;
