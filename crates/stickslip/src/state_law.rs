@@ -106,7 +106,6 @@ macro_rules! laws {
         /// Any friction law with a state, as one tagged document.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(tag = "type")]
-        #[expect(clippy::large_enum_variant, reason = "laws are few and looked at in each phase: a pointer would cost more")]
         pub enum StateLaw { $(#[doc = "See the struct of that name."] $name($name)),+ }
 
         impl StateLaw {
