@@ -15,19 +15,20 @@ RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 A, B, LENGTH, STIFFNESS, LEVEL, V = 0.010, 0.008, 1e-5, 1e4, 0.6, 3e-6
 
 
-def step_record(form: str, noise: float = 3e-4, seed: int = 0) -> dict[str, np.ndarray]:
+def step_record(form: str, noise: float = 3e-4, seed: int = 0, stiffness: float = STIFFNESS, **second: float):
     """A contact that slides steadily at V, then is pulled at 3 V through a spring; friction from the core's own law."""
     law = ss.laws.RateState(
-        normal_force=1.0, a=A, b=B, length=LENGTH, reference_velocity=V, reference_friction=LEVEL, law=form
+        normal_force=1.0, a=A, b=B, length=LENGTH, reference_velocity=V, reference_friction=LEVEL, law=form, **second
     )
+    effects = np.array([B, second.get("second_b", 0.0)])[: law.states]
 
     def rates(_: float, state: np.ndarray) -> list[float]:
-        mu, psi = state
-        w = 2 * V * np.exp(-(LEVEL + B * psi) / A) * np.sinh(mu / A)
-        return [STIFFNESS * (3 * V - w), float(law.rates(w, psi)[1])]
+        mu, *psi = state
+        w = 2 * V * np.exp(-(LEVEL + float(effects @ psi)) / A) * np.sinh(mu / A)
+        return [stiffness * (3 * V - w), *np.ravel(law.rates(w, psi if second else psi[0])[1])]
 
     after = np.arange(0.02, 60, 0.02)
-    found = solve_ivp(rates, (0, 60), [LEVEL, 0.0], method="LSODA", t_eval=after, rtol=1e-9, atol=1e-12)
+    found = solve_ivp(rates, (0, 60), [LEVEL] + [0.0] * law.states, method="LSODA", t_eval=after, rtol=1e-9, atol=1e-12)
     before = np.arange(-30, 0.01, 0.1)
     t = np.concatenate([before, after])
     friction = np.concatenate([np.full(len(before), LEVEL), found.y[0]])
@@ -51,6 +52,22 @@ def test_known_numbers_lie_in_their_intervals(form: str) -> None:
         assert row["low"] <= value <= row["high"], name
     assert fit.parameters.loc["a", "error"] < 0.1 * A
     assert fit.parameters.loc["length", "error"] < 0.15 * LENGTH
+
+
+@pytest.mark.parametrize("form", ["slip", pytest.param("aging", marks=pytest.mark.slow)])
+def test_two_lengths_of_one_step_lie_in_their_intervals(form: str) -> None:
+    second = {"second_b": 0.004, "second_length": 6e-5}
+    friction = measure(step_record(form, noise=5e-5, stiffness=1e5, **second), RIG)
+    fit = fit_velocity_step(friction, states=2)
+    assert fit.law.law == form
+    # The longer length is the first.
+    known = {"a": A, "b": 0.004, "length": 6e-5, "second_b": B, "second_length": LENGTH, "stiffness": 1e5}
+    for name, value in {**known, "a_minus_b": A - B - 0.004}.items():
+        row = fit.parameters.loc[name]
+        assert row["low"] <= value <= row["high"], name
+        assert row["error"] < 0.3 * abs(value), name
+    assert fit.law.second_length == fit.parameters.loc["second_length", "value"]
+    assert fit.rms[form] < 0.8 * fit_velocity_step(friction).rms[form]
 
 
 def test_basalt_jumps_and_its_steady_friction_does_not_change(shared_data: Path) -> None:
@@ -90,6 +107,8 @@ def test_what_has_no_step_is_refused() -> None:
     friction = measure(step_record("slip"), RIG)
     with pytest.raises(ss.InputError, match="step must be a number from 0 to 0, got 3"):
         fit_velocity_step(friction, step=3)
+    with pytest.raises(ss.InputError, match="states must be 1 or 2, got 3"):
+        fit_velocity_step(friction, states=3)
     in_newton = {**RIG, "columns": {**RIG["columns"], "force": {"column": "f", "unit": "N"}}}
     with pytest.raises(ss.InputError, match="the force here is in N; give the rig a normal_force"):
         fit_velocity_step(measure(step_record("slip"), in_newton))

@@ -21,6 +21,9 @@ LAWS = [
     ss.laws.RateState(1e7, 0.01, 0.015, 1e-5, 1e-6, law="slip"),
     ss.laws.Regularised(ss.laws.Rational(1.0, 3.0), 1e-3),
     ss.laws.Regularised(ss.laws.PiecewiseLinear([(0, 1), (0.2, 0.6)], 1.0), 1e-3, shape="tanh"),
+    ss.laws.RateState(1e7, 0.01, 0.015, 1e-5, 1e-6, second_b=0.004, second_length=2e-6),
+    ss.laws.RateState(1e7, 0.01, 0.015, 1e-5, 1e-6, law="perrin-rice-zheng"),
+    ss.laws.RateState(1e7, 0.01, 0.015, 1e-5, 1e-6, law="composite", cutoff_velocity=1e-7),
 ]
 
 

@@ -31,33 +31,46 @@ impl Law {
         self.0.has_state()
     }
 
-    /// Friction force and rate of the state, for slip velocities and states.
+    /// How many numbers a state is made of.
+    #[getter]
+    fn states(&self) -> usize {
+        self.0.states()
+    }
+
+    /// Friction force and rate of the state, for slip velocities and states, these row after row.
     fn rates<'py>(
         &self,
         py: Python<'py>,
         w: PyReadonlyArray1<'py, f64>,
         z: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
-        let pairs = w.as_slice()?.iter().zip(z.as_slice()?);
-        let (force, rate): (Vec<f64>, Vec<f64>) = pairs.map(|(&w, &z)| self.0.rates(w, z)).unzip();
+        let (z, states) = (z.as_slice()?, self.0.states());
+        let mut rate = vec![0.0; z.len()];
+        let rows = z.chunks_exact(states).zip(rate.chunks_exact_mut(states));
+        let each = w.as_slice()?.iter().zip(rows);
+        let force: Vec<f64> = each.map(|(&w, (z, rates))| self.0.rates(w, z, rates)).collect();
         Ok((force.into_pyarray(py), rate.into_pyarray(py)))
     }
 
-    /// The states of steady slip.
+    /// The states of steady slip, row after row.
     fn steady<'py>(&self, py: Python<'py>, w: PyReadonlyArray1<'py, f64>) -> PyResult<Array<'py, f64>> {
-        let state: Vec<f64> = w.as_slice()?.iter().map(|&w| self.0.steady(w)).collect();
+        let (w, states) = (w.as_slice()?, self.0.states());
+        let mut state = vec![0.0; w.len() * states];
+        for (&w, z) in w.iter().zip(state.chunks_exact_mut(states)) {
+            self.0.steady(w, z);
+        }
         Ok(state.into_pyarray(py))
     }
 
-    /// Force and state along a motion, from a state.
+    /// Force and states along a motion, from a state; the states row after row.
     fn follow<'py>(
         &self,
         py: Python<'py>,
         t: PyReadonlyArray1<'py, f64>,
         w: PyReadonlyArray1<'py, f64>,
-        z: f64,
+        z: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
-        let (t, w) = (t.as_slice()?, w.as_slice()?);
+        let (t, w, z) = (t.as_slice()?, w.as_slice()?, z.as_slice()?);
         let (force, state) = watched(py, None, |go_on| state_law::follow(&self.0, t, w, z, go_on))?;
         Ok((force.into_pyarray(py), state.into_pyarray(py)))
     }

@@ -50,7 +50,7 @@ struct Curve {
 }
 
 /// The friction force of a law along a slip velocity, from the columns t, w, stuck (0 or 1) and force rate; for a law with an
-/// internal state also its state, from that of steady slip at the first slip velocity.
+/// internal state also its state, from that of steady slip at the first slip velocity, a column for each of its numbers.
 fn curve(desk: &mut Desk) -> Result<Value, String> {
     let ask: Curve = read(&desk.question)?;
     let (rows, rest) = (desk.columns.len() / 4, desk.columns.len() % 4);
@@ -65,9 +65,14 @@ fn curve(desk: &mut Desk) -> Result<Value, String> {
     let state = has_state(&ask.law);
     if state {
         let law: StateLaw = document(ask.law)?;
-        let start = w.first().map_or(0.0, |&w| law.steady(w));
-        let (force, state) = follow(&law, t, w, start, &mut || true).map_err(sentence)?;
-        desk.numbers.extend(force.into_iter().chain(state));
+        let mut start = vec![0.0; law.states()];
+        law.steady(w.first().copied().unwrap_or(0.0), &mut start);
+        let (force, state) = follow(&law, t, w, &start, &mut || true).map_err(sentence)?;
+        desk.numbers.extend(force);
+        for number in 0..start.len() {
+            desk.numbers
+                .extend(state.iter().skip(number).step_by(start.len()));
+        }
     } else {
         let law: Law = document(ask.law)?;
         let stuck: Vec<bool> = column(2).iter().map(|&stuck| stuck != 0.0).collect();

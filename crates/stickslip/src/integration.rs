@@ -410,12 +410,23 @@ fn solve(matrix: &[f64], pivots: &[usize], right: &mut [f64]) {
 mod tests {
     use super::Integration;
     use crate::oscillator::Oscillator;
+    use crate::parameters::Parameters;
     use crate::simulate::Stop;
-    use crate::state_law::{Dahl, LuGre, StateLaw};
+    use crate::state_law::{Dahl, LuGre, RateState, StateLaw};
     use crate::state_system::StateSystem;
     use crate::system::System;
 
     fn integrated(law: impl Into<StateLaw>, tolerance: f64, times: &[f64]) -> Integration {
+        started(law, 0.3, None, tolerance, times)
+    }
+
+    fn started(
+        law: impl Into<StateLaw>,
+        x: f64,
+        v: Option<f64>,
+        tolerance: f64,
+        times: &[f64],
+    ) -> Integration {
         let oscillator = Oscillator {
             mass: 1.0,
             stiffness: 1.0,
@@ -425,7 +436,7 @@ mod tests {
             forcing: vec![],
         };
         let system = StateSystem::new(System::from(&oscillator)).unwrap();
-        let y = system.variables(&[0.3], None);
+        let y = system.variables(&[x], v.map(|v| vec![v]));
         let mut motion = Integration::new(system, y, tolerance).unwrap();
         for &t in times {
             assert_eq!(motion.advance(t, 0.0, &mut || true), Stop::End);
@@ -454,6 +465,30 @@ mod tests {
         // Between steps too, and as it is gone on with.
         assert!((1..20).all(|t| missed(&coarse, f64::from(t)) < 1e-4));
         assert!(missed(&integrated(law, 1e-9, &[7.3, 12.0, 20.0]), 20.0) < 1e-6);
+    }
+
+    #[test]
+    fn two_states_of_one_length_move_as_one_with_both_effects() {
+        let one = RateState {
+            b: 0.014,
+            ..RateState::example()
+        };
+        let two = RateState {
+            b: 0.008,
+            second_b: Some(0.006),
+            second_length: Some(one.length),
+            ..one.clone()
+        };
+        let slipping = |law: RateState| started(law, 0.7, Some(0.0), 1e-10, &[1.0]).variables(1.0);
+        let (known, found) = (slipping(one), slipping(two));
+        assert_eq!((known.len(), found.len()), (3, 4));
+        let known = [known[0], known[1], known[2], known[2]];
+        assert!(
+            found.iter().zip(known).all(|(a, b)| (a - b).abs() < 1e-7),
+            "{found:?} {known:?}"
+        );
+        // From that of steady slip at 0.2.
+        assert!((known[2] + 0.2_f64.ln()).abs() > 0.01, "{known:?}");
     }
 
     #[test]

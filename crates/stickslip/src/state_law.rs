@@ -1,6 +1,7 @@
 //! Friction laws with an internal state: no adhesion, no modes, one smooth (and stiff) equation for all times.
 //!
-//! A law here says how much force slip at velocity w and state z produces, and how fast z changes. It has one state at most.
+//! A law here says how much force slip at velocity w and state z produces, and how fast z changes. The state is one number, of
+//! some laws two.
 //! The motion is integrated ([`crate::integration`], or outside the core), as an orbit of these laws is no closed form.
 
 mod bouc_wen;
@@ -19,7 +20,7 @@ pub use lu_gre::LuGre;
 pub use rate_state::{Evolution, RateState};
 pub use regularised::{Regularised, Shape};
 
-use crate::error::Error;
+use crate::error::{Error, wrong};
 use crate::law::Checked;
 use crate::parameters::{Facts, Limited};
 
@@ -50,16 +51,23 @@ pub trait StateFriction: Limited {
         true
     }
 
-    /// Friction force, with the sign it has on the mass, and dz/dt, at slip velocity `w` and state `z`.
-    fn rates(&self, w: f64, z: f64) -> (f64, f64);
+    /// How many numbers the state is made of.
+    fn states(&self) -> usize {
+        1
+    }
 
-    /// The state of steady slip at velocity `w`; for w = 0 the state of a contact that was never loaded.
-    fn steady(&self, w: f64) -> f64;
+    /// Friction force, with the sign it has on the mass, at slip velocity `w` and state `z`; dz/dt goes to `rates`.
+    fn rates(&self, w: f64, z: &[f64], rates: &mut [f64]) -> f64;
+
+    /// The state of steady slip at velocity `w` goes to `z`; for w = 0 the state of a contact that was never loaded.
+    fn steady(&self, w: f64, z: &mut [f64]);
 
     /// The size of the state in slip at that speed, by which an integration measures its errors.
-    fn state_scale(&self, speed: f64) -> f64 {
-        let steady = self.steady(speed).abs();
-        if steady > 0.0 { steady } else { 1.0 }
+    fn state_scale(&self, speed: f64, scale: &mut [f64]) {
+        self.steady(speed, scale);
+        for size in scale {
+            *size = if size.abs() > 0.0 { size.abs() } else { 1.0 };
+        }
     }
 
     /// A bound of |∂ż/∂z| at slip velocity `w`, for [`StateFriction::advance`].
@@ -67,24 +75,30 @@ pub trait StateFriction: Limited {
         0.0
     }
 
-    /// The state after `time` at constant slip velocity.
-    fn advance(&self, w: f64, z: f64, time: f64) -> f64 {
+    /// Let the state go on for `time` at constant slip velocity. Without an answer of its own a law has a state of one number.
+    fn advance(&self, w: f64, z: &mut [f64], time: f64) {
         // Runge-Kutta in steps of 1/50 of the law's own time: 1e-10 a step at worst, and more steps than needed.
         let steps = (50.0 * time * self.pace(w)).ceil().clamp(1.0, 1e5);
-        let h = time / steps;
-        let rate = |z: f64| self.rates(w, z).1;
-        let mut z = z;
+        let rate = |z: f64| {
+            let mut rate = [0.0];
+            self.rates(w, &[z], &mut rate);
+            rate[0]
+        };
         let mut left = steps;
         while left > 0.0 {
-            let first = rate(z);
-            let second = rate(z + 0.5 * h * first);
-            let third = rate(z + 0.5 * h * second);
-            let fourth = rate(z + h * third);
-            z += h / 6.0 * (first + 2.0 * (second + third) + fourth);
+            z[0] = runge_kutta(&rate, z[0], time / steps);
             left -= 1.0;
         }
-        z
     }
+}
+
+/// One step of the classical method of Runge and Kutta.
+fn runge_kutta(rate: &impl Fn(f64) -> f64, z: f64, h: f64) -> f64 {
+    let first = rate(z);
+    let second = rate(z + 0.5 * h * first);
+    let third = rate(z + 0.5 * h * second);
+    let fourth = rate(z + h * third);
+    z + h / 6.0 * (first + 2.0 * (second + third) + fourth)
 }
 
 macro_rules! laws {
@@ -92,7 +106,6 @@ macro_rules! laws {
         /// Any friction law with a state, as one tagged document.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(tag = "type")]
-        #[expect(clippy::large_enum_variant, reason = "laws are few and looked at in each phase: a pointer would cost more")]
         pub enum StateLaw { $(#[doc = "See the struct of that name."] $name($name)),+ }
 
         impl StateLaw {
@@ -111,12 +124,17 @@ macro_rules! laws {
         impl StateFriction for StateLaw {
             fn validate(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.validate()),+ } }
             fn has_state(&self) -> bool { match self { $(Self::$name(law) => law.has_state()),+ } }
+            fn states(&self) -> usize { match self { $(Self::$name(law) => law.states()),+ } }
             #[inline]
-            fn rates(&self, w: f64, z: f64) -> (f64, f64) { match self { $(Self::$name(law) => law.rates(w, z)),+ } }
-            fn steady(&self, w: f64) -> f64 { match self { $(Self::$name(law) => law.steady(w)),+ } }
-            fn state_scale(&self, speed: f64) -> f64 { match self { $(Self::$name(law) => law.state_scale(speed)),+ } }
+            fn rates(&self, w: f64, z: &[f64], rates: &mut [f64]) -> f64 {
+                match self { $(Self::$name(law) => law.rates(w, z, rates)),+ }
+            }
+            fn steady(&self, w: f64, z: &mut [f64]) { match self { $(Self::$name(law) => law.steady(w, z)),+ } }
+            fn state_scale(&self, speed: f64, scale: &mut [f64]) {
+                match self { $(Self::$name(law) => law.state_scale(speed, scale)),+ }
+            }
             fn pace(&self, w: f64) -> f64 { match self { $(Self::$name(law) => law.pace(w)),+ } }
-            fn advance(&self, w: f64, z: f64, time: f64) -> f64 { match self { $(Self::$name(law) => law.advance(w, z, time)),+ } }
+            fn advance(&self, w: f64, z: &mut [f64], time: f64) { match self { $(Self::$name(law) => law.advance(w, z, time)),+ } }
         }
 
         $(impl From<$name> for StateLaw { fn from(law: $name) -> Self { Self::$name(law) } })+
@@ -125,32 +143,35 @@ macro_rules! laws {
 
 laws!(Dahl, LuGre, ElastoPlastic, BoucWen, RateState, Regularised);
 
-/// Force and state of `law` along samples of time and slip velocity, from the state `z`.
+/// Force and state of `law` along samples of time and slip velocity, from the state `z`; the states row after row.
 ///
 /// Between samples w is linear; a change of its sign there is respected, so that no distance is lost. It ends early once
 /// `go_on`, asked before every sample, says no.
 ///
 /// # Errors
-/// The law's first parameter that makes no sense, or columns of different length.
+/// The law's first parameter that makes no sense, columns of different length, or a state of another law.
 pub fn follow(
     law: &StateLaw,
     t: &[f64],
     w: &[f64],
-    z: f64,
+    z: &[f64],
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     law.validate()?;
     if w.len() != t.len() {
-        return Err(Error::Document {
-            reason: format!(
-                "t and w must have the same length, got {} and {}",
-                t.len(),
-                w.len()
-            ),
-        });
+        return wrong(format!(
+            "t and w must have the same length, got {} and {}",
+            t.len(),
+            w.len()
+        ));
     }
-    let mut z = z;
-    let (mut force, mut state) = (Vec::with_capacity(t.len()), Vec::with_capacity(t.len()));
+    let states = law.states();
+    if z.len() != states {
+        return wrong(format!("state must be {states} numbers, got {}", z.len()));
+    }
+    let mut state = Vec::with_capacity(states * t.len());
+    let (mut z, mut rates) = (z.to_vec(), vec![0.0; states]);
+    let mut force = Vec::with_capacity(t.len());
     for i in 0..t.len() {
         if !go_on() {
             break;
@@ -159,14 +180,14 @@ pub fn follow(
             let (from, to, time) = (w[i - 1], w[i], t[i] - t[i - 1]);
             if from * to < 0.0 {
                 let share = from / (from - to);
-                z = law.advance(0.5 * from, z, share * time);
-                z = law.advance(0.5 * to, z, (1.0 - share) * time);
+                law.advance(0.5 * from, &mut z, share * time);
+                law.advance(0.5 * to, &mut z, (1.0 - share) * time);
             } else if time > 0.0 {
-                z = law.advance(0.5 * (from + to), z, time);
+                law.advance(0.5 * (from + to), &mut z, time);
             }
         }
-        force.push(law.rates(w[i], z).0);
-        state.push(z);
+        force.push(law.rates(w[i], &z, &mut rates));
+        state.extend(&z);
     }
     Ok((force, state))
 }

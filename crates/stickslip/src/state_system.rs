@@ -15,6 +15,7 @@ const DIFFERENCE: f64 = 1.5e-8;
 
 /// M ẍ + D ẋ + K x = Σ b_c F_c(w_c, z_c) + Σ e_i A cos(Ω t + φ), ż_c = g_c(w_c, z_c), in the variables [x, q, z].
 ///
+/// The state z is that of each contact after the other, of as many numbers as its law has.
 /// Of the velocities q as many as can be are slip velocities, one for each contact that joins what was not joined; the rest
 /// are velocities of masses. A stiff law multiplies the rounding of s − ẋ, which a variable of its own does not have.
 #[derive(Clone, Debug)]
@@ -22,6 +23,8 @@ pub struct StateSystem {
     system: System<StateLaw>,
     inverse: Matrix,
     links: Vec<Link>,
+    /// How many numbers the states are.
+    states: usize,
 }
 
 /// One velocity variable, and the mass whose velocity follows from it and from those before.
@@ -48,7 +51,7 @@ pub struct Motion {
     pub slip_acceleration: Vec<f64>,
     /// Friction forces, contact by contact.
     pub force: Vec<f64>,
-    /// dz/dt, contact by contact.
+    /// dz/dt, number by number.
     pub rate: Vec<f64>,
 }
 
@@ -67,6 +70,7 @@ impl StateSystem {
                 .inverse()
                 .expect("a validated mass matrix"),
             links: links(&system),
+            states: system.contacts.iter().map(|contact| contact.law.states()).sum(),
             system,
         })
     }
@@ -80,7 +84,7 @@ impl StateSystem {
     /// The number of variables.
     #[must_use]
     pub fn width(&self) -> usize {
-        2 * self.masses() + self.system.contacts.len()
+        2 * self.masses() + self.states
     }
 
     /// The variables x and q at t = 0, and the slip velocities there; where no velocity is given, that of the drives.
@@ -145,11 +149,10 @@ impl StateSystem {
         let (far, fast) = (largest(&y[..n]), largest(&y[n..2 * n]).max(largest(&drives)));
         let speed = fast.max(1e-3 * far * frequency);
         let speed = if speed > 0.0 { speed } else { 1.0 };
-        let states = self
-            .system
-            .contacts
-            .iter()
-            .map(|contact| contact.law.state_scale(speed));
+        let mut states = vec![0.0; self.states];
+        for (contact, scale) in self.system.contacts.iter().zip(self.each(&mut states)) {
+            contact.law.state_scale(speed, scale);
+        }
         let length = (speed / frequency).max(1e-9 * far);
         [length, speed]
             .into_iter()
@@ -163,14 +166,23 @@ impl StateSystem {
     #[must_use]
     pub fn variables(&self, x: &[f64], v: Option<Vec<f64>>) -> Vec<f64> {
         let (mut y, w) = self.start(x, v);
-        y.extend(
-            self.system
-                .contacts
-                .iter()
-                .zip(w)
-                .map(|(contact, w)| contact.law.steady(w)),
-        );
+        let mut states = vec![0.0; self.states];
+        let contacts = self.system.contacts.iter().zip(w);
+        for ((contact, w), z) in contacts.zip(self.each(&mut states)) {
+            contact.law.steady(w, z);
+        }
+        y.extend(states);
         y
+    }
+
+    /// What belongs to the state of each contact, of values that belong to the states.
+    fn each<'a>(&'a self, values: &'a mut [f64]) -> impl Iterator<Item = &'a mut [f64]> {
+        let mut rest = values;
+        self.system.contacts.iter().map(move |contact| {
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(contact.law.states());
+            rest = others;
+            own
+        })
     }
 
     /// The number of contacts.
@@ -230,17 +242,21 @@ impl StateSystem {
         let w: Vec<f64> = (0..contacts.len())
             .map(|c| own[c].unwrap_or_else(|| self.across(c, drives[c][0], &v)))
             .collect();
-        let (force, rate): (Vec<f64>, Vec<f64>) = contacts
+        let mut rate = vec![0.0; self.states];
+        let mut z = z;
+        let force: Vec<f64> = contacts
             .iter()
-            .zip(w.iter().zip(z))
-            .map(|(contact, (&w, &z))| {
-                let (force, rate) = contact.law.rates(w, z);
+            .zip(w.iter().zip(self.each(&mut rate)))
+            .map(|(contact, (&w, rates))| {
+                let (own, others) = z.split_at(rates.len());
+                z = others;
+                let force = contact.law.rates(w, own, rates);
                 let across = |values: &[f64]| values[contact.mass] - contact.other.map_or(0.0, |i| values[i]);
                 let normal = contact.normal_force.as_ref();
                 let normal = normal.map_or(1.0, |normal| normal.at(clock, across(x), across(&v)).max(0.0));
-                (normal * force, rate)
+                normal * force
             })
-            .unzip();
+            .collect();
         let mut load = vec![0.0; n];
         for push in &self.system.forcing {
             load[push.mass] += push.harmonic().quadratures(clock).0;

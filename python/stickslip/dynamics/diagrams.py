@@ -18,6 +18,7 @@ from stickslip.errors import InputError
 from stickslip.files.checks import number
 from stickslip.model.parameters import document_of, grid, path_in
 from stickslip.model.system import Oscillator, System
+from stickslip.simulation.state_orbit import state_laws_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -164,7 +165,7 @@ def orbit_diagram(
 
     numbers = _core.RESTART if isinstance(system, Oscillator) and system.closed_form else 0
     if system.integrated:
-        numbers = len(system.contacts) if isinstance(system, System) else 1
+        numbers = sum(law.states for law in state_laws_of(system))
     carried = ("x_end", "v_end", *(["restart"] if numbers else []))
     dims = ("direction", parameter)
     state = (*dims, "mass") if isinstance(system, System) else dims

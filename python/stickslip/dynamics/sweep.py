@@ -18,6 +18,7 @@ from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.integration import integrate
 from stickslip.simulation.regimes import PARTS
 from stickslip.simulation.simulate import simulate
+from stickslip.simulation.state_orbit import StateLayout
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 Array = NDArray[Any]
@@ -151,7 +152,7 @@ class Chunk:
                 x, v, state = start
                 starts = {"x0": x, "v0": None if np.isnan(v).any() else v} | starts
                 if np.size(state) and same_law:
-                    starts["state"] = state
+                    starts["state"] = StateLayout.of(system).spread(state)
             rows.append(self._one(system, starts))
             ended = self.chain and rows[-1]["stop"][0] == "t_end"
             ends = tuple(rows[-1][name][0] for name in ("x_end", "v_end", "restart"))

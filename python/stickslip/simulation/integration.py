@@ -21,7 +21,7 @@ from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Work
-from stickslip.simulation.state_orbit import Mark, StateOrbit, masses_of, state_laws_of
+from stickslip.simulation.state_orbit import Mark, StateLayout, StateOrbit, masses_of, state_laws_of
 from stickslip.simulation.time_limit import TimeLimit
 
 METHODS = ("LSODA", "Radau", "BDF", "DOP853", "RK45")
@@ -51,8 +51,9 @@ def integrate(
     x0 : position at t = 0, for a system shape (masses,); default 0.
     v0 : velocity at t = 0, same shape; default that of the drive.
     max_events : the run ends at so many events of one kind at a contact, with ``orbit.stop == "max_events"``.
-    state : the law's state at t = 0, for a system shape (contacts,); default that of steady slip at the slip velocity of
-        the start, and for no slip that of a contact that was never loaded.
+    state : the law's state at t = 0, for a system shape (contacts,), and where a law has two state variables (2,) or
+        (contacts, 2), as :meth:`stickslip.simulation.state_orbit.StateOrbit.state` gives it; default that of steady slip at
+        the slip velocity of the start, and for no slip that of a contact that was never loaded.
     tolerance : relative error a step, in [1e-13, 1e-2]; absolute errors are scaled with the drive velocity and the law.
     method : ``"LSODA"``, ``"Radau"``, ``"BDF"`` (stiff), ``"DOP853"``, ``"RK45"`` (where the law is not stiff); default
         LSODA, and Radau where that fails or stalls.
@@ -93,9 +94,9 @@ def integrate(
     core = _core.StateSystem(whole.to_json())
     begin, slip = core.start(x, v)
     if state is None:
-        z = [law.steady_state(w) for law, w in zip(laws, slip, strict=True)]
+        z = np.hstack([law.steady_state(w) for law, w in zip(laws, slip, strict=True)])
     else:
-        z = numbers("state", state, len(laws), "integrate", "contact")
+        z = np.array(StateLayout.of(system).gather(state, "integrate"))
     scale = _scales(whole, laws, np.concatenate([begin, slip]))
     bends = [
         node[0]
@@ -243,4 +244,4 @@ def _scales(system: System, laws: Sequence[StateLaw], start: NDArray[np.float64]
     far, fast = (float(np.abs(part).max()) for part in (start[:n], start[n:]))
     speed = max(driven, fast, far * frequency * 1e-3) or 1.0
     length = max(speed / frequency, 1e-9 * far)
-    return np.array([length] * n + [speed] * n + [law.state_scale(speed) for law in laws])
+    return np.hstack([[length] * n, [speed] * n, *(law.state_scale(speed) for law in laws)])

@@ -195,17 +195,22 @@ class Orbit(InNotebook):
         Returns
         -------
         Dataset with the dimension ``time``, for a system of masses also ``mass`` and ``contact``: x, v, a; slip_velocity,
-        force (friction on the mass), stuck and, under laws that have one, the internal state.
+        force (friction on the mass), stuck and, under laws that have one, the internal state. Where a law has two state
+        variables, the state has the dimension ``state_variable`` too, with NaN for a contact that has one.
         """
         import xarray as xr
 
         times = self.times() if t is None else np.asarray(t, float)
-        dims = {True: ("time", "mass"), False: ("time", "contact")}
         return xr.Dataset(
-            {name: (dims[name in ("x", "v", "a")][: values.ndim], values) for name, values in self._all(times).items()},
+            {name: (self._dims(name), values) for name, values in self._all(times).items()},
             coords={"time": times},
             attrs={"title": "stickslip orbit", "system": json.dumps(self.system.to_dict())},
         )
+
+    def _dims(self, name: str) -> tuple[str, ...]:
+        """The dimensions of a column."""
+        one = "mass" if name in ("x", "v", "a") else "contact"
+        return ("time", one) if isinstance(self.system, System) else ("time",)
 
     def regime(self, transient: float = 0.5, contact: int = 0) -> str:
         """The kind of motion after a transient.

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.files.checks import number, numbers
 from stickslip.files.netcdf import write_netcdf
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.system import Oscillator, System
@@ -44,6 +45,65 @@ class Mark:
     times: NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class StateLayout:
+    """How the states of a system are shown: with a last axis where a law has two state variables.
+
+    Attributes
+    ----------
+    sizes : how many numbers the state of each contact is.
+    alone : whether it is an oscillator, which has no axis of contacts.
+
+    >>> from stickslip.laws import RateState
+    >>> law = RateState(1.0, 0.01, 0.01, 1.0, 1.0, second_b=0.005, second_length=0.1)
+    >>> StateLayout.of(Oscillator(damping=0.0, drive_velocity=1.0, law=law)).shape
+    (2,)
+    """
+
+    sizes: tuple[int, ...]
+    alone: bool
+
+    @classmethod
+    def of(cls, system: Oscillator | System) -> StateLayout:
+        """That of an oscillator or a system."""
+        return cls(tuple(law.states for law in state_laws_of(system)), isinstance(system, Oscillator))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the states at one time."""
+        most = max(self.sizes)
+        return (() if self.alone else (len(self.sizes),)) + ((most,) if most > 1 else ())
+
+    @property
+    def _used(self) -> NDArray[np.bool_]:
+        return np.arange(max(self.sizes)) < np.array(self.sizes)[:, None]
+
+    def spread(self, row: NDArray[np.float64]) -> NDArray[np.float64]:
+        """States as they are shown, (..., *shape), from all their numbers (..., n); NaN where a contact has none."""
+        times = row.shape[:-1]
+        shown = np.full((*times, *self._used.shape), np.nan)
+        shown[..., self._used] = row
+        return shown.reshape(times + self.shape)
+
+    def gather(self, state: ArrayLike, where: str) -> list[float]:
+        """All their numbers from the states at one time, as :meth:`spread` shows them.
+
+        Raises
+        ------
+        InputError
+            for another shape, and for a number that is not finite.
+        """
+        if max(self.sizes) == 1:
+            return numbers("state", state, len(self.sizes), where, "contact")
+        values = np.asarray(state, float)
+        if values.shape != self.shape:
+            raise InputError(
+                f"{where}: state must have the shape {self.shape}, the state variables last, got {values.shape}"
+            )
+        used = values.reshape(self._used.shape)[self._used]
+        return [number("state", value, where) for value in used.tolist()]
+
+
 class StateOrbit(Orbit):
     """The motion of an oscillator or a system of masses whose friction laws have an internal state.
 
@@ -72,6 +132,7 @@ class StateOrbit(Orbit):
         self._right_hand_side = core
         self._solution = solution
         self._marks = marks
+        self._layout = StateLayout.of(system)
         self.t_end = t_end
         self.stop = stop
         self.stop_sentence = _SENTENCES[stop]
@@ -85,7 +146,8 @@ class StateOrbit(Orbit):
         """The table of pseudo-events: t, kind, contact, x, v (of the contact's mass), force, stick_time, force_rate, state.
 
         kind is crossing (the slip velocity changes its sign) or turn (the velocity of the contact's mass does). Nothing
-        happens there to a smooth motion: they mark it, and stick_time and force_rate are missing throughout.
+        happens there to a smooth motion: they mark it, and stick_time and force_rate are missing throughout. Where a law has
+        two state variables the second is in second_state.
         """
         import pandas as pd
 
@@ -95,10 +157,12 @@ class StateOrbit(Orbit):
         kinds = np.repeat([mark.kind for mark in self._marks], sizes)
         order = np.argsort(times, kind="stable")
         times, contacts, kinds = times[order], contacts[order], kinds[order]
-        columns = self._all(times).items()
-        values = {name: column[:, None] if column.ndim == 1 else column for name, column in columns}
+        columns = self._all(times)
+        state = columns.pop("state", np.zeros((times.size, self._contacts)))
+        state = state.reshape(times.size, self._contacts, max(self._layout.sizes))
+        values = {name: column[:, None] if column.ndim == 1 else column for name, column in columns.items()}
         rows, masses = np.arange(times.size), np.array(masses_of(self.system))[contacts]
-        state = values.get("state", np.zeros((times.size, self._contacts)))
+        names = ("state", "second_state")[: state.shape[2]]
         return pd.DataFrame(
             {
                 "t": times,
@@ -109,8 +173,8 @@ class StateOrbit(Orbit):
                 "force": values["force"][rows, contacts],
                 "stick_time": np.full(times.size, np.nan),
                 "force_rate": np.full(times.size, np.nan),
-                "state": state[rows, contacts],
             }
+            | {name: state[rows, contacts, i] for i, name in enumerate(names)}
         )
 
     @property
@@ -119,7 +183,10 @@ class StateOrbit(Orbit):
         raise InputError("segments: the motion under a law with an internal state is smooth; sample it with to_xarray")
 
     def state(self, t: ArrayLike) -> Any:
-        """The laws' internal states at any time up to `t_end`, for a system of masses shape (..., contacts)."""
+        """The laws' internal states at any time up to `t_end`, for a system of masses shape (..., contacts).
+
+        Where a law has two state variables they are the last axis, with NaN for a contact that has one.
+        """
         z = self._all(t).get("state")
         if z is None:
             raise InputError("state: no law of this system has an internal state")
@@ -139,18 +206,22 @@ class StateOrbit(Orbit):
 
     def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
         n, c = self._masses, self._contacts
-        y = self.variables(times) if times.size else np.empty((0, 2 * n + c))
+        y = self.variables(times) if times.size else np.empty((0, 2 * n + sum(self._layout.sizes)))
         v, a, w, force, _ = self._right_hand_side.states(times, y.ravel())
         columns: dict[str, NDArray[Any]] = {
             "x": y[:, :n], "v": v.reshape(-1, n), "a": a.reshape(-1, n),
             "slip_velocity": (w := w.reshape(-1, c)), "force": force.reshape(-1, c),
             "stuck": np.abs(w) <= CREEP * np.abs(w).max(axis=0, initial=0.0),
         }  # fmt: skip
-        if any(law.has_state for law in state_laws_of(self.system)):
-            columns["state"] = y[:, 2 * n :]
         if isinstance(self.system, Oscillator):
             columns = {name: column[:, 0] for name, column in columns.items()}
+        if any(law.has_state for law in state_laws_of(self.system)):
+            columns["state"] = self._layout.spread(y[:, 2 * n :])
         return columns
+
+    def _dims(self, name: str) -> tuple[str, ...]:
+        two = name == "state" and max(self._layout.sizes) > 1
+        return (*super()._dims(name), *(["state_variable"] if two else []))
 
     def _adhesion(self, late: dict[str, NDArray[Any]], start: float, contact: int) -> tuple[float, bool]:
         """At rest: slip never faster than 1e-6 of the fastest mass; sticking: `stuck` for more than 1 % of the time."""

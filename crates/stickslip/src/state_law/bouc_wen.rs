@@ -49,15 +49,16 @@ impl StateFriction for BoucWen {
         Ok(())
     }
 
-    fn rates(&self, w: f64, z: f64) -> (f64, f64) {
+    fn rates(&self, w: f64, z: &[f64], rates: &mut [f64]) -> f64 {
+        let z = z[0];
         let raised = power(z.abs(), self.exponent);
         let sense = if z * w < 0.0 { -1.0 } else { 1.0 };
-        let rate = w * (self.amplitude - raised * (self.beta * sense + self.gamma));
-        (self.stiffness * z, rate)
+        rates[0] = w * (self.amplitude - raised * (self.beta * sense + self.gamma));
+        self.stiffness * z
     }
 
-    fn steady(&self, w: f64) -> f64 {
-        if w == 0.0 { 0.0 } else { self.largest().copysign(w) }
+    fn steady(&self, w: f64, z: &mut [f64]) {
+        z[0] = if w == 0.0 { 0.0 } else { self.largest().copysign(w) };
     }
 
     fn pace(&self, w: f64) -> f64 {

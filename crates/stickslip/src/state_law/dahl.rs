@@ -20,9 +20,11 @@ parameters! {
 }
 
 impl StateFriction for Dahl {
-    fn rates(&self, w: f64, z: f64) -> (f64, f64) {
+    fn rates(&self, w: f64, z: &[f64], rates: &mut [f64]) -> f64 {
+        let z = z[0];
         if w == 0.0 {
-            return (z, 0.0);
+            rates[0] = 0.0;
+            return z;
         }
         let room = 1.0 - z / self.kinetic * w.signum();
         let softened = if self.exponent == 1.0 {
@@ -30,19 +32,20 @@ impl StateFriction for Dahl {
         } else {
             power(room.abs(), self.exponent).copysign(room)
         };
-        (z, self.stiffness * softened * w)
+        rates[0] = self.stiffness * softened * w;
+        z
     }
 
-    fn steady(&self, w: f64) -> f64 {
-        if w == 0.0 { 0.0 } else { self.kinetic.copysign(w) }
+    fn steady(&self, w: f64, z: &mut [f64]) {
+        z[0] = if w == 0.0 { 0.0 } else { self.kinetic.copysign(w) };
     }
 
-    fn advance(&self, w: f64, z: f64, time: f64) -> f64 {
+    fn advance(&self, w: f64, z: &mut [f64], time: f64) {
         if w == 0.0 {
-            return z;
+            return;
         }
         let steady = self.kinetic.copysign(w);
-        let room = 1.0 - z / steady;
+        let room = 1.0 - z[0] / steady;
         let distance = self.stiffness * (w * time).abs() / self.kinetic;
         // r' = −|r|^i sgn r over the distance: exponential for i = 1, a power of a straight line else.
         let left = if self.exponent == 1.0 {
@@ -56,6 +59,6 @@ impl StateFriction for Dahl {
                 power(line, 1.0 / rest).copysign(room)
             }
         };
-        steady * (1.0 - left)
+        z[0] = steady * (1.0 - left);
     }
 }

@@ -46,7 +46,8 @@ impl StateFriction for ElastoPlastic {
         Ok(())
     }
 
-    fn rates(&self, w: f64, z: f64) -> (f64, f64) {
+    fn rates(&self, w: f64, z: &[f64], rates: &mut [f64]) -> f64 {
+        let z = z[0];
         let static_limit = self.bristles.curve(w);
         let force = self.bristles.stiffness * z;
         let yielding = if z * w > 0.0 {
@@ -54,15 +55,12 @@ impl StateFriction for ElastoPlastic {
         } else {
             0.0
         };
-        let rate = w * (1.0 - yielding * force.abs() / static_limit);
-        (
-            force + self.bristles.damping * rate + self.bristles.viscous * w,
-            rate,
-        )
+        rates[0] = w * (1.0 - yielding * force.abs() / static_limit);
+        force + self.bristles.damping * rates[0] + self.bristles.viscous * w
     }
 
-    fn steady(&self, w: f64) -> f64 {
-        self.bristles.steady(w)
+    fn steady(&self, w: f64, z: &mut [f64]) {
+        self.bristles.steady(w, z);
     }
 
     fn pace(&self, w: f64) -> f64 {

@@ -38,26 +38,31 @@ impl LuGre {
         let ratio = (w / self.scale).abs();
         self.kinetic + (self.break_away - self.kinetic) * exp(-power(ratio, self.exponent))
     }
-}
 
-impl StateFriction for LuGre {
-    fn rates(&self, w: f64, z: f64) -> (f64, f64) {
-        let rate = w - self.stiffness * w.abs() * z / self.curve(w);
-        (self.stiffness * z + self.damping * rate + self.viscous * w, rate)
-    }
-
-    fn steady(&self, w: f64) -> f64 {
+    /// The deflection of the bristles in steady slip.
+    fn deflection(&self, w: f64) -> f64 {
         if w == 0.0 {
             0.0
         } else {
             self.curve(w).copysign(w) / self.stiffness
         }
     }
+}
 
-    fn advance(&self, w: f64, z: f64, time: f64) -> f64 {
-        let steady = self.steady(w);
+impl StateFriction for LuGre {
+    fn rates(&self, w: f64, z: &[f64], rates: &mut [f64]) -> f64 {
+        rates[0] = w - self.stiffness * w.abs() * z[0] / self.curve(w);
+        self.stiffness * z[0] + self.damping * rates[0] + self.viscous * w
+    }
+
+    fn steady(&self, w: f64, z: &mut [f64]) {
+        z[0] = self.deflection(w);
+    }
+
+    fn advance(&self, w: f64, z: &mut [f64], time: f64) {
+        let steady = self.deflection(w);
         let distance = self.stiffness * (w * time).abs() / self.curve(w);
-        steady + (z - steady) * exp(-distance)
+        z[0] = steady + (z[0] - steady) * exp(-distance);
     }
 }
 

@@ -48,21 +48,20 @@ impl StateFriction for Regularised {
         false
     }
 
-    fn rates(&self, w: f64, _z: f64) -> (f64, f64) {
+    fn rates(&self, w: f64, _z: &[f64], rates: &mut [f64]) -> f64 {
+        rates.fill(0.0);
         let (u, law) = (w.abs(), self.law.toward(w));
         let piece = law.begin(u, f64::INFINITY, &mut Memory::default());
         let sign = match self.shape {
             Shape::Arctan => std::f64::consts::FRAC_2_PI * atan(w / self.width),
             Shape::Tanh => tanh(w / self.width),
         };
-        (sign * law.force(&piece, u), 0.0)
+        sign * law.force(&piece, u)
     }
 
-    fn steady(&self, _w: f64) -> f64 {
-        0.0
+    fn steady(&self, _w: f64, z: &mut [f64]) {
+        z.fill(0.0);
     }
 
-    fn advance(&self, _w: f64, z: f64, _time: f64) -> f64 {
-        z
-    }
+    fn advance(&self, _w: f64, _z: &mut [f64], _time: f64) {}
 }

@@ -18,7 +18,7 @@ from stickslip.errors import InputError
 from stickslip.files.checks import number, whole_number
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.integration import integrate
-from stickslip.simulation.state_orbit import StateOrbit, state_laws_of
+from stickslip.simulation.state_orbit import StateLayout, StateOrbit, state_laws_of
 
 #: Newton's method ends at steps below this part of the motion, or where rounding and the integration stop it below the other.
 _SETTLED, _STALLED = 1e-10, 1e-7
@@ -40,7 +40,7 @@ class StateCycle(Cycle):
     error : of each multiplier, as it changes when the integration is ten times, its differences four times and the steps of
         the variational equation twice as coarse.
     state : t, x, v, z where it starts: a greatest position, or where the clock of the forcing is zero; of a system (n,)
-        and, for z, (contacts,) numbers.
+        and, for z, (contacts,) numbers; z has a last axis where a law has two state variables.
     """
 
     start: Floats
@@ -63,9 +63,9 @@ class StateCycle(Cycle):
         """t, x, v and z at the start."""
         v = self.flow.velocities(0.0, self.start)
         n = self.system.masses if isinstance(self.system, System) else 1
-        x, z = self.start[:n], self.start[2 * n :]
+        x, z = self.start[:n], StateLayout.of(self.system).spread(self.start[2 * n :])
         if isinstance(self.system, Oscillator):
-            return 0.0, float(x[0]), float(v[0]), float(z[0])
+            return 0.0, float(x[0]), float(v[0]), z if z.ndim else float(z)
         return 0.0, x, v, z
 
     @cached_property
@@ -82,8 +82,8 @@ class StateCycle(Cycle):
 
 def _multipliers(system: Any, matrix: Floats, forcing_periods: int) -> Any:
     # A smooth sign has no state: what stands in its place stays as it is.
-    laws = state_laws_of(system)
-    states = np.concatenate([np.ones(len(matrix) - len(laws), bool), [law.has_state for law in laws]])
+    each = np.concatenate([[law.has_state] * law.states for law in state_laws_of(system)])
+    states = np.concatenate([np.ones(len(matrix) - len(each), bool), each])
     values = np.linalg.eigvals(matrix[np.ix_(states, states)]).astype(complex)
     values = values[np.argsort(-np.abs(values), kind="stable")]
     if forcing_periods:
@@ -135,7 +135,8 @@ def _run(system: Any, guess: Any, length: float) -> StateOrbit:
     if isinstance(guess, StateOrbit):
         x, v = guess.at(guess.t_end)
         states = guess.variables(np.array([guess.t_end]))[0]
-        return integrate(system, length, x, v, state=states[2 * np.size(x) :], tolerance=_ROUGH)
+        z = StateLayout.of(system).spread(states[2 * np.size(x) :])
+        return integrate(system, length, x, v, state=z, tolerance=_ROUGH)
     if guess is None:
         return integrate(system, length, tolerance=_ROUGH)
     try:

@@ -30,6 +30,8 @@ OF_CONTACT = (
     Parameter("stiffness", logarithmic=True, unit="1/m"),
 )
 """What a step is fitted with: the contact's numbers, and the machine's stiffness as friction per length."""
+OF_SECOND = (Parameter("second_b"), Parameter("second_length", logarithmic=True, unit="m"))
+"""What it is fitted with beside them where friction has two state variables."""
 A_MINUS_B = {"a_minus_b": {"a": 1.0, "b": -1.0}}
 
 
@@ -42,7 +44,7 @@ def step_response(path: Array, numbers: Array, jump: float, form: str) -> Array 
     Parameters
     ----------
     path : y, ascending from 0 or later, shape (n,).
-    numbers : search vector of `OF_CONTACT`.
+    numbers : search vector of `OF_CONTACT`, for two state variables with that of `OF_SECOND` behind it.
     jump : ln(V₂/V₁).
     form : evolution law, "aging" or "slip".
 
@@ -50,7 +52,8 @@ def step_response(path: Array, numbers: Array, jump: float, form: str) -> Array 
     -------
     μ − μ(0), shape (n,); None where the equations cannot be integrated with these numbers.
     """
-    a, b, length, stiffness = (float(value) for value in Parameters(OF_CONTACT).plain(numbers))
+    contact = (*OF_CONTACT, *OF_SECOND)[: len(numbers)]
+    a, b, length, stiffness, *second = (float(value) for value in Parameters(contact).plain(numbers))
 
     def rates(state: Array, _: float) -> list[float]:
         fast = min(max((state[0] - b * state[1]) / a, -60.0), 60.0)  # ln(w/V₁)
@@ -58,11 +61,24 @@ def step_response(path: Array, numbers: Array, jump: float, form: str) -> Array 
         aging = math.exp(min(-state[1], 60.0) - jump) - w if form == "aging" else -w * (fast + state[1])
         return [stiffness * (1 - w), aging / length]
 
+    def two_rates(state: Array, _: float) -> list[float]:
+        friction, *states = state
+        fast = min(max((friction - b * states[0] - second[0] * states[1]) / a, -60.0), 60.0)
+        w = math.exp(fast - jump)
+        aging = [math.exp(min(-psi, 60.0) - jump) - w if form == "aging" else -w * (fast + psi) for psi in states]
+        return [stiffness * (1 - w), aging[0] / length, aging[1] / second[1]]
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # numbers at which the integration stalls are answered by None
         # the same LSODA as behind solve_ivp, without a call of Python for each of its steps
         found, report = odeint(
-            rates, [0.0, 0.0], np.append(0.0, path), rtol=1e-8, atol=1e-11, mxstep=10_000, full_output=True
+            two_rates if second else rates,
+            [0.0] * (3 if second else 2),
+            np.append(0.0, path),
+            rtol=1e-8,
+            atol=1e-11,
+            mxstep=10_000,
+            full_output=True,
         )
     return found[1:, 0] if report["message"] == "Integration successful." else None
 

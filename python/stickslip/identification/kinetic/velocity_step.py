@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from stickslip.identification.estimator.uncertainty import correlated_covariance
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
     OF_CONTACT,
+    OF_SECOND,
     OfSteps,
     path_of_decay,
     step_response,
@@ -28,10 +29,9 @@ from stickslip.laws.rate_state import RateState
 
 Array = npt.NDArray[np.float64]
 
-OF_STEP = Parameters(
-    [*OF_CONTACT, Parameter("reference_friction"), Parameter("drift", unit="1/m"), Parameter("delay", unit="s")]
-)
-NAMES = tuple(OF_STEP.names)
+OF_STEP = (*OF_CONTACT, Parameter("reference_friction"), Parameter("drift", unit="1/m"), Parameter("delay", unit="s"))
+CONTACT, STEP, DRIFT = len(OF_CONTACT), len(OF_STEP), 5
+"""How many numbers the contact and the step with it have; those of a second state are behind them."""
 BINS = (60, 240)
 """Means of samples before the step, evenly, and after it, ever wider."""
 
@@ -44,8 +44,9 @@ class VelocityStepFit(OfSteps):
     ----------
     law : with the evolution law that fits better.
     parameters : DataFrame over `a`, `b`, `length`, `stiffness` (of the machine, friction per length), `reference_friction`,
-        `drift` (friction per length), `delay` (s, of the step against where the displacement shows it) and `a_minus_b`:
-        value, error (standard error), low and high (95 %).
+        `drift` (friction per length), `delay` (s, of the step against where the displacement shows it), with two state
+        variables `second_b` and `second_length`, and `a_minus_b` (less both effects of the state): value, error (standard
+        error), low and high (95 %).
     covariance : DataFrame of these numbers, names in both directions.
     rms : root mean square of measured minus fitted, by evolution law.
     notes : plain sentences.
@@ -78,7 +79,9 @@ class VelocityStepFit(OfSteps):
         return axes
 
 
-def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = None) -> VelocityStepFit:
+def fit_velocity_step(
+    friction: xr.DataTree | str | Path, step: int | None = None, *, states: int = 1
+) -> VelocityStepFit:
     """Fit rate-and-state friction to a step of the drive's speed, the machine's compliance and a drift with it.
 
     The machine of stiffness κ pulls at V₁, then at V₂: dμ/dt = κ (V₂ − w), μ = μ₀ + a ln(w/V₁) + b ψ, with ψ as in
@@ -88,6 +91,7 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     ----------
     friction : a friction DataTree or file of the instrument ``velocity_steps`` whose force is a friction coefficient.
     step : number of the step, from 0; default: the one whose jump stands out most from its noise.
+    states : 1 or 2 state variables; of two, b ψ + b₂ ψ₂ stands for b ψ and the longer length is `length`.
 
     Returns
     -------
@@ -96,14 +100,18 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     Raises
     ------
     InputError
-        for a record without steps, with a force in place of a friction coefficient, or a number that is none of its steps.
+        for a record without steps, with a force in place of a friction coefficient, a number that is none of its steps, or
+        of states that is neither 1 nor 2.
 
     Limits: one step and one contact, slip one way. Errors hold noise that is correlated along the record, and half of
     what a drift makes of a number; not a drift that bends. `a` and the stiffness round the peak together, so they are
-    known less well than a − b.
+    known less well than a − b. Two state variables need a step whose noise is small beside b and b₂, and lengths well apart:
+    otherwise their numbers have errors as large as they are.
 
     Source: Ruina, J. Geophys. Res. 88 (1983) 10359; Reinen & Weeks, J. Geophys. Res. 98 (1993) 15937 (the fit).
     """
+    if isinstance(states, bool) or states not in (1, 2):
+        raise InputError(f"fit_velocity_step: states must be 1 or 2, got {states!r}")
     tree, table, name = table_of_steps(friction)
     count = len(table)
     if step is None:
@@ -123,12 +131,21 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     within = np.array([4.0, 10 * guess_a, 4.0, 5.0, 0.1, 1e3 * scale[5], 10 * fade / speeds[1]])
 
     def fit(form: str, drifts: bool) -> Minimum:
-        reach = within if drifts else np.where(np.arange(len(NAMES)) == NAMES.index("drift"), 1e-12, within)
+        reach = within if drifts else np.where(np.arange(STEP) == DRIFT, 1e-12, within)
 
         def rest(numbers: Array) -> Array:
             return (measured - _model(numbers, form, t, position, speeds)) * weight
 
-        return minimize(rest, [start], (start - reach, start + reach), scale=scale, step=1e-4, evaluations=60)
+        one = minimize(rest, [start], (start - reach, start + reach), scale=scale, step=1e-4, evaluations=60)
+        if states == 1:
+            return one
+        # Half of the effect to each length, the other a quarter of the one that fits alone or four times as long.
+        half = np.where(np.arange(STEP) == 1, 0.5, 1.0) * one.vector
+        starts = [np.concatenate([half, [half[1], half[2] + by]]) for by in (-math.log(4), math.log(4))]
+        size, more = (np.concatenate([values, values[1:3]]) for values in (scale, reach))
+        middle = np.concatenate([start, [0.0, start[2]]])
+        found = minimize(rest, starts, (middle - more, middle + more), scale=size, step=1e-4, evaluations=120)
+        return _longer_first(found)
 
     found = {form: fit(form, True) for form in ("aging", "slip")}
     rms = {
@@ -148,6 +165,8 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
         reference_velocity=speeds[0],
         reference_friction=values["reference_friction"],
         law=form,
+        second_b=values.get("second_b"),
+        second_length=values.get("second_length"),
     )
     other = "slip" if form == "aging" else "aging"
     row_ = parameters.loc["a_minus_b"]
@@ -160,6 +179,14 @@ def fit_velocity_step(friction: xr.DataTree | str | Path, step: int | None = Non
     curve = pd.DataFrame({"time": t, "displacement": position, "measured": measured})
     curve["fitted"] = _model(numbers, form, t, position, speeds)
     return VelocityStepFit(law, parameters, covariance, rms, notes, curve)
+
+
+def _longer_first(found: Minimum) -> Minimum:
+    """The same minimum with the longer of two lengths as the first."""
+    order = np.arange(STEP + 2)
+    if found.vector[STEP + 1] > found.vector[2]:
+        order[[1, 2, STEP, STEP + 1]] = [STEP, STEP + 1, 1, 2]
+    return replace(found, vector=found.vector[order], jacobian=found.jacobian[:, order])
 
 
 def _means(tree: xr.DataTree, row: pd.Series[Any]) -> tuple[Array, Array, Array, Array]:
@@ -184,12 +211,13 @@ def _means(tree: xr.DataTree, row: pd.Series[Any]) -> tuple[Array, Array, Array,
 
 def _model(numbers: Array, form: str, t: Array, position: Array, speeds: tuple[float, float]) -> Array:
     """Friction coefficient at these times from the step."""
-    level, drift, delay = numbers[4:]
+    level, drift, delay = numbers[CONTACT:STEP]
+    contact = np.concatenate([numbers[:CONTACT], numbers[STEP:]])
     since = t - delay
     later = since > 0
     change = np.zeros(len(t))
     if later.any():
-        found = step_response(speeds[1] * since[later], numbers[:4], math.log(speeds[1] / speeds[0]), form)
+        found = step_response(speeds[1] * since[later], contact, math.log(speeds[1] / speeds[0]), form)
         if found is None:
             return np.full(len(t), level + 1.0)  # no motion at these numbers: worse than any misfit
         change[later] = found
@@ -202,5 +230,8 @@ def _table(found: Minimum, steady: Array) -> tuple[pd.DataFrame, pd.DataFrame]:
     chi = float(np.sum(found.residuals**2)) / freedom
     covariance, independent = correlated_covariance(found.jacobian, found.residuals, max(chi, 1.0))
     drifted = (found.vector - steady) / 2
-    drifted[NAMES.index("drift")] = 0.0
-    return estimate(OF_STEP, found.vector, covariance + np.outer(drifted, drifted), independent, A_MINUS_B)
+    drifted[DRIFT] = 0.0
+    parameters = Parameters((*OF_STEP, *OF_SECOND)[: len(found.vector)])
+    second = {"second_b": -1.0} if "second_b" in parameters.names else {}
+    derived = {name: {**weights, **second} for name, weights in A_MINUS_B.items()}
+    return estimate(parameters, found.vector, covariance + np.outer(drifted, drifted), independent, derived)
