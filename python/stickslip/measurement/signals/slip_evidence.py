@@ -16,6 +16,8 @@ from stickslip.measurement.signals.piecewise_fit import DEGREE, GAUSS_NODES, GAU
 
 Array = npt.NDArray[np.float64]
 
+POWERS = np.arange(DEGREE + 1)
+
 
 @dataclass(frozen=True)
 class Evidence:
@@ -44,6 +46,11 @@ def _factor(matrix: Array) -> Array:
     if failed:
         raise LinAlgError("the matrix is not positive definite")
     return np.asarray(factor)
+
+
+def _log_of(factor: Array) -> float:
+    """Log determinant of the matrix with this Cholesky factor."""
+    return 2 * float(np.log(factor.diagonal()).sum())
 
 
 def _solve(factor: Array, right: Array) -> Array:
@@ -100,10 +107,12 @@ class SlipModel:
             ends, free = slice(count - tied, count), slice(0, count - tied)
         inner, cross = matrix[free, free], matrix[free, ends].sum(axis=1)
         factor = _factor(inner)
-        solved = _solve(factor, np.stack([right[free], cross], axis=1))
+        columns = np.empty((len(inner), 2), order="F")
+        columns[:, 0], columns[:, 1] = right[free], cross
+        solved = _solve(factor, columns)
         row = 2 if joined == "start" else 5
         log_prior = _log_determinant(prior[free, free], held[row : row if soft else row + 1, free])
-        determinant = 2 * float(np.sum(np.log(np.diagonal(factor))))
+        determinant = _log_of(factor)
         return Evidence(
             float(matrix[ends, ends].sum() - cross @ solved[:, 1]),
             float(right[ends].sum() - cross @ solved[:, 0]),
@@ -113,7 +122,7 @@ class SlipModel:
     @staticmethod
     def _inner(matrix: Array, right: Array, prior: Array, held: Array, rows: list[int]) -> float:
         factor = _factor(matrix)
-        determinant = 2 * float(np.sum(np.log(np.diagonal(factor))))
+        determinant = _log_of(factor)
         misfit = -float(right @ _solve(factor, right))
         return misfit + determinant - _log_determinant(prior, held[rows])
 
@@ -128,11 +137,10 @@ class SlipModel:
         count = max(math.ceil((end - start) / self.knots), 2)
         h = (end - start) / count
         reference = _reference(count)
-        part = slice(*np.searchsorted(self.time, [start, end]))
-        positions = np.clip((self.time[part] - start) / h, 0.0, float(count))
-        basis = reference.basis(positions)
-        y, w = self.path[part] - origin, self.weight[part]
-        weighted = basis * (w / self.noise**2)[:, None]
+        part = slice(*self.time.searchsorted((start, end)))
+        basis = reference.basis((self.time[part] - start) / h)
+        y, w = self.path[part] - origin, self.weight[part] / self.noise**2
+        weighted = basis.T * w
         # df/dt / m = target - sum_d factors[d] u^(d)
         factors = np.array([o.stiffness / o.mass / h, o.damping / o.mass / h**2, 1 / h**3])
         target = o.stiffness * o.drive_velocity / o.mass
@@ -141,15 +149,15 @@ class SlipModel:
         weights = strength * h * reference.weights
         if soft:
             weights = weights * (1 + (rate * h * reference.nodes) ** -2)
-        change = (factors @ reference.derivatives.reshape(len(factors), -1)).reshape(basis.shape[1], -1)
+        change = (factors @ reference.derivatives).reshape(basis.shape[1], -1)
         if released and self.slope:
             falls = self.slope * np.exp(-self.decay * h * reference.nodes)
-            change = change + reference.derivatives[1] * (falls / o.mass / h**2)
+            change += reference.derivatives[1].reshape(change.shape) * (falls / o.mass / h**2)
         prior = (change * weights) @ change.T
-        right = weighted.T @ y + target * (change @ weights)
-        constant = float(w @ (y * y)) / self.noise**2 + target**2 * float(weights.sum())
+        right = weighted @ y + target * (change @ weights)
+        constant = float(w @ (y * y)) + target**2 * float(weights.sum())
         units = np.array([rate, 1 / h, 1 / (h * h * rate)] * 2) / o.drive_velocity
-        return weighted.T @ basis + prior, right, constant, prior, reference.ends * units[:, None]
+        return weighted @ basis + prior, right, constant, prior, reference.ends * units[:, None]
 
 
 @dataclass(frozen=True)
@@ -162,12 +170,12 @@ class _Reference:
 
     def basis(self, positions: Array) -> Array:
         """(n, size) values of the splines: on every interval six polynomials of its own coordinate."""
-        count = len(self.pieces)
+        count, size = len(self.pieces), len(positions)
         interval = np.minimum(positions.astype(np.int64), count - 1)
-        powers = (positions - interval)[:, None] ** np.arange(DEGREE + 1)
-        values = np.zeros((len(positions), count + DEGREE))
-        local = np.einsum("np,npj->nj", powers, self.pieces[interval])
-        values[np.arange(len(positions))[:, None], interval[:, None] + np.arange(DEGREE + 1)] = local
+        powers = (positions - interval)[:, None] ** POWERS
+        values = np.zeros((size, count + DEGREE))
+        local = (powers[:, None] @ self.pieces[interval])[:, 0]
+        values[np.arange(size)[:, None], interval[:, None] + POWERS] = local
         return values
 
 
@@ -185,13 +193,13 @@ def _reference(count: int) -> _Reference:
     powers = 1 / np.array([math.factorial(p) for p in range(DEGREE + 1)])
     taylor = np.array([spline(np.arange(float(count)), nu=p) for p in range(DEGREE + 1)]) * powers[:, None, None]
     pieces = np.stack([taylor[:, i, i : i + DEGREE + 1] for i in range(count)])
-    return _Reference(nodes, weights, np.ascontiguousarray(np.swapaxes(derivatives, 1, 2)), ends, pieces)
+    return _Reference(nodes, weights, derivatives.swapaxes(1, 2).reshape(len(derivatives), -1), ends, pieces)
 
 
 def _log_determinant(precision: Array, held: Array) -> float:
     """Log determinant of a precision that leaves the held states open, per unit of those states."""
     own = held.T @ held
-    scale = float(np.trace(own) / np.trace(precision)) if len(held) else 1.0
+    scale = float(own.diagonal().sum() / precision.diagonal().sum()) if len(held) else 1.0
     factor = _factor(scale * precision + own)
     rank = len(precision) - len(held)
-    return 2 * float(np.sum(np.log(np.diagonal(factor)))) - rank * math.log(scale)
+    return _log_of(factor) - rank * math.log(scale)
