@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.laws.adhesion import static_surface
+from stickslip.laws.static_surface import static_surface
 
 Array = npt.NDArray[np.float64]
 
