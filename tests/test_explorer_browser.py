@@ -24,15 +24,22 @@ def place(browser, key):
     )
 
 
-def test_the_page_says_the_steady_motion_and_draws_every_panel(fresh):
+def key(browser, panel):
+    """The colours that are named below a panel."""
+    row = f"document.getElementById('{panel}').closest('figure').querySelector('div.key')"
+    return browser.run(f"[...({row}?.children ?? [])].map((one) => one.textContent)")
+
+
+def test_the_page_says_the_steady_motion_draws_every_panel_and_names_its_colours(fresh):
     assert facts(fresh).startswith("Stick-slip, period 10.594341, amplitude 0.65503, sticks for 5.9246")
     swept(fresh)
     fresh.run(FRAME)
     for panel in ("law", "phase", "displacement", "diagram", "spectrum", "surface"):
         assert drawn(fresh, panel) > 2000, panel
+    assert key(fresh, "diagram") == ["stick-slip", "almost-harmonic", "stable slip"]
 
 
-def test_panels_below_are_computed_when_they_are_seen(fresh):
+def test_panels_below_are_computed_when_they_are_seen_and_name_their_colours(fresh):
     fresh.run(FRAME)
     assert not any(fresh.run(f"explorer.cells('{panel}')") for panel in ("regimes", "basin"))
     fresh.run("document.getElementById('regimes').scrollIntoView({ block: 'center' })")
@@ -41,6 +48,8 @@ def test_panels_below_are_computed_when_they_are_seen(fresh):
     for panel in ("regimes", "basin"):
         assert fresh.run(f"explorer.cells('{panel}')") == 40**2
         assert drawn(fresh, panel) > 20_000, panel
+    assert key(fresh, "basin") == ["stick-slip", "stable slip", "paler: others of its kind"]
+    assert "almost-harmonic" in key(fresh, "regimes")
     box = fresh.run("document.getElementById('regimes').getBoundingClientRect().toJSON()")
     x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
     fresh.drag((x, y), (x, y))
@@ -302,21 +311,6 @@ def test_the_orbit_diagram_says_where_the_sweeps_found_another_motion(opened):
         swept(opened)
         opened.run(FRAME)
         assert opened.run("explorer.diagram.another") is another, link
-
-
-def test_colours_are_named_below_each_picture_that_has_them(opened):
-    def key(panel):
-        row = f"document.getElementById('{panel}').closest('figure').querySelector('div.key')"
-        return opened.run(f"[...({row}?.children ?? [])].map((one) => one.textContent)")
-
-    swept(opened)
-    opened.run(FRAME)
-    assert key("diagram") == ["stick-slip", "almost-harmonic", "stable slip"]
-    opened.run("document.getElementById('basin').scrollIntoView({ block: 'center' })")
-    opened.wait("explorer.idle && explorer.cells('basin')")
-    opened.run(FRAME)
-    assert key("basin") == ["stick-slip", "stable slip", "paler: others of its kind"]
-    assert "almost-harmonic" in key("regimes")
 
 
 def test_a_long_table_is_folded_and_its_rings_take_their_neighbours_with_them(opened):
